@@ -1,0 +1,96 @@
+//! [`Descriptor`]: what the host knows about an element class before it has an instance.
+
+use serde::{Deserialize, Serialize};
+
+use crate::params::ParamSpec;
+use crate::recording::Limits;
+
+/// Kinds of elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Constrains the motion ([`crate::Constraint`]).
+    Joint,
+    /// Acts on bodies ([`crate::Force`]).
+    Force,
+}
+
+impl Kind {
+    /// The word used in scenes and manifests.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Force => "force",
+        }
+    }
+}
+
+/// A name with a unit and a sentence.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Named {
+    /// Name used in scenes.
+    pub name: String,
+    /// SI unit; empty where none applies.
+    #[serde(default)]
+    pub unit: String,
+    /// One sentence for the user.
+    #[serde(default)]
+    pub doc: String,
+}
+
+/// An element class. Travels as TOML text: fields that a later version adds are ignored by an earlier host, and fields
+/// that an earlier plugin lacks take their defaults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Descriptor {
+    /// Word used in scenes.
+    pub name: String,
+    /// What kind of element.
+    pub kind: Kind,
+    /// One sentence for the user.
+    pub summary: String,
+    /// Called at run time instead of recorded.
+    #[serde(default)]
+    pub opaque: bool,
+    /// Number of multi-turn angles.
+    #[serde(default)]
+    pub angles: usize,
+    /// Number of mobility coordinates of a joint that offers them.
+    #[serde(default)]
+    pub mobility: Option<usize>,
+    /// Frames it connects.
+    #[serde(default)]
+    pub frames: Vec<Named>,
+    /// Constraint rows.
+    #[serde(default)]
+    pub rows: Vec<String>,
+    /// Joint coordinates (joints) or reported values (forces).
+    #[serde(default)]
+    pub channels: Vec<Named>,
+    /// Continuous states.
+    #[serde(default)]
+    pub states: Vec<Named>,
+    /// Parameters.
+    #[serde(default)]
+    pub params: Vec<ParamSpec>,
+}
+
+impl Descriptor {
+    /// What recordings of this class may refer to.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        let (coordinates, channels) = match self.kind {
+            Kind::Joint => (self.channels.len(), 0),
+            Kind::Force => (0, self.channels.len()),
+        };
+        Limits {
+            frames: self.frames.len(),
+            rows: self.rows.len(),
+            angles: self.angles,
+            coordinates,
+            mobility: self.mobility.unwrap_or(0),
+            channels,
+            states: self.states.len(),
+        }
+    }
+}

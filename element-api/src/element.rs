@@ -1,0 +1,316 @@
+//! The traits an author implements. Required items first; everything else has a default.
+
+use std::cell::Cell;
+
+use crate::geometry::{Frame, Pose, Twist, Vec3};
+use crate::params::{ParamError, Parameters};
+use crate::scalar::Scalar;
+
+/// What every element has. An element is built once from its parameters; it may branch on them freely and should do all
+/// work here that does not depend on the motion.
+pub trait Element: Sized + Send + Sync + 'static {
+    /// The word used in scenes (`type = "revolute"`); lower case, digits and `-`.
+    const NAME: &'static str;
+    /// One sentence for `odyn elements list`.
+    const SUMMARY: &'static str;
+    /// The frames it connects: name and meaning, in the order of `bodies` in a scene. Any number.
+    const FRAMES: &'static [FrameSpec];
+    /// Number of angles followed over many turns with [`Configuration::angle`].
+    const ANGLES: usize = 0;
+    /// Call this element at run time instead of recording its equations. For equations that depend on something outside
+    /// the contract (a library, a co-simulation). Slower, and `odyn plan` says so.
+    const OPAQUE: bool = false;
+    /// What a scene tells it.
+    type Parameters: Parameters;
+
+    /// `[create]` Builds the element. The parameters are complete, in SI units and inside their ranges.
+    ///
+    /// # Errors
+    /// What a range alone can't say, by parameter name.
+    fn new(parameters: Self::Parameters) -> Result<Self, ParamError>;
+
+    /// `[between steps]` For opaque elements with a memory of their own: the step that ended here was accepted. The only
+    /// place where memory may change; evaluations also happen for steps that are rejected later.
+    fn accept(&mut self, at: &Motion<'_, f64>) {
+        let _ = at;
+    }
+    /// `[between steps]` The memory changed by [`Element::accept`], as bytes.
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+    /// `[between steps]` Restores what [`Element::save`] gave.
+    ///
+    /// # Errors
+    /// When the bytes are not of this element.
+    fn load(&mut self, memory: &[u8]) -> Result<(), String> {
+        if memory.is_empty() { Ok(()) } else { Err("this element keeps no memory".into()) }
+    }
+}
+
+/// A joint: rows that are zero. Jacobian, acceleration terms and reactions follow from [`Constraint::residual`].
+pub trait Constraint: Element {
+    /// Names of the rows, as reports print them (`"x"`, `"about y"`). Any number.
+    const ROWS: &'static [&'static str];
+    /// Names and units of the joint coordinates reported by [`Constraint::coordinates`].
+    const COORDINATES: &'static [ChannelSpec] = &[];
+    /// Number of joint coordinates of [`Constraint::pose`]; `None`: the joint offers no mobility.
+    const MOBILITY: Option<usize> = None;
+
+    /// `[record; hot when opaque]` The constraint equations, one value per row, in m or rad-like units. Rows that
+    /// [`Constraint::uses_row`] leaves out are not asked for and must not be set.
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>);
+
+    /// `[create]` Whether this instance has the row; for joints whose parameters choose.
+    fn uses_row(&self, row: usize) -> bool {
+        let _ = row;
+        true
+    }
+
+    /// `[record]` The joint coordinates, one per entry of [`Constraint::COORDINATES`].
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
+        let _ = at;
+        Vec::new()
+    }
+
+    /// `[record]` Pose of frame 1 in frame 0 for joint coordinates `q`. Velocities follow. Every pose must satisfy
+    /// [`Constraint::residual`], and every configuration that satisfies it must be such a pose.
+    fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
+        let _ = q;
+        Pose::identity()
+    }
+}
+
+/// A force element: what acts on its bodies.
+pub trait Force: Element {
+    /// Names and units of the values reported by [`Force::channels`].
+    const CHANNELS: &'static [ChannelSpec] = &[];
+    /// Names and units of continuous states x' = f (a first-order motor, a gas volume).
+    const STATES: &'static [ChannelSpec] = &[];
+
+    /// `[record; hot when opaque]` Adds forces and torques on the bodies.
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>);
+
+    /// `[record]` Values to report, one per entry of [`Force::CHANNELS`].
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
+        let _ = at;
+        Vec::new()
+    }
+    /// `[record]` Potential energy, J, if the force (or its conservative part) has one. Without [`Force::dissipation`]
+    /// the wrench is then taken as conservative.
+    fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        let _ = at;
+        None
+    }
+    /// `[record]` Power turned into heat, W, not negative. Without this and [`Force::potential`] the host integrates the
+    /// power of the wrench as work done on the system.
+    fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        let _ = at;
+        None
+    }
+    /// `[create]` Values of the states at the start, one per entry of [`Force::STATES`].
+    fn initial_states(&self) -> Vec<f64> {
+        vec![0.0; Self::STATES.len()]
+    }
+    /// `[record]` Rates of the states, one per entry of [`Force::STATES`].
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
+        let _ = at;
+        Vec::new()
+    }
+    /// `[create]` Discrete states (a latch, a counter) at the start. They are inputs that change only between steps.
+    fn initial_memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// `[record]` The discrete states after an accepted step, one per entry of [`Force::initial_memory`].
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
+        at.memory.to_vec()
+    }
+}
+
+/// A frame of an element class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameSpec {
+    /// Short name.
+    pub name: &'static str,
+    /// What its origin and axes mean to the element.
+    pub doc: &'static str,
+}
+
+impl FrameSpec {
+    /// A frame with its meaning.
+    #[must_use]
+    pub const fn new(name: &'static str, doc: &'static str) -> Self {
+        Self { name, doc }
+    }
+}
+
+/// A reported value of an element class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ChannelSpec {
+    /// Name used in scenes.
+    pub name: &'static str,
+    /// SI unit of the value.
+    pub unit: &'static str,
+    /// One sentence for the user.
+    pub doc: &'static str,
+}
+
+impl ChannelSpec {
+    /// A value with its unit and meaning.
+    #[must_use]
+    pub const fn new(name: &'static str, unit: &'static str, doc: &'static str) -> Self {
+        Self { name, unit, doc }
+    }
+}
+
+/// Where the bodies are: what a constraint may depend on.
+#[non_exhaustive]
+pub struct Configuration<'a, S> {
+    /// The element's frames, in the order of [`Element::FRAMES`].
+    pub frames: &'a [Frame<S>],
+    /// Time, s.
+    pub time: S,
+    /// Reference of each multi-turn angle, rad.
+    pub(crate) references: &'a [S],
+    /// Each multi-turn angle as the equations last computed it; the host takes the next references from here.
+    pub(crate) angles: &'a [Cell<Option<S>>],
+}
+
+impl<S: Scalar> Configuration<'_, S> {
+    /// The angle of the point (`cos`, `sin`) in rad, continuous over any number of turns. `k` numbers the element's
+    /// angles, 0 .. [`Element::ANGLES`].
+    ///
+    /// The host keeps, per angle, a reference that changes only after accepted steps; the angle is the one within half a
+    /// turn of it: ref + atan2(s cos ref - c sin ref, c cos ref + s sin ref).
+    ///
+    /// # Panics
+    /// When `k` is not below [`Element::ANGLES`].
+    #[must_use]
+    pub fn angle(&self, k: usize, sin: S, cos: S) -> S {
+        assert!(
+            k < self.references.len(),
+            "angle {k} is used, but the element declares ANGLES = {}",
+            self.references.len()
+        );
+        let reference = self.references[k];
+        let (sr, cr) = (reference.sin(), reference.cos());
+        let angle = reference + (sin * cr - cos * sr).atan2(cos * cr + sin * sr);
+        self.angles[k].set(Some(angle));
+        angle
+    }
+
+    /// The multi-turn angle by which frame `j` is turned against frame `i` about their common z axis, rad.
+    #[must_use]
+    pub fn angle_about_z(&self, k: usize, i: usize, j: usize) -> S {
+        let (a, b) = (&self.frames[i], &self.frames[j]);
+        self.angle(k, b.x().dot(&a.y()), b.x().dot(&a.x()))
+    }
+}
+
+/// Where the bodies are and how they move: what a force may depend on.
+#[non_exhaustive]
+pub struct Motion<'a, S> {
+    /// Positions and time.
+    pub configuration: Configuration<'a, S>,
+    /// Velocities of the frames.
+    pub twists: &'a [Twist<S>],
+    /// The element's continuous states.
+    pub states: &'a [S],
+    /// The element's discrete states.
+    pub memory: &'a [S],
+}
+
+impl<'a, S: Scalar> Motion<'a, S> {
+    pub(crate) fn new(
+        configuration: Configuration<'a, S>,
+        twists: &'a [Twist<S>],
+        states: &'a [S],
+        memory: &'a [S],
+    ) -> Self {
+        Self { configuration, twists, states, memory }
+    }
+
+    /// The element's frames.
+    #[must_use]
+    pub fn frames(&self) -> &[Frame<S>] {
+        self.configuration.frames
+    }
+    /// Time, s.
+    #[must_use]
+    pub fn time(&self) -> S {
+        self.configuration.time
+    }
+    /// Angular velocity of frame `j` against frame `i` about the z axis of frame `i`, rad/s.
+    #[must_use]
+    pub fn spin_about_z(&self, i: usize, j: usize) -> S {
+        (self.twists[j].angular_velocity - self.twists[i].angular_velocity).dot(&self.frames()[i].z())
+    }
+    /// Velocity of the origin of frame `j` against that of frame `i`, m/s, ground frame (not as seen from body i).
+    #[must_use]
+    pub fn relative_velocity(&self, i: usize, j: usize) -> Vec3<S> {
+        self.twists[j].velocity - self.twists[i].velocity
+    }
+}
+
+/// The rows of a constraint, to be set one by one.
+#[derive(Debug)]
+pub struct Rows<'a, S> {
+    pub(crate) values: &'a mut [Option<S>],
+    pub(crate) next: usize,
+}
+
+impl<S: Scalar> Rows<'_, S> {
+    /// Sets the next row.
+    ///
+    /// # Panics
+    /// When the constraint declares fewer rows.
+    pub fn push(&mut self, value: S) {
+        self.set(self.next, value);
+        self.next += 1;
+    }
+    /// Sets three rows.
+    pub fn push_vector(&mut self, value: Vec3<S>) {
+        for component in value.iter() {
+            self.push(*component);
+        }
+    }
+    /// Sets the row with this number.
+    ///
+    /// # Panics
+    /// When the constraint declares fewer rows.
+    pub fn set(&mut self, row: usize, value: S) {
+        assert!(row < self.values.len(), "row {row} is set, but the constraint declares {} rows", self.values.len());
+        self.values[row] = Some(value);
+    }
+}
+
+/// Forces and torques on the bodies of an element; contributions add up.
+#[derive(Debug)]
+pub struct Wrenches<'a, S> {
+    pub(crate) frames: &'a [Frame<S>],
+    pub(crate) forces: &'a mut [Vec3<S>],
+    pub(crate) torques: &'a mut [Vec3<S>],
+}
+
+impl<S: Scalar> Wrenches<'_, S> {
+    /// A force (N, ground frame) on the body of a frame, at the frame's origin.
+    pub fn force(&mut self, frame: usize, force: Vec3<S>) {
+        self.forces[frame] += force;
+    }
+    /// A torque (N m, ground frame) on the body of a frame.
+    pub fn torque(&mut self, frame: usize, torque: Vec3<S>) {
+        self.torques[frame] += torque;
+    }
+    /// Action and reaction: `force` at the origin of frame `j`, and its opposite on the body of frame `i` along the same
+    /// line, so that the pair has no resultant force and no resultant moment.
+    pub fn force_pair(&mut self, i: usize, j: usize, force: Vec3<S>) {
+        let lever = self.frames[j].position - self.frames[i].position;
+        self.force(j, force);
+        self.force(i, -force);
+        self.torque(i, -lever.cross(&force));
+    }
+    /// Action and reaction: `torque` on the body of frame `j`, its opposite on that of frame `i`.
+    pub fn torque_pair(&mut self, i: usize, j: usize, torque: Vec3<S>) {
+        self.torque(j, torque);
+        self.torque(i, -torque);
+    }
+}

@@ -1,0 +1,335 @@
+//! Positions and velocities before time starts.
+
+use super::constraints::{Constraints, mass_values};
+use super::formulation::AnalysisError;
+use super::scales::Scales;
+use super::working::{BODY_STATES, move_body};
+use crate::linalg::{DenseQr, KktSolver, KktStructure};
+use crate::model::{Model, rotation, skew};
+use crate::plan::Layout;
+use crate::program::{Equations, Program};
+
+/// Newton steps before assembly gives up.
+const MOST_STEPS: usize = 60;
+/// Rank tolerance while positions are still off: rows that are nearly dependent must not throw bodies around.
+const ASSEMBLY_RANK_TOLERANCE: f64 = 1e-8;
+/// Assembled means: every violation below this share of the scene's size.
+const ASSEMBLED: f64 = 1e-12;
+/// Initial velocities that miss what was asked by more than this share of the largest one are reported.
+const VELOCITY_MISS: f64 = 1e-9;
+
+/// The start of a simulation.
+#[derive(Debug, Clone)]
+pub struct Assembly {
+    /// State in working coordinates: per body r, p, v, omega'; element states; work.
+    pub working: Vec<f64>,
+    /// Angle references.
+    pub references: Vec<f64>,
+    /// Discrete element states.
+    pub discrete: Vec<f64>,
+    /// Sizes typical of the scene.
+    pub scales: Scales,
+    /// How far each body was moved to meet the joints; only bodies that moved more than round-off.
+    pub moves: Vec<Move>,
+    /// Newton steps taken.
+    pub steps: usize,
+    /// Initial velocities that the joints do not allow, in words.
+    pub velocity_misses: Vec<String>,
+}
+
+/// How far assembly moved a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Move {
+    /// The body's name.
+    pub body: String,
+    /// Displacement of the centre of mass, m.
+    pub distance: f64,
+    /// Rotation, rad.
+    pub angle: f64,
+}
+
+/// Why there is no start.
+#[derive(Debug, thiserror::Error)]
+pub enum AssemblyError {
+    /// Joints that can't all hold.
+    #[error("the joints cannot be assembled: {}", culprits(.rows))]
+    Impossible {
+        /// Joint, row, remaining violation in m; worst first.
+        rows: Vec<(String, f64)>,
+    },
+    /// The analysis failed.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+}
+
+fn culprits(rows: &[(String, f64)]) -> String {
+    let texts: Vec<String> = rows.iter().take(6).map(|(name, off)| format!("{name} is off by {off:.3e} m")).collect();
+    texts.join("; ")
+}
+
+/// Finds positions that meet all joints near the given ones, then velocities that meet the joints and everything the
+/// scene prescribes, with the least kinetic energy in what is left open.
+///
+/// # Errors
+/// When the joints can't be met, naming those that remain violated.
+pub fn assemble(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    t: f64,
+) -> Result<Assembly, AssemblyError> {
+    let mut state = as_given(model, layout);
+    let scales = Scales::new(model, &state);
+    let mut inputs = vec![0.0; layout.inputs()];
+    load_discrete(model, layout, &mut inputs);
+    let given = state.clone();
+    let steps = positions(equations, model, layout, t, &mut state, &mut inputs, scales.length)?;
+    let moves = moved(model, &given, &state, scales.length);
+    let velocity_misses = velocities(equations, model, layout, t, &mut state, &mut inputs)?;
+    load(layout, t, &state, &mut inputs);
+    let references = references(equations, model, layout, &inputs)?;
+    let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
+    scales.grow(&state, layout.bodies);
+    let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
+    Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses })
+}
+
+/// The inputs of every program at the start.
+#[must_use]
+pub fn start_inputs(layout: &Layout, t: f64, assembly: &Assembly) -> Vec<f64> {
+    let mut inputs = vec![0.0; layout.inputs()];
+    load(layout, t, &assembly.working, &mut inputs);
+    inputs[layout.reference_slot()..layout.discrete_slot()].copy_from_slice(&assembly.references);
+    inputs[layout.discrete_slot()..layout.acceleration_slot()].copy_from_slice(&assembly.discrete);
+    inputs
+}
+
+fn as_given(model: &Model, layout: &Layout) -> Vec<f64> {
+    let mut state = Vec::with_capacity(BODY_STATES * layout.bodies + layout.states + 1);
+    for body in &model.bodies {
+        state.extend(body.position.iter());
+        state.extend(body.orientation);
+        state.extend([0.0; 6]);
+    }
+    for element in &model.elements {
+        state.extend(&element.recording.initial_states);
+    }
+    state.push(0.0);
+    state
+}
+
+fn load_discrete(model: &Model, layout: &Layout, inputs: &mut [f64]) {
+    let mut slot = layout.discrete_slot();
+    for element in &model.elements {
+        for value in &element.recording.initial_discrete {
+            inputs[slot] = *value;
+            slot += 1;
+        }
+    }
+}
+
+fn load(layout: &Layout, t: f64, state: &[f64], inputs: &mut [f64]) {
+    inputs[Layout::TIME] = t;
+    for body in 0..layout.bodies {
+        let to = layout.body_slot(body, 0);
+        inputs[to..to + BODY_STATES].copy_from_slice(&state[BODY_STATES * body..BODY_STATES * (body + 1)]);
+    }
+    let states = BODY_STATES * layout.bodies;
+    let slot = layout.state_slot();
+    inputs[slot..slot + layout.states].copy_from_slice(&state[states..states + layout.states]);
+}
+
+/// Newton's method with the smallest mass-weighted step (minimum norm where rows are dependent), shortened where it is
+/// longer than the scene or does not reduce the violation.
+fn positions(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    t: f64,
+    state: &mut [f64],
+    inputs: &mut [f64],
+    length: f64,
+) -> Result<usize, AssemblyError> {
+    if layout.rows == 0 {
+        return Ok(0);
+    }
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(equations, model, &all, &[|row| row.value], &[])?;
+    let mut solver = DenseQr::new(&rows.structure, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
+    solver.set_mass(&mass_values(model)).map_err(AnalysisError::from)?;
+    let n = layout.velocities();
+    let (mut step, mut multipliers, zero) = (vec![0.0; n], vec![0.0; layout.rows], vec![0.0; n]);
+    let mut best = evaluate(&mut rows, model, layout, t, state, inputs, length)?;
+    for count in 0..MOST_STEPS {
+        if best <= 1e-15 * length {
+            return Ok(count);
+        }
+        solver.refactor(rows.jacobian()).map_err(AnalysisError::from)?;
+        let right: Vec<f64> = rows.function(0).iter().map(|x| -x).collect();
+        solver.solve(&zero, &right, &mut step, &mut multipliers).map_err(AnalysisError::from)?;
+        let size = step.chunks_exact(3).enumerate().fold(0.0_f64, |size, (k, d)| {
+            let scale = if k % 2 == 0 { 1.0 / length } else { 1.0 };
+            d.iter().fold(size, |m, x| m.max(x.abs() * scale))
+        });
+        if !size.is_finite() {
+            break;
+        }
+        let mut factor = if size > 0.5 { 0.5 / size } else { 1.0 };
+        let mut improved = false;
+        for _ in 0..12 {
+            let mut trial = state.to_vec();
+            for body in 0..layout.bodies {
+                let d: Vec<f64> = step[6 * body..6 * body + 6].iter().map(|x| factor * x).collect();
+                move_body(&mut trial[BODY_STATES * body..BODY_STATES * body + 7], &d);
+            }
+            let violation = evaluate(&mut rows, model, layout, t, &trial, inputs, length)?;
+            if violation < best {
+                state.copy_from_slice(&trial);
+                best = violation;
+                improved = true;
+                break;
+            }
+            factor *= 0.5;
+        }
+        if !improved {
+            let reached = evaluate(&mut rows, model, layout, t, state, inputs, length)?;
+            if reached <= ASSEMBLED * length {
+                return Ok(count);
+            }
+            break;
+        }
+    }
+    if best <= ASSEMBLED * length {
+        return Ok(MOST_STEPS);
+    }
+    let mut off: Vec<(String, f64)> = Vec::new();
+    rows.violations(rows.function(0), length, |row, violation| {
+        if !(violation <= 1e-9 * length) {
+            let (element, k) = layout.element_of_row(row);
+            off.push((model.elements[element].row_name(k), violation));
+        }
+    });
+    off.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Err(AssemblyError::Impossible { rows: off })
+}
+
+/// Largest violation at a state, m.
+fn evaluate(
+    rows: &mut Constraints,
+    model: &Model,
+    layout: &Layout,
+    t: f64,
+    state: &[f64],
+    inputs: &mut [f64],
+    length: f64,
+) -> Result<f64, AnalysisError> {
+    load(layout, t, state, inputs);
+    rows.evaluate(inputs, &model.sets)?;
+    let (worst, row) = rows.worst(rows.function(0), length);
+    if worst.is_finite() {
+        return Ok(worst);
+    }
+    let name = row.map(|row| layout.element_of_row(row)).map(|(e, k)| model.elements[e].row_name(k));
+    Err(AnalysisError::NotFinite { what: format!("constraint {}", name.unwrap_or_default()) })
+}
+
+/// How far each body went.
+fn moved(model: &Model, given: &[f64], state: &[f64], length: f64) -> Vec<Move> {
+    let mut moves = Vec::new();
+    for (index, body) in model.bodies.iter().enumerate() {
+        let (before, after) = (&given[BODY_STATES * index..], &state[BODY_STATES * index..]);
+        let distance = (0..3).map(|k| (after[k] - before[k]).powi(2)).sum::<f64>().sqrt();
+        // |p - p0| is the sine of a quarter of the angle, doubled; small angles keep their digits.
+        let chord = (3..7).map(|k| (after[k] - before[k]).powi(2)).sum::<f64>().sqrt();
+        let angle = 4.0 * (chord / 2.0).min(1.0).asin();
+        if distance > 1e-12 * length || angle > 1e-12 {
+            moves.push(Move { body: body.name.clone(), distance, angle });
+        }
+    }
+    moves
+}
+
+/// The velocities of least kinetic energy that meet the joints, and what the scene prescribes as far as they allow.
+fn velocities(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    t: f64,
+    state: &mut [f64],
+    inputs: &mut [f64],
+) -> Result<Vec<String>, AnalysisError> {
+    load(layout, t, state, inputs);
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(equations, model, &all, &[|row| row.time], &[])?;
+    rows.evaluate(inputs, &model.sets)?;
+    let mut pattern = rows.structure.jacobian.clone();
+    let mut values = rows.jacobian().to_vec();
+    let mut right: Vec<f64> = rows.function(0).iter().map(|x| -x).collect();
+    let mut asked: Vec<(String, f64)> = Vec::new();
+    for (index, body) in model.bodies.iter().enumerate() {
+        let y = &state[BODY_STATES * index..BODY_STATES * index + 7];
+        let a = rotation(&[y[3], y[4], y[5], y[6]]);
+        // Velocity of the body frame's origin: v + A (omega' x (-c)) = v + A c~ omega'.
+        let swept = a * skew(&body.center_of_mass);
+        for k in 0..3 {
+            let mut prescribe = |value: Option<f64>, entries: &[(usize, f64)], what: &str| {
+                let Some(value) = value else { return };
+                let row = right.len();
+                for (column, entry) in entries {
+                    pattern.push((row, 6 * index + column));
+                    values.push(*entry);
+                }
+                right.push(value);
+                asked.push((format!("{what} {} of `{}`", ["x", "y", "z"][k], body.name), value));
+            };
+            let turning = [(3, swept[(k, 0)]), (4, swept[(k, 1)]), (5, swept[(k, 2)])];
+            let mut entries = vec![(k, 1.0)];
+            entries.extend(turning);
+            prescribe(body.velocity[k], &entries, "velocity");
+            let turning = [(3, a[(k, 0)]), (4, a[(k, 1)]), (5, a[(k, 2)])];
+            prescribe(body.angular_velocity[k], &turning, "angular velocity");
+        }
+    }
+    let count = right.len();
+    let n = layout.velocities();
+    let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern)?;
+    let mut solver = DenseQr::new(&structure, ASSEMBLY_RANK_TOLERANCE)?;
+    solver.set_mass(&mass_values(model))?;
+    // The joints come first; what the scene asks for is met as far as they leave it open.
+    solver.set_first_rows(&all)?;
+    solver.refactor(&values)?;
+    let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
+    solver.solve(&vec![0.0; n], &right, &mut v, &mut multipliers)?;
+    for body in 0..layout.bodies {
+        let at = BODY_STATES * body + 7;
+        state[at..at + 6].copy_from_slice(&v[6 * body..6 * body + 6]);
+    }
+    let mut reached = vec![0.0; count];
+    for ((row, column), value) in structure.jacobian.iter().zip(&values) {
+        reached[*row] += value * v[*column];
+    }
+    let largest = right[layout.rows..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let mut misses = Vec::new();
+    for (k, (what, value)) in asked.iter().enumerate() {
+        let found = reached[layout.rows + k];
+        if (found - value).abs() > VELOCITY_MISS * largest {
+            misses.push(format!("{what} was given as {value:.6e} (SI), the joints make it {found:.6e}"));
+        }
+    }
+    Ok(misses)
+}
+
+/// The multi-turn angles at the start, in (-pi, pi].
+fn references(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    inputs: &[f64],
+) -> Result<Vec<f64>, AnalysisError> {
+    let program = Program::compile(&equations.graph, &equations.angles);
+    let mut angles = vec![0.0; layout.references];
+    program
+        .run(inputs, &model.sets, &mut program.workspace(), &mut angles)
+        .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
+    Ok(angles)
+}

@@ -1,0 +1,150 @@
+//! [`Constraints`]: rows, Jacobian values and violations at a configuration.
+
+use super::formulation::AnalysisError;
+use crate::linalg::{KktStructure, LinalgError};
+use crate::model::Model;
+use crate::program::{Equations, Node, Program, Sets, Workspace};
+
+/// A program that gives chosen functions of a choice of rows together with their Jacobian.
+pub struct Constraints {
+    /// Patterns of mass matrix and Jacobian for this choice.
+    pub structure: KktStructure,
+    /// The rows, by their number among all.
+    pub rows: Vec<usize>,
+    program: Program,
+    workspace: Workspace,
+    outputs: Vec<f64>,
+}
+
+impl Constraints {
+    /// Prepares the Jacobian of `rows` and, per row, what `functions` names; further nodes follow.
+    ///
+    /// # Errors
+    /// When the patterns are inconsistent, which would be a defect of the equations.
+    pub fn new(
+        equations: &Equations,
+        model: &Model,
+        rows: &[usize],
+        functions: &[fn(&crate::program::Row) -> Node],
+        further: &[Node],
+    ) -> Result<Self, AnalysisError> {
+        let entries = rows.iter().flat_map(|row| &equations.rows[*row].jacobian);
+        let mut nodes: Vec<Node> = entries.map(|(_, node)| *node).collect();
+        for function in functions {
+            nodes.extend(rows.iter().map(|row| function(&equations.rows[*row])));
+        }
+        nodes.extend_from_slice(further);
+        let structure = structure(equations, model, rows)?;
+        let program = Program::compile(&equations.graph, &nodes);
+        Ok(Self {
+            structure,
+            rows: rows.to_vec(),
+            workspace: program.workspace(),
+            outputs: vec![0.0; nodes.len()],
+            program,
+        })
+    }
+
+    /// Evaluates everything. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// What an opaque element did wrong.
+    pub fn evaluate(&mut self, inputs: &[f64], sets: &Sets) -> Result<(), AnalysisError> {
+        self.program
+            .run(inputs, sets, &mut self.workspace, &mut self.outputs)
+            .map_err(|(set, fault)| AnalysisError::Element { set, fault })
+    }
+
+    /// Values of the Jacobian, aligned with the pattern.
+    #[must_use]
+    pub fn jacobian(&self) -> &[f64] {
+        &self.outputs[..self.structure.jacobian.len()]
+    }
+
+    /// Values of function number `k`, one per row.
+    #[must_use]
+    pub fn function(&self, k: usize) -> &[f64] {
+        let from = self.structure.jacobian.len() + k * self.rows.len();
+        &self.outputs[from..from + self.rows.len()]
+    }
+
+    /// Values of the further nodes after `functions` functions.
+    #[must_use]
+    pub fn further(&self, functions: usize) -> &[f64] {
+        &self.outputs[self.structure.jacobian.len() + functions * self.rows.len()..]
+    }
+
+    /// The program, for its counts.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// How far each row is from being met, as a displacement: value over the length of its gradient, rotations taken on
+    /// `length`. Calls `found(row, violation)`.
+    pub fn violations(&self, values: &[f64], length: f64, mut found: impl FnMut(usize, f64)) {
+        let mut at = 0;
+        let entries = &self.structure.jacobian;
+        let numbers = self.jacobian();
+        for (k, value) in values.iter().enumerate() {
+            let mut square = 0.0;
+            while at < entries.len() && entries[at].0 == k {
+                let scale = if entries[at].1 % 6 < 3 { 1.0 } else { 1.0 / length };
+                square += (numbers[at] * scale).powi(2);
+                at += 1;
+            }
+            let gradient = f64::sqrt(square);
+            found(self.rows[k], if gradient > 0.0 { value.abs() / gradient } else { value.abs() });
+        }
+    }
+
+    /// Largest violation of `values`, and its row.
+    #[must_use]
+    pub fn worst(&self, values: &[f64], length: f64) -> (f64, Option<usize>) {
+        let (mut worst, mut which) = (0.0, None);
+        self.violations(values, length, |row, violation| {
+            // A comparison that a NaN wins, so that it is not lost.
+            if !(violation <= worst) {
+                (worst, which) = (violation, Some(row));
+            }
+        });
+        (worst, which)
+    }
+}
+
+/// Patterns of the mass matrix and of the Jacobian of a choice of rows.
+pub(super) fn structure(equations: &Equations, model: &Model, rows: &[usize]) -> Result<KktStructure, LinalgError> {
+    let jacobian = rows
+        .iter()
+        .enumerate()
+        .flat_map(|(k, row)| equations.rows[*row].jacobian.iter().map(move |(column, _)| (k, *column)))
+        .collect();
+    let bodies = model.bodies.len();
+    KktStructure::new(6 * bodies, rows.len(), mass_pattern(bodies), jacobian)
+}
+
+/// Lower triangles of one diagonal translation block and one full rotation block per body, by columns.
+fn mass_pattern(bodies: usize) -> Vec<(usize, usize)> {
+    let mut pattern = Vec::with_capacity(9 * bodies);
+    for body in 0..bodies {
+        let at = 6 * body;
+        pattern.extend((0..3).map(|k| (at + k, at + k)));
+        for column in 3..6 {
+            pattern.extend((column..6).map(|row| (at + row, at + column)));
+        }
+    }
+    pattern
+}
+
+/// Values of the mass matrix, aligned with the pattern.
+#[must_use]
+pub fn mass_values(model: &Model) -> Vec<f64> {
+    let mut values = Vec::with_capacity(9 * model.bodies.len());
+    for body in &model.bodies {
+        values.extend([body.mass; 3]);
+        for column in 0..3 {
+            values.extend((column..3).map(|row| body.inertia[(row, column)]));
+        }
+    }
+    values
+}

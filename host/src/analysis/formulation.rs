@@ -1,0 +1,122 @@
+//! [`Formulation`]: what a way of writing the equations of motion offers to a simulation.
+
+use element_api::set::Fault;
+
+use crate::linalg::LinalgError;
+
+/// What one entry of the state vector is; error control scales each group by its own size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Group {
+    /// Position of a centre of mass, m.
+    Position,
+    /// Euler parameter.
+    Parameter,
+    /// Velocity, m/s.
+    Velocity,
+    /// Angular velocity, rad/s, or rate of an Euler parameter, 1/s.
+    AngularVelocity,
+    /// State of an element.
+    State,
+    /// Work done by everything without a potential, J; watched, not controlled.
+    Work,
+}
+
+/// Work done so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Evaluations of the right side.
+    pub evaluations: u64,
+    /// Factorisations of the system for accelerations and multipliers.
+    pub factorisations: u64,
+    /// Factorisations reused because position and time had not changed.
+    pub reused: u64,
+    /// Evaluations for which the rank-safe engine was called in.
+    pub rank_safe: u64,
+    /// Newton corrections of positions.
+    pub position_corrections: u64,
+    /// Evaluations that were moved onto the constraints first, next to a singular position.
+    pub stage_projections: u64,
+    /// Steps shortened so as not to end next to a singular position.
+    pub re_aimed: u64,
+    /// Steps past a singular position judged by the tightest tolerance that makes sense there.
+    pub relaxed: u64,
+}
+
+/// What can go wrong while an analysis runs.
+#[derive(Debug, thiserror::Error)]
+pub enum AnalysisError {
+    /// The linear algebra gave up.
+    #[error("{0}")]
+    Linalg(#[from] LinalgError),
+    /// An opaque element failed.
+    #[error("element set {set}, instance {}: {}", fault.instance, fault.message)]
+    Element {
+        /// Which set of the model.
+        set: usize,
+        /// What it did.
+        fault: Fault,
+    },
+    /// A result is not a finite number.
+    #[error("{what} is not a finite number")]
+    NotFinite {
+        /// What was computed.
+        what: String,
+    },
+    /// A step would end next to a position where the constraints lose rank.
+    #[error("a step would end next to a singular position")]
+    NextToSingular,
+    /// Positions could not be brought back to the constraints.
+    #[error("the constraints can no longer be met: {what} is off by {violation:.1e} of the scene's size")]
+    LeftConstraints {
+        /// Joint and row.
+        what: String,
+        /// Share of the scene's length.
+        violation: f64,
+    },
+}
+
+/// The motion at one instant, in working coordinates.
+#[derive(Debug, Clone, Copy)]
+pub struct Observed<'a> {
+    /// The inputs of every program, accelerations and multipliers included.
+    pub inputs: &'a [f64],
+}
+
+/// A way of writing the equations of motion. States are plain slices; `dim` numbers each.
+pub trait Formulation {
+    /// Short name for reports.
+    fn name(&self) -> &'static str;
+    /// What each entry of the state vector is.
+    fn groups(&self) -> &[Group];
+    /// The state for positions and velocities in working coordinates (per body r, p, v, omega'; then element states; then
+    /// work).
+    fn state_of(&self, working: &[f64], state: &mut [f64]);
+    /// Angle references and discrete element states, which stay as they are during a step.
+    fn set_discrete(&mut self, references: &[f64], discrete: &[f64]);
+    /// The rates of the state. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError>;
+    /// Brings positions and velocities back to the constraints, moving as little as possible in the metric of the mass.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError>;
+    /// Whether the position projected last lies next to one where the constraints lose rank. Constraint forces and
+    /// corrections grow there without bound, so a step had better not end there.
+    fn is_near_singular(&self) -> bool {
+        false
+    }
+    /// Everything a report may ask for at this state. With `dynamics`, accelerations and multipliers too.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError>;
+    /// Work done so far.
+    fn counters(&self) -> Counters;
+    /// The opaque elements, for the call between steps.
+    fn sets_mut(&mut self) -> &mut [Box<dyn element_api::ElementSet>];
+    /// The opaque elements.
+    fn sets(&self) -> &[Box<dyn element_api::ElementSet>];
+}

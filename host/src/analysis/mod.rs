@@ -1,0 +1,33 @@
+//! Questions to the equations: where are the bodies, how fast, how do they accelerate, what holds them.
+//!
+//! - **Takes**: programs, a plan, numbers.
+//! - **Gives**: assembled positions and velocities with a report; accelerations and multipliers; projection onto the
+//!   constraints; the audit's measures.
+//! - **May touch**: programs, linear algebra, and the opaque elements a program calls.
+//! - **Must not know**: step control, files.
+//!
+//! | file | content |
+//! |---|---|
+//! | `formulation.rs` | what a way of writing the equations of motion offers to a simulation |
+//! | `working.rs` | six velocities per body, sparse elimination, rank-safe where needed |
+//! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
+//! | `assembly.rs` | positions and velocities before time starts |
+//! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
+//! | `scales.rs` | lengths and speeds typical of a scene |
+
+mod assembly;
+mod constraints;
+mod formulation;
+mod reference;
+mod scales;
+mod working;
+
+#[cfg(test)]
+mod tests;
+
+pub use assembly::{Assembly, AssemblyError, Move, assemble, start_inputs};
+pub use constraints::{Constraints, mass_values};
+pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+pub use reference::ReferenceForm;
+pub use scales::Scales;
+pub use working::{WorkingForm, sparse_engine};

@@ -1,0 +1,86 @@
+//! [`Scales`]: lengths and speeds typical of a scene, so that no tolerance has a unit.
+
+use crate::model::Model;
+
+/// Typical sizes, SI. They grow with the motion and never shrink.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Size of the scene, m.
+    pub length: f64,
+    /// Largest speed of a centre of mass so far, m/s.
+    pub speed: f64,
+    /// Largest angular velocity so far, rad/s.
+    pub spin: f64,
+    /// Largest kinetic energy so far, or change of potential energy, J.
+    pub energy: f64,
+}
+
+impl Scales {
+    /// The size of a scene: diagonal of the box around all centres of mass and markers, or the largest radius of gyration
+    /// where that is larger. `working` is the assembled state.
+    #[must_use]
+    pub fn new(model: &Model, working: &[f64]) -> Self {
+        let mut points = Vec::new();
+        let mut length = 0.0_f64;
+        let pose = |body: usize| {
+            let y = &working[13 * body..13 * body + 7];
+            (nalgebra::Vector3::new(y[0], y[1], y[2]), crate::model::rotation(&[y[3], y[4], y[5], y[6]]))
+        };
+        for (index, body) in model.bodies.iter().enumerate() {
+            points.push(pose(index).0);
+            length = length.max((body.inertia.trace() / body.mass).sqrt());
+        }
+        for marker in model.elements.iter().flat_map(|e| &e.markers) {
+            points.push(match marker.body {
+                Some(body) => {
+                    let (r, a) = pose(body);
+                    r + a * marker.position
+                }
+                None => marker.position,
+            });
+        }
+        if let Some(first) = points.first() {
+            let low = points.iter().fold(*first, |m, p| m.inf(p));
+            let high = points.iter().fold(*first, |m, p| m.sup(p));
+            length = length.max((high - low).norm());
+        }
+        Self { length: if length > 0.0 { length } else { 1.0 }, speed: 0.0, spin: 0.0, energy: 0.0 }
+    }
+
+    /// Takes in the velocities of a working state.
+    pub fn grow(&mut self, working: &[f64], bodies: usize) {
+        let norm = |v: &[f64]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+        for body in 0..bodies {
+            let y = &working[13 * body..13 * (body + 1)];
+            self.speed = self.speed.max(norm(&y[7..10]));
+            self.spin = self.spin.max(norm(&y[10..13]));
+        }
+    }
+
+    /// Takes in the accelerations at the start (six per body): a scene that starts at rest will reach speeds of about
+    /// sqrt(a L) and spins of about sqrt(alpha).
+    pub fn anticipate(&mut self, accelerations: &[f64]) {
+        let norm = |v: &[f64]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+        for a in accelerations.chunks_exact(6) {
+            self.speed = self.speed.max((norm(&a[..3]) * self.length).sqrt());
+            self.spin = self.spin.max(norm(&a[3..]).sqrt());
+        }
+    }
+
+    /// Speed to compare velocity errors with, m/s: never below a thousandth of what the rotation alone would give.
+    #[must_use]
+    pub fn speed_scale(&self) -> f64 {
+        positive(self.speed.max(1e-3 * self.spin * self.length))
+    }
+
+    /// Angular velocity to compare errors with, rad/s.
+    #[must_use]
+    pub fn spin_scale(&self) -> f64 {
+        positive(self.spin.max(1e-3 * self.speed / self.length))
+    }
+}
+
+/// A scene in which nothing moves has no speed; any scale does.
+fn positive(x: f64) -> f64 {
+    if x > 0.0 { x } else { 1.0 }
+}

@@ -1,0 +1,515 @@
+//! [`WorkingForm`]: six velocities per body, sparse elimination, and a rank-safe engine where the rank falls.
+
+use element_api::ElementSet;
+
+use super::constraints::{Constraints, mass_values, structure};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
+use crate::model::Model;
+use crate::plan::{Layout, Plan};
+use crate::program::{Equations, Row};
+
+/// Numbers per body in the state: r (3), p (4), v (3), omega' (3).
+pub const BODY_STATES: usize = 13;
+
+/// Where the pivot ratio falls below this share of its value at the start, or below [`SICK_RATIO`], the step goes through
+/// the rank-safe engine.
+const SICK_SHARE: f64 = 1e-4;
+/// See [`SICK_SHARE`]. The ratio is of the size of a squared singular value: 1e-6 stands for 1e-3.
+const SICK_RATIO: f64 = 1e-6;
+/// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
+/// where they really vanish.
+const MOTION_RANK_TOLERANCE: f64 = 1e-11;
+/// Pivot ratio of the rank-safe engine, as a share of its value at the start, that counts as next to a singular position.
+const NEAR_SINGULAR: f64 = 1e-2;
+/// Violations below this share of the scene's size are round-off.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+/// Newton corrections per projection before the constraints count as lost.
+const MOST_CORRECTIONS: usize = 12;
+
+/// A choice of rows with the engine that solves for them.
+struct Engine<S> {
+    /// Jacobian, gamma, Phi_t of the rows; then loads, state rates, power.
+    dynamics: Constraints,
+    /// Jacobian, values, Phi_t of the rows.
+    geometry: Constraints,
+    solver: S,
+    multipliers: Vec<f64>,
+    right: Vec<f64>,
+    /// Position and time of the factorisation in force.
+    factored_at: Vec<f64>,
+    health: Health,
+}
+
+/// The index of each function in [`Engine::dynamics`] and [`Engine::geometry`].
+const FUNCTIONS: usize = 2;
+
+impl<S: KktSolver> Engine<S> {
+    fn new(equations: &Equations, model: &Model, rows: &[usize], solver: S) -> Result<Self, AnalysisError> {
+        let gamma: fn(&Row) -> _ = |row| row.gamma;
+        let time: fn(&Row) -> _ = |row| row.time;
+        let value: fn(&Row) -> _ = |row| row.value;
+        let mut further = equations.loads.clone();
+        further.extend(&equations.state_rates);
+        further.push(equations.power);
+        let mut engine = Self {
+            dynamics: Constraints::new(equations, model, rows, &[gamma, time], &further)?,
+            geometry: Constraints::new(equations, model, rows, &[value, time], &[])?,
+            solver,
+            multipliers: vec![0.0; rows.len()],
+            right: vec![0.0; rows.len()],
+            factored_at: Vec::new(),
+            health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
+        };
+        engine.solver.set_mass(&mass_values(model))?;
+        Ok(engine)
+    }
+
+    /// Factors the Jacobian unless the one of this very position is in force.
+    fn factor(&mut self, from: Source, key: &[f64], counters: &mut Counters) -> Result<Health, LinalgError> {
+        if self.factored_at == key {
+            counters.reused += 1;
+            return Ok(self.health);
+        }
+        self.factored_at.clear();
+        let jacobian = match from {
+            Source::Dynamics => self.dynamics.jacobian(),
+            Source::Geometry => self.geometry.jacobian(),
+        };
+        counters.factorisations += 1;
+        self.health = self.solver.refactor(jacobian)?;
+        self.factored_at.extend_from_slice(key);
+        Ok(self.health)
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Source {
+    Dynamics,
+    Geometry,
+}
+
+/// See the module documentation.
+pub struct WorkingForm {
+    layout: Layout,
+    sets: Vec<Box<dyn ElementSet>>,
+    groups: Vec<Group>,
+    inputs: Vec<f64>,
+    regular: Option<Engine<SparseLdl>>,
+    safe: Engine<DenseQr>,
+    /// Pivot ratio of the sparse engine below which it is not trusted.
+    least_health: f64,
+    /// Number of independent rows, and pivot ratio of the rank-safe engine, at the start.
+    start: Health,
+    /// Whether the correction solved last went through the rank-safe engine.
+    corrected_safely: bool,
+    accelerations: Vec<f64>,
+    /// Whether stages of a method are brought to the constraints before they are evaluated.
+    projected_stages: bool,
+    /// The state that is evaluated.
+    stage: Vec<f64>,
+    force: Vec<f64>,
+    key: Vec<f64>,
+    row_names: Vec<String>,
+    length: f64,
+    counters: Counters,
+}
+
+impl WorkingForm {
+    /// Prepares programs and engines. The opaque elements of the model move in.
+    ///
+    /// # Errors
+    /// When the linear algebra refuses the model's mass matrix.
+    pub fn new(
+        equations: &Equations,
+        model: &mut Model,
+        plan: &Plan,
+        length: f64,
+        start_health: f64,
+    ) -> Result<Self, AnalysisError> {
+        let layout = plan.layout.clone();
+        let all: Vec<usize> = (0..layout.rows).collect();
+        let regular = match plan.always_rank_safe {
+            Some(_) => None,
+            None => {
+                let solver = sparse_engine(equations, model, &plan.independent_rows, &layout)?;
+                Some(Engine::new(equations, model, &plan.independent_rows, solver)?)
+            }
+        };
+        let structure = structure(equations, model, &all)?;
+        let safe = Engine::new(equations, model, &all, DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?)?;
+        let row_names = (0..layout.rows)
+            .map(|row| {
+                let (element, k) = layout.element_of_row(row);
+                model.elements[element].row_name(k)
+            })
+            .collect();
+        Ok(Self {
+            groups: groups(&layout),
+            inputs: vec![0.0; layout.inputs()],
+            accelerations: vec![0.0; layout.velocities()],
+            force: vec![0.0; layout.velocities()],
+            projected_stages: false,
+            stage: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
+            key: Vec::with_capacity(7 * layout.bodies + 1),
+            least_health: (start_health * SICK_SHARE).min(SICK_RATIO),
+            sets: std::mem::take(&mut model.sets),
+            start: plan.health,
+            corrected_safely: false,
+            regular,
+            safe,
+            row_names,
+            length,
+            layout,
+            counters: Counters::default(),
+        })
+    }
+
+    /// Operations per evaluation of the right side.
+    #[must_use]
+    pub fn operations(&self) -> usize {
+        match &self.regular {
+            Some(engine) => engine.dynamics.program().operations(),
+            None => self.safe.dynamics.program().operations(),
+        }
+    }
+
+    /// Writes time and state into the inputs of the programs.
+    fn load(&mut self, t: f64, state: &[f64]) {
+        self.inputs[Layout::TIME] = t;
+        self.key.clear();
+        self.key.push(t);
+        for body in 0..self.layout.bodies {
+            let from = BODY_STATES * body;
+            let to = self.layout.body_slot(body, 0);
+            self.inputs[to..to + BODY_STATES].copy_from_slice(&state[from..from + BODY_STATES]);
+            self.key.extend_from_slice(&state[from..from + 7]);
+        }
+        let states = BODY_STATES * self.layout.bodies;
+        let slot = self.layout.state_slot();
+        self.inputs[slot..slot + self.layout.states].copy_from_slice(&state[states..states + self.layout.states]);
+    }
+
+    /// Accelerations and multipliers at the inputs' state: [M Phi_q^T; Phi_q 0] [a; lambda] = [Q; gamma].
+    fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
+        if let Some(engine) = &mut self.regular {
+            engine.dynamics.evaluate(&self.inputs, &self.sets)?;
+            let health = engine.factor(Source::Dynamics, &self.key, &mut self.counters);
+            if is_healthy(&health, self.least_health) {
+                let loads = &engine.dynamics.further(FUNCTIONS)[..self.force.len()];
+                let gamma = engine.dynamics.function(0);
+                engine.solver.solve(loads, gamma, &mut self.accelerations, &mut engine.multipliers)?;
+                return Ok(Used::Regular);
+            }
+            self.counters.rank_safe += 1;
+        }
+        let engine = &mut self.safe;
+        engine.dynamics.evaluate(&self.inputs, &self.sets)?;
+        engine.factor(Source::Dynamics, &self.key, &mut self.counters)?;
+        let loads = &engine.dynamics.further(FUNCTIONS)[..self.force.len()];
+        let gamma = engine.dynamics.function(0);
+        engine.solver.solve(loads, gamma, &mut self.accelerations, &mut engine.multipliers)?;
+        Ok(Used::Safe)
+    }
+
+    /// The smallest move (in the metric of the mass) that changes the rows by minus their residual: M d + Phi_q^T mu = 0,
+    /// Phi_q d = -residual. Left in `accelerations`. Returns which residual was worst and by how much.
+    fn solve_correction(&mut self, velocity: bool) -> Result<(f64, Option<usize>), AnalysisError> {
+        self.force.fill(0.0);
+        if let Some(engine) = &mut self.regular {
+            engine.geometry.evaluate(&self.inputs, &self.sets)?;
+            let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
+            if !velocity && worst.0 <= ROUND_OFF * self.length {
+                self.accelerations.fill(0.0);
+                return Ok(worst);
+            }
+            let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
+            if is_healthy(&health, self.least_health) {
+                engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
+                self.corrected_safely = false;
+                return Ok(worst);
+            }
+        }
+        self.corrected_safely = true;
+        let engine = &mut self.safe;
+        engine.geometry.evaluate(&self.inputs, &self.sets)?;
+        let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
+        engine.factor(Source::Geometry, &self.key, &mut self.counters)?;
+        engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
+        Ok(worst)
+    }
+
+    /// Newton's method on the positions.
+    fn project_positions(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+        for _ in 0..MOST_CORRECTIONS {
+            self.load(t, state);
+            let (violation, row) = self.solve_correction(false)?;
+            if !violation.is_finite() {
+                return Err(AnalysisError::NotFinite { what: format!("constraint {}", self.row_name(row)) });
+            }
+            if violation <= ROUND_OFF * self.length {
+                return Ok(());
+            }
+            self.counters.position_corrections += 1;
+            let size = self.move_bodies(state);
+            // Quadratic convergence: the next violation is about size^2 / length.
+            if (size / self.length).powi(2) <= ROUND_OFF {
+                self.load(t, state);
+                return Ok(());
+            }
+        }
+        self.load(t, state);
+        let (violation, row) = self.solve_correction(false)?;
+        // Near-singular positions stall at a small violation; far ones mean that the branch is lost.
+        if violation > 1e-9 * self.length {
+            let violation = violation / self.length;
+            return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
+        }
+        Ok(())
+    }
+
+    fn row_name(&self, row: Option<usize>) -> String {
+        row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
+    }
+
+    /// Moves all bodies by the correction in `accelerations`; gives its size, m.
+    fn move_bodies(&self, state: &mut [f64]) -> f64 {
+        let mut size = 0.0_f64;
+        for body in 0..self.layout.bodies {
+            let d = &self.accelerations[6 * body..6 * body + 6];
+            move_body(&mut state[BODY_STATES * body..BODY_STATES * body + 7], d);
+            for k in 0..3 {
+                size = size.max(d[k].abs()).max(d[3 + k].abs() * self.length);
+            }
+        }
+        size
+    }
+
+    fn normalise(&self, state: &mut [f64]) {
+        for body in 0..self.layout.bodies {
+            normalise(&mut state[BODY_STATES * body + 3..BODY_STATES * body + 7]);
+        }
+    }
+}
+
+/// Which engine solved.
+#[derive(Clone, Copy)]
+enum Used {
+    Regular,
+    Safe,
+}
+
+fn is_healthy(health: &Result<Health, LinalgError>, least: f64) -> bool {
+    matches!(health, Ok(health) if health.smallest_pivot_ratio >= least)
+}
+
+/// Puts minus the residual of positions or velocities into `engine.right`; gives the worst violation.
+fn residual<S>(
+    engine: &mut Engine<S>,
+    velocity: bool,
+    layout: &Layout,
+    inputs: &[f64],
+    length: f64,
+) -> (f64, Option<usize>) {
+    if velocity {
+        rate_residual(&engine.geometry, layout, inputs, &mut engine.right);
+    } else {
+        engine.right.copy_from_slice(engine.geometry.function(0));
+    }
+    let worst = engine.geometry.worst(&engine.right, length);
+    engine.right.iter_mut().for_each(|x| *x = -*x);
+    worst
+}
+
+/// Phi_q [v; omega'] + Phi_t.
+fn rate_residual(geometry: &Constraints, layout: &Layout, inputs: &[f64], right: &mut [f64]) {
+    right.copy_from_slice(geometry.function(1));
+    for ((row, column), value) in geometry.structure.jacobian.iter().zip(geometry.jacobian()) {
+        right[*row] += value * inputs[layout.body_slot(column / 6, 7 + column % 6)];
+    }
+}
+
+/// Moves a body's (r, p) by (dr, dpi'): p + G^T dpi' / 2, normalised (Haug 1989, eq. 9.3.33).
+pub(super) fn move_body(pose: &mut [f64], d: &[f64]) {
+    for k in 0..3 {
+        pose[k] += d[k];
+    }
+    let rate = parameter_rates([pose[3], pose[4], pose[5], pose[6]], [d[3], d[4], d[5]]);
+    for k in 0..4 {
+        pose[3 + k] += rate[k];
+    }
+    normalise(&mut pose[3..7]);
+}
+
+pub(super) fn normalise(p: &mut [f64]) {
+    let length = p.iter().map(|e| e * e).sum::<f64>().sqrt();
+    p.iter_mut().for_each(|e| *e /= length);
+}
+
+/// G^T omega' / 2 (Haug 1989, eq. 9.3.33).
+pub(super) fn parameter_rates([e0, e1, e2, e3]: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 4] {
+    [
+        0.5 * (-e1 * x - e2 * y - e3 * z),
+        0.5 * (e0 * x - e3 * y + e2 * z),
+        0.5 * (e3 * x + e0 * y - e1 * z),
+        0.5 * (-e2 * x + e1 * y + e0 * z),
+    ]
+}
+
+fn groups(layout: &Layout) -> Vec<Group> {
+    let mut groups = Vec::new();
+    for _ in 0..layout.bodies {
+        groups.extend([Group::Position; 3]);
+        groups.extend([Group::Parameter; 4]);
+        groups.extend([Group::Velocity; 3]);
+        groups.extend([Group::AngularVelocity; 3]);
+    }
+    groups.extend(std::iter::repeat_n(Group::State, layout.states));
+    groups.push(Group::Work);
+    groups
+}
+
+/// The sparse engine for a choice of rows: one cluster per body and per joint.
+///
+/// # Errors
+/// When the patterns are inconsistent, which would be a defect of the equations.
+pub fn sparse_engine(
+    equations: &Equations,
+    model: &Model,
+    rows: &[usize],
+    layout: &Layout,
+) -> Result<SparseLdl, LinalgError> {
+    let structure = structure(equations, model, rows)?;
+    let clusters = Clusters {
+        velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
+        rows: rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
+    };
+    SparseLdl::with_computed_order(&structure, Some(&clusters))
+}
+
+impl Formulation for WorkingForm {
+    fn name(&self) -> &'static str {
+        if self.regular.is_some() { "interpreted, sparse" } else { "interpreted, rank-safe" }
+    }
+
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn state_of(&self, working: &[f64], state: &mut [f64]) {
+        state.copy_from_slice(working);
+    }
+
+    fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
+        let slot = self.layout.reference_slot();
+        self.inputs[slot..slot + references.len()].copy_from_slice(references);
+        let slot = self.layout.discrete_slot();
+        self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
+        // A joint's equations may contain them.
+        self.safe.factored_at.clear();
+        if let Some(engine) = &mut self.regular {
+            engine.factored_at.clear();
+        }
+    }
+
+    fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
+        self.counters.evaluations += 1;
+        let mut stage = std::mem::take(&mut self.stage);
+        stage.copy_from_slice(state);
+        if self.projected_stages {
+            self.counters.stage_projections += 1;
+            let result = self.project(t, &mut stage);
+            self.load(t, &stage);
+            self.stage = stage;
+            result?;
+        } else {
+            self.load(t, state);
+            self.stage = stage;
+        }
+        let used = self.solve_dynamics()?;
+        if matches!(used, Used::Safe) && self.regular.is_some() && !self.projected_stages {
+            // From here on every stage is brought to the constraints first; this step is tried again.
+            self.projected_stages = true;
+            return Err(AnalysisError::NextToSingular);
+        }
+        let state = &self.stage;
+        let (further, times, multipliers) = match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => {
+                (engine.dynamics.further(FUNCTIONS), engine.dynamics.function(1), &engine.multipliers)
+            }
+            _ => (self.safe.dynamics.further(FUNCTIONS), self.safe.dynamics.function(1), &self.safe.multipliers),
+        };
+        for body in 0..self.layout.bodies {
+            let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
+            let dy = &mut rates[BODY_STATES * body..BODY_STATES * (body + 1)];
+            dy[..3].copy_from_slice(&y[7..10]);
+            let p_rate = parameter_rates([y[3], y[4], y[5], y[6]], [y[10], y[11], y[12]]);
+            dy[3..7].copy_from_slice(&p_rate);
+            dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
+        }
+        let states = BODY_STATES * self.layout.bodies;
+        let after_loads = &further[self.force.len()..];
+        rates[states..states + self.layout.states].copy_from_slice(&after_loads[..self.layout.states]);
+        // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
+        let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
+        rates[states + self.layout.states] = after_loads[self.layout.states] + driven;
+        if rates.iter().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        Err(AnalysisError::NotFinite { what: "an acceleration or the rate of a state".into() })
+    }
+
+    fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+        self.normalise(state);
+        if self.layout.rows == 0 {
+            return Ok(());
+        }
+        self.project_positions(t, state)?;
+        self.load(t, state);
+        self.solve_correction(true)?;
+        for body in 0..self.layout.bodies {
+            for k in 0..6 {
+                state[BODY_STATES * body + 7 + k] += self.accelerations[6 * body + k];
+            }
+        }
+        Ok(())
+    }
+
+    fn is_near_singular(&self) -> bool {
+        let health = self.safe.health;
+        self.corrected_safely
+            && (health.rank < self.start.rank
+                || health.smallest_pivot_ratio < NEAR_SINGULAR * self.start.smallest_pivot_ratio)
+    }
+
+    fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
+        self.load(t, state);
+        if dynamics {
+            let used = self.solve_dynamics()?;
+            let slot = self.layout.acceleration_slot();
+            self.inputs[slot..slot + self.accelerations.len()].copy_from_slice(&self.accelerations);
+            let slot = self.layout.multiplier_slot();
+            self.inputs[slot..slot + self.layout.rows].fill(0.0);
+            let (rows, multipliers) = match (used, &self.regular) {
+                (Used::Regular, Some(engine)) => (&engine.dynamics.rows, &engine.multipliers),
+                _ => (&self.safe.dynamics.rows, &self.safe.multipliers),
+            };
+            for (row, value) in rows.iter().zip(multipliers) {
+                self.inputs[slot + row] = *value;
+            }
+        }
+        Ok(Observed { inputs: &self.inputs })
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {
+        &mut self.sets
+    }
+
+    fn sets(&self) -> &[Box<dyn ElementSet>] {
+        &self.sets
+    }
+}

@@ -1,0 +1,289 @@
+//! The catalog: which element types there are, and which library provides each.
+//!
+//! - **Takes**: names of libraries with a [`SearchPath`], or libraries that are linked in.
+//! - **Gives**: [`Catalog::find`]: the class behind a type name, and which library it is from.
+//! - **May touch**: files of libraries, the user's cache folder, the loader of the system. `loader.rs` is the only file
+//!   of the host that loads foreign code; a library's text ([`Manifest`]) is read and judged before its code runs.
+//! - **Must not know**: scenes, equations, bodies.
+//!
+//! Full names are `package/element`. The short name, the part behind the slash, is enough while it is unique among the
+//! loaded libraries.
+//!
+//! Without the feature `abi` a catalog holds linked-in libraries only.
+
+mod error;
+#[cfg(feature = "abi")]
+mod file;
+#[cfg(feature = "abi")]
+mod loader;
+#[cfg(feature = "abi")]
+mod private_copy;
+mod search;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use element_api::descriptor::{Descriptor, Kind};
+use element_api::fence;
+use element_api::manifest::{ABI, CONVENTIONS, INTERFACE, Library, ManifestElement, Profile};
+use element_api::set::ElementClass;
+
+use crate::diagnostics::{Diagnostic, suggest};
+
+pub use element_api::manifest::Manifest;
+pub use error::CatalogError;
+#[cfg(feature = "abi")]
+pub use file::{read_manifest, scan};
+pub use search::{ENVIRONMENT, SearchPath};
+
+/// The element types that a scene may use.
+#[derive(Default)]
+pub struct Catalog {
+    libraries: Vec<Entry>,
+    warnings: Vec<Diagnostic>,
+    /// Where the libraries were looked for; also the place to look for the one a scene forgot to name.
+    search: SearchPath,
+}
+
+/// One library of a catalog.
+struct Entry {
+    info: Arc<LibraryInfo>,
+    classes: Vec<Arc<dyn ElementClass>>,
+}
+
+/// What is known of a library.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LibraryInfo {
+    /// Name of its crate; the part before the slash in full element names.
+    pub package: String,
+    /// Version of its crate.
+    pub version: String,
+    /// One sentence for the user.
+    pub about: String,
+    /// The file it was loaded from; `None` when it is linked in.
+    pub path: Option<PathBuf>,
+    /// SHA-256 of that file, 64 hexadecimal digits; `None` when it is linked in.
+    pub sha256: Option<String>,
+    /// Version of the binary interface.
+    pub abi: u32,
+    /// Number of its conventions (axes, units, signs).
+    pub conventions: u32,
+    /// Version of `element-api` it was built with.
+    pub interface: String,
+    /// How it was compiled.
+    pub profile: Profile,
+    /// Processor features its compiler was allowed to use.
+    pub features: Vec<String>,
+    /// What it provides.
+    pub elements: Vec<ManifestElement>,
+}
+
+/// An element type of a catalog.
+#[derive(Clone)]
+pub struct ElementHandle {
+    /// The class.
+    pub class: Arc<dyn ElementClass>,
+    /// The library it is from.
+    pub library: Arc<LibraryInfo>,
+}
+
+impl ElementHandle {
+    /// Names, parameters, sizes.
+    #[must_use]
+    pub fn descriptor(&self) -> &Descriptor {
+        self.class.descriptor()
+    }
+
+    /// `package/element`.
+    #[must_use]
+    pub fn full_name(&self) -> String {
+        format!("{}/{}", self.library.package, self.descriptor().name)
+    }
+}
+
+impl std::fmt::Debug for ElementHandle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ElementHandle({})", self.full_name())
+    }
+}
+
+impl std::fmt::Debug for Catalog {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.elements()).finish()
+    }
+}
+
+impl Catalog {
+    /// A catalog without libraries.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A catalog of the requested libraries, each a name such as `"joints"` or the path of a file.
+    ///
+    /// # Errors
+    /// Every request that failed, by its number, in their order.
+    pub fn load<S: AsRef<str>>(requests: &[S], search: &SearchPath) -> Result<Self, Vec<(usize, CatalogError)>> {
+        let mut catalog = Self::new();
+        let mut errors = Vec::new();
+        for (k, request) in requests.iter().enumerate() {
+            if let Err(error) = catalog.add(request.as_ref(), search) {
+                errors.push((k, error));
+            }
+        }
+        if errors.is_empty() { Ok(catalog) } else { Err(errors) }
+    }
+
+    /// Adds a library that is looked for on the search path; `request` is a name or the path of a file. A file that is
+    /// already in the catalog is not added again.
+    ///
+    /// # Errors
+    /// See [`CatalogError`]; the catalog is then as before.
+    #[cfg(feature = "abi")]
+    pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+        self.search = search.clone();
+        let path = search.locate(request)?;
+        let opened = loader::load(&path)?;
+        let same = |entry: &&Entry| entry.info.sha256.is_some() && entry.info.sha256 == opened.info.sha256;
+        if let Some(known) = self.libraries.iter().find(same) {
+            return Ok(Arc::clone(&known.info));
+        }
+        let info = self.insert(opened.info, opened.classes)?;
+        self.warnings.extend(opened.warnings);
+        Ok(info)
+    }
+
+    /// Without the feature `abi` nothing can be loaded.
+    ///
+    /// # Errors
+    /// [`CatalogError::NoLoader`], always.
+    #[cfg(not(feature = "abi"))]
+    pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+        self.search = search.clone();
+        Err(CatalogError::NoLoader { request: request.into() })
+    }
+
+    /// Adds a library that is linked into this program. Panics of its elements are caught as for a loaded one.
+    ///
+    /// # Errors
+    /// [`CatalogError::DuplicatePackage`].
+    pub fn add_library(&mut self, library: Library) -> Result<Arc<LibraryInfo>, CatalogError> {
+        let elements = library.classes.iter().map(|class| {
+            let descriptor = class.descriptor();
+            ManifestElement { kind: descriptor.kind.word().into(), name: descriptor.name.clone() }
+        });
+        let info = LibraryInfo {
+            elements: elements.collect(),
+            package: library.package,
+            version: library.version,
+            about: library.about,
+            path: None,
+            sha256: None,
+            abi: ABI,
+            conventions: CONVENTIONS,
+            interface: INTERFACE.into(),
+            profile: Profile::OWN,
+            features: Vec::new(),
+        };
+        self.insert(info, library.classes.into_iter().map(|class| Arc::from(fence::class(class))).collect())
+    }
+
+    fn insert(
+        &mut self,
+        info: LibraryInfo,
+        classes: Vec<Arc<dyn ElementClass>>,
+    ) -> Result<Arc<LibraryInfo>, CatalogError> {
+        if let Some(known) = self.libraries.iter().find(|entry| entry.info.package == info.package) {
+            return Err(CatalogError::DuplicatePackage {
+                package: info.package.clone(),
+                first: known.info.origin(),
+                second: info.origin(),
+            });
+        }
+        let info = Arc::new(info);
+        self.libraries.push(Entry { info: Arc::clone(&info), classes });
+        Ok(info)
+    }
+
+    /// The element type of this name, full or short. With `kind`, only types of this kind are meant.
+    ///
+    /// # Errors
+    /// [`CatalogError::UnknownType`], [`CatalogError::AmbiguousType`] or [`CatalogError::WrongKind`].
+    pub fn find(&self, name: &str, kind: Option<Kind>) -> Result<ElementHandle, CatalogError> {
+        let (package, short) = match name.split_once('/') {
+            Some((package, short)) => (Some(package), short),
+            None => (None, name),
+        };
+        let named: Vec<ElementHandle> = self
+            .elements()
+            .filter(|e| e.descriptor().name == short && package.is_none_or(|p| e.library.package == p))
+            .collect();
+        let mut fitting = named.iter().filter(|e| kind.is_none_or(|k| e.descriptor().kind == k));
+        match (fitting.next(), fitting.next()) {
+            (Some(only), None) => Ok(only.clone()),
+            (Some(_), Some(_)) => Err(CatalogError::AmbiguousType {
+                name: name.into(),
+                candidates: named.iter().map(ElementHandle::full_name).collect(),
+            }),
+            (None, _) => Err(match named.first() {
+                Some(other) => CatalogError::WrongKind {
+                    name: name.into(),
+                    expected: kind.map_or("element", Kind::word),
+                    found: other.descriptor().kind.word(),
+                },
+                None => self.unknown(name, package, short, kind),
+            }),
+        }
+    }
+
+    /// Why a name may be unknown: mistyped, or from a library that isn't loaded.
+    fn unknown(&self, name: &str, package: Option<&str>, short: &str, kind: Option<Kind>) -> CatalogError {
+        let known: Vec<ElementHandle> =
+            self.elements().filter(|e| kind.is_none_or(|k| e.descriptor().kind == k)).collect();
+        let mut words: Vec<String> = known.iter().map(|e| e.descriptor().name.clone()).collect();
+        words.sort();
+        words.dedup();
+        let provider = self.search.provider(package, short).filter(|(manifest, _)| !self.has(&manifest.package));
+        CatalogError::UnknownType {
+            name: name.into(),
+            nearest: suggest(short, words.iter().map(String::as_str)),
+            provided_by: provider.map(|(manifest, path)| (manifest.package, path)),
+            known: words,
+        }
+    }
+
+    fn has(&self, package: &str) -> bool {
+        self.libraries.iter().any(|entry| entry.info.package == package)
+    }
+
+    /// All element types, library after library in the order of loading.
+    pub fn elements(&self) -> impl Iterator<Item = ElementHandle> + '_ {
+        self.libraries.iter().flat_map(|entry| {
+            let handle = |class| ElementHandle { class: Arc::clone(class), library: Arc::clone(&entry.info) };
+            entry.classes.iter().map(handle)
+        })
+    }
+
+    /// The libraries in the order of loading.
+    pub fn libraries(&self) -> impl Iterator<Item = &LibraryInfo> + '_ {
+        self.libraries.iter().map(|entry| &*entry.info)
+    }
+
+    /// What the user should know about the loaded libraries.
+    #[must_use]
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+}
+
+impl LibraryInfo {
+    /// The file, or `linked into this program`.
+    #[must_use]
+    pub fn origin(&self) -> String {
+        self.path.as_ref().map_or_else(|| "linked into this program".into(), |path| path.display().to_string())
+    }
+}

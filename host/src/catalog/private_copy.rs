@@ -1,0 +1,93 @@
+//! Private copies of libraries, named after their content.
+//!
+//! A library that is overwritten while it is in use (by the next build, say) crashes the program, and one that is
+//! exchanged between the check and the loading was not checked. So what was checked is written where nobody else writes,
+//! and that is loaded.
+
+use std::env::consts::DLL_SUFFIX;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, SystemTime};
+
+/// Copies that were not used for this long are removed.
+const KEPT: Duration = Duration::from_secs(14 * 24 * 3600);
+
+/// The path of a file with exactly these bytes in the user's cache folder, or, where there is none, in a new folder for
+/// temporary files. `sha256`: their hash in hexadecimal digits.
+pub(super) fn private_copy(bytes: &[u8], sha256: &str) -> io::Result<PathBuf> {
+    for folder in cache_folders() {
+        if let Ok(path) = copy_into(&folder, bytes, sha256) {
+            return Ok(path);
+        }
+    }
+    copy_into(&temporary_folder()?, bytes, sha256)
+}
+
+/// Writes the copy unless it is there already.
+pub(super) fn copy_into(folder: &Path, bytes: &[u8], sha256: &str) -> io::Result<PathBuf> {
+    fs::create_dir_all(folder)?;
+    let path = folder.join(format!("{sha256}{DLL_SUFFIX}"));
+    if fs::read(&path).is_ok_and(|present| present == bytes) {
+        // Not essential: it only keeps the copy from being taken for an old one.
+        let _ = File::options().write(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
+        return Ok(path);
+    }
+    // Written under another name and renamed, so that no other process ever sees half a file.
+    let draft = folder.join(format!("{sha256}.{}.{:?}.draft", std::process::id(), std::thread::current().id()));
+    let written =
+        File::create(&draft).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&draft, &path));
+    if let Err(error) = written {
+        let _ = fs::remove_file(&draft);
+        return Err(error);
+    }
+    remove_old(folder, SystemTime::now());
+    Ok(path)
+}
+
+/// Removes what has not been used lately; whatever can't be removed stays.
+pub(super) fn remove_old(folder: &Path, now: SystemTime) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.filter_map(Result::ok) {
+        let modified = entry.metadata().and_then(|data| data.modified());
+        if modified.is_ok_and(|then| now.duration_since(then).is_ok_and(|age| age > KEPT)) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn cache_folders() -> Vec<PathBuf> {
+    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let roots = [
+        variable("XDG_CACHE_HOME"),
+        variable("LOCALAPPDATA").filter(|_| cfg!(windows)),
+        variable("HOME").map(|home| home.join(".cache")),
+    ];
+    roots.into_iter().flatten().map(|root| root.join("odyn").join("plugins")).collect()
+}
+
+/// A folder of this process among the temporary files. Others write there too, so it must be new and closed to them.
+fn temporary_folder() -> io::Result<PathBuf> {
+    static FOLDER: Mutex<Option<PathBuf>> = Mutex::new(None);
+    let mut folder = FOLDER.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(known) = &*folder {
+        return Ok(known.clone());
+    }
+    let time = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_nanos();
+    let path = std::env::temp_dir().join(format!("odyn-plugins-{}-{time}", std::process::id()));
+    create_closed(&path)?;
+    *folder = Some(path.clone());
+    Ok(path)
+}
+
+#[cfg(unix)]
+fn create_closed(path: &Path) -> io::Result<()> {
+    use std::os::unix::fs::DirBuilderExt;
+    fs::DirBuilder::new().mode(0o700).create(path)
+}
+
+#[cfg(not(unix))]
+fn create_closed(path: &Path) -> io::Result<()> {
+    fs::create_dir(path)
+}

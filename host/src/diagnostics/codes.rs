@@ -1,0 +1,288 @@
+//! The table of all codes. A code is never reused for another meaning.
+//!
+//! To add one: a constant, and an entry of [`TABLE`] in the order of the numbers.
+//!
+//! | range | room |
+//! |---|---|
+//! | ODY01xx | text of a scene |
+//! | ODY02xx | units and quantities |
+//! | ODY03xx | model |
+//! | ODY04xx | plugins |
+//! | ODY05xx | assembly and plan |
+//! | ODY06xx | integration |
+//! | ODY07xx | audit |
+//! | ODY08xx | results and files |
+
+use super::Code;
+
+/// What `odyn explain` prints of a code.
+#[derive(Clone, Copy, Debug)]
+pub struct Explanation {
+    /// The code.
+    pub code: Code,
+    /// The mistake in a few words.
+    pub title: &'static str,
+    /// Cause, remedy and an example.
+    pub text: &'static str,
+}
+
+/// The explanation of a code; case and surrounding blanks don't matter.
+pub fn explain(code: &str) -> Option<&'static Explanation> {
+    let wanted = code.trim();
+    TABLE.iter().find(|entry| entry.code.eq_ignore_ascii_case(wanted))
+}
+
+/// Not TOML.
+pub const SYNTAX: Code = "ODY0101";
+/// A key that has no meaning at this place.
+pub const UNKNOWN_KEY: Code = "ODY0102";
+/// A key or table given twice.
+pub const DUPLICATE_KEY: Code = "ODY0103";
+/// A key that must be there is not.
+pub const MISSING_KEY: Code = "ODY0104";
+/// A value of another kind than expected.
+pub const WRONG_TYPE: Code = "ODY0105";
+/// A list of another length than expected.
+pub const WRONG_LENGTH: Code = "ODY0106";
+/// Two things of the same name.
+pub const DUPLICATE_NAME: Code = "ODY0107";
+/// A name that cannot be used.
+pub const BAD_NAME: Code = "ODY0108";
+/// A word that is not one of the words possible here.
+pub const UNKNOWN_WORD: Code = "ODY0109";
+/// Two keys that exclude each other, or one that needs another.
+pub const CONFLICTING_KEYS: Code = "ODY0110";
+/// A number outside of its range.
+pub const OUT_OF_RANGE: Code = "ODY0111";
+/// `nan`, `inf` or a number too large to be represented.
+pub const NOT_FINITE: Code = "ODY0112";
+/// A vector without a direction.
+pub const NO_DIRECTION: Code = "ODY0113";
+/// An orientation that is not a rotation.
+pub const NOT_A_ROTATION: Code = "ODY0114";
+/// An orientation that had to be normalised.
+pub const NORMALISED: Code = "ODY0115";
+/// A `--set` that cannot be applied.
+pub const BAD_OVERRIDE: Code = "ODY0116";
+/// Nested too deeply.
+pub const TOO_DEEP: Code = "ODY0117";
+/// A scene file that cannot be read.
+pub const UNREADABLE: Code = "ODY0118";
+
+/// A unit that doesn't exist.
+pub const UNKNOWN_UNIT: Code = "ODY0201";
+/// A unit that is written wrongly.
+pub const UNIT_SYNTAX: Code = "ODY0202";
+/// A quantity of another dimension than expected.
+pub const DIMENSION: Code = "ODY0203";
+/// Arithmetic on quantities that don't fit each other.
+pub const MIXED_DIMENSIONS: Code = "ODY0204";
+/// A plain number where only its unit could tell what it is.
+pub const NEEDS_UNIT: Code = "ODY0205";
+/// An expression that can be read in two ways.
+pub const AMBIGUOUS: Code = "ODY0206";
+/// An expression that is written wrongly.
+pub const EXPRESSION_SYNTAX: Code = "ODY0207";
+/// A name in an expression that is not a parameter.
+pub const UNKNOWN_PARAMETER: Code = "ODY0208";
+/// Parameters that need each other.
+pub const PARAMETER_CYCLE: Code = "ODY0209";
+/// An expression without a finite value.
+pub const NO_VALUE: Code = "ODY0210";
+/// An expression nested too deeply.
+pub const EXPRESSION_TOO_DEEP: Code = "ODY0211";
+
+/// A body name that the scene doesn't define.
+pub const UNKNOWN_BODY: Code = "ODY0301";
+/// An element type that no library provides.
+pub const UNKNOWN_TYPE: Code = "ODY0302";
+/// A short element type that several libraries provide.
+pub const AMBIGUOUS_TYPE: Code = "ODY0303";
+/// An element of another kind than the table it stands in.
+pub const WRONG_KIND: Code = "ODY0304";
+/// An element between a body and itself.
+pub const SELF_JOINT: Code = "ODY0305";
+/// Another number of bodies than the element connects.
+pub const BODY_COUNT: Code = "ODY0306";
+/// A mass that no body can have.
+pub const BAD_MASS: Code = "ODY0307";
+/// An inertia tensor that is not positive definite.
+pub const BAD_INERTIA: Code = "ODY0308";
+/// An inertia tensor that violates the triangle inequality.
+pub const UNREAL_INERTIA: Code = "ODY0309";
+/// A parameter that the element doesn't have.
+pub const UNKNOWN_ELEMENT_PARAMETER: Code = "ODY0310";
+/// A parameter of an element that must be given.
+pub const MISSING_ELEMENT_PARAMETER: Code = "ODY0311";
+/// A parameter of an element out of its range.
+pub const ELEMENT_PARAMETER_RANGE: Code = "ODY0312";
+/// A parameter that the element itself refuses.
+pub const ELEMENT_REFUSES: Code = "ODY0313";
+/// An element whose placement is missing or incomplete.
+pub const BAD_PLACEMENT: Code = "ODY0314";
+/// An output of a quantity that doesn't exist.
+pub const UNKNOWN_QUANTITY: Code = "ODY0315";
+/// An output of a body or element that doesn't exist.
+pub const UNKNOWN_TARGET: Code = "ODY0316";
+/// A component or channel that the quantity doesn't have.
+pub const UNKNOWN_COMPONENT: Code = "ODY0317";
+/// A figure of a channel that doesn't exist.
+pub const UNKNOWN_CHANNEL: Code = "ODY0318";
+/// A scene in which nothing can move or nothing is defined.
+pub const NOTHING_TO_DO: Code = "ODY0319";
+/// A method or engine that doesn't exist.
+pub const UNKNOWN_METHOD: Code = "ODY0320";
+
+/// A plugin library that wasn't found.
+pub const PLUGIN_NOT_FOUND: Code = "ODY0401";
+/// A file that is not a library for this machine.
+pub const NOT_A_LIBRARY: Code = "ODY0402";
+/// A library without a plugin manifest.
+pub const NO_MANIFEST: Code = "ODY0403";
+/// A plugin for another version of the interface.
+pub const ABI_VERSION: Code = "ODY0404";
+/// A plugin whose types have another layout.
+pub const ABI_LAYOUT: Code = "ODY0405";
+/// A plugin written for other conventions.
+pub const ABI_CONVENTIONS: Code = "ODY0406";
+/// A plugin compiled for another processor.
+pub const CPU_FEATURES: Code = "ODY0407";
+/// A plugin that panicked.
+pub const PLUGIN_PANICKED: Code = "ODY0408";
+/// Two plugins with the same element.
+pub const DUPLICATE_ELEMENT: Code = "ODY0409";
+/// A plugin compiled without optimisation.
+pub const DEBUG_PLUGIN: Code = "ODY0410";
+/// A plugin that answered something impossible.
+pub const PLUGIN_MISBEHAVED: Code = "ODY0411";
+
+/// No position satisfies all joints.
+pub const CANNOT_ASSEMBLE: Code = "ODY0501";
+/// Redundant joint equations contradict each other.
+pub const CONFLICTING_CONSTRAINTS: Code = "ODY0502";
+/// Prescribed velocities contradict the joints.
+pub const INCONSISTENT_VELOCITIES: Code = "ODY0503";
+/// Assembly would move bodies further than allowed.
+pub const ASSEMBLY_JUMP: Code = "ODY0504";
+/// Some joint equations are redundant.
+pub const REDUNDANT_CONSTRAINTS: Code = "ODY0505";
+/// Some reactions are not unique.
+pub const REACTIONS_NOT_UNIQUE: Code = "ODY0506";
+/// The motion is not determined by masses and joints.
+pub const SINGULAR_MASS: Code = "ODY0507";
+
+/// The step had to become too small.
+pub const STEP_TOO_SMALL: Code = "ODY0601";
+/// A value became infinite or undefined.
+pub const MOTION_NOT_FINITE: Code = "ODY0602";
+/// The run was interrupted.
+pub const INTERRUPTED: Code = "ODY0603";
+/// The allowed number of steps was used up.
+pub const TOO_MANY_STEPS: Code = "ODY0604";
+/// The position could not be brought back to the joints.
+pub const PROJECTION_FAILED: Code = "ODY0605";
+
+/// A constraint violation above the limit.
+pub const AUDIT_CONSTRAINTS: Code = "ODY0701";
+/// An energy error above the limit.
+pub const AUDIT_ENERGY: Code = "ODY0702";
+
+/// Results cannot be written.
+pub const CANNOT_WRITE: Code = "ODY0801";
+/// A table of results cannot be read.
+pub const CANNOT_READ_RESULTS: Code = "ODY0802";
+/// Two tables have nothing in common.
+pub const NOTHING_TO_COMPARE: Code = "ODY0803";
+
+const fn entry(code: Code, title: &'static str, text: &'static str) -> Explanation {
+    Explanation { code, title, text }
+}
+
+/// All codes in ascending order, each with its explanation.
+#[rustfmt::skip]
+pub const TABLE: &[Explanation] = &[
+    entry(SYNTAX, "the scene is not valid TOML", "A bracket, quote, comma or `=` is missing or too much. All such places are reported together; what they mean is checked once they are gone. Text values need quotes: write `name = \"rotor\"`, not `name = rotor`."),
+    entry(UNKNOWN_KEY, "unknown key", "The key has no meaning in this table, usually because it is mistyped or stands below the wrong header. Nothing is ever ignored silently. Correct the spelling; parameters of an element belong into its `params` table: `params = { stiffness = \"20 N/mm\" }`."),
+    entry(DUPLICATE_KEY, "duplicate key", "The same key or table is defined twice, so one of the two would be lost. Remove one. Several bodies are written as `[[body]]` (double brackets), each with its own keys."),
+    entry(MISSING_KEY, "missing key", "The table lacks a key that has no sensible default. Add it below the header that the message points to, for example `mass = 0.04` below `[[body]]`."),
+    entry(WRONG_TYPE, "wrong type of value", "The value is of another kind than expected, such as text instead of a list. The message says what is expected and what was found. Example: a position is a list of three, `position = [0, 0, \"8.5 mm\"]`."),
+    entry(WRONG_LENGTH, "wrong number of entries", "A list has too few or too many entries: vectors have 3, Euler parameters 4, an inertia tensor 3 (principal) or 6 (`xx, yy, zz, xy, yz, zx`)."),
+    entry(DUPLICATE_NAME, "duplicate name", "Two bodies or elements, or two outputs, or two figures have the same name, so a reference to it would be ambiguous. Bodies and elements share one set of names. Rename one of them."),
+    entry(BAD_NAME, "unusable name", "Names consist of letters A-Z and a-z, digits, `_` and `-` (outputs may also contain `.`); they are not empty, and `ground` is reserved for the ground. Names of parameters appear in expressions: they start with a letter, have no `-`, and differ from functions and `pi`."),
+    entry(UNKNOWN_WORD, "unknown word", "The text is not one of the words that are possible here. The message lists them or names the nearest one. Example: `take = \"peak\"`."),
+    entry(CONFLICTING_KEYS, "keys that don't go together", "Two keys say the same thing in different ways (`point` and `points`, `output_step` and `output_times`), or a key needs another one (`where` needs `equals`). Keep one of them, or add the missing one."),
+    entry(OUT_OF_RANGE, "number out of range", "The number has no meaning here: an end before the start, a step of zero, a negative tolerance. The message names the condition. Example: `t_end = 200` with `t_start = 0`."),
+    entry(NOT_FINITE, "not a finite number", "`nan`, `inf` and numbers above 1.8e308 cannot be computed with. If no limit is meant, leave the key out."),
+    entry(NO_DIRECTION, "vector without direction", "An axis must have a length to give a direction, and a second axis must not be parallel to the first. Example: `axis = [0, 0, 1]`; the length of an axis doesn't matter."),
+    entry(NOT_A_ROTATION, "orientation is not a rotation", "The matrix is not orthonormal or describes a mirror image, or the Euler parameters are all zero. Columns of the matrix are the body's axes in ground, rows are listed: `matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]`."),
+    entry(NORMALISED, "orientation was normalised", "Euler parameters or a matrix deviate from a rotation by more than 1e-6, more than rounding explains. They were normalised. Give more digits, or use `axis` and `angle`."),
+    entry(BAD_OVERRIDE, "`--set` cannot be applied", "`--set K=V` changes a parameter (`crank.radius=9mm`), a setting (`simulation.t_end=50`), or a key of a named body or element (`rotor.mass=0.05`, `main_bearing.params.friction=0`). If a name is both, write `parameters.`, `body.`, `joint.`, `force.`, `control.`, `output.` or `figure.` in front."),
+    entry(TOO_DEEP, "nested too deeply", "Tables or keys are nested far deeper than any scene needs. Flatten them."),
+    entry(UNREADABLE, "the scene file cannot be read", "The file doesn't exist, may not be read, or is not UTF-8 text. Save it as UTF-8."),
+
+    entry(UNKNOWN_UNIT, "unknown unit", "Known are m, g, t, s, min, h, N, J, W, Pa, bar, Hz, rad, deg, turn, rev, rpm, in, ft, lbm, lbf, % and 1, those of the metric system with the prefixes p n u m c d k M G T. Products are written with a blank: `N m`, not `Nm`."),
+    entry(UNIT_SYNTAX, "a unit is written wrongly", "Units are products (blank, `*` or `·`), quotients (`/`) and integer powers (`^2`, `²`) of known units: `\"N m s/rad\"`, `\"kg*mm^2\"`, `\"1/s\"`. A blank behind a quotient is ambiguous: write `N/(m s)` or `N s/m`."),
+    entry(DIMENSION, "wrong dimension", "The value is, say, a time where a length belongs. Plain numbers are taken in the scene's own unit; a unit in the text converts: `\"8.5 mm\"`. Torque and energy count as equal, and the angle in `N m/rad` may be left out."),
+    entry(MIXED_DIMENSIONS, "quantities that cannot be combined", "Only like can be added to like: `\"crank.radius + 1 mm\"`. Functions such as `exp` need plain numbers, powers of quantities need exponents that leave whole dimensions."),
+    entry(NEEDS_UNIT, "plain number among quantities", "In arithmetic a plain number has no unit, so it cannot be added to a length: write `\"crank.radius + 1 mm\"`. Likewise `sin(30)` in a scene in degrees: write `sin(30 deg)`. And `Hz` counts cycles: write `50 turn/s` for an angular velocity."),
+    entry(AMBIGUOUS, "can be read in two ways", "In `\"2 N/m\"` a parameter named `m` could be meant as well as the metre. Rename the parameter, or put the quantity in parentheses: `\"(2 N)/m\"`."),
+    entry(EXPRESSION_SYNTAX, "the expression is incomplete", "Expressions consist of numbers, quantities, parameter names, `+ - * / ^`, parentheses, `pi`, and the functions sqrt sin cos tan asin acos atan atan2 exp ln abs min max. Example: `\"2*(crank.radius + 1 mm)\"`."),
+    entry(UNKNOWN_PARAMETER, "unknown parameter", "The name is not defined in `[parameters]`. Tables in it give dotted names: `crank.radius = \"8.5 mm\"`."),
+    entry(PARAMETER_CYCLE, "parameters that need each other", "Parameters may refer to each other in any order, but not in a circle. Give one of them as a number."),
+    entry(NO_VALUE, "the expression has no finite value", "A division by zero, the square root of a negative number, or an overflow."),
+    entry(EXPRESSION_TOO_DEEP, "the expression is nested too deeply", "Parentheses, signs or powers are nested more than 64 deep. Split the expression with the help of `[parameters]`."),
+
+    entry(UNKNOWN_BODY, "unknown body", "An element or output names a body that the scene doesn't define. `ground` always exists. Check the spelling; names are case-sensitive."),
+    entry(UNKNOWN_TYPE, "unknown element type", "No loaded library provides this type. `odyn elements list` shows all; the scene's `[plugins] libraries` says which libraries are opened."),
+    entry(AMBIGUOUS_TYPE, "several libraries provide this type", "Write the full name, `library/type`, for example `odyn-joints/revolute`."),
+    entry(WRONG_KIND, "element of another kind", "Joints stand in `[[joint]]`, forces in `[[force]]`, control elements in `[[control]]`. Change the header."),
+    entry(SELF_JOINT, "element between a body and itself", "The bodies of a joint or force must differ. One of the names is probably meant to be another body or `ground`."),
+    entry(BODY_COUNT, "wrong number of bodies", "An element connects a fixed number of bodies, in a fixed order; `odyn elements describe TYPE` shows it. Example: `bodies = [\"block\", \"rotor\"]`."),
+    entry(BAD_MASS, "mass must be positive", "A moving body needs a positive mass. Use `fixed = true` for a body that doesn't move."),
+    entry(BAD_INERTIA, "inertia must be positive definite", "The principal moments of inertia of a moving body must be positive. Check the signs of the products of inertia: `xy` is the entry of the tensor, minus the integral of x*y."),
+    entry(UNREAL_INERTIA, "no real body has this inertia", "Each principal moment of inertia of a real body is at most the sum of the other two. The motion is computed as written; `--strict` refuses it. Often the centre of reference is another one, or a unit is wrong."),
+    entry(UNKNOWN_ELEMENT_PARAMETER, "the element has no such parameter", "`odyn elements describe TYPE` lists the parameters with units and defaults."),
+    entry(MISSING_ELEMENT_PARAMETER, "the element needs a parameter", "A parameter without default must be given in `params`. `odyn elements describe TYPE` lists them."),
+    entry(ELEMENT_PARAMETER_RANGE, "parameter out of its range", "The element states the range of each parameter; `odyn elements describe TYPE` shows it."),
+    entry(ELEMENT_REFUSES, "the element refuses its parameters", "The parameters are each valid, but not together. The message comes from the element."),
+    entry(BAD_PLACEMENT, "placement is missing or incomplete", "An element needs its frames: one global `point` and `axis` at the initial position, or `frames` in body coordinates, one per body."),
+    entry(UNKNOWN_QUANTITY, "unknown output quantity", "The message lists the quantities, for example `position`, `velocity`, `reaction_force`."),
+    entry(UNKNOWN_TARGET, "output of something unknown", "`of` names a body or an element of the scene."),
+    entry(UNKNOWN_COMPONENT, "unknown component or channel", "Vectors have the components `x`, `y`, `z` and `norm`; elements declare their own channels."),
+    entry(UNKNOWN_CHANNEL, "figure of an unknown channel", "A figure is computed from a channel that an `[[output]]` names."),
+    entry(NOTHING_TO_DO, "nothing to compute", "The scene has no moving body."),
+    entry(UNKNOWN_METHOD, "unknown method or engine", "The message lists the known ones."),
+
+    entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, `ODYN_PLUGIN_PATH`, the configuration and the folder of the executable. In the source tree, `cargo build` builds the standard libraries."),
+    entry(NOT_A_LIBRARY, "not a library for this machine", "The file is truncated, or made for another system or processor. Build or copy it again."),
+    entry(NO_MANIFEST, "not an O-DYN plugin", "The library has no manifest. A plugin exports one with `export_plugin!`."),
+    entry(ABI_VERSION, "plugin of another interface version", "The library was built against another version of the plugin interface. Build it again with the `element-api` of this host."),
+    entry(ABI_LAYOUT, "plugin with another layout", "Types that cross the interface have another layout in the library. Build it again with the `element-api` of this host."),
+    entry(ABI_CONVENTIONS, "plugin with other conventions", "The library was written for other conventions (axes, units, order of Euler parameters, signs). Build it again with the `element-api` of this host."),
+    entry(CPU_FEATURES, "processor lacks features", "The library was compiled for a newer processor than this one. Compile it without `-C target-cpu=native`."),
+    entry(PLUGIN_PANICKED, "plugin panicked", "The code of the plugin failed. The message names library, element and instance; report it to the author of the plugin."),
+    entry(DUPLICATE_ELEMENT, "two libraries with the same element", "Two loaded libraries provide the same full element name. Remove one from `[plugins] libraries`."),
+    entry(DEBUG_PLUGIN, "plugin without optimisation", "The library is a debug build; its opaque elements are up to a hundred times slower. Build it with `--release`."),
+    entry(PLUGIN_MISBEHAVED, "plugin answered something impossible", "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin."),
+
+    entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. Check points, axes and initial positions of the joints with the largest remaining gap, which the message names."),
+    entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit. The message names the joints."),
+    entry(INCONSISTENT_VELOCITIES, "velocities contradict the joints", "The prescribed velocities cannot all hold. Leave those out that follow from the joints: `velocity = [\"free\", \"free\", 0]`."),
+    entry(ASSEMBLY_JUMP, "assembly moved bodies too far", "The nearest assembled position is further from the given one than allowed. Correct the initial positions, or raise the limit."),
+    entry(REDUNDANT_CONSTRAINTS, "redundant joint equations", "Some joint equations follow from others, which is normal for planar mechanisms with spatial joints. The motion is not affected."),
+    entry(REACTIONS_NOT_UNIQUE, "reactions are not unique", "Redundant joints share a load in a way that rigid bodies don't determine. Sums over the joints are unique. Use a joint with fewer constraints, or a bushing."),
+    entry(SINGULAR_MASS, "the motion is not determined", "A direction of motion has neither mass nor a joint. Give the body a mass, or fix it."),
+
+    entry(STEP_TOO_SMALL, "step too small", "The equations change faster than any sensible step: a stop without compliance, a discontinuous table, an unstable parameter. Results up to this time are kept. Try a stiff method, or look at the element named."),
+    entry(MOTION_NOT_FINITE, "value not finite", "A position, velocity or force became infinite or undefined. Results up to this time are kept."),
+    entry(INTERRUPTED, "interrupted", "The run was stopped from outside. Results up to this time are kept."),
+    entry(TOO_MANY_STEPS, "too many steps", "The number of steps reached `max_steps`. Results up to this time are kept."),
+    entry(PROJECTION_FAILED, "joints cannot be kept closed", "After a step the position could not be brought back to the joints, usually near a singular position."),
+
+    entry(AUDIT_CONSTRAINTS, "constraint violation above the limit", "Joints opened more than `audit_tolerance` allows. Lower the tolerance of the integration."),
+    entry(AUDIT_ENERGY, "energy error above the limit", "Energy is not balanced to within `audit_tolerance`. Lower the tolerance of the integration; if that doesn't help, an element's power is not what its energy says."),
+
+    entry(CANNOT_WRITE, "results cannot be written", "The folder doesn't exist, may not be written, or the disk is full."),
+    entry(CANNOT_READ_RESULTS, "table cannot be read", "The file is not a CSV table with one header line and numbers below."),
+    entry(NOTHING_TO_COMPARE, "nothing in common", "The two tables share no times or no columns besides the time."),
+];

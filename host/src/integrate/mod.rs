@@ -1,0 +1,327 @@
+//! Time integration of `y' = f(t, y)`.
+//!
+//! - **Takes**: a [`System`], a start vector, a [`Span`] with the times at which samples are
+//!   wanted, [`Options`].
+//! - **Gives**: calls of the system's hooks (samples, accepted steps), the final vector, and an
+//!   [`Outcome`] with a status and counters of all work done.
+//! - **May touch**: the state vector, and the system through its trait.
+//! - **Must not know**: mechanics, plugins, channels, files.
+//!
+//! A method is one file with one implementation of [`Integrator`] and one line in
+//! [`by_name`]. What all methods share (sampling, counting, the end of a step) is in `run.rs`.
+//!
+//! # Life of a step
+//! In this order, and in no other:
+//!
+//! 1. `max_step_hint`, then `rhs` at the stages of the method, `error_norm`. A step may be
+//!    rejected and tried again smaller; discrete memory must not change here.
+//! 2. `project`: the new state is brought back to its manifold. Then `rhs` there: it is the
+//!    first stage of the next step, and the interpolation uses it.
+//! 3. `sample` at each requested time in the step, its end included, in ascending order. States
+//!    inside the step are interpolated; the end is the step's own state.
+//! 4. `accept`: the only place where discrete memory may change.
+//! 5. `step_done`: progress, audit, the wish to stop.
+//!
+//! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
+//! Steps are not shortened to hit samples, only to hit `t_end`.
+
+mod dop853;
+mod dop853_tableau;
+mod rk4;
+mod run;
+
+#[cfg(test)]
+mod tests;
+
+use std::error::Error;
+
+pub use dop853::Dop853;
+pub use rk4::Rk4;
+
+/// A method of integration.
+pub trait Integrator: Send {
+    /// Name under which [`by_name`] finds the method.
+    fn name(&self) -> &'static str;
+
+    /// Integrates from `span.t_start` to `span.t_end`. `y` is the state at the start, already
+    /// on its manifold, and holds the last accepted state on return, whatever the result.
+    ///
+    /// Stopping early is not an error: the outcome then says where and why, and every sample
+    /// up to there was delivered.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Invalid`] before anything is evaluated, or
+    /// [`IntegrateError::System`] with the system's own [`Failure::Fatal`].
+    fn integrate(
+        &mut self,
+        system: &mut dyn System,
+        y: &mut [f64],
+        span: &Span<'_>,
+        options: &Options,
+    ) -> Result<Outcome, IntegrateError>;
+}
+
+/// The method of a name; `auto` stands for the default.
+pub fn by_name(name: &str) -> Option<Box<dyn Integrator>> {
+    match name {
+        "auto" | "dop853" => Some(Box::new(Dop853::default())),
+        "rk4" => Some(Box::new(Rk4::default())),
+        _ => None,
+    }
+}
+
+/// All names that [`by_name`] knows.
+pub fn names() -> &'static [&'static str] {
+    &["auto", "dop853", "rk4"]
+}
+
+/// What is integrated, with the hooks that watch it. Only `dim`, `rhs` and `error_norm` are
+/// required. The order of calls is in the room's documentation.
+pub trait System {
+    /// Length of the state vector; constant.
+    fn dim(&self) -> usize;
+
+    /// `dy := f(t, y)`, every entry. A function of `t`, `y` and the discrete memory, also for
+    /// times of steps that are rejected later. `[hot]`
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure>;
+
+    /// Size of `error`, a small difference of states, such that 1 is the tolerance. `y0` and
+    /// `y1` are the states at the ends of the step, for relative tolerances. It has to be a
+    /// norm (homogeneous in `error`); the first step size relies on it too. `[hot]`
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
+
+    /// Brings a new state back to its manifold. `[hot]`
+    ///
+    /// # Errors
+    /// See [`Failure`]; recoverable if the state is too far away.
+    fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Longest step that is sensible from here, > 0.
+    fn max_step_hint(&self, _t: f64, _y: &[f64]) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Takes the state at a requested time. Interpolated states are off their manifold by the
+    /// interpolation error; who needs them on it projects a copy.
+    ///
+    /// # Errors
+    /// See [`Failure`]; both kinds end the run, a recoverable one with an [`Outcome`].
+    fn sample(&mut self, _t: f64, _y: &[f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// The step to `t` is final: discrete memory may change here, and `y` too (winding of
+    /// angles, say), on its manifold.
+    ///
+    /// # Errors
+    /// See [`Failure`]; both kinds end the run, a recoverable one with an [`Outcome`].
+    fn accept(&mut self, _t: f64, _y: &mut [f64]) -> Result<Accepted, Failure> {
+        Ok(Accepted::Unchanged)
+    }
+
+    /// A step of length `h` to `t` is over.
+    fn step_done(&mut self, _t: f64, _y: &[f64], _h: f64) -> Flow {
+        Flow::Continue
+    }
+}
+
+/// Whether [`System::accept`] changed anything that `rhs` depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accepted {
+    /// `y` and `f(t, y)` are what they were; the derivative at hand is used again.
+    Unchanged,
+    /// `y` or discrete memory changed; `f(t, y)` is evaluated anew.
+    Changed,
+}
+
+/// Whether to go on after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flow {
+    /// On with the next step.
+    Continue,
+    /// End the run here, with [`StopReason::Requested`].
+    Stop,
+}
+
+/// Why a system could not do what it was asked for; carries the system's own error.
+#[derive(Debug)]
+pub enum Failure {
+    /// A smaller step may help.
+    Recoverable(Box<dyn Error + Send + Sync>),
+    /// The step as such is sound, but a somewhat shorter one would fare better: it ends, or passes, at an unlucky place.
+    Unlucky(Box<dyn Error + Send + Sync>),
+    /// Nothing will help.
+    Fatal(Box<dyn Error + Send + Sync>),
+}
+
+/// Interval of integration, `t_start <= t_end`, and the times at which samples are taken:
+/// ascending (equal ones allowed), within the interval.
+#[derive(Debug, Clone, Copy)]
+pub struct Span<'a> {
+    /// First time.
+    pub t_start: f64,
+    /// Last time, reached exactly.
+    pub t_end: f64,
+    /// Requested times.
+    pub sample_times: &'a [f64],
+}
+
+/// Options of all methods; the tolerance is part of [`System::error_norm`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Size of the first step; chosen by the method if absent.
+    pub first_step: Option<f64>,
+    /// Upper limit of all step sizes; the last one may be 1 % longer, to reach the end.
+    pub max_step: Option<f64>,
+    /// Steps tried, accepted or not, before the run is stopped.
+    pub max_steps: usize,
+    /// Steps of this size without error control, made a little smaller so that a whole number
+    /// of them fills the interval. `first_step`, `max_step` and hints are not looked at.
+    pub fixed_step: Option<f64>,
+    /// Share of the predicted step size that is tried, 0..1.
+    pub safety: f64,
+    /// Limits of the ratio of successive step sizes.
+    pub min_factor: f64,
+    /// See `min_factor`.
+    pub max_factor: f64,
+    /// Weight of the previous error in the choice of step size (Gustafsson's PI control), 0 to
+    /// about 0.04 / order; 0 = none, the usual choice for high orders.
+    pub beta: f64,
+}
+
+impl Default for Options {
+    /// The values of the program DOP853.
+    fn default() -> Self {
+        Self {
+            first_step: None,
+            max_step: None,
+            max_steps: 1_000_000,
+            fixed_step: None,
+            safety: 0.9,
+            min_factor: 1.0 / 3.0,
+            max_factor: 6.0,
+            beta: 0.0,
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Whether it reached its end.
+    pub status: Status,
+    /// Work done.
+    pub counters: Counters,
+}
+
+/// See [`Outcome`].
+#[derive(Debug)]
+pub enum Status {
+    /// `t_end` was reached.
+    Completed,
+    /// The run ended before, with valid results up to `t`.
+    StoppedEarly {
+        /// Time of the last accepted state.
+        t: f64,
+        /// Why.
+        reason: StopReason,
+    },
+}
+
+/// Why a run ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum StopReason {
+    /// [`System::step_done`] said so.
+    #[error("stopped on request")]
+    Requested,
+    /// [`Options::max_steps`] is used up.
+    #[error("the limit of {limit} steps is reached")]
+    StepLimit {
+        /// The limit.
+        limit: usize,
+    },
+    /// The error test asks for steps that do not advance time any more.
+    #[error("the error tolerance asks for a step of {step:e}, too small to advance the time")]
+    StepTooSmall {
+        /// Step size that was not tried.
+        step: f64,
+    },
+    /// The solution ceases to be finite, however small the step.
+    #[error("the solution is not finite beyond this time (last step tried {step:e})")]
+    NotFinite {
+        /// Last step size tried.
+        step: f64,
+    },
+    /// The system called steps [`Failure::Unlucky`] until they were too small to advance the time.
+    #[error("no step finds a place to end beyond this time (last step tried {step:e}): {cause}")]
+    Unlucky {
+        /// Last step size tried.
+        step: f64,
+        /// The system's error.
+        #[source]
+        cause: Box<dyn Error + Send + Sync>,
+    },
+    /// The system failed with [`Failure::Recoverable`], and no smaller step is possible.
+    #[error("no step is possible beyond this time (last step tried {step:e}): {cause}")]
+    Failed {
+        /// Last step size tried; 0 if it failed at the last accepted state itself.
+        step: f64,
+        /// The system's error.
+        #[source]
+        cause: Box<dyn Error + Send + Sync>,
+    },
+}
+
+/// Work done in a run: exact integers, the same on every machine for equal arithmetic.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Counters {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Steps tried and not accepted, for whatever reason.
+    pub rejected: usize,
+    /// Calls of [`System::rhs`].
+    pub evaluations: usize,
+    /// Calls of [`System::project`].
+    pub projections: usize,
+    /// Calls of [`System::sample`].
+    pub samples: usize,
+    /// Smallest accepted step; 0 without any.
+    pub h_min: f64,
+    /// Largest accepted step; 0 without any.
+    pub h_max: f64,
+    /// Rejected steps that were no matter of accuracy.
+    pub recoveries: Recoveries,
+}
+
+/// Named remedies taken, each counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Recoveries {
+    /// Steps tried again smaller after [`Failure::Recoverable`].
+    pub smaller_step: usize,
+    /// Steps tried again somewhat shorter after [`Failure::Unlucky`].
+    pub re_aimed: usize,
+    /// Steps tried again smaller because the result, or its error, was not finite.
+    pub not_finite: usize,
+}
+
+/// What ends a run without an outcome.
+#[derive(Debug, thiserror::Error)]
+pub enum IntegrateError {
+    /// Span, options and system do not fit together.
+    #[error("{0}")]
+    Invalid(String),
+    /// The system gave up.
+    #[error("the system failed at t = {t}: {cause}")]
+    System {
+        /// Time of the call that failed.
+        t: f64,
+        /// The system's error.
+        #[source]
+        cause: Box<dyn Error + Send + Sync>,
+    },
+}

@@ -1,0 +1,251 @@
+//! What all methods share: checks, counting, sampling, and the protocol at the end of a step.
+
+use super::{Accepted, Counters, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System};
+
+/// A stretch longer than the step by this much is taken as one step.
+const LAST_STEP_STRETCH: f64 = 1.01;
+
+/// A step this many times the spacing of floating-point times is too small.
+const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
+
+/// A run in progress: the system, and the bookkeeping around it.
+pub(super) struct Run<'a> {
+    pub(super) system: &'a mut dyn System,
+    pub(super) options: &'a Options,
+    pub(super) span: &'a Span<'a>,
+    pub(super) counters: Counters,
+    /// Time of the last accepted state.
+    pub(super) t: f64,
+    /// Number of samples taken so far.
+    next_sample: usize,
+}
+
+/// How a step that was tried may end, other than well.
+pub(super) enum Trouble {
+    /// Smaller steps may help; the reason why the run stops if they cannot.
+    Retry(StopReason),
+    /// The run ends with an outcome.
+    Stop(StopReason),
+    /// The run ends with an error.
+    Abort(IntegrateError),
+}
+
+impl<'a> Run<'a> {
+    /// Checks everything that a caller may have got wrong.
+    pub(super) fn new(
+        system: &'a mut dyn System,
+        y: &[f64],
+        span: &'a Span<'a>,
+        options: &'a Options,
+    ) -> Result<Self, IntegrateError> {
+        if let Some(fault) = fault_of(system.dim(), y, span, options) {
+            return Err(IntegrateError::Invalid(fault));
+        }
+        Ok(Self { system, options, span, counters: Counters::default(), t: span.t_start, next_sample: 0 })
+    }
+
+    /// Ends the run.
+    pub(super) fn outcome(self, status: Status) -> Outcome {
+        Outcome { status, counters: self.counters }
+    }
+
+    /// Ends the run in trouble.
+    pub(super) fn outcome_of(self, trouble: Trouble) -> Result<Outcome, IntegrateError> {
+        match trouble {
+            Trouble::Retry(reason) | Trouble::Stop(reason) => {
+                let t = self.t;
+                Ok(self.outcome(Status::StoppedEarly { t, reason }))
+            }
+            Trouble::Abort(error) => Err(error),
+        }
+    }
+
+    /// `f(t, y)` within a step of size `h`; `h` is zero at an accepted state.
+    pub(super) fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64], h: f64) -> Result<(), Trouble> {
+        self.counters.evaluations += 1;
+        self.system.rhs(t, y, dy).map_err(|failure| trouble_of(failure, t, h))
+    }
+
+    /// Brings the new state of a step of size `h` back to its manifold.
+    pub(super) fn project(&mut self, t: f64, y: &mut [f64], h: f64) -> Result<(), Trouble> {
+        self.counters.projections += 1;
+        self.system.project(t, y).map_err(|failure| trouble_of(failure, t, h))
+    }
+
+    /// Takes the samples at the start.
+    pub(super) fn sample_start(&mut self, y: &[f64]) -> Result<(), Trouble> {
+        while self.pending_sample() == Some(self.t) {
+            self.sample(self.t, y)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a sample is wanted before `t`, not at it.
+    pub(super) fn wants_sample_before(&self, t: f64) -> bool {
+        self.pending_sample().is_some_and(|time| time < t)
+    }
+
+    /// Finishes the step from the last accepted state to `t`, `y`: samples, `accept`,
+    /// `step_done`. `interpolate` writes the state at a time inside the step.
+    pub(super) fn finish_step(
+        &mut self,
+        t: f64,
+        y: &mut [f64],
+        scratch: &mut [f64],
+        mut interpolate: impl FnMut(f64, &mut [f64]),
+    ) -> Result<Accepted, Trouble> {
+        while let Some(time) = self.pending_sample().filter(|&time| time <= t) {
+            if time < t {
+                interpolate(time, scratch);
+                self.sample(time, scratch)?;
+            } else {
+                self.sample(time, y)?;
+            }
+        }
+        let h = t - self.t;
+        self.counters.h_min = if self.counters.steps == 0 { h } else { self.counters.h_min.min(h) };
+        self.counters.h_max = self.counters.h_max.max(h);
+        self.counters.steps += 1;
+        self.t = t;
+        let accepted = self.system.accept(t, y).map_err(|failure| final_trouble_of(failure, t))?;
+        match self.system.step_done(t, y, h) {
+            // Nothing is left to stop at the end.
+            Flow::Stop if t < self.span.t_end => Err(Trouble::Stop(StopReason::Requested)),
+            _ => Ok(accepted),
+        }
+    }
+
+    /// Counts a step that was not accepted.
+    pub(super) fn reject(&mut self, reason: &StopReason) {
+        self.counters.rejected += 1;
+        match reason {
+            StopReason::Unlucky { .. } => self.counters.recoveries.re_aimed += 1,
+            StopReason::Failed { .. } => self.counters.recoveries.smaller_step += 1,
+            StopReason::NotFinite { .. } => self.counters.recoveries.not_finite += 1,
+            _ => {}
+        }
+    }
+
+    /// Fails when the limit of steps is used up.
+    pub(super) fn check_step_limit(&self) -> Result<(), Trouble> {
+        let limit = self.options.max_steps;
+        if self.counters.steps + self.counters.rejected < limit {
+            return Ok(());
+        }
+        Err(Trouble::Stop(StopReason::StepLimit { limit }))
+    }
+
+    /// End of a step of about `h` from here: `t_end` if that is near, half the way if less than
+    /// two steps are left, so that no tiny step remains.
+    pub(super) fn step_end(&self, h: f64) -> f64 {
+        let left = self.span.t_end - self.t;
+        if left <= LAST_STEP_STRETCH * h {
+            self.span.t_end
+        } else if left < 2.0 * h {
+            self.t + 0.5 * left
+        } else {
+            self.t + h
+        }
+    }
+
+    /// Upper limit of the next step, by option and by the system.
+    pub(super) fn longest_step(&self, y: &[f64]) -> f64 {
+        let hint = self.system.max_step_hint(self.t, y);
+        self.options.max_step.map_or(hint, |longest| longest.min(hint))
+    }
+
+    /// Number of equal steps, at most of size `h`, that fill the interval.
+    pub(super) fn fixed_steps(&self, h: f64) -> usize {
+        // A quotient that is a whole number but for round-off is that number.
+        let quotient = (self.span.t_end - self.span.t_start) / h;
+        (quotient * (1.0 - 4.0 * f64::EPSILON)).ceil() as usize
+    }
+
+    /// End of step `k` (from 0) of `count` equal ones; free of accumulated round-off.
+    pub(super) fn fixed_step_end(&self, k: usize, count: usize) -> f64 {
+        if k + 1 == count {
+            return self.span.t_end;
+        }
+        let share = (k + 1) as f64 / count as f64;
+        self.span.t_start + share * (self.span.t_end - self.span.t_start)
+    }
+
+    /// Step size below which time does not advance properly.
+    pub(super) fn smallest_step(&self) -> f64 {
+        SMALLEST_STEP * self.span.t_start.abs().max(self.span.t_end.abs())
+    }
+
+    fn pending_sample(&self) -> Option<f64> {
+        self.span.sample_times.get(self.next_sample).copied()
+    }
+
+    fn sample(&mut self, t: f64, y: &[f64]) -> Result<(), Trouble> {
+        self.next_sample += 1;
+        self.counters.samples += 1;
+        self.system.sample(t, y).map_err(|failure| final_trouble_of(failure, t))
+    }
+}
+
+/// Trouble in a step that can be tried again.
+fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
+    match failure {
+        Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, cause }),
+        Failure::Unlucky(cause) => Trouble::Retry(StopReason::Unlucky { step, cause }),
+        Failure::Fatal(cause) => Trouble::Abort(IntegrateError::System { t, cause }),
+    }
+}
+
+/// Trouble that no other step size would avoid.
+fn final_trouble_of(failure: Failure, t: f64) -> Trouble {
+    match trouble_of(failure, t, 0.0) {
+        Trouble::Retry(reason) => Trouble::Stop(reason),
+        other => other,
+    }
+}
+
+/// Whether all entries are finite.
+pub(super) fn all_finite(x: &[f64]) -> bool {
+    x.iter().all(|value| value.is_finite())
+}
+
+/// First mistake in the arguments, if any.
+fn fault_of(dim: usize, y: &[f64], span: &Span<'_>, options: &Options) -> Option<String> {
+    if y.len() != dim {
+        return Some(format!("the state has {} entries, the system {dim}", y.len()));
+    }
+    if !all_finite(y) {
+        return Some("the initial state is not finite".to_string());
+    }
+    let (start, end) = (span.t_start, span.t_end);
+    if !start.is_finite() || !end.is_finite() || start > end {
+        return Some(format!("{start} to {end} is no interval of time"));
+    }
+    let mut last = start;
+    for &time in span.sample_times {
+        if !(time >= last && time <= end) {
+            return Some(format!("sample time {time} is out of order, or not in {start} to {end}"));
+        }
+        last = time;
+    }
+    let steps =
+        [("first step", options.first_step), ("largest step", options.max_step), ("fixed step", options.fixed_step)];
+    for (what, step) in steps {
+        if step.is_some_and(|h| h.is_nan() || h <= 0.0) {
+            return Some(format!("the {what} must be positive"));
+        }
+    }
+    let factors = [
+        ("safety", options.safety, 0.0, 1.0),
+        ("min_factor", options.min_factor, 0.0, 1.0),
+        ("max_factor", options.max_factor, 1.0, f64::INFINITY),
+    ];
+    for (what, value, low, high) in factors {
+        if !(value > low && value <= high) {
+            return Some(format!("{what} = {value} is not above {low} and up to {high}"));
+        }
+    }
+    if !(0.0..1.0).contains(&options.beta) {
+        return Some(format!("beta = {} is not in 0..1", options.beta));
+    }
+    None
+}

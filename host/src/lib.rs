@@ -1,0 +1,12 @@
+//! O-DYN host.
+pub mod analysis;
+pub mod catalog;
+pub mod diagnostics;
+pub mod integrate;
+pub mod linalg;
+pub mod model;
+pub mod plan;
+pub mod program;
+pub mod results;
+pub mod scene;
+pub mod session;

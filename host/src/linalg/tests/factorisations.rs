@@ -1,0 +1,217 @@
+//! Identities of the dense factorisations, and comparison with nalgebra.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Random;
+use crate::linalg::*;
+
+/// Random matrix of a given rank with columns of very different lengths.
+fn matrix_of_rank(rows: usize, columns: usize, rank: usize, random: &mut Random) -> DMatrix<f64> {
+    let mut matrix = random.matrix(rows, rank) * random.matrix(rank, columns);
+    for (column, mut entries) in matrix.column_iter_mut().enumerate() {
+        entries *= 10f64.powi(column as i32 % 5 - 2);
+    }
+    matrix
+}
+
+fn factored(matrix: &DMatrix<f64>) -> PivotedQr {
+    let mut qr = PivotedQr::new(matrix.nrows(), matrix.ncols(), DEFAULT_RANK_TOLERANCE);
+    qr.entries_mut().copy_from_slice(matrix.as_slice());
+    qr.factor().unwrap();
+    qr
+}
+
+#[test]
+fn pivoted_qr_reproduces_the_matrix() {
+    let mut random = Random(31);
+    for (rows, columns, rank) in [(8, 5, 5), (8, 5, 3), (5, 9, 5), (6, 6, 2), (4, 3, 0)] {
+        let matrix = matrix_of_rank(rows, columns, rank, &mut random);
+        let qr = factored(&matrix);
+        assert_eq!(qr.rank(), rank);
+        let order = [qr.independent_columns(), qr.dependent_columns()].concat();
+        let mut last_pivot = f64::INFINITY;
+        for (place, &column) in order.iter().enumerate() {
+            // Q [r; 0] is the scaled column.
+            let mut x = vec![0.0; rows];
+            let kept = rank.min(place + 1);
+            x[..kept].copy_from_slice(&qr.column(place)[..kept]);
+            qr.apply_q(&mut x);
+            let scaled = matrix.column(column) * qr.column_scale(column);
+            assert!((DVector::from_vec(x) - scaled).amax() < 1e-13);
+            if place < rank {
+                let pivot = qr.column(place)[place].abs();
+                assert!(pivot <= last_pivot * (1.0 + 1e-12), "pivots fall");
+                last_pivot = pivot;
+            }
+        }
+        if rank > 0 {
+            assert_eq!(qr.smallest_pivot_ratio(), last_pivot);
+        }
+    }
+}
+
+#[test]
+fn down_dated_lengths_survive_cancellation() {
+    // Columns that agree to 1e-7 lose half their digits in the first step; the pivots must
+    // still be the largest true remainders (Drmac & Bujanovic's failure of older codes).
+    let mut random = Random(37);
+    let base = random.vector(12);
+    let matrix = DMatrix::from_fn(12, 8, |row, column| base[row] + 1e-7 * 3f64.powi(-(column as i32)) * random.next());
+    let mut qr = PivotedQr::new(12, 8, 1e-14);
+    qr.entries_mut().copy_from_slice(matrix.as_slice());
+    qr.factor().unwrap();
+    for k in 1..qr.rank() {
+        let pivot = qr.column(k)[k].abs();
+        for place in k + 1..qr.rank() {
+            let remainder = two_norm(&qr.column(place)[k..=place]);
+            assert!(remainder <= pivot * (1.0 + 1e-6), "{k} {place}");
+        }
+    }
+    assert_eq!(qr.rank(), 8);
+}
+
+#[test]
+fn least_squares_leaves_a_residual_normal_to_the_columns() {
+    let mut random = Random(41);
+    for rank in [3, 5] {
+        let matrix = matrix_of_rank(9, 5, rank, &mut random);
+        let b = random.vector(9);
+        let mut x = vec![f64::NAN; 5];
+        let mut qr = factored(&matrix);
+        let length = qr.least_squares(&b, &mut x).unwrap();
+        let residual = &matrix * DVector::from_vec(x.clone()) - DVector::from_vec(b);
+        assert!((residual.norm() - length).abs() < 1e-12);
+        assert!((matrix.transpose() * residual).amax() < 1e-10);
+        assert!(qr.dependent_columns().iter().all(|&column| x[column] == 0.0));
+    }
+}
+
+#[test]
+fn min_norm_solution_is_the_pseudo_inverse() {
+    let mut random = Random(43);
+    for rank in [3, 5] {
+        let matrix = matrix_of_rank(9, 5, rank, &mut random);
+        let g = matrix.transpose() * DVector::from_vec(random.vector(9));
+        let mut x = vec![f64::NAN; 9];
+        let miss = factored(&matrix).min_norm_solve(g.as_slice(), &mut x).unwrap();
+        let oracle = matrix.transpose().pseudo_inverse(1e-10).unwrap() * &g;
+        assert!(miss < 1e-12);
+        assert!((DVector::from_vec(x.clone()) - oracle).amax() < 1e-10);
+
+        // An inconsistent right side shows, if some column is dependent.
+        let mut qr = factored(&matrix);
+        let wrong: Vec<f64> = g.iter().map(|value| value + value.abs()).collect();
+        let miss = qr.min_norm_solve(&wrong, &mut x).unwrap();
+        assert_eq!(miss > 1e-3, rank < 5, "{miss}");
+    }
+}
+
+#[test]
+fn null_space_is_complete() {
+    let mut random = Random(47);
+    let matrix = matrix_of_rank(7, 6, 4, &mut random);
+    let qr = factored(&matrix);
+    let basis = DMatrix::from_vec(6, 2, qr.null_space().unwrap());
+    assert!((&matrix * &basis).amax() < 1e-11 * matrix.amax());
+    assert_eq!(basis.rank(1e-9), 2);
+}
+
+#[test]
+fn round_off_columns_are_no_directions() {
+    let mut matrix = Random(53).matrix(5, 3);
+    matrix.column_mut(1).scale_mut(1e-17);
+    let qr = factored(&matrix);
+    assert_eq!((qr.rank(), qr.dependent_columns()), (2, &[1][..]));
+}
+
+#[test]
+fn matrices_are_consumed_by_their_factorisation() {
+    let mut qr = factored(&DMatrix::identity(2, 2));
+    assert_eq!(qr.factor(), Err(LinalgError::NotFactored));
+    qr.entries_mut()[0] = f64::INFINITY;
+    assert!(matches!(qr.factor(), Err(LinalgError::NotFinite { .. })));
+    assert_eq!(qr.null_space(), Err(LinalgError::NotFactored));
+    assert!(qr.set_first_group(&[2]).is_err());
+}
+
+fn lu_of(matrix: &DMatrix<f64>) -> FullPivLu {
+    let mut lu = FullPivLu::new(matrix.nrows(), DEFAULT_RANK_TOLERANCE);
+    lu.entries_mut().copy_from_slice(matrix.as_slice());
+    lu.factor().unwrap();
+    lu
+}
+
+#[test]
+fn full_pivoting_lu_equals_nalgebra() {
+    let mut random = Random(59);
+    for n in [1, 2, 5, 12] {
+        let matrix = random.matrix(n, n);
+        let b = DVector::from_vec(random.vector(n));
+        let mut x = vec![f64::NAN; n];
+        let mut lu = lu_of(&matrix);
+        let miss = lu.solve(b.as_slice(), &mut x).unwrap();
+        let oracle = matrix.full_piv_lu().solve(&b).unwrap();
+        assert_eq!((lu.rank(), miss), (n, 0.0));
+        assert!((DVector::from_vec(x) - &oracle).amax() < 1e-12 * oracle.amax());
+    }
+}
+
+#[test]
+fn singular_consistent_systems_have_a_basic_solution() {
+    let mut random = Random(61);
+    let matrix = matrix_of_rank(8, 8, 5, &mut random);
+    assert_eq!(matrix.clone().svd(false, false).rank(1e-9), 5);
+    let b = &matrix * DVector::from_vec(random.vector(8));
+    let mut lu = lu_of(&matrix);
+    let mut x = vec![f64::NAN; 8];
+    let miss = lu.solve(b.as_slice(), &mut x).unwrap();
+    assert_eq!((lu.rank(), lu.dependent_rows().len()), (5, 3));
+    assert!(lu.free_columns().iter().all(|&column| x[column] == 0.0));
+    assert!((&matrix * DVector::from_vec(x.clone()) - &b).amax() < 1e-11 * b.amax());
+    assert!(miss < 1e-12);
+
+    let miss = lu.solve(&random.vector(8), &mut x).unwrap();
+    assert!(miss > 1e-3, "contradiction shows: {miss}");
+}
+
+#[test]
+fn light_bodies_are_not_missing_bodies() {
+    // A system of saddle point form with masses of 1e-12 beside rows of order one, and one
+    // dependent row: the rank is that of the same system with masses of one.
+    let mut random = Random(67);
+    let mut jacobian = random.matrix(4, 6);
+    let sum = jacobian.row(0) + jacobian.row(1);
+    jacobian.set_row(3, &sum);
+    for masses in [[1.0; 6], [1e-11, 1e-9, 1e-11, 1e-10, 1e-12, 1e-11], [1e-11, 1e-9, 1e-11, 5.0, 1e3, 1e-11]] {
+        let mut matrix = DMatrix::zeros(10, 10);
+        for (k, &mass) in masses.iter().enumerate() {
+            matrix[(k, k)] = mass;
+        }
+        matrix.view_mut((6, 0), (4, 6)).copy_from(&jacobian);
+        matrix.view_mut((0, 6), (6, 4)).copy_from(&jacobian.transpose());
+        let mut lu = lu_of(&matrix);
+        assert_eq!(lu.rank(), 9, "{masses:?}");
+        assert!(lu.smallest_pivot_ratio() > 100.0 * DEFAULT_RANK_TOLERANCE, "{}", lu.smallest_pivot_ratio());
+
+        // Solved with a small backward error, equation by equation.
+        let b = &matrix * DVector::from_vec(random.vector(10));
+        let mut x = vec![f64::NAN; 10];
+        lu.solve(b.as_slice(), &mut x).unwrap();
+        let x = DVector::from_vec(x);
+        let size = matrix.abs() * x.abs() + b.abs();
+        for (row, error) in (&matrix * x - b).iter().enumerate() {
+            assert!(error.abs() <= 1e-13 * size[row], "row {row}");
+        }
+    }
+}
+
+#[test]
+fn empty_and_zero_matrices_are_solved() {
+    let mut lu = lu_of(&DMatrix::zeros(0, 0));
+    assert_eq!((lu.rank(), lu.solve(&[], &mut [])), (0, Ok(0.0)));
+    let mut lu = lu_of(&DMatrix::zeros(2, 2));
+    let mut x = [f64::NAN; 2];
+    assert_eq!((lu.rank(), lu.solve(&[0.0, 3.0], &mut x)), (0, Ok(1.0)));
+    assert_eq!(x, [0.0, 0.0]);
+    assert_eq!(factored(&DMatrix::zeros(0, 3)).rank(), 0);
+}

@@ -1,0 +1,112 @@
+//! Masses and inertias; which bodies can move.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::types::{Body, rotation};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::scene::{BodyRecord, GROUND, Scene, Spanned};
+
+/// What a body name of the scene stands for.
+#[derive(Debug, Clone)]
+pub(super) enum Target {
+    /// A body that can move, by index.
+    Movable(usize),
+    /// The ground, or a body fixed to it: where its frame is.
+    Fixed {
+        /// Origin of its frame, ground.
+        origin: Vector3<f64>,
+        /// Rotation body -> ground.
+        rotation: Matrix3<f64>,
+    },
+}
+
+/// The bodies of a scene.
+pub(super) struct Bodies {
+    pub(super) movable: Vec<Body>,
+    /// Every name with what it stands for; ground first.
+    named: Vec<(String, Target)>,
+}
+
+impl Bodies {
+    /// What a name stands for.
+    pub(super) fn find(&self, name: &Spanned<String>) -> Result<&Target, Diagnostic> {
+        self.named.iter().find(|(known, _)| *known == name.value).map(|(_, target)| target).ok_or_else(|| {
+            let names: Vec<&str> = self.named.iter().map(|(known, _)| known.as_str()).collect();
+            let nearest = suggest(&name.value, names.iter().copied());
+            Diagnostic::error(codes::UNKNOWN_BODY, format!("there is no body `{}`", name.value))
+                .at(name.span.clone(), "not a body of this scene")
+                .help(match nearest {
+                    Some(nearest) => format!("did you mean `{nearest}`?"),
+                    None => format!("the bodies are {}", quoted(&names)),
+                })
+        })
+    }
+}
+
+/// Names in back quotes, separated by commas.
+pub(super) fn quoted<S: AsRef<str>>(names: &[S]) -> String {
+    names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>().join(", ")
+}
+
+pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
+    let ground = Target::Fixed { origin: Vector3::zeros(), rotation: Matrix3::identity() };
+    let mut bodies = Bodies { movable: Vec::new(), named: vec![(GROUND.into(), ground)] };
+    for record in &scene.bodies {
+        let attitude = rotation(&record.orientation);
+        let origin = Vector3::from(record.position);
+        let target = if record.fixed {
+            Target::Fixed { origin, rotation: attitude }
+        } else {
+            check(record, found);
+            let center_of_mass = Vector3::from(record.com);
+            let inertia = record.inertia.as_ref().map_or([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], |i| i.value);
+            bodies.movable.push(Body {
+                name: record.name.value.clone(),
+                mass: record.mass.as_ref().map_or(1.0, |m| m.value),
+                inertia: tensor(inertia),
+                center_of_mass,
+                position: origin + attitude * center_of_mass,
+                orientation: record.orientation,
+                velocity: record.velocity.value,
+                angular_velocity: record.angular_velocity.value,
+            });
+            Target::Movable(bodies.movable.len() - 1)
+        };
+        bodies.named.push((record.name.value.clone(), target));
+    }
+    bodies
+}
+
+fn tensor([xx, yy, zz, xy, yz, zx]: [f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz)
+}
+
+/// Mass and inertia must be positive; an inertia that no body can have is used as given, with a warning.
+fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
+    let name = &record.name.value;
+    if let Some(mass) = &record.mass
+        && !(mass.value > 0.0)
+    {
+        found.push(
+            Diagnostic::error(codes::BAD_MASS, format!("the mass of `{name}` must be positive"))
+                .at(mass.span.clone(), "not a positive mass")
+                .help("a body that is not to move is declared with `fixed = true`"),
+        );
+    }
+    let Some(inertia) = &record.inertia else { return };
+    let moments = nalgebra::SymmetricEigen::new(tensor(inertia.value)).eigenvalues;
+    let (least, largest, sum) = (moments.min(), moments.max(), moments.sum());
+    if !(least > 0.0) {
+        found.push(
+            Diagnostic::error(codes::BAD_INERTIA, format!("the inertia of `{name}` must be positive definite"))
+                .at(inertia.span.clone(), "has a principal moment that is zero or negative")
+                .help("a point mass is a sphere of small radius: 2/5 m r^2 about each axis"),
+        );
+    } else if largest > (sum - largest) * (1.0 + 1e-12) {
+        found.push(
+            Diagnostic::warning(codes::UNREAL_INERTIA, format!("no rigid body can have the inertia of `{name}`"))
+                .at(inertia.span.clone(), "the largest principal moment exceeds the sum of the other two")
+                .help("the inertia is used as given; every principal moment of a real body is at most the sum of the others"),
+        );
+    }
+}

@@ -1,0 +1,285 @@
+//! The words of requested outputs.
+
+use element_api::Kind;
+use nalgebra::Vector3;
+
+use super::bodies::{Bodies, Target, quoted};
+use super::elements::Elements;
+use super::parameters::dimension_of;
+use super::types::{Axes, Channel, Instance, Level, Quantity};
+use crate::diagnostics::{Code, Diagnostic, codes, suggest};
+use crate::scene::{Dimension, GROUND, OutputRecord, Scene, Spanned};
+
+/// The words for `quantity`, with what each means.
+pub const QUANTITIES: &[(&str, &str)] = &[
+    ("position", "of a body's point, ground axes"),
+    ("velocity", "of a body's point"),
+    ("acceleration", "of a body's point"),
+    ("orientation", "Euler parameters of a body, components e0 e1 e2 e3"),
+    ("angular_velocity", "of a body"),
+    ("angular_acceleration", "of a body"),
+    ("coordinate", "of a joint: angle (over many turns) or displacement"),
+    ("coordinate_rate", "first derivative of a joint's coordinate"),
+    ("coordinate_acceleration", "second derivative of a joint's coordinate"),
+    ("reaction_force", "of a joint on a body, at the joint's frame there"),
+    ("reaction_torque", "of a joint on a body, at the joint's frame there"),
+    ("force", "of a force element on a body"),
+    ("torque", "of a force element on a body"),
+    ("value", "reported by a force element"),
+    ("kinetic_energy", "of the whole scene"),
+    ("potential_energy", "of the whole scene"),
+    ("total_energy", "of the whole scene"),
+];
+
+type Found<T> = Result<T, Box<Diagnostic>>;
+
+/// Everything the words may refer to.
+struct Words<'a> {
+    scene: &'a Scene,
+    bodies: &'a Bodies,
+    elements: &'a Elements,
+}
+
+pub(super) fn resolve(
+    scene: &Scene,
+    bodies: &Bodies,
+    elements: &Elements,
+    found: &mut Vec<Diagnostic>,
+) -> Vec<Channel> {
+    let words = Words { scene, bodies, elements };
+    // Elements that could not be created must not cause a second wave of messages.
+    let incomplete = found.iter().any(Diagnostic::is_error);
+    let mut channels = Vec::with_capacity(scene.outputs.len());
+    for record in &scene.outputs {
+        match words.channel(record) {
+            Ok(channel) => channels.push(channel),
+            Err(diagnostic) if incomplete && diagnostic.code == codes::UNKNOWN_TARGET => {}
+            Err(diagnostic) => found.push(*diagnostic),
+        }
+    }
+    channels
+}
+
+impl Words<'_> {
+    fn channel(&self, record: &OutputRecord) -> Found<Channel> {
+        let (quantity, dimension, place) = match record.quantity.value.as_str() {
+            "position" => self.point(record, Level::Position, Dimension::LENGTH)?,
+            "velocity" => self.point(record, Level::Velocity, Dimension::VELOCITY)?,
+            "acceleration" => self.point(record, Level::Acceleration, Dimension::ACCELERATION)?,
+            "orientation" => {
+                let (body, name) = self.body(record)?;
+                let component = component(record, &["e0", "e1", "e2", "e3"])?;
+                let place = format!("Euler parameter of {name}, body to ground");
+                (Quantity::EulerParameter { body, component }, Dimension::DIMENSIONLESS, place)
+            }
+            "angular_velocity" => self.angular(record, Level::Velocity, Dimension::ANGULAR_VELOCITY)?,
+            "angular_acceleration" => self.angular(record, Level::Acceleration, Dimension::ANGULAR_ACCELERATION)?,
+            "coordinate" => self.coordinate(record, Level::Position)?,
+            "coordinate_rate" => self.coordinate(record, Level::Velocity)?,
+            "coordinate_acceleration" => self.coordinate(record, Level::Acceleration)?,
+            "reaction_force" => self.load(record, Kind::Joint, false)?,
+            "reaction_torque" => self.load(record, Kind::Joint, true)?,
+            "force" => self.load(record, Kind::Force, false)?,
+            "torque" => self.load(record, Kind::Force, true)?,
+            "value" => {
+                let (element, instance) = self.element(record, Kind::Force)?;
+                let channel = named_channel(record, instance)?;
+                let dimension = dimension_of(&instance.class.channels[channel].unit)?;
+                let place = format!("{} of {}", instance.class.channels[channel].doc, instance.name);
+                (Quantity::Value { element, channel }, dimension, place)
+            }
+            "kinetic_energy" => (Quantity::KineticEnergy, Dimension::ENERGY, "whole scene".into()),
+            "potential_energy" => (Quantity::PotentialEnergy, Dimension::ENERGY, "whole scene".into()),
+            "total_energy" => (Quantity::TotalEnergy, Dimension::ENERGY, "whole scene".into()),
+            other => {
+                let names: Vec<&str> = QUANTITIES.iter().map(|(name, _)| *name).collect();
+                return Err(unknown_word(
+                    codes::UNKNOWN_QUANTITY,
+                    &format!("there is no quantity `{other}`"),
+                    &record.quantity,
+                    &names,
+                ));
+            }
+        };
+        let units = &self.scene.units;
+        let is_torque = matches!(quantity, Quantity::Load { torque: true, .. });
+        Ok(Channel {
+            name: record.name.value.clone(),
+            quantity,
+            unit: if is_torque { units.torque_label() } else { units.label(dimension) },
+            factor: units.factor(dimension),
+            place,
+        })
+    }
+
+    fn point(&self, record: &OutputRecord, level: Level, dimension: Dimension) -> Found<(Quantity, Dimension, String)> {
+        let (body, name) = self.body(record)?;
+        let component = component(record, &["x", "y", "z"])?;
+        let (axes, axes_name) = self.axes(record)?;
+        let local = record.point.as_ref().map_or([0.0; 3], |point| point.value);
+        let point = Vector3::from(local) - self.bodies.movable[body].center_of_mass;
+        let where_on = if record.point.is_some() { "a point" } else { "the origin" };
+        let place = format!("{where_on} of {name}, components along the axes of {axes_name}");
+        Ok((Quantity::Point { body, point, level, axes, component }, dimension, place))
+    }
+
+    fn angular(&self, record: &OutputRecord, level: Level, dimension: Dimension) -> Found<(Quantity, Dimension, String)> {
+        let (body, name) = self.body(record)?;
+        let component = component(record, &["x", "y", "z"])?;
+        let (axes, axes_name) = self.axes(record)?;
+        let place = format!("{name}, components along the axes of {axes_name}");
+        Ok((Quantity::Angular { body, level, axes, component }, dimension, place))
+    }
+
+    fn coordinate(&self, record: &OutputRecord, level: Level) -> Found<(Quantity, Dimension, String)> {
+        let (element, instance) = self.element(record, Kind::Joint)?;
+        let coordinate = named_channel(record, instance)?;
+        let own = &instance.class.channels[coordinate];
+        let mut dimension = dimension_of(&own.unit)?;
+        let order = match level {
+            Level::Position => 0,
+            Level::Velocity => 1,
+            Level::Acceleration => 2,
+        };
+        for _ in 0..order {
+            dimension = dimension.over(Dimension::TIME).unwrap_or(dimension);
+        }
+        let place = format!("{} of {}", own.doc, instance.name);
+        Ok((Quantity::Coordinate { element, coordinate, level }, dimension, place))
+    }
+
+    fn load(&self, record: &OutputRecord, kind: Kind, torque: bool) -> Found<(Quantity, Dimension, String)> {
+        let (element, instance) = self.element(record, kind)?;
+        let component = component(record, &["x", "y", "z"])?;
+        let (axes, axes_name) = self.axes(record)?;
+        let names = self.body_names(instance);
+        let frame = match &record.on {
+            // Without a word, the load on the body named last.
+            None => names.len().saturating_sub(1),
+            Some(on) => {
+                let index = match self.bodies.find(on).map_err(Box::new)? {
+                    Target::Movable(body) => Some(*body),
+                    Target::Fixed { .. } => None,
+                };
+                instance.markers.iter().position(|marker| marker.body == index).ok_or_else(|| {
+                    Box::new(
+                        Diagnostic::error(
+                            codes::UNKNOWN_TARGET,
+                            format!("`{}` does not act on `{}`", instance.name, on.value),
+                        )
+                        .at(on.span.clone(), "not one of its bodies")
+                        .help(format!("it connects {}", quoted(&names))),
+                    )
+                })?
+            }
+        };
+        let (dimension, what) = if torque { (Dimension::TORQUE, "torque") } else { (Dimension::FORCE, "force") };
+        let place = format!(
+            "{what} of {} on {} at its frame there, components along the axes of {axes_name}",
+            instance.name,
+            names.get(frame).map_or("?", String::as_str)
+        );
+        Ok((Quantity::Load { element, frame, torque, axes, component }, dimension, place))
+    }
+
+    fn body_names(&self, instance: &Instance) -> Vec<String> {
+        let name = |body: Option<usize>| body.map_or(GROUND.into(), |b| self.bodies.movable[b].name.clone());
+        instance.markers.iter().map(|marker| name(marker.body)).collect()
+    }
+
+    /// The moving body that `of` names.
+    fn body(&self, record: &OutputRecord) -> Found<(usize, String)> {
+        let of = required(record, record.of.as_ref(), "of", "the name of a body")?;
+        match self.bodies.find(of).map_err(Box::new)? {
+            Target::Movable(body) => Ok((*body, of.value.clone())),
+            Target::Fixed { .. } => Err(Box::new(
+                Diagnostic::error(codes::UNKNOWN_TARGET, format!("`{}` does not move", of.value))
+                    .at(of.span.clone(), "nothing to report")
+                    .help("name a body that can move"),
+            )),
+        }
+    }
+
+    /// The element that `of` names.
+    fn element(&self, record: &OutputRecord, kind: Kind) -> Found<(usize, &Instance)> {
+        let of = required(record, record.of.as_ref(), "of", &format!("the name of a {}", kind.word()))?;
+        let instances = &self.elements.instances;
+        if let Some(index) = instances.iter().position(|e| e.name == of.value && e.class.kind == kind) {
+            return Ok((index, &instances[index]));
+        }
+        let names: Vec<&str> =
+            instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
+        let message = format!("there is no {} `{}`", kind.word(), of.value);
+        Err(unknown_word(codes::UNKNOWN_TARGET, &message, of, &names))
+    }
+
+    fn axes(&self, record: &OutputRecord) -> Found<(Axes, String)> {
+        let Some(frame) = &record.frame else { return Ok((Axes::Ground, GROUND.into())) };
+        if frame.value == GROUND {
+            return Ok((Axes::Ground, GROUND.into()));
+        }
+        match self.bodies.find(frame).map_err(Box::new)? {
+            Target::Movable(body) => Ok((Axes::Body(*body), frame.value.clone())),
+            Target::Fixed { .. } => Err(Box::new(
+                Diagnostic::error(codes::UNKNOWN_TARGET, format!("`{}` is fixed", frame.value))
+                    .at(frame.span.clone(), "its axes are not offered as an output frame")
+                    .help("use `ground` or a body that moves"),
+            )),
+        }
+    }
+}
+
+fn required<'r>(
+    record: &OutputRecord,
+    word: Option<&'r Spanned<String>>,
+    key: &str,
+    what: &str,
+) -> Found<&'r Spanned<String>> {
+    word.ok_or_else(|| {
+        Box::new(
+            Diagnostic::error(codes::MISSING_KEY, format!("output `{}` needs `{key}`", record.name.value))
+                .at(record.quantity.span.clone(), format!("`{}` is taken of something", record.quantity.value))
+                .help(format!("{key} = \"...\"   # {what}")),
+        )
+    })
+}
+
+fn component(record: &OutputRecord, names: &[&str]) -> Found<usize> {
+    let word = required(record, record.component.as_ref(), "component", &format!("one of {}", names.join(", ")))?;
+    names.iter().position(|name| *name == word.value).ok_or_else(|| {
+        unknown_word(codes::UNKNOWN_COMPONENT, &format!("there is no component `{}`", word.value), word, names)
+    })
+}
+
+/// The coordinate or value that `channel` names; not needed where there is only one.
+fn named_channel(record: &OutputRecord, instance: &Instance) -> Found<usize> {
+    let channels = &instance.class.channels;
+    let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
+    match &record.channel {
+        None if names.len() == 1 => Ok(0),
+        None => {
+            let message = if names.is_empty() {
+                format!("`{}` ({}) has nothing to report", instance.name, instance.class.name)
+            } else {
+                format!("output `{}` needs `channel`: {}", record.name.value, quoted(&names))
+            };
+            Err(Box::new(
+                Diagnostic::error(codes::UNKNOWN_CHANNEL, message)
+                    .at(record.quantity.span.clone(), "which one is meant?"),
+            ))
+        }
+        Some(word) => names.iter().position(|name| *name == word.value).ok_or_else(|| {
+            let message = format!("`{}` ({}) has no channel `{}`", instance.name, instance.class.name, word.value);
+            unknown_word(codes::UNKNOWN_CHANNEL, &message, word, &names)
+        }),
+    }
+}
+
+fn unknown_word(code: Code, message: &str, word: &Spanned<String>, known: &[&str]) -> Box<Diagnostic> {
+    let diagnostic = Diagnostic::error(code, message).at(word.span.clone(), "unknown");
+    Box::new(match suggest(&word.value, known.iter().copied()) {
+        Some(nearest) => diagnostic.help(format!("did you mean `{nearest}`?")),
+        None if known.is_empty() => diagnostic,
+        None => diagnostic.help(format!("known are {}", quoted(known))),
+    })
+}

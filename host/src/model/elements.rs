@@ -1,0 +1,309 @@
+//! Joints and force elements: markers, creation, recording.
+
+use element_api::recording::{Op, Role};
+use element_api::set::{CreateError, ElementSet};
+use element_api::{Kind, Recording};
+use nalgebra::{Matrix3, Vector3};
+
+use super::bodies::{Bodies, Target, quoted};
+use super::parameters;
+use super::types::{Instance, Marker, rotation};
+use crate::catalog::{Catalog, ElementHandle};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
+
+/// The elements of a scene, those that are switched on.
+pub(super) struct Elements {
+    pub(super) instances: Vec<Instance>,
+    pub(super) sets: Vec<Box<dyn ElementSet>>,
+    /// Full class name of each set.
+    set_names: Vec<String>,
+}
+
+pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: &mut Vec<Diagnostic>) -> Elements {
+    let mut elements = Elements { instances: Vec::new(), sets: Vec::new(), set_names: Vec::new() };
+    for record in scene.elements.iter().filter(|record| record.enabled) {
+        let before = found.len();
+        let handle = class_of(record, catalog, found);
+        let targets: Vec<&Target> = record
+            .bodies
+            .value
+            .iter()
+            .filter_map(|name| bodies.find(name).map_err(|diagnostic| found.push(diagnostic)).ok())
+            .collect();
+        let Some(handle) = handle else { continue };
+        let table = parameters::resolve(scene, record, &handle.descriptor().params, &record.type_name.value, found);
+        check_bodies(record, &handle, &targets, found);
+        if found.len() > before {
+            continue;
+        }
+        let markers = match markers(record, &targets, scene) {
+            Ok(markers) => markers,
+            Err(diagnostic) => {
+                found.push(*diagnostic);
+                continue;
+            }
+        };
+        match elements.create(record, &handle, &table, markers) {
+            Ok(instance) => elements.instances.push(instance),
+            Err(diagnostic) => found.push(*diagnostic),
+        }
+    }
+    elements
+}
+
+fn class_of(record: &ElementRecord, catalog: &Catalog, found: &mut Vec<Diagnostic>) -> Option<ElementHandle> {
+    let kind = match record.kind {
+        ElementKind::Joint => Kind::Joint,
+        ElementKind::Force => Kind::Force,
+        ElementKind::Control => {
+            found.push(
+                Diagnostic::error(codes::WRONG_KIND, "control elements are not available yet")
+                    .at(record.span.clone(), "no library can provide these"),
+            );
+            return None;
+        }
+    };
+    match catalog.find(&record.type_name.value, Some(kind)) {
+        Ok(handle) => Some(handle),
+        Err(error) => {
+            let mut diagnostic = Diagnostic::error(error.code(), error.to_string())
+                .at(record.type_name.span.clone(), format!("the type of {} `{}`", kind.word(), record.name.value));
+            for line in error.help() {
+                diagnostic = diagnostic.help(line);
+            }
+            found.push(diagnostic);
+            None
+        }
+    }
+}
+
+/// The right number of bodies, and not all of them the same.
+fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Target], found: &mut Vec<Diagnostic>) {
+    let class = handle.descriptor();
+    let (given, needed) = (record.bodies.value.len(), class.frames.len());
+    if given != needed {
+        let frames: Vec<&str> = class.frames.iter().map(|frame| frame.name.as_str()).collect();
+        found.push(
+            Diagnostic::error(
+                codes::BODY_COUNT,
+                format!("`{}` connects {given} bodies, `{}` needs {needed}", record.name.value, class.name),
+            )
+            .at(record.bodies.span.clone(), format!("expected {needed} names"))
+            .help(format!("one body for each of {}; `ground` counts as a body", quoted(&frames))),
+        );
+        return;
+    }
+    let index = |target: &Target| match target {
+        Target::Movable(body) => Some(*body),
+        Target::Fixed { .. } => None,
+    };
+    if let Some(first) = targets.first().filter(|_| targets.len() == needed && needed > 1)
+        && targets.iter().all(|target| index(target) == index(first))
+    {
+        let what = if index(first).is_some() { "the same body twice" } else { "ground to ground" };
+        found.push(
+            Diagnostic::error(codes::SELF_JOINT, format!("`{}` connects {what}", record.name.value))
+                .at(record.bodies.span.clone(), "has no effect on any motion")
+                .help("name two different bodies, at least one of which can move"),
+        );
+    }
+}
+
+/// Where the element's frames are on their bodies.
+fn markers(record: &ElementRecord, targets: &[&Target], scene: &Scene) -> Result<Vec<Marker>, Box<Diagnostic>> {
+    let count = targets.len();
+    let span = record.placement.span.clone();
+    let poses: Vec<(Vector3<f64>, Matrix3<f64>)> = match &record.placement.value {
+        Placement::Global { points, axes, x_axes } => {
+            for (list, what) in [(points, "points"), (axes, "axes"), (x_axes, "x_axes")] {
+                if list.len() > 1 && list.len() != count {
+                    return Err(Box::new(
+                        Diagnostic::error(
+                            codes::BAD_PLACEMENT,
+                            format!("`{}` has {} {what} for {count} frames", record.name.value, list.len()),
+                        )
+                        .at(span, format!("give one for all frames, or {count}")),
+                    ));
+                }
+            }
+            let pick = |list: &[[f64; 3]], k: usize| list.get(if list.len() == 1 { 0 } else { k }).copied();
+            let mut poses = Vec::with_capacity(count);
+            for (k, target) in targets.iter().enumerate() {
+                let triad = triad(pick(axes, k), pick(x_axes, k));
+                let triad = triad.ok_or_else(|| parallel_axes(record, span.clone()))?;
+                let (origin, attitude) = body_frame(target, scene, record, k);
+                // Not given: the origin of the body's own frame.
+                let point = pick(points, k).map_or(origin, Vector3::from);
+                poses.push((attitude.tr_mul(&(point - origin)), attitude.tr_mul(&triad)));
+            }
+            poses
+        }
+        Placement::Local(frames) => {
+            if frames.len() != count {
+                return Err(Box::new(
+                    Diagnostic::error(
+                        codes::BAD_PLACEMENT,
+                        format!("`{}` has {} frames for {count} bodies", record.name.value, frames.len()),
+                    )
+                    .at(span, format!("expected {count}, one per body")),
+                ));
+            }
+            let local = |frame: &LocalFrame| {
+                let triad = triad(frame.axis, frame.x_axis);
+                let triad = triad.ok_or_else(|| parallel_axes(record, frame.span.clone()))?;
+                Ok::<_, Box<Diagnostic>>((Vector3::from(frame.position), triad))
+            };
+            frames.iter().map(local).collect::<Result<_, _>>()?
+        }
+        Placement::Absent => vec![(Vector3::zeros(), Matrix3::identity()); count],
+    };
+    let marker = |((position, triad), target): ((Vector3<f64>, Matrix3<f64>), &&Target)| match target {
+        Target::Movable(body) => {
+            let com = Vector3::from(scene_body(scene, *body).com);
+            Marker { body: Some(*body), position: position - com, rotation: triad }
+        }
+        Target::Fixed { origin, rotation } => {
+            Marker { body: None, position: origin + rotation * position, rotation: rotation * triad }
+        }
+    };
+    Ok(poses.into_iter().zip(targets).map(marker).collect())
+}
+
+fn parallel_axes(record: &ElementRecord, span: std::ops::Range<usize>) -> Box<Diagnostic> {
+    Box::new(
+        Diagnostic::error(codes::BAD_PLACEMENT, format!("the axes of `{}` make no frame", record.name.value))
+            .at(span, "`x_axis` is parallel to `axis`")
+            .help("leave `x_axis` out, or give a direction across the axis"),
+    )
+}
+
+/// The record of a movable body.
+fn scene_body(scene: &Scene, movable: usize) -> &crate::scene::BodyRecord {
+    let mut movables = scene.bodies.iter().filter(|body| !body.fixed);
+    movables.nth(movable).expect("movable bodies are numbered in the order of the scene")
+}
+
+/// Frame of a body at the start, as given.
+fn body_frame(target: &Target, scene: &Scene, _: &ElementRecord, _: usize) -> (Vector3<f64>, Matrix3<f64>) {
+    match target {
+        Target::Movable(body) => {
+            let record = scene_body(scene, *body);
+            (Vector3::from(record.position), rotation(&record.orientation))
+        }
+        Target::Fixed { origin, rotation } => (*origin, *rotation),
+    }
+}
+
+/// A right-handed triad with the given z axis and an x axis near the hint. Without a hint, x is the direction across z
+/// that is nearest to the x axis (to the y axis where z is nearly along x). `None` when hint and axis are parallel.
+fn triad(axis: Option<[f64; 3]>, hint: Option<[f64; 3]>) -> Option<Matrix3<f64>> {
+    let z = axis.map_or(Vector3::z(), Vector3::from).normalize();
+    let hint = match hint {
+        Some(hint) => Vector3::from(hint),
+        None if z.x.abs() < 0.9 => Vector3::x(),
+        None => Vector3::y(),
+    };
+    let across = hint - z * z.dot(&hint);
+    if !(across.norm() > 1e-9 * hint.norm()) {
+        return None;
+    }
+    // Once more against the round-off of the first subtraction.
+    let x = across.normalize();
+    let x = (x - z * z.dot(&x)).normalize();
+    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+}
+
+impl Elements {
+    /// The element behind a record, created, recorded and checked.
+    fn create(
+        &mut self,
+        record: &ElementRecord,
+        handle: &ElementHandle,
+        table: &element_api::params::Table,
+        markers: Vec<Marker>,
+    ) -> Result<Instance, Box<Diagnostic>> {
+        let class = handle.descriptor();
+        let full_name = handle.full_name();
+        let set = self.set_names.iter().position(|name| *name == full_name).unwrap_or_else(|| {
+            self.set_names.push(full_name.clone());
+            self.sets.push(handle.class.new_set());
+            self.sets.len() - 1
+        });
+        let index = self.sets[set].add(table).map_err(|error| refusal(record, &full_name, error))?;
+        let panicked = |message: &str| {
+            Box::new(
+                Diagnostic::error(
+                    codes::PLUGIN_PANICKED,
+                    format!("`{full_name}` failed while recording its equations: {message}"),
+                )
+                .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
+                .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
+            )
+        };
+        let recording = self.sets[set].record(index).map_err(|fault| panicked(&fault.message))?;
+        let misbehaved = |message: String| {
+            Box::new(
+                Diagnostic::error(codes::PLUGIN_MISBEHAVED, format!("`{full_name}` gives unusable equations: {message}"))
+                    .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
+                    .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
+            )
+        };
+        if let Some(row) = unset_row(&recording) {
+            let name = class.rows.get(row).map_or("?", String::as_str);
+            return Err(misbehaved(format!("its row `{name}` is never set")));
+        }
+        recording.check(&class.limits()).map_err(misbehaved)?;
+        let mut rows: Vec<usize> = recording
+            .outputs
+            .iter()
+            .filter_map(|output| match output.role {
+                Role::Residual(row) => Some(row as usize),
+                _ => None,
+            })
+            .collect();
+        rows.sort_unstable();
+        if rows.is_empty() && class.kind == Kind::Joint {
+            return Err(misbehaved("it has no constraint row".into()));
+        }
+        Ok(Instance {
+            name: record.name.value.clone(),
+            class: class.clone(),
+            library: handle.library.package.clone(),
+            set,
+            index: index as u32,
+            markers,
+            recording,
+            rows,
+        })
+    }
+}
+
+/// A row that the author forgot: the adapter records NaN for it.
+fn unset_row(recording: &Recording) -> Option<usize> {
+    recording.outputs.iter().find_map(|output| {
+        let Role::Residual(row) = output.role else { return None };
+        let op = recording.ops.get(output.node as usize).and_then(|raw| Op::decode(*raw))?;
+        let Op::Constant(k) = op else { return None };
+        recording.constants.get(k as usize).filter(|value| value.is_nan()).map(|_| row as usize)
+    })
+}
+
+fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<Diagnostic> {
+    Box::new(match error {
+        CreateError::Parameter(error) => {
+            let what = if error.path.is_empty() { String::new() } else { format!("`{}` ", error.path) };
+            Diagnostic::error(
+                codes::ELEMENT_REFUSES,
+                format!("`{}` ({full_name}): {what}{}", record.name.value, error.message),
+            )
+            .at(parameters::place(record, &error.path), "refused by the element")
+        }
+        CreateError::Fault(message) => Diagnostic::error(
+            codes::PLUGIN_PANICKED,
+            format!("`{full_name}` failed while it was created: {message}"),
+        )
+        .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
+        .help("this is a defect of the library; its author will want this message"),
+    })
+}

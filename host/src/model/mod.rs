@@ -1,0 +1,63 @@
+//! The resolved scene: indices instead of names, everything checked.
+//!
+//! - **Takes**: a [`crate::scene::Scene`] and a [`crate::catalog::Catalog`].
+//! - **Gives**: a [`Model`]: bodies, markers, element instances with their recorded equations, output channels. Or every
+//!   mistake found, each with its place in the scene.
+//! - **May touch**: element classes (create, record).
+//! - **Must not know**: offsets in vectors, solvers.
+//!
+//! | file | content |
+//! |---|---|
+//! | `types.rs` | the model |
+//! | `bodies.rs` | masses and inertias, fixed bodies |
+//! | `elements.rs` | markers, creation and recording of elements |
+//! | `parameters.rs` | parameters against their descriptions |
+//! | `channels.rs` | the words of requested outputs |
+
+mod bodies;
+mod channels;
+mod elements;
+mod parameters;
+mod types;
+
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Vector3;
+
+use crate::catalog::Catalog;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::Scene;
+
+pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, rotation, skew};
+
+/// A model and what the user should know about it.
+pub type Resolved = (Model, Vec<Diagnostic>);
+
+/// Resolves a scene.
+///
+/// # Errors
+/// All mistakes found: unknown names, impossible masses, parameters out of range, elements that refuse, unknown outputs.
+pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    let bodies = bodies::resolve(scene, &mut found);
+    let elements = elements::resolve(scene, catalog, &bodies, &mut found);
+    if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
+        found.push(
+            Diagnostic::error(codes::NOTHING_TO_DO, "no body can move")
+                .help("add a `[[body]]` without `fixed = true`"),
+        );
+    }
+    let channels = channels::resolve(scene, &bodies, &elements, &mut found);
+    if found.iter().any(Diagnostic::is_error) {
+        return Err(found);
+    }
+    let model = Model {
+        bodies: bodies.movable,
+        elements: elements.instances,
+        sets: elements.sets,
+        gravity: Vector3::from(scene.simulation.gravity),
+        channels,
+    };
+    Ok((model, found))
+}

@@ -1,0 +1,152 @@
+//! Parameters of an element against their descriptions: complete, in SI units, inside their ranges.
+
+use element_api::params::{ParamKind, ParamSpec, Table};
+use std::ops::Range;
+
+use super::bodies::quoted;
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::scene::{Dimension, ElementRecord, RawKind, RawTable, RawValue, Scene, parse_unit};
+
+/// The table that the plugin receives. Mistakes are added to `found`; the table is then incomplete.
+pub(super) fn resolve(
+    scene: &Scene,
+    record: &ElementRecord,
+    specs: &[ParamSpec],
+    type_name: &str,
+    found: &mut Vec<Diagnostic>,
+) -> Table {
+    let mut table = Table::new();
+    for (key, _) in &record.params.entries {
+        if !specs.iter().any(|spec| spec.name == key.value) {
+            found.push(unknown(&key.value, key.span.clone(), specs, type_name));
+        }
+    }
+    for spec in specs {
+        let value = match record.params.get(&spec.name) {
+            Some(raw) => match convert(scene, raw, spec) {
+                Ok(value) => value,
+                Err(diagnostic) => {
+                    found.push(*diagnostic);
+                    continue;
+                }
+            },
+            None => match &spec.default {
+                Some(default) => default.clone(),
+                None => {
+                    if !spec.optional {
+                        found.push(missing(&record.params, spec, record, type_name));
+                    }
+                    continue;
+                }
+            },
+        };
+        table.insert(spec.name.clone(), value);
+    }
+    table
+}
+
+/// Where a parameter is written; the table of all where it is not.
+pub(super) fn place(record: &ElementRecord, name: &str) -> Range<usize> {
+    // `axis_i[2]` is written inside `axis_i`.
+    let name = name.split(['[', '.']).next().unwrap_or(name);
+    record.params.get(name).map_or_else(|| record.params.span.clone(), |raw| raw.span.clone())
+}
+
+fn unknown(key: &str, span: Range<usize>, specs: &[ParamSpec], type_name: &str) -> Diagnostic {
+    let names: Vec<&str> = specs.iter().map(|spec| spec.name.as_str()).collect();
+    let diagnostic = Diagnostic::error(
+        codes::UNKNOWN_ELEMENT_PARAMETER,
+        format!("unknown parameter `{key}` for `{type_name}`"),
+    )
+    .at(span, format!("not a parameter of `{type_name}`"));
+    let nearest = suggest(key, names.iter().copied());
+    match nearest.and_then(|nearest| specs.iter().find(|spec| spec.name == nearest)) {
+        Some(spec) => diagnostic.help(format!("did you mean `{}`? ({}, {})", spec.name, spec.doc, spec.unit)),
+        None if names.is_empty() => diagnostic.help(format!("`{type_name}` has no parameters")),
+        None => diagnostic.help(format!("the parameters are {}", quoted(&names))),
+    }
+}
+
+fn missing(params: &RawTable, spec: &ParamSpec, record: &ElementRecord, type_name: &str) -> Diagnostic {
+    let span = if params.is_empty() { record.span.clone() } else { params.span.clone() };
+    Diagnostic::error(
+        codes::MISSING_ELEMENT_PARAMETER,
+        format!("`{}` needs the parameter `{}`", record.name.value, spec.name),
+    )
+    .at(span, format!("`{type_name}` has no default for it"))
+    .help(format!("params.{} = ...   # {}, in {}", spec.name, spec.doc, spec.unit))
+}
+
+/// A raw value as the plugin receives it.
+fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Value, Box<Diagnostic>> {
+    let wrong_kind = || {
+        Diagnostic::error(codes::WRONG_TYPE, format!("`{}` must be a {}", spec.name, spec.kind.text()))
+            .at(raw.span.clone(), format!("this is {}", raw.kind.describe()))
+            .help(spec.doc.clone())
+    };
+    let number = |raw: &RawValue, dimension: Dimension| -> Result<toml::Value, Box<Diagnostic>> {
+        let value = scene.quantity(raw, dimension)?;
+        if spec.contains(value) {
+            return Ok(toml::Value::Float(value));
+        }
+        Err(Box::new(
+            Diagnostic::error(codes::ELEMENT_PARAMETER_RANGE, format!("`{}` is out of range", spec.name))
+                .at(raw.span.clone(), format!("must be {} (in {})", spec.range_text(), spec.unit))
+                .help(spec.doc.clone()),
+        ))
+    };
+    let list = |dimension: Dimension| -> Result<Vec<toml::Value>, Box<Diagnostic>> {
+        let items = raw.as_array().ok_or_else(wrong_kind)?;
+        items.iter().map(|item| number(item, dimension)).collect()
+    };
+    match spec.kind {
+        ParamKind::Number => number(raw, dimension_of(&spec.unit)?),
+        ParamKind::Integer => match raw.kind {
+            RawKind::Integer(value) if spec.contains(value as f64) => Ok(toml::Value::Integer(value)),
+            RawKind::Integer(_) => Err(Box::new(
+                Diagnostic::error(codes::ELEMENT_PARAMETER_RANGE, format!("`{}` is out of range", spec.name))
+                    .at(raw.span.clone(), format!("must be {}", spec.range_text())),
+            )),
+            _ => Err(Box::new(wrong_kind())),
+        },
+        ParamKind::Boolean => match raw.kind {
+            RawKind::Bool(value) => Ok(toml::Value::Boolean(value)),
+            _ => Err(Box::new(wrong_kind())),
+        },
+        ParamKind::Text => {
+            raw.as_text().map(|text| toml::Value::String(text.into())).ok_or_else(|| Box::new(wrong_kind()))
+        }
+        ParamKind::Vector => {
+            let items = list(dimension_of(&spec.unit)?)?;
+            if items.len() == 3 { Ok(toml::Value::Array(items)) } else { Err(Box::new(wrong_kind())) }
+        }
+        ParamKind::List => Ok(toml::Value::Array(list(dimension_of(&spec.unit)?)?)),
+        ParamKind::Curve => {
+            let (argument, value) = spec.unit.split_once("->").unwrap_or(("1", spec.unit.as_str()));
+            let (argument, value) = (dimension_of(argument.trim())?, dimension_of(value.trim())?);
+            let pairs = raw.as_array().ok_or_else(wrong_kind)?.iter().map(|pair| {
+                let Some([x, y]) = pair.as_array() else {
+                    return Err(Box::new(
+                        Diagnostic::error(codes::WRONG_TYPE, format!("`{}` is a list of pairs", spec.name))
+                            .at(pair.span.clone(), "expected [argument, value]"),
+                    ));
+                };
+                Ok(toml::Value::Array(vec![number(x, argument)?, number(y, value)?]))
+            });
+            Ok(toml::Value::Array(pairs.collect::<Result<_, _>>()?))
+        }
+    }
+}
+
+/// The dimension of a unit that a plugin declares.
+pub(super) fn dimension_of(unit: &str) -> Result<Dimension, Box<Diagnostic>> {
+    if unit.trim().is_empty() {
+        return Ok(Dimension::DIMENSIONLESS);
+    }
+    parse_unit(unit).map(|(dimension, _)| dimension).map_err(|error| {
+        Box::new(Diagnostic::error(
+            codes::PLUGIN_MISBEHAVED,
+            format!("a plugin declares the unit `{unit}`, which can't be read: {}", error.message),
+        ))
+    })
+}

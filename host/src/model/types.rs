@@ -1,0 +1,217 @@
+//! The resolved scene: indices instead of names, SI units, checked parameters.
+
+use element_api::set::ElementSet;
+use element_api::{Descriptor, Recording};
+use nalgebra::{Matrix3, Vector3};
+
+/// Everything the mathematics needs to know about a scene, and the elements themselves.
+pub struct Model {
+    /// Bodies that can move.
+    pub bodies: Vec<Body>,
+    /// Joints and force elements that are switched on.
+    pub elements: Vec<Instance>,
+    /// The element sets instances live in, one per class used.
+    pub sets: Vec<Box<dyn ElementSet>>,
+    /// Gravity, m/s^2, ground frame.
+    pub gravity: Vector3<f64>,
+    /// Requested output channels.
+    pub channels: Vec<Channel>,
+}
+
+/// A rigid body. The mathematics works in its centroidal frame: origin at the centre of mass, axes of the body frame.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name in the scene.
+    pub name: String,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Inertia about the centre of mass, body axes, kg m^2.
+    pub inertia: Matrix3<f64>,
+    /// Centre of mass in the body frame, m.
+    pub center_of_mass: Vector3<f64>,
+    /// Position of the centre of mass at the start as given, m, ground frame.
+    pub position: Vector3<f64>,
+    /// Euler parameters body -> ground at the start as given, scalar first, normalised.
+    pub orientation: [f64; 4],
+    /// Velocity of the body frame's origin at the start, m/s, ground frame; `None`: free.
+    pub velocity: [Option<f64>; 3],
+    /// Angular velocity at the start, rad/s, ground frame; `None`: free.
+    pub angular_velocity: [Option<f64>; 3],
+}
+
+/// A marker: where an element is attached.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marker {
+    /// Index of the body; `None`: ground.
+    pub body: Option<usize>,
+    /// Origin in the body's centroidal frame (or the ground frame), m.
+    pub position: Vector3<f64>,
+    /// Rotation marker -> body (or ground).
+    pub rotation: Matrix3<f64>,
+}
+
+/// A joint or force element of the scene.
+#[derive(Debug, Clone)]
+pub struct Instance {
+    /// Name in the scene.
+    pub name: String,
+    /// Its class.
+    pub class: Descriptor,
+    /// Library that provides the class.
+    pub library: String,
+    /// Which of [`Model::sets`].
+    pub set: usize,
+    /// Which instance of the set.
+    pub index: u32,
+    /// Where it is attached, one marker per frame of the class.
+    pub markers: Vec<Marker>,
+    /// Its equations, checked.
+    pub recording: Recording,
+    /// Constraint rows in use, by their number in the class.
+    pub rows: Vec<usize>,
+}
+
+impl Instance {
+    /// Name of row `k` of those in use, for reports: `bearing: about x`.
+    #[must_use]
+    pub fn row_name(&self, k: usize) -> String {
+        let row = self.rows.get(k).and_then(|row| self.class.rows.get(*row));
+        format!("{}: {}", self.name, row.map_or("?", String::as_str))
+    }
+
+    /// Number of values an opaque instance gives before derivatives: rows in use and coordinates, or channels.
+    #[must_use]
+    pub fn value_count(&self) -> usize {
+        self.rows.len() + self.class.channels.len()
+    }
+}
+
+/// A requested output.
+#[derive(Debug, Clone)]
+pub struct Channel {
+    /// Column name.
+    pub name: String,
+    /// What is asked.
+    pub quantity: Quantity,
+    /// Unit of the column, as text.
+    pub unit: String,
+    /// One scene unit in SI.
+    pub factor: f64,
+    /// Where it is taken, in words, for the metadata: body, point, frame.
+    pub place: String,
+}
+
+/// In which axes a vector is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axes {
+    /// Ground axes.
+    Ground,
+    /// Axes of a body.
+    Body(usize),
+}
+
+/// Position, velocity or acceleration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// The quantity itself.
+    Position,
+    /// Its first derivative with respect to time.
+    Velocity,
+    /// Its second derivative with respect to time.
+    Acceleration,
+}
+
+/// What an output column contains.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Quantity {
+    /// Component of the position, velocity or acceleration of a body-fixed point.
+    Point {
+        /// Which body.
+        body: usize,
+        /// The point in the centroidal frame, m.
+        point: Vector3<f64>,
+        /// Position, velocity or acceleration.
+        level: Level,
+        /// Directions of the components.
+        axes: Axes,
+        /// 0, 1, 2.
+        component: usize,
+    },
+    /// Euler parameter of a body.
+    EulerParameter {
+        /// Which body.
+        body: usize,
+        /// 0 (scalar) to 3.
+        component: usize,
+    },
+    /// Component of the angular velocity or acceleration of a body.
+    Angular {
+        /// Which body.
+        body: usize,
+        /// Velocity or acceleration.
+        level: Level,
+        /// Directions of the components.
+        axes: Axes,
+        /// 0, 1, 2.
+        component: usize,
+    },
+    /// A joint coordinate, its rate or its acceleration.
+    Coordinate {
+        /// Which element.
+        element: usize,
+        /// Which coordinate of the class.
+        coordinate: usize,
+        /// Value, rate or acceleration.
+        level: Level,
+    },
+    /// Force or torque of a joint or force element on the body of one of its frames, at that frame's origin.
+    Load {
+        /// Which element.
+        element: usize,
+        /// Which frame.
+        frame: usize,
+        /// Torque instead of force.
+        torque: bool,
+        /// Directions of the components.
+        axes: Axes,
+        /// 0, 1, 2.
+        component: usize,
+    },
+    /// A value reported by a force element.
+    Value {
+        /// Which element.
+        element: usize,
+        /// Which channel of the class.
+        channel: usize,
+    },
+    /// Kinetic energy of all bodies.
+    KineticEnergy,
+    /// Potential energy of gravity and of all elements that have one.
+    PotentialEnergy,
+    /// Kinetic and potential energy.
+    TotalEnergy,
+}
+
+/// The matrix of `v x`.
+#[must_use]
+pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+}
+
+/// Rotation matrix of Euler parameters of any length but zero (Haug 1989, eq. 9.3.7, divided by the squared length).
+#[must_use]
+pub fn rotation(p: &[f64; 4]) -> Matrix3<f64> {
+    let [e0, e1, e2, e3] = *p;
+    let n = e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3;
+    Matrix3::new(
+        e0 * e0 + e1 * e1 - e2 * e2 - e3 * e3,
+        2.0 * (e1 * e2 - e0 * e3),
+        2.0 * (e1 * e3 + e0 * e2),
+        2.0 * (e1 * e2 + e0 * e3),
+        e0 * e0 - e1 * e1 + e2 * e2 - e3 * e3,
+        2.0 * (e2 * e3 - e0 * e1),
+        2.0 * (e1 * e3 - e0 * e2),
+        2.0 * (e2 * e3 + e0 * e1),
+        e0 * e0 - e1 * e1 - e2 * e2 + e3 * e3,
+    ) / n
+}

@@ -1,0 +1,234 @@
+//! [`Plan`]: which rows are independent, which reactions are unique, what is skipped.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::layout::Layout;
+use super::topology::Topology;
+use crate::linalg::{DenseQr, Health, KktSolver, KktStructure, LinalgError};
+use crate::model::Model;
+
+/// Share of the largest pivot below which a constraint row counts as dependent on others at the assembled position.
+pub const RANK_TOLERANCE: f64 = 1e-9;
+
+/// Below this pivot ratio at the start, elimination without pivoting is not trusted with a scene at all.
+const LEAST_HEALTH: f64 = 1e-8;
+
+/// A constraint row that follows from the others.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RedundantRow {
+    /// Its number among all rows.
+    pub row: usize,
+    /// Joint and row, as in reports.
+    pub name: String,
+}
+
+/// Whether a joint's reaction on a body is determined by the equations of motion, ground axes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reaction {
+    /// Which element.
+    pub element: usize,
+    /// Which frame of it.
+    pub frame: usize,
+    /// Components of the force.
+    pub force: [bool; 3],
+    /// Components of the torque at the frame's origin.
+    pub torque: [bool; 3],
+}
+
+impl Reaction {
+    /// Whether everything is unique.
+    #[must_use]
+    pub fn is_unique(&self) -> bool {
+        self.force.iter().chain(&self.torque).all(|unique| *unique)
+    }
+}
+
+/// Work that is not done, and why that changes no result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Skip {
+    /// What is left out.
+    pub what: String,
+    /// Why it may be left out.
+    pub why: String,
+}
+
+/// The constraint equations at the assembled position, as numbers.
+pub struct Probe<'a> {
+    /// Patterns of mass matrix and Jacobian (all rows).
+    pub structure: &'a KktStructure,
+    /// Values of the mass matrix.
+    pub mass: &'a [f64],
+    /// Values of the Jacobian.
+    pub jacobian: &'a [f64],
+    /// Rotation body -> ground of each body.
+    pub rotations: &'a [Matrix3<f64>],
+    /// A length typical of the scene, m.
+    pub length: f64,
+}
+
+/// What was decided. Constant.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Where every number lies.
+    pub layout: Layout,
+    /// How the model hangs together.
+    pub topology: Topology,
+    /// Rows that are enforced, ascending.
+    pub independent_rows: Vec<usize>,
+    /// Rows that follow from them.
+    pub redundant_rows: Vec<RedundantRow>,
+    /// Rank and conditioning of all rows at the assembled position.
+    pub health: Health,
+    /// Degrees of freedom at the assembled position.
+    pub mobility: usize,
+    /// Per joint and frame on a body or ground: which components are unique.
+    pub reactions: Vec<Reaction>,
+    /// Use the rank-safe engine for every evaluation, and why; `None`: only where the rank falls.
+    pub always_rank_safe: Option<String>,
+    /// What is not computed.
+    pub skips: Vec<Skip>,
+}
+
+impl Plan {
+    /// Decides from the model and its Jacobian at the assembled position.
+    ///
+    /// `sparse_health` tries the sparse engine on a choice of rows and tells how well that went.
+    ///
+    /// # Errors
+    /// When the mass matrix is not positive definite or a number is not finite.
+    pub fn decide(
+        model: &Model,
+        layout: &Layout,
+        probe: &Probe<'_>,
+        sparse_health: impl FnOnce(&[usize]) -> Result<Health, LinalgError>,
+    ) -> Result<Self, LinalgError> {
+        let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
+        qr.set_mass(probe.mass)?;
+        let health = qr.refactor(probe.jacobian)?;
+        let mut independent_rows = qr.independent_rows().to_vec();
+        independent_rows.sort_unstable();
+        let mut dependent = qr.dependent_rows().to_vec();
+        dependent.sort_unstable();
+        let redundant_rows = dependent
+            .into_iter()
+            .map(|row| {
+                let (element, k) = layout.element_of_row(row);
+                RedundantRow { row, name: model.elements[element].row_name(k) }
+            })
+            .collect();
+        let reactions = unique_reactions(model, layout, probe, &qr.null_space()?);
+        let always_rank_safe = match sparse_health(&independent_rows) {
+            Ok(health) if health.smallest_pivot_ratio >= LEAST_HEALTH => None,
+            Ok(health) => Some(format!(
+                "the constraints are close to dependent at the start (pivot ratio {:.1e})",
+                health.smallest_pivot_ratio
+            )),
+            Err(error) => Some(error.to_string()),
+        };
+        let mut plan = Self {
+            layout: layout.clone(),
+            topology: Topology::new(model),
+            independent_rows,
+            redundant_rows,
+            mobility: layout.velocities() - health.rank,
+            health,
+            reactions,
+            always_rank_safe,
+            skips: Vec::new(),
+        };
+        plan.note_redundancy();
+        Ok(plan)
+    }
+
+    /// Adds an entry to the list of what is skipped.
+    pub fn skip(&mut self, what: impl Into<String>, why: impl Into<String>) {
+        self.skips.push(Skip { what: what.into(), why: why.into() });
+    }
+
+    fn note_redundancy(&mut self) {
+        if !self.redundant_rows.is_empty() {
+            let count = self.redundant_rows.len();
+            self.skip(
+                format!("{count} constraint row{}", if count == 1 { "" } else { "s" }),
+                "dependent on the others at the assembled position; taken up again where the rank changes",
+            );
+        }
+    }
+
+    /// Whether a component of a reaction is unique; `true` for elements without rows.
+    #[must_use]
+    pub fn is_unique(&self, element: usize, frame: usize, torque: bool, component: Option<usize>) -> bool {
+        let Some(reaction) = self.reactions.iter().find(|r| r.element == element && r.frame == frame) else {
+            return true;
+        };
+        let list = if torque { &reaction.torque } else { &reaction.force };
+        component.map_or_else(|| list.iter().all(|u| *u), |k| list[k])
+    }
+}
+
+/// A vector lambda0 of the null space of Phi_q^T can be added to the multipliers without any effect on the motion. The
+/// components of a reaction in which some lambda0 shows are not unique.
+fn unique_reactions(model: &Model, layout: &Layout, probe: &Probe<'_>, null_space: &[f64]) -> Vec<Reaction> {
+    let mut reactions = Vec::new();
+    for (element, instance) in model.elements.iter().enumerate() {
+        if instance.rows.is_empty() {
+            continue;
+        }
+        for (frame, _) in instance.markers.iter().enumerate() {
+            reactions.push(Reaction { element, frame, force: [true; 3], torque: [true; 3] });
+        }
+    }
+    let rows = layout.rows;
+    if rows == 0 {
+        return reactions;
+    }
+    for lambda in null_space.chunks_exact(rows) {
+        let loads: Vec<(Vector3<f64>, Vector3<f64>)> =
+            reactions.iter().map(|r| null_load(model, layout, probe, lambda, r)).collect();
+        // The size of a load in newtons, torques taken on the scene's length.
+        let size = |(f, n): &(Vector3<f64>, Vector3<f64>)| f.amax().max(n.amax() / probe.length);
+        let largest = loads.iter().map(size).fold(0.0, f64::max);
+        let shows = |x: f64| x.abs() > 1e-7 * largest;
+        for (reaction, (force, torque)) in reactions.iter_mut().zip(&loads) {
+            for k in 0..3 {
+                reaction.force[k] &= !shows(force[k]);
+                reaction.torque[k] &= !shows(torque[k] / probe.length);
+            }
+        }
+    }
+    reactions
+}
+
+/// Force and torque at a frame's origin, ground axes, that multipliers cause on the body of the frame (on ground: on all
+/// others together).
+fn null_load(
+    model: &Model,
+    layout: &Layout,
+    probe: &Probe<'_>,
+    lambda: &[f64],
+    reaction: &Reaction,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let instance = &model.elements[reaction.element];
+    let rows = layout.row_at[reaction.element]..layout.row_at[reaction.element] + instance.rows.len();
+    let marker = &instance.markers[reaction.frame];
+    let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+    let entries = probe.structure.jacobian.iter().zip(probe.jacobian);
+    for ((row, column), value) in entries.filter(|((row, _), _)| rows.contains(row)) {
+        let body = column / 6;
+        if marker.body.is_some_and(|own| own != body) {
+            continue;
+        }
+        let load = -value * lambda[*row];
+        if column % 6 < 3 {
+            force[column % 6] += load;
+        } else {
+            torque += probe.rotations[body].column(column % 6 - 3) * load;
+        }
+    }
+    match marker.body {
+        // From the centre of mass to the marker. On ground the moment's reference only matters where the force is not
+        // unique either, which is then already known.
+        Some(body) => (force, torque - (probe.rotations[body] * marker.position).cross(&force)),
+        None => (force, torque),
+    }
+}

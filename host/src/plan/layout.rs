@@ -1,0 +1,117 @@
+//! [`Layout`]: where every number of a model lies in the vectors of the mathematics.
+
+use crate::model::Model;
+
+/// Input slots per body: r (3), p (4), v (3), omega' (3), and the rates of p (4) for the reference form.
+pub const BODY_SLOTS: usize = 17;
+
+/// Counts and offsets. Constant once made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    /// Number of bodies that can move.
+    pub bodies: usize,
+    /// Number of constraint rows.
+    pub rows: usize,
+    /// Number of continuous element states.
+    pub states: usize,
+    /// Number of multi-turn angle references.
+    pub references: usize,
+    /// Number of discrete element states.
+    pub discrete: usize,
+    /// First row of each element.
+    pub row_at: Vec<usize>,
+    /// First continuous state of each element.
+    pub state_at: Vec<usize>,
+    /// First angle reference of each element.
+    pub reference_at: Vec<usize>,
+    /// First discrete state of each element.
+    pub discrete_at: Vec<usize>,
+}
+
+impl Layout {
+    /// Counts a model.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let mut layout = Self {
+            bodies: model.bodies.len(),
+            rows: 0,
+            states: 0,
+            references: 0,
+            discrete: 0,
+            row_at: Vec::new(),
+            state_at: Vec::new(),
+            reference_at: Vec::new(),
+            discrete_at: Vec::new(),
+        };
+        for element in &model.elements {
+            layout.row_at.push(layout.rows);
+            layout.state_at.push(layout.states);
+            layout.reference_at.push(layout.references);
+            layout.discrete_at.push(layout.discrete);
+            layout.rows += element.rows.len();
+            layout.states += element.recording.initial_states.len();
+            layout.references += element.class.angles;
+            layout.discrete += element.recording.initial_discrete.len();
+        }
+        layout
+    }
+
+    /// Velocities: six per body.
+    #[must_use]
+    pub fn velocities(&self) -> usize {
+        6 * self.bodies
+    }
+
+    /// Which element a row belongs to, and its number there.
+    #[must_use]
+    pub fn element_of_row(&self, row: usize) -> (usize, usize) {
+        let element = self.row_at.partition_point(|first| *first <= row) - 1;
+        // Elements without rows share their offset with the next one; the last of them is the owner.
+        (element, row - self.row_at[element])
+    }
+
+    /// Slot of the time among the inputs of every program.
+    pub const TIME: usize = 0;
+
+    /// Slot of component `k` of a body's r, p, v, omega' and p-rates (in this order).
+    #[must_use]
+    pub fn body_slot(&self, body: usize, k: usize) -> usize {
+        1 + BODY_SLOTS * body + k
+    }
+
+    /// First slot of the continuous element states.
+    #[must_use]
+    pub fn state_slot(&self) -> usize {
+        1 + BODY_SLOTS * self.bodies
+    }
+
+    /// First slot of the angle references.
+    #[must_use]
+    pub fn reference_slot(&self) -> usize {
+        self.state_slot() + self.states
+    }
+
+    /// First slot of the discrete element states.
+    #[must_use]
+    pub fn discrete_slot(&self) -> usize {
+        self.reference_slot() + self.references
+    }
+
+    /// First slot of the accelerations: per body three of the centre of mass and three of omega'.
+    #[must_use]
+    pub fn acceleration_slot(&self) -> usize {
+        self.discrete_slot() + self.discrete
+    }
+
+    /// First slot of the Lagrange multipliers.
+    #[must_use]
+    pub fn multiplier_slot(&self) -> usize {
+        self.acceleration_slot() + self.velocities()
+    }
+
+    /// Length of the input vector of every program.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.multiplier_slot() + self.rows
+    }
+}

@@ -1,0 +1,18 @@
+//! What has to be computed, and what not: decided once, stored as data, told to the user.
+//!
+//! - **Takes**: a [`crate::model::Model`]; the constraint Jacobian at the assembled position.
+//! - **Gives**: [`Layout`] (where every number lies) and [`Plan`] (independent rows, unique reactions, engine, what is
+//!   skipped and why).
+//! - **May touch**: linear algebra for ranks.
+//! - **Must not know**: integrators, values of the coordinates at run time, how the Jacobian was computed.
+
+mod decide;
+mod layout;
+mod topology;
+
+#[cfg(test)]
+mod tests;
+
+pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip};
+pub use layout::Layout;
+pub use topology::{Island, Topology};

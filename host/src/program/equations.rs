@@ -1,0 +1,710 @@
+//! [`Equations`]: the whole scene as one graph.
+//!
+//! Working form (design.md, 5): per body the velocities v of the centre of mass (ground axes) and omega' (body axes);
+//! M [v'; omega'] + Phi_q^T lambda = Q, Phi_q [v'; omega'] = gamma, with Phi_q the derivatives along (dr, dpi').
+//! Reference form: the paper's Eq. (6) with the seven coordinates (r, p) per body.
+
+use element_api::Kind;
+use element_api::recording::{Input, Role};
+use element_api::set::Layout as CallLayout;
+
+use super::derivative::{Seeds, derivatives};
+use super::graph::{Call, Graph, Node};
+use super::import::import;
+use super::vector::{M3, V3};
+use crate::model::{Body, Instance, Marker, Model};
+use crate::plan::Layout;
+
+/// Which coordinates the equations are written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Six velocities per body.
+    Working,
+    /// The paper's seven coordinates per body.
+    Reference,
+}
+
+impl Form {
+    /// Columns of the constraint Jacobian per body.
+    #[must_use]
+    pub const fn columns(self) -> usize {
+        match self {
+            Self::Working => 6,
+            Self::Reference => 7,
+        }
+    }
+}
+
+/// A scalar function of the configuration with its first derivatives, and its second along the motion.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// The value: zero for a constraint that holds.
+    pub value: Node,
+    /// Partial derivative with respect to time.
+    pub time: Node,
+    /// Minus the second derivative along the motion with all accelerations zero (Haug 1989, eq. 9.2.12).
+    pub gamma: Node,
+    /// Nonzero derivatives with respect to the coordinates: (column, node), columns ascending.
+    pub jacobian: Vec<(usize, Node)>,
+}
+
+/// What a force element does to one of its frames, at the frame's origin, ground axes.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameLoad {
+    /// Force, N.
+    pub force: V3,
+    /// Torque, N m.
+    pub torque: V3,
+}
+
+/// The equations of one element.
+#[derive(Debug, Clone, Default)]
+pub struct ElementEquations {
+    /// Joint coordinates with their derivatives.
+    pub coordinates: Vec<Row>,
+    /// Loads of a force element, per frame.
+    pub loads: Vec<FrameLoad>,
+    /// Reported values of a force element.
+    pub channels: Vec<Node>,
+}
+
+/// A body's kinematics.
+#[derive(Debug, Clone)]
+pub struct BodyNodes {
+    /// Centre of mass, ground frame.
+    pub r: V3,
+    /// Euler parameters.
+    pub p: [Node; 4],
+    /// Rotation body -> ground.
+    pub a: M3,
+    /// Velocity of the centre of mass, ground frame.
+    pub v: V3,
+    /// Angular velocity, body axes.
+    pub w: V3,
+    /// Rates of the Euler parameters (reference form only).
+    pub p_rate: [Node; 4],
+}
+
+/// The scene as a graph, with the nodes that mean something.
+pub struct Equations {
+    /// All operations.
+    pub graph: Graph,
+    /// The coordinates they are written in.
+    pub form: Form,
+    /// The bodies.
+    pub bodies: Vec<BodyNodes>,
+    /// All constraint rows, element after element.
+    pub rows: Vec<Row>,
+    /// Right side Q of the equations of motion, six (seven) per body: applied and velocity-dependent forces.
+    pub loads: Vec<Node>,
+    /// Rates of the continuous element states.
+    pub state_rates: Vec<Node>,
+    /// Multi-turn angles, one per reference.
+    pub angles: Vec<Node>,
+    /// Discrete states after an accepted step.
+    pub next_discrete: Vec<Node>,
+    /// Kinetic energy, J.
+    pub kinetic: Node,
+    /// Potential energy of gravity and elements, J.
+    pub potential: Node,
+    /// Power of everything that has no potential, W: what changes the mechanical energy.
+    pub power: Node,
+    /// Lower triangle of the mass matrix of the Euler parameters, ten per body (reference form only).
+    pub mass_p: Vec<Node>,
+    /// Per element of the model.
+    pub elements: Vec<ElementEquations>,
+}
+
+impl Equations {
+    /// Writes down the equations of a model.
+    #[must_use]
+    pub fn build(model: &Model, layout: &Layout, form: Form) -> Self {
+        let mut graph = Graph::default();
+        let zero = graph.constant(0.0);
+        let bodies: Vec<BodyNodes> = (0..layout.bodies).map(|b| body_nodes(&mut graph, layout, b, form)).collect();
+        let columns = form.columns();
+        let mut equations = Self {
+            loads: vec![zero; columns * bodies.len()],
+            state_rates: vec![zero; layout.states],
+            angles: vec![zero; layout.references],
+            next_discrete: vec![zero; layout.discrete],
+            kinetic: zero,
+            potential: zero,
+            power: zero,
+            mass_p: Vec::new(),
+            elements: vec![ElementEquations::default(); model.elements.len()],
+            rows: Vec::with_capacity(layout.rows),
+            graph,
+            form,
+            bodies,
+        };
+        for (b, body) in model.bodies.iter().enumerate() {
+            equations.add_body(b, body, model);
+        }
+        for (index, element) in model.elements.iter().enumerate() {
+            let frames = equations.frames(&element.markers);
+            match element.class.kind {
+                Kind::Joint => equations.add_joint(index, element, &frames, layout),
+                Kind::Force => equations.add_force(index, element, &frames, layout),
+            }
+        }
+        equations
+    }
+
+    /// Gravity, gyroscopic terms, energies of a body.
+    fn add_body(&mut self, b: usize, body: &Body, model: &Model) {
+        let nodes = self.bodies[b].clone();
+        let g = &mut self.graph;
+        let weight = g.vector(&(body.mass * model.gravity));
+        let inertia = g.matrix(&body.inertia);
+        let momentum = g.apply(&inertia, nodes.w);
+        // Kinetic energy: (m v.v + omega'.J' omega') / 2; potential: -m g.r.
+        let mass = g.constant(0.5 * body.mass);
+        let half = g.constant(0.5);
+        let vv = g.dot3(nodes.v, nodes.v);
+        let wjw = g.dot3(nodes.w, momentum);
+        let (translation, rotation) = (g.mul(mass, vv), g.mul(half, wjw));
+        let kinetic = g.add(translation, rotation);
+        self.kinetic = g.add(self.kinetic, kinetic);
+        let lift = g.dot3(weight, nodes.r);
+        self.potential = g.sub(self.potential, lift);
+        let columns = self.form.columns();
+        for k in 0..3 {
+            self.loads[columns * b + k] = weight[k];
+        }
+        match self.form {
+            Form::Working => {
+                // Euler: J' omega'' = n' - omega' x J' omega'.
+                let gyroscopic = g.cross(nodes.w, momentum);
+                for k in 0..3 {
+                    self.loads[columns * b + 3 + k] = g.neg(gyroscopic[k]);
+                }
+            }
+            Form::Reference => {
+                // Haug 1989, eq. 11.3.18: mass 4 G^T J' G, velocity terms 8 G_rate^T J' G_rate p.
+                let (matrix, rate) = (g_matrix(g, &nodes.p), g_matrix(g, &nodes.p_rate));
+                let spun: V3 = std::array::from_fn(|i| dot4(g, &rate[i], &nodes.p));
+                let carried = g.apply(&inertia, spun);
+                let eight = g.constant(8.0);
+                for k in 0..4 {
+                    let column = [rate[0][k], rate[1][k], rate[2][k]];
+                    let sum = g.dot3(column, carried);
+                    self.loads[columns * b + 3 + k] = g.mul(eight, sum);
+                }
+                let four = g.constant(4.0);
+                for i in 0..4 {
+                    let left = [matrix[0][i], matrix[1][i], matrix[2][i]];
+                    let carried = g.apply(&inertia, left);
+                    for j in 0..=i {
+                        let right = [matrix[0][j], matrix[1][j], matrix[2][j]];
+                        let product = g.dot3(carried, right);
+                        self.mass_p.push(g.mul(four, product));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Position, rotation and motion of an element's frames.
+    fn frames(&mut self, markers: &[Marker]) -> Vec<FrameNodes> {
+        markers.iter().map(|marker| frame_nodes(&mut self.graph, marker, &self.bodies)).collect()
+    }
+
+    fn add_joint(&mut self, index: usize, element: &Instance, frames: &[FrameNodes], layout: &Layout) {
+        let (values, opaque) = self.element_values(index, element, frames, layout);
+        let value_of = |role: Role| values.iter().find(|(r, _)| *r == role).map(|(_, node)| *node);
+        let missing = self.graph.constant(f64::NAN);
+        let residuals = element.rows.iter().map(|row| Role::Residual(*row as u32));
+        let coordinates = (0..element.class.channels.len()).map(|k| Role::Coordinate(k as u32));
+        let wanted: Vec<Node> = residuals.chain(coordinates).map(|role| value_of(role).unwrap_or(missing)).collect();
+        let bodies = bodies_of(&element.markers);
+        let mut rows = match opaque {
+            None => self.traced_rows(&wanted, &bodies),
+            Some(call) => self.opaque_rows(&wanted, call, element, frames, &bodies),
+        };
+        self.elements[index].coordinates = rows.split_off(element.rows.len());
+        self.rows.extend(rows);
+    }
+
+    /// Derivatives of recorded functions along each coordinate of the bodies they may depend on.
+    fn traced_rows(&mut self, values: &[Node], bodies: &[usize]) -> Vec<Row> {
+        let mut jacobian: Vec<Vec<(usize, Node)>> = vec![Vec::new(); values.len()];
+        let columns = self.form.columns();
+        for body in bodies {
+            for k in 0..columns {
+                let seeds = self.coordinate_seeds(*body, k);
+                let slopes = derivatives(&mut self.graph, values, &seeds);
+                for (row, slope) in jacobian.iter_mut().zip(slopes) {
+                    if !self.graph.is_zero(slope) {
+                        row.push((columns * body + k, slope));
+                    }
+                }
+            }
+        }
+        let time_input = self.graph.input(Layout::TIME);
+        let one = self.graph.constant(1.0);
+        let times = derivatives(&mut self.graph, values, &Seeds::from_iter([(time_input, one)]));
+        let seeds = self.motion_seeds(bodies);
+        let first = derivatives(&mut self.graph, values, &seeds);
+        let second = derivatives(&mut self.graph, &first, &seeds);
+        let mut rows = Vec::with_capacity(values.len());
+        for (k, (value, mut jacobian)) in values.iter().zip(jacobian).enumerate() {
+            jacobian.sort_unstable_by_key(|(column, _)| *column);
+            rows.push(Row { value: *value, time: times[k], gamma: self.graph.neg(second[k]), jacobian });
+        }
+        rows
+    }
+
+    /// The direction of one coordinate of a body.
+    fn coordinate_seeds(&mut self, body: usize, k: usize) -> Seeds {
+        let nodes = &self.bodies[body];
+        let g = &mut self.graph;
+        let (zero, one) = (g.constant(0.0), g.constant(1.0));
+        if k < 3 {
+            return Seeds::from_iter([(nodes.r[k], one)]);
+        }
+        match self.form {
+            Form::Working => {
+                // A rotation dpi' about the body axis k: dA = A e_k~.
+                let axis: V3 = std::array::from_fn(|i| if i == k - 3 { one } else { zero });
+                let rate = g.times_skew(&nodes.a, axis);
+                Seeds::from_iter(entries(&nodes.a).zip(entries(&rate)))
+            }
+            Form::Reference => Seeds::from_iter([(nodes.p[k - 3], one)]),
+        }
+    }
+
+    /// The direction of the motion: every derivative with respect to time that is not an acceleration.
+    fn motion_seeds(&mut self, bodies: &[usize]) -> Seeds {
+        let mut seeds = Seeds::default();
+        let time = self.graph.input(Layout::TIME);
+        seeds.insert(time, self.graph.constant(1.0));
+        for body in bodies {
+            let nodes = &self.bodies[*body];
+            seeds.extend(nodes.r.iter().copied().zip(nodes.v));
+            match self.form {
+                Form::Working => {
+                    let rate = self.graph.times_skew(&nodes.a, nodes.w);
+                    seeds.extend(entries(&nodes.a).zip(entries(&rate)));
+                }
+                Form::Reference => seeds.extend(nodes.p.iter().copied().zip(nodes.p_rate)),
+            }
+        }
+        seeds
+    }
+
+    /// Rows of an opaque joint: its own derivatives with respect to its frames, carried over to the bodies.
+    fn opaque_rows(
+        &mut self,
+        values: &[Node],
+        call: usize,
+        element: &Instance,
+        frames: &[FrameNodes],
+        bodies: &[usize],
+    ) -> Vec<Row> {
+        let (count, per_row) = (values.len(), 6 * frames.len());
+        let columns = self.form.columns();
+        let mut rows = Vec::with_capacity(count);
+        for (row, value) in values.iter().enumerate() {
+            let mut jacobian = Vec::new();
+            for body in bodies {
+                for k in 0..columns {
+                    let (shift, turn) = self.coordinate_direction(*body, k);
+                    let mut sum = self.graph.constant(0.0);
+                    for (f, (frame, marker)) in frames.iter().zip(&element.markers).enumerate() {
+                        if marker.body != Some(*body) {
+                            continue;
+                        }
+                        let slope = |g: &mut Graph, j| g.call_result(call, count + row * per_row + 6 * f + j);
+                        let g = &mut self.graph;
+                        let (along, about): (V3, V3) =
+                            (std::array::from_fn(|j| slope(g, j)), std::array::from_fn(|j| slope(g, 3 + j)));
+                        // Shift of the marker's origin: dr + A (dpi' x s); turn about its own axes: C^T dpi'.
+                        let local = g.vector(&marker.position);
+                        let swept = g.cross(turn, local);
+                        let carried = g.apply(&self.bodies[*body].a, swept);
+                        let moved = g.add3(shift, carried);
+                        let mounting = g.matrix(&marker.rotation);
+                        let turned = g.apply_transposed(&mounting, turn);
+                        let (p, q) = (g.dot3(along, moved), g.dot3(about, turned));
+                        let both = g.add(p, q);
+                        sum = g.add(sum, both);
+                        debug_assert_eq!(frame.body, Some(*body));
+                    }
+                    if !self.graph.is_zero(sum) {
+                        jacobian.push((columns * body + k, sum));
+                    }
+                }
+            }
+            let g = &mut self.graph;
+            let time = g.call_result(call, count * (1 + per_row) + row);
+            // The element's second derivative has frames at zero acceleration; markers off the centre of mass have the
+            // centripetal one, omega x (omega x s).
+            let mut second = g.call_result(call, count * (2 + per_row) + row);
+            for (f, (frame, marker)) in frames.iter().zip(&element.markers).enumerate() {
+                let Some(body) = marker.body else { continue };
+                let along: V3 = std::array::from_fn(|j| g.call_result(call, count + row * per_row + 6 * f + j));
+                let w = self.bodies[body].w;
+                let local = g.vector(&marker.position);
+                let swept = g.cross(w, local);
+                let inward = g.cross(w, swept);
+                let centripetal = g.apply(&self.bodies[body].a, inward);
+                let extra = g.dot3(along, centripetal);
+                second = g.add(second, extra);
+                debug_assert!(frame.body.is_some());
+            }
+            rows.push(Row { value: *value, time, gamma: self.graph.neg(second), jacobian });
+        }
+        rows
+    }
+
+    /// Shift (ground axes) and turn (body axes) of a body along one of its coordinates.
+    fn coordinate_direction(&mut self, body: usize, k: usize) -> (V3, V3) {
+        let g = &mut self.graph;
+        let (zero, one) = (g.constant(0.0), g.constant(1.0));
+        let unit = |i: usize| -> V3 { std::array::from_fn(|j| if i == j { one } else { zero }) };
+        if k < 3 {
+            return (unit(k), [zero; 3]);
+        }
+        match self.form {
+            Form::Working => ([zero; 3], unit(k - 3)),
+            Form::Reference => {
+                // dpi' = 2 G dp.
+                let matrix = g_matrix(g, &self.bodies[body].p);
+                let two = g.constant(2.0);
+                ([zero; 3], std::array::from_fn(|i| g.mul(two, matrix[i][k - 3])))
+            }
+        }
+    }
+
+    fn add_force(&mut self, index: usize, element: &Instance, frames: &[FrameNodes], layout: &Layout) {
+        let (values, _) = self.element_values(index, element, frames, layout);
+        let zero = self.graph.constant(0.0);
+        let value_of = |role: Role| values.iter().find(|(r, _)| *r == role).map(|(_, node)| *node);
+        let mut power = zero;
+        for (f, (frame, marker)) in frames.iter().zip(&element.markers).enumerate() {
+            let component = |role: fn(u32) -> Role, k: usize| value_of(role((3 * f + k) as u32)).unwrap_or(zero);
+            let force: V3 = std::array::from_fn(|k| component(Role::Force, k));
+            let torque: V3 = std::array::from_fn(|k| component(Role::Torque, k));
+            self.elements[index].loads.push(FrameLoad { force, torque });
+            let g = &mut self.graph;
+            let (p, q) = (g.dot3(force, frame.velocity), g.dot3(torque, frame.angular_velocity));
+            let both = g.add(p, q);
+            power = g.add(power, both);
+            if let Some(body) = marker.body {
+                self.apply_load(body, force, torque, frame);
+            }
+        }
+        let g = &mut self.graph;
+        match (value_of(Role::Potential), value_of(Role::Dissipation)) {
+            (None, None) => self.power = g.add(self.power, power),
+            (potential, dissipation) => {
+                self.potential = g.add(self.potential, potential.unwrap_or(zero));
+                self.power = g.sub(self.power, dissipation.unwrap_or(zero));
+            }
+        }
+        let missing = self.graph.constant(f64::NAN);
+        let channels = element.class.channels.len();
+        self.elements[index].channels =
+            (0..channels).map(|k| value_of(Role::Channel(k as u32)).unwrap_or(missing)).collect();
+        for k in 0..element.recording.initial_states.len() {
+            self.state_rates[layout.state_at[index] + k] = value_of(Role::StateRate(k as u32)).unwrap_or(missing);
+        }
+        for k in 0..element.recording.initial_discrete.len() {
+            self.next_discrete[layout.discrete_at[index] + k] =
+                value_of(Role::NextDiscrete(k as u32)).unwrap_or(missing);
+        }
+    }
+
+    /// Adds a load at a marker to the right side of its body.
+    fn apply_load(&mut self, body: usize, force: V3, torque: V3, frame: &FrameNodes) {
+        let g = &mut self.graph;
+        let nodes = &self.bodies[body];
+        // Moment about the centre of mass, body axes: n' = A^T (T + s x F).
+        let lever = g.cross(frame.arm, force);
+        let moment = g.add3(torque, lever);
+        let local = g.apply_transposed(&nodes.a, moment);
+        let columns = self.form.columns();
+        let at = columns * body;
+        for k in 0..3 {
+            self.loads[at + k] = g.add(self.loads[at + k], force[k]);
+        }
+        match self.form {
+            Form::Working => {
+                for k in 0..3 {
+                    self.loads[at + 3 + k] = g.add(self.loads[at + 3 + k], local[k]);
+                }
+            }
+            Form::Reference => {
+                // Generalised force of the Euler parameters: 2 G^T n'.
+                let matrix = g_matrix(g, &nodes.p);
+                let two = g.constant(2.0);
+                for k in 0..4 {
+                    let column = [matrix[0][k], matrix[1][k], matrix[2][k]];
+                    let sum = g.dot3(column, local);
+                    let doubled = g.mul(two, sum);
+                    self.loads[at + 3 + k] = g.add(self.loads[at + 3 + k], doubled);
+                }
+            }
+        }
+    }
+
+    /// The element's results by role; for an opaque element also its call.
+    fn element_values(
+        &mut self,
+        index: usize,
+        element: &Instance,
+        frames: &[FrameNodes],
+        layout: &Layout,
+    ) -> (Vec<(Role, Node)>, Option<usize>) {
+        let recording = &element.recording;
+        let provide = |g: &mut Graph, input: Input| match input {
+            Input::Time => g.input(Layout::TIME),
+            Input::Position { frame, component } => frames[frame as usize].position[component as usize],
+            Input::Rotation { frame, row, column } => frames[frame as usize].rotation[row as usize][column as usize],
+            Input::Velocity { frame, component } => frames[frame as usize].velocity[component as usize],
+            Input::AngularVelocity { frame, component } => frames[frame as usize].angular_velocity[component as usize],
+            Input::AngleReference(k) => g.input(layout.reference_slot() + layout.reference_at[index] + k as usize),
+            Input::State(k) => g.input(layout.state_slot() + layout.state_at[index] + k as usize),
+            Input::Discrete(k) => g.input(layout.discrete_slot() + layout.discrete_at[index] + k as usize),
+            // A mobility is recorded beside the residual but not used by this formulation; signals are refused earlier.
+            Input::Coordinate(_) | Input::Signal(_) => g.constant(0.0),
+        };
+        let (values, call) = if element.class.opaque {
+            let call = self.add_call(element, provide);
+            (opaque_results(&mut self.graph, element, call), Some(call))
+        } else {
+            let nodes = import(&mut self.graph, recording, provide);
+            (recording.outputs.iter().map(|o| (o.role, nodes[o.node as usize])).collect(), None)
+        };
+        for (role, node) in &values {
+            if let Role::Angle(k) = role {
+                self.angles[layout.reference_at[index] + *k as usize] = *node;
+            }
+        }
+        (values, call)
+    }
+
+    fn add_call(&mut self, element: &Instance, mut provide: impl FnMut(&mut Graph, Input) -> Node) -> usize {
+        let g = &mut self.graph;
+        let layout = call_layout(element);
+        let mut arguments = vec![provide(g, Input::Time)];
+        arguments.extend((0..layout.angles as u32).map(|k| provide(g, Input::AngleReference(k))));
+        arguments.extend((0..layout.states as u32).map(|k| provide(g, Input::State(k))));
+        arguments.extend((0..layout.memory as u32).map(|k| provide(g, Input::Discrete(k))));
+        for frame in 0..layout.frames as u32 {
+            arguments.extend((0..3).map(|component| provide(g, Input::Position { frame, component })));
+            arguments.extend((0..9).map(|k| provide(g, Input::Rotation { frame, row: k / 3, column: k % 3 })));
+            arguments.extend((0..3).map(|component| provide(g, Input::Velocity { frame, component })));
+            arguments.extend((0..3).map(|component| provide(g, Input::AngularVelocity { frame, component })));
+        }
+        let values = layout.values;
+        let (results, jacobian_from, second_from) = match element.class.kind {
+            Kind::Joint => (layout.joint_results(), values, values * (2 + 6 * layout.frames)),
+            Kind::Force => (layout.force_results(), usize::MAX, usize::MAX),
+        };
+        g.calls.push(Call {
+            set: element.set,
+            instance: element.index,
+            arguments,
+            results,
+            jacobian_from,
+            second_from,
+            second_to: second_from.saturating_add(values),
+        });
+        g.calls.len() - 1
+    }
+}
+
+/// Sizes of an opaque element's inputs and results.
+fn call_layout(element: &Instance) -> CallLayout {
+    CallLayout {
+        frames: element.markers.len(),
+        angles: element.class.angles,
+        states: element.recording.initial_states.len(),
+        memory: element.recording.initial_discrete.len(),
+        values: element.value_count(),
+    }
+}
+
+/// The results of an opaque element's call by role, where [`CallLayout`] says they are.
+fn opaque_results(g: &mut Graph, element: &Instance, call: usize) -> Vec<(Role, Node)> {
+    let layout = call_layout(element);
+    let given = |role: &Role| element.recording.outputs.iter().any(|o| o.role == *role);
+    let mut next = 0;
+    let mut list = Vec::new();
+    let mut take = |g: &mut Graph, role: Role| {
+        if given(&role) {
+            list.push((role, g.call_result(call, next)));
+        }
+        next += 1;
+    };
+    match element.class.kind {
+        Kind::Joint => {
+            element.rows.iter().for_each(|row| take(g, Role::Residual(*row as u32)));
+            (0..element.class.channels.len()).for_each(|k| take(g, Role::Coordinate(k as u32)));
+            let angles_at = layout.joint_results() - layout.angles;
+            for k in 0..layout.angles {
+                list.push((Role::Angle(k as u32), g.call_result(call, angles_at + k)));
+            }
+        }
+        Kind::Force => {
+            (0..3 * layout.frames).for_each(|k| take(g, Role::Force(k as u32)));
+            (0..3 * layout.frames).for_each(|k| take(g, Role::Torque(k as u32)));
+            (0..layout.states).for_each(|k| take(g, Role::StateRate(k as u32)));
+            (0..layout.memory).for_each(|k| take(g, Role::NextDiscrete(k as u32)));
+            (0..layout.values).for_each(|k| take(g, Role::Channel(k as u32)));
+            take(g, Role::Potential);
+            take(g, Role::Dissipation);
+            (0..layout.angles).for_each(|k| take(g, Role::Angle(k as u32)));
+        }
+    }
+    list
+}
+
+/// The bodies among an element's markers, each once.
+fn bodies_of(markers: &[Marker]) -> Vec<usize> {
+    let mut bodies: Vec<usize> = markers.iter().filter_map(|marker| marker.body).collect();
+    bodies.sort_unstable();
+    bodies.dedup();
+    bodies
+}
+
+/// Position, rotation and motion of a marker.
+struct FrameNodes {
+    body: Option<usize>,
+    position: V3,
+    rotation: M3,
+    velocity: V3,
+    angular_velocity: V3,
+    /// From the centre of mass to the marker, ground axes.
+    arm: V3,
+}
+
+fn frame_nodes(g: &mut Graph, marker: &Marker, bodies: &[BodyNodes]) -> FrameNodes {
+    let local = g.vector(&marker.position);
+    let mounting = g.matrix(&marker.rotation);
+    let zero = g.constant(0.0);
+    let Some(body) = marker.body else {
+        return FrameNodes {
+            body: None,
+            position: local,
+            rotation: mounting,
+            velocity: [zero; 3],
+            angular_velocity: [zero; 3],
+            arm: local,
+        };
+    };
+    let nodes = &bodies[body];
+    let arm = g.apply(&nodes.a, local);
+    let swept = g.cross(nodes.w, local);
+    let swept = g.apply(&nodes.a, swept);
+    FrameNodes {
+        body: Some(body),
+        position: g.add3(nodes.r, arm),
+        rotation: g.product(&nodes.a, &mounting),
+        velocity: g.add3(nodes.v, swept),
+        angular_velocity: g.apply(&nodes.a, nodes.w),
+        arm,
+    }
+}
+
+fn body_nodes(g: &mut Graph, layout: &Layout, body: usize, form: Form) -> BodyNodes {
+    let slot = |k| layout.body_slot(body, k);
+    let r = g.input_vector(slot(0));
+    let p: [Node; 4] = std::array::from_fn(|k| g.input(slot(3 + k)));
+    let v = g.input_vector(slot(7));
+    let zero = g.constant(0.0);
+    match form {
+        Form::Working => BodyNodes {
+            r,
+            p,
+            a: rotation_nodes(g, &p, form),
+            v,
+            w: g.input_vector(slot(10)),
+            p_rate: [zero; 4],
+        },
+        Form::Reference => {
+            let p_rate: [Node; 4] = std::array::from_fn(|k| g.input(slot(13 + k)));
+            // omega' = 2 G p_rate.
+            let matrix = g_matrix(g, &p);
+            let two = g.constant(2.0);
+            let w = std::array::from_fn(|i| {
+                let sum = dot4(g, &matrix[i], &p_rate);
+                g.mul(two, sum)
+            });
+            BodyNodes { r, p, a: rotation_nodes(g, &p, form), v, w, p_rate }
+        }
+    }
+}
+
+/// The rotation matrix of the Euler parameters.
+///
+/// Reference form: Haug 1989, eq. 9.3.7, 2 [(e0^2 - 1/2) I + e e^T + e0 e~], as printed. Working form: the homogeneous
+/// one divided by p.p, which is a rotation for any p, so that nothing depends on the length of p between normalisations.
+fn rotation_nodes(g: &mut Graph, p: &[Node; 4], form: Form) -> M3 {
+    let square = p.map(|e| g.mul(e, e));
+    let two = g.constant(2.0);
+    let scale = match form {
+        Form::Reference => None,
+        Form::Working => {
+            let (left, right) = (g.add(square[0], square[1]), g.add(square[2], square[3]));
+            let length = g.add(left, right);
+            let one = g.constant(1.0);
+            Some(g.div(one, length))
+        }
+    };
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let entry = if i == j {
+                let (k, l) = ((i + 1) % 3, (i + 2) % 3);
+                match form {
+                    Form::Working => {
+                        let plus = g.add(square[0], square[1 + i]);
+                        let minus = g.add(square[1 + k], square[1 + l]);
+                        g.sub(plus, minus)
+                    }
+                    Form::Reference => {
+                        let one = g.constant(1.0);
+                        let sum = g.add(square[0], square[1 + i]);
+                        let doubled = g.mul(two, sum);
+                        g.sub(doubled, one)
+                    }
+                }
+            } else {
+                let other = 3 - i - j;
+                let product = g.mul(p[1 + i], p[1 + j]);
+                let turn = g.mul(p[0], p[1 + other]);
+                // The sign of e0 e~: -e3 at (0, 1), +e2 at (0, 2), and so on round the cycle.
+                let sum = if (i + 1) % 3 == j { g.sub(product, turn) } else { g.add(product, turn) };
+                g.mul(two, sum)
+            };
+            match scale {
+                Some(scale) => g.mul(scale, entry),
+                None => entry,
+            }
+        })
+    })
+}
+
+/// G(p) = [-e, -e~ + e0 I] with omega' = 2 G p_rate (Haug 1989, eq. 9.3.21 and 9.3.32).
+fn g_matrix(g: &mut Graph, p: &[Node; 4]) -> [[Node; 4]; 3] {
+    let [e0, e1, e2, e3] = *p;
+    let n = |g: &mut Graph, e| g.neg(e);
+    let (n1, n2, n3) = (n(g, e1), n(g, e2), n(g, e3));
+    [[n1, e0, e3, n2], [n2, n3, e0, e1], [n3, e2, n1, e0]]
+}
+
+fn dot4(g: &mut Graph, a: &[Node; 4], b: &[Node; 4]) -> Node {
+    let mut sum = g.constant(0.0);
+    for (x, y) in a.iter().zip(b) {
+        let product = g.mul(*x, *y);
+        sum = g.add(sum, product);
+    }
+    sum
+}
+
+fn entries(m: &M3) -> impl Iterator<Item = Node> + use<> {
+    let m = *m;
+    (0..9).map(move |k| m[k / 3][k % 3])
+}

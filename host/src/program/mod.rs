@@ -1,0 +1,35 @@
+//! The equations of a whole scene as one graph of operations, and programs that evaluate parts of it.
+//!
+//! - **Takes**: a [`crate::model::Model`] with its recorded elements, a [`crate::plan::Layout`].
+//! - **Gives**: [`Equations`] (nodes with a meaning) and [`Program`]s (operations in running order).
+//! - **May touch**: the elements' recordings; opaque elements while a program runs.
+//! - **Must not know**: integrators, solvers, files.
+//!
+//! Every operation exists once; constants are folded; whatever an output does not depend on is not in its program.
+//! Derivatives are further nodes of the same graph, so they share everything with the equations they come from.
+//!
+//! | file | content |
+//! |---|---|
+//! | `graph.rs` | nodes, simplified while they are made |
+//! | `derivative.rs` | exact derivatives along a direction |
+//! | `vector.rs` | vectors and matrices of nodes |
+//! | `import.rs` | recordings to nodes |
+//! | `equations.rs` | bodies, joints, forces: rows, Jacobians, gamma, loads, energies |
+//! | `observe.rs` | requested output channels |
+//! | `tape.rs` | programs and their interpreter |
+
+mod derivative;
+mod equations;
+mod graph;
+mod import;
+mod observe;
+mod tape;
+mod vector;
+
+#[cfg(test)]
+mod tests;
+
+pub use derivative::{Seeds, derivatives};
+pub use equations::{BodyNodes, ElementEquations, Equations, Form, FrameLoad, Row};
+pub use graph::{Call, Expr, Graph, Node};
+pub use tape::{Program, Sets, Workspace};

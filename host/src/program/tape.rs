@@ -1,0 +1,356 @@
+//! [`Program`]: a part of the graph in running order, and the interpreter that runs it.
+
+use element_api::Table;
+use element_api::set::{Batch, ElementSet, Fault, Wanted};
+use rustc_hash::FxHashMap;
+
+use super::graph::{Expr, Graph, Node};
+
+/// A register: an index into the workspace's numbers.
+type Register = u32;
+
+/// One instruction: the register that receives the result, then the operands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Instruction {
+    Add(Register, Register, Register),
+    Sub(Register, Register, Register),
+    Mul(Register, Register, Register),
+    Div(Register, Register, Register),
+    Neg(Register, Register),
+    Sqrt(Register, Register),
+    Sin(Register, Register),
+    Cos(Register, Register),
+    Atan2(Register, Register, Register),
+    Exp(Register, Register),
+    Ln(Register, Register),
+    Tanh(Register, Register),
+    Powi(Register, Register, i32),
+    Powf(Register, Register, f64),
+    Select(Register, [Register; 4]),
+    Table(Register, Register, u32, u32),
+}
+
+/// Opaque instances of one set that are evaluated in one call.
+#[derive(Debug, Clone)]
+struct BatchPlan {
+    set: usize,
+    instances: Vec<u32>,
+    wanted: Wanted,
+    arguments: Vec<Register>,
+    /// Register of each result of each instance; `None` where nothing uses it.
+    results: Vec<Option<Register>>,
+}
+
+/// Operations in running order, constant. Numbers live in a [`Workspace`].
+#[derive(Debug, Clone)]
+pub struct Program {
+    constants: Vec<f64>,
+    inputs: Vec<(u32, Register)>,
+    before_calls: Vec<Instruction>,
+    batches: Vec<BatchPlan>,
+    after_calls: Vec<Instruction>,
+    outputs: Vec<Register>,
+    registers: usize,
+    tables: Vec<Table>,
+}
+
+/// The scratch numbers of one program.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    numbers: Vec<f64>,
+    call_inputs: Vec<f64>,
+    call_results: Vec<f64>,
+}
+
+/// Access to the opaque elements of a model while a program runs.
+pub type Sets = [Box<dyn ElementSet>];
+
+impl Program {
+    /// Brings everything `outputs` depend on into running order and drops the rest.
+    ///
+    /// Registers are reused once their last user has run. Opaque results never feed other opaque elements, so all calls
+    /// run together between the operations that feed them and the operations that use them.
+    #[must_use]
+    pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
+        let live = graph.ancestors(outputs, |_| false);
+        let calls = used_calls(graph, &live);
+        let arguments: Vec<Node> =
+            calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
+        let feeding = graph.ancestors(&arguments, |_| false);
+        let mut builder = Builder::new(graph, &live, outputs, &arguments);
+        let before_calls = builder.instructions(&feeding);
+        let batches = builder.batches(&calls);
+        let rest: Vec<Node> = live.iter().copied().filter(|n| feeding.binary_search(n).is_err()).collect();
+        let after_calls = builder.instructions(&rest);
+        Self {
+            outputs: outputs.iter().map(|n| builder.register_of[n]).collect(),
+            constants: builder.constants,
+            inputs: builder.inputs,
+            before_calls,
+            batches,
+            after_calls,
+            registers: builder.registers as usize,
+            tables: graph.tables.clone(),
+        }
+    }
+
+    /// The scratch numbers for this program.
+    #[must_use]
+    pub fn workspace(&self) -> Workspace {
+        let mut numbers = vec![0.0; self.registers];
+        numbers[..self.constants.len()].copy_from_slice(&self.constants);
+        let largest = |f: fn(&BatchPlan) -> usize| self.batches.iter().map(f).max().unwrap_or(0);
+        Workspace {
+            numbers,
+            call_inputs: vec![0.0; largest(|b| b.arguments.len())],
+            call_results: vec![0.0; largest(|b| b.results.len())],
+        }
+    }
+
+    /// Number of operations run per evaluation.
+    #[must_use]
+    pub fn operations(&self) -> usize {
+        self.before_calls.len() + self.after_calls.len()
+    }
+
+    /// Number of calls of opaque elements per evaluation.
+    #[must_use]
+    pub fn calls(&self) -> usize {
+        self.batches.len()
+    }
+
+    /// Number of outputs.
+    #[must_use]
+    pub fn output_count(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Whether any output depends on an input in the given range of slots.
+    #[must_use]
+    pub fn uses_inputs(&self, slots: std::ops::Range<usize>) -> bool {
+        self.inputs.iter().any(|(slot, _)| slots.contains(&(*slot as usize)))
+    }
+
+    /// Evaluates the program. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// What an opaque element did wrong, with the set it belongs to.
+    pub fn run(
+        &self,
+        inputs: &[f64],
+        sets: &Sets,
+        workspace: &mut Workspace,
+        outputs: &mut [f64],
+    ) -> Result<(), (usize, Fault)> {
+        let numbers = &mut workspace.numbers[..];
+        for (slot, register) in &self.inputs {
+            numbers[*register as usize] = inputs[*slot as usize];
+        }
+        interpret(&self.before_calls, &self.tables, numbers);
+        for batch in &self.batches {
+            let given = &mut workspace.call_inputs[..batch.arguments.len()];
+            for (slot, register) in given.iter_mut().zip(&batch.arguments) {
+                *slot = numbers[*register as usize];
+            }
+            let found = &mut workspace.call_results[..batch.results.len()];
+            // A result the element forgets to write must not look like a number.
+            found.fill(f64::NAN);
+            let call = Batch { instances: &batch.instances, inputs: given, wanted: batch.wanted };
+            sets[batch.set].evaluate(&call, found).map_err(|fault| (batch.set, fault))?;
+            for (value, register) in found.iter().zip(&batch.results) {
+                if let Some(register) = register {
+                    numbers[*register as usize] = *value;
+                }
+            }
+        }
+        interpret(&self.after_calls, &self.tables, numbers);
+        for (slot, register) in outputs.iter_mut().zip(&self.outputs) {
+            *slot = numbers[*register as usize];
+        }
+        Ok(())
+    }
+}
+
+fn interpret(instructions: &[Instruction], tables: &[Table], x: &mut [f64]) {
+    for instruction in instructions {
+        match *instruction {
+            Instruction::Add(d, a, b) => x[d as usize] = x[a as usize] + x[b as usize],
+            Instruction::Sub(d, a, b) => x[d as usize] = x[a as usize] - x[b as usize],
+            Instruction::Mul(d, a, b) => x[d as usize] = x[a as usize] * x[b as usize],
+            Instruction::Div(d, a, b) => x[d as usize] = x[a as usize] / x[b as usize],
+            Instruction::Neg(d, a) => x[d as usize] = -x[a as usize],
+            Instruction::Sqrt(d, a) => x[d as usize] = x[a as usize].sqrt(),
+            Instruction::Sin(d, a) => x[d as usize] = x[a as usize].sin(),
+            Instruction::Cos(d, a) => x[d as usize] = x[a as usize].cos(),
+            Instruction::Atan2(d, a, b) => x[d as usize] = x[a as usize].atan2(x[b as usize]),
+            Instruction::Exp(d, a) => x[d as usize] = x[a as usize].exp(),
+            Instruction::Ln(d, a) => x[d as usize] = x[a as usize].ln(),
+            Instruction::Tanh(d, a) => x[d as usize] = x[a as usize].tanh(),
+            Instruction::Powi(d, a, n) => x[d as usize] = x[a as usize].powi(n),
+            Instruction::Powf(d, a, e) => x[d as usize] = x[a as usize].powf(e),
+            Instruction::Select(d, [a, b, c, e]) => {
+                x[d as usize] = if x[a as usize] < x[b as usize] { x[c as usize] } else { x[e as usize] };
+            }
+            Instruction::Table(d, a, table, order) => {
+                x[d as usize] = tables[table as usize].derivative(x[a as usize], order);
+            }
+        }
+    }
+}
+
+/// The calls among `live`, each with the results used, in order of the call.
+fn used_calls(graph: &Graph, live: &[Node]) -> Vec<(usize, Vec<(usize, Node)>)> {
+    let mut calls: FxHashMap<usize, Vec<(usize, Node)>> = FxHashMap::default();
+    for node in live {
+        if let Expr::Call { call, result } = graph.expr(*node) {
+            calls.entry(call as usize).or_default().push((result as usize, *node));
+        }
+    }
+    let mut list: Vec<_> = calls.into_iter().collect();
+    list.sort_unstable_by_key(|(call, _)| *call);
+    list
+}
+
+/// Gives out registers while instructions are written.
+struct Builder<'g> {
+    graph: &'g Graph,
+    register_of: FxHashMap<Node, Register>,
+    /// How many users of a node are still to come; outputs and call arguments are held for ever.
+    users: FxHashMap<Node, u32>,
+    free: Vec<Register>,
+    registers: Register,
+    constants: Vec<f64>,
+    inputs: Vec<(u32, Register)>,
+}
+
+impl<'g> Builder<'g> {
+    fn new(graph: &'g Graph, live: &[Node], outputs: &[Node], arguments: &[Node]) -> Self {
+        let mut users: FxHashMap<Node, u32> = FxHashMap::default();
+        for node in live {
+            if !matches!(graph.expr(*node), Expr::Call { .. }) {
+                graph.operands(*node, |operand| *users.entry(operand).or_default() += 1);
+            }
+        }
+        for held in outputs.iter().chain(arguments) {
+            *users.entry(*held).or_default() += 1;
+        }
+        let mut builder = Self {
+            graph,
+            register_of: FxHashMap::default(),
+            users,
+            free: Vec::new(),
+            registers: 0,
+            constants: Vec::new(),
+            inputs: Vec::new(),
+        };
+        // Constants come first and are never overwritten; inputs follow.
+        for node in live {
+            if let Some(value) = graph.value(*node) {
+                let register = builder.fresh();
+                builder.constants.push(value);
+                builder.register_of.insert(*node, register);
+                *builder.users.entry(*node).or_default() += 1;
+            }
+        }
+        for node in live {
+            if let Expr::Input(slot) = graph.expr(*node) {
+                let register = builder.fresh();
+                builder.inputs.push((slot, register));
+                builder.register_of.insert(*node, register);
+            }
+        }
+        builder
+    }
+
+    fn fresh(&mut self) -> Register {
+        self.registers += 1;
+        self.registers - 1
+    }
+
+    fn take(&mut self) -> Register {
+        self.free.pop().unwrap_or_else(|| self.fresh())
+    }
+
+    fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
+        let mut list = Vec::with_capacity(nodes.len());
+        for node in nodes {
+            if self.register_of.contains_key(node) {
+                continue;
+            }
+            let expr = self.graph.expr(*node);
+            if matches!(expr, Expr::Call { .. }) {
+                continue;
+            }
+            // Operands that nobody else needs give back their register, which the result may take at once.
+            let mut operands = Vec::with_capacity(4);
+            self.graph.operands(*node, |operand| operands.push(operand));
+            let at: Vec<Register> = operands.iter().map(|operand| self.register_of[operand]).collect();
+            for (operand, register) in operands.iter().zip(&at) {
+                let users = self.users.entry(*operand).or_default();
+                *users -= 1;
+                if *users == 0 {
+                    self.free.push(*register);
+                }
+            }
+            let d = self.take();
+            self.register_of.insert(*node, d);
+            list.push(match expr {
+                Expr::Add(..) => Instruction::Add(d, at[0], at[1]),
+                Expr::Sub(..) => Instruction::Sub(d, at[0], at[1]),
+                Expr::Mul(..) => Instruction::Mul(d, at[0], at[1]),
+                Expr::Div(..) => Instruction::Div(d, at[0], at[1]),
+                Expr::Neg(_) => Instruction::Neg(d, at[0]),
+                Expr::Sqrt(_) => Instruction::Sqrt(d, at[0]),
+                Expr::Sin(_) => Instruction::Sin(d, at[0]),
+                Expr::Cos(_) => Instruction::Cos(d, at[0]),
+                Expr::Atan2(..) => Instruction::Atan2(d, at[0], at[1]),
+                Expr::Exp(_) => Instruction::Exp(d, at[0]),
+                Expr::Ln(_) => Instruction::Ln(d, at[0]),
+                Expr::Tanh(_) => Instruction::Tanh(d, at[0]),
+                Expr::Powi(_, n) => Instruction::Powi(d, at[0], n),
+                Expr::Powf(_, bits) => Instruction::Powf(d, at[0], f64::from_bits(bits)),
+                Expr::Select(..) => Instruction::Select(d, [at[0], at[1], at[2], at[3]]),
+                Expr::Table { table, order, .. } => Instruction::Table(d, at[0], table, order),
+                Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } => continue,
+            });
+        }
+        list
+    }
+
+    /// One batch per set and per length of results.
+    fn batches(&mut self, calls: &[(usize, Vec<(usize, Node)>)]) -> Vec<BatchPlan> {
+        let mut batches: Vec<BatchPlan> = Vec::new();
+        let mut key_of: Vec<(usize, usize)> = Vec::new();
+        for (call, used) in calls {
+            let description = &self.graph.calls[*call];
+            let key = (description.set, description.results);
+            let position = key_of.iter().position(|known| *known == key).unwrap_or_else(|| {
+                key_of.push(key);
+                batches.push(BatchPlan {
+                    set: description.set,
+                    instances: Vec::new(),
+                    wanted: Wanted { jacobian: false, second: false },
+                    arguments: Vec::new(),
+                    results: Vec::new(),
+                });
+                batches.len() - 1
+            });
+            let mut results = vec![None; description.results];
+            for (result, node) in used {
+                // Results keep their register for the rest of the program.
+                let register = self.fresh();
+                self.register_of.insert(*node, register);
+                *self.users.entry(*node).or_default() += 1;
+                results[*result] = Some(register);
+                let batch = &mut batches[position];
+                batch.wanted.jacobian |= (description.jacobian_from..description.second_from).contains(result);
+                batch.wanted.second |= (description.second_from..description.second_to).contains(result);
+            }
+            let batch = &mut batches[position];
+            batch.instances.push(description.instance);
+            batch.arguments.extend(description.arguments.iter().map(|node| self.register_of[node]));
+            batch.results.extend(results);
+        }
+        batches
+    }
+}

@@ -1,0 +1,194 @@
+//! [`compare`]: how far two tables of results are apart.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::summary::json;
+use super::text::{Side, aligned, count, significant};
+use super::{ResultsError, Table};
+
+/// Times are equal when they differ by less than this share of the step ...
+const SHARE_OF_STEP: f64 = 1e-9;
+/// ... plus this share of themselves.
+const SHARE_OF_TIME: f64 = 1e-12;
+
+/// The differences of two tables. Numbers that are not finite become `null` as JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The first table.
+    pub a: PathBuf,
+    /// The second table, which the first is measured by.
+    pub b: PathBuf,
+    /// Rows with a time that is in both.
+    pub rows: u64,
+    /// First of these times.
+    pub t_first: f64,
+    /// Last of these times.
+    pub t_last: f64,
+    /// Rows only the first has.
+    pub rows_only_in_a: u64,
+    /// Rows only the second has.
+    pub rows_only_in_b: u64,
+    /// The common columns, in the order of the first table.
+    pub columns: Vec<ColumnDifference>,
+    /// Columns only the first has.
+    pub columns_only_in_a: Vec<String>,
+    /// Columns only the second has.
+    pub columns_only_in_b: Vec<String>,
+}
+
+/// The largest difference in one column.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ColumnDifference {
+    /// The column.
+    pub name: String,
+    /// Largest magnitude of a difference; infinite where a value is not a number, or infinite in one table.
+    pub absolute: f64,
+    /// The time it is at.
+    pub t: f64,
+    /// Largest finite magnitude in the second table, over all its rows.
+    pub peak_b: f64,
+    /// `absolute / peak_b`, or `absolute` if the peak is zero.
+    pub relative: f64,
+}
+
+/// Compares two tables: rows are matched by time, columns by name.
+///
+/// # Errors
+/// A table cannot be read, or they have no time or no column in common; see [`ResultsError`].
+pub fn compare(a: &Path, b: &Path) -> Result<Comparison, ResultsError> {
+    let (first, second) = (Table::read(a)?, Table::read(b)?);
+    let nothing = |reason: &str| ResultsError::NothingToCompare {
+        first: a.to_path_buf(),
+        second: b.to_path_buf(),
+        reason: reason.into(),
+    };
+    let pairs = common_rows(&first.times, &second.times);
+    let ([(start, _), ..], [.., (end, _)]) = (pairs.as_slice(), pairs.as_slice()) else {
+        return Err(nothing("no time is in both"));
+    };
+    let mut columns = Vec::new();
+    for (name, ours) in first.names.iter().zip(&first.columns) {
+        if let Some(theirs) = second.column(name) {
+            columns.push(difference(name, ours, theirs, &pairs, &first.times));
+        }
+    }
+    if columns.is_empty() {
+        return Err(nothing("no column besides the time is in both"));
+    }
+    let missing = |from: &Table, other: &Table| -> Vec<String> {
+        from.names.iter().filter(|name| !other.names.contains(name)).cloned().collect()
+    };
+    Ok(Comparison {
+        a: a.to_path_buf(),
+        b: b.to_path_buf(),
+        rows: pairs.len() as u64,
+        t_first: first.times[*start],
+        t_last: first.times[*end],
+        rows_only_in_a: (first.times.len() - pairs.len()) as u64,
+        rows_only_in_b: (second.times.len() - pairs.len()) as u64,
+        columns,
+        columns_only_in_a: missing(&first, &second),
+        columns_only_in_b: missing(&second, &first),
+    })
+}
+
+/// Index pairs of rows with equal times. Both lists ascend, so one walk finds them.
+fn common_rows(a: &[f64], b: &[f64]) -> Vec<(usize, usize)> {
+    let step = SHARE_OF_STEP * mean_step(a).min(mean_step(b));
+    let step = if step.is_finite() { step } else { 0.0 };
+    let mut pairs = Vec::new();
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() && j < b.len() {
+        let near = step + SHARE_OF_TIME * a[i].abs().max(b[j].abs());
+        if (a[i] - b[j]).abs() <= near {
+            pairs.push((i, j));
+            (i, j) = (i + 1, j + 1);
+        } else if a[i] < b[j] {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+    pairs
+}
+
+/// Mean distance of times; infinite for a single one.
+fn mean_step(times: &[f64]) -> f64 {
+    match times {
+        [first, .., last] => (last - first) / (times.len() - 1) as f64,
+        _ => f64::INFINITY,
+    }
+}
+
+fn difference(name: &str, a: &[f64], b: &[f64], pairs: &[(usize, usize)], times: &[f64]) -> ColumnDifference {
+    let mut largest = (0.0, times[pairs[0].0]);
+    for &(i, j) in pairs {
+        // Equal infinities are no difference; anything else with an infinity or NaN is beyond every limit.
+        let apart = if a[i] == b[j] { 0.0 } else { (a[i] - b[j]).abs() };
+        let apart = if apart.is_nan() { f64::INFINITY } else { apart };
+        if apart > largest.0 {
+            largest = (apart, times[i]);
+        }
+    }
+    let (absolute, t) = largest;
+    let peak_b = b.iter().filter(|value| value.is_finite()).fold(0.0_f64, |peak, value| peak.max(value.abs()));
+    let relative = if peak_b > 0.0 { absolute / peak_b } else { absolute };
+    ColumnDifference { name: name.into(), absolute, t, peak_b, relative }
+}
+
+impl Comparison {
+    /// The column with the largest relative difference.
+    #[must_use]
+    pub fn worst(&self) -> &ColumnDifference {
+        let worse = |one: &&ColumnDifference, other: &&ColumnDifference| one.relative.total_cmp(&other.relative);
+        self.columns.iter().max_by(worse).expect("a comparison has at least one column")
+    }
+
+    /// Columns whose relative difference is above a limit, which must be a number.
+    pub fn beyond(&self, limit: f64) -> impl Iterator<Item = &ColumnDifference> {
+        self.columns.iter().filter(move |column| column.relative > limit)
+    }
+
+    /// As indented JSON, with a newline at the end.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        json(self)
+    }
+}
+
+/// A table for people: one line per column, then what could not be compared.
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let titles = ["column", "largest difference", "at t", "peak of B", "relative"];
+        let mut rows = vec![titles.map(String::from).to_vec()];
+        for column in &self.columns {
+            rows.push(vec![
+                column.name.clone(),
+                significant(column.absolute, 3),
+                significant(column.t, 7),
+                significant(column.peak_b, 7),
+                significant(column.relative, 3),
+            ]);
+        }
+        writeln!(f, "A: {}\nB: {}", self.a.display(), self.b.display())?;
+        write!(f, "{}", aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Right], &rows))?;
+        let (start, end) = (significant(self.t_first, 7), significant(self.t_last, 7));
+        write!(f, "{} compared, t = {start} to {end}", count(self.rows, "row"))?;
+        for (number, table) in [(self.rows_only_in_a, "A"), (self.rows_only_in_b, "B")] {
+            if number > 0 {
+                write!(f, "; {} only in {table}", count(number, "row"))?;
+            }
+        }
+        writeln!(f)?;
+        for (names, table) in [(&self.columns_only_in_a, "A"), (&self.columns_only_in_b, "B")] {
+            if !names.is_empty() {
+                writeln!(f, "columns only in {table}: {}", names.join(", "))?;
+            }
+        }
+        let worst = self.worst();
+        writeln!(f, "largest relative difference: {} ({})", significant(worst.relative, 3), worst.name)
+    }
+}

@@ -1,0 +1,50 @@
+//! Results: channels, files, figures, the audit, and what is told at the end of a run.
+//!
+//! - **Takes**: numbers at sample times with the names, units and places of their channels; counters and times; paths of
+//!   tables to compare.
+//! - **Gives**: `results.csv`, `channels.json` and `summary.json` ([`Folder`]), the figures of a scene ([`Figure`]), the
+//!   end-of-run text ([`report`]), the comparison of two tables ([`compare`]).
+//! - **May touch**: files in the folder of results, and the tables it is asked to compare.
+//! - **Must not know**: how numbers were obtained: no models, plans, integrators, plugins; no terminals.
+//!
+//! Numbers arrive in SI, except times, and leave in scene units. Files are valid at every moment: the table has whole rows
+//! only, `summary.json` is replaced in one move and says `running` until the end.
+//!
+//! | file | content |
+//! |---|---|
+//! | `folder.rs` | the three files of a run and their order |
+//! | `csv.rs` | the table, row by row |
+//! | `channels.rs` | what each column is |
+//! | `summary.rs` | everything else about a run, as data |
+//! | `audit.rs` | what can be checked without knowing the solution |
+//! | `figures.rs` | numbers derived from channels, for print beside published ones |
+//! | `report.rs` | the text at the end of a run |
+//! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
+//! | `text.rs` | short numbers and aligned columns |
+
+mod audit;
+mod channels;
+mod compare;
+mod csv;
+mod error;
+mod figures;
+mod folder;
+mod report;
+mod summary;
+mod table;
+mod text;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
+mod tests;
+
+pub use audit::Audit;
+pub use channels::ChannelInfo;
+pub use compare::{ColumnDifference, Comparison, compare};
+pub use csv::CsvWriter;
+pub use error::ResultsError;
+pub use figures::{Crossing, Figure, FigureError, Samples, Take};
+pub use folder::{CHANNELS_FILE, Folder, RESULTS_FILE, SUMMARY_FILE};
+pub use report::report;
+pub use summary::{FigureResult, LibraryUsed, Status, Summary};
+pub use table::Table;

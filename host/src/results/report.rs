@@ -1,0 +1,153 @@
+//! [`report`]: the text at the end of a run.
+
+use std::path::Path;
+
+use super::text::{Side, aligned, count, duration, significant};
+use super::{CHANNELS_FILE, FigureResult, RESULTS_FILE, SUMMARY_FILE, Status, Summary};
+
+/// Names of redundant rows printed before the rest is only counted.
+const MOST_NAMES: usize = 6;
+
+/// What a run says at its end: how it went, audit, figures beside published ones, work, times, files. `folder` is where
+/// the results are, if they were written; `color` adds terminal escapes.
+#[must_use]
+pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
+    let mut out = outcome(summary, color);
+    out.push_str(&audit(summary, color));
+    out.push_str(&figures(&summary.figures));
+    out.push_str(&work(summary));
+    if let Some(folder) = folder {
+        let table = folder.join(RESULTS_FILE);
+        out.push_str(&format!("results: {} (with {CHANNELS_FILE}, {SUMMARY_FILE})\n", table.display()));
+    }
+    out
+}
+
+/// `Pendulum: completed, t = 2 s`
+fn outcome(summary: &Summary, color: bool) -> String {
+    let name = if summary.title.is_empty() { &summary.scene } else { &summary.title };
+    let paint = if summary.status == Status::Completed { Paint::Good } else { Paint::Bad };
+    let status = painted(summary.status.words(), paint, color);
+    let reached = with_unit(significant(summary.t_end_reached, 9), &summary.time_unit);
+    let mut line = format!("{name}: {status}, t = {reached}");
+    if summary.status != Status::Completed {
+        line.push_str(&format!(" of {}", with_unit(significant(summary.t_end, 9), &summary.time_unit)));
+        let code = summary.code.map_or_else(String::new, |code| format!("[{code}] "));
+        if !summary.reason.is_empty() {
+            line.push_str(&format!("\nreason: {code}{}", summary.reason));
+        }
+    }
+    line.push('\n');
+    line
+}
+
+/// `audit: constraints 2e-16, rates 3e-15, energy 4e-11; mobility 1; 2 redundant rows (...)`
+fn audit(summary: &Summary, color: bool) -> String {
+    let audit = &summary.audit;
+    let mut line = format!(
+        "constraints {}, rates {}, energy {}; mobility {}",
+        significant(audit.position_violation, 2),
+        significant(audit.velocity_violation, 2),
+        significant(audit.energy_error_relative, 2),
+        summary.mobility
+    );
+    if summary.redundant_rows > 0 {
+        line.push_str(&format!("; {}", count(summary.redundant_rows, "redundant row")));
+        line.push_str(&listed(&summary.redundant_row_names));
+    }
+    let verdict = match summary.audit_tolerance {
+        Some(limit) if !summary.audit_passed() => {
+            format!("; {} {}", painted("above the limit", Paint::Bad, color), significant(limit, 2))
+        }
+        Some(limit) => format!("; within the limit {}", significant(limit, 2)),
+        None => String::new(),
+    };
+    format!("audit: {line}{verdict}\n")
+}
+
+/// ` (a, b, and 3 more)`; nothing without names.
+fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        return String::new();
+    }
+    let shown = names[..names.len().min(MOST_NAMES)].join(", ");
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => format!(" ({shown})"),
+        more => format!(" ({shown}, and {more} more)"),
+    }
+}
+
+/// The figures under each other, then why some have no value.
+fn figures(figures: &[FigureResult]) -> String {
+    if figures.is_empty() {
+        return String::new();
+    }
+    let mut rows = vec![["figure", "published", "here", "difference", ""].map(String::from).to_vec()];
+    let mut problems = String::new();
+    for figure in figures {
+        let number = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| significant(value, 6));
+        let difference = figure.relative_difference().map(|share| format!("{:+.2} %", 100.0 * share));
+        let mut remarks = figure.unit.clone();
+        if !figure.note.is_empty() {
+            let gap = if remarks.is_empty() { "" } else { "  " };
+            remarks.push_str(&format!("{gap}({})", figure.note));
+        }
+        rows.push(vec![
+            figure.name.clone(),
+            number(figure.published),
+            number(figure.value),
+            difference.unwrap_or_default(),
+            remarks,
+        ]);
+        if let Some(problem) = &figure.problem {
+            problems.push_str(&format!("  {}: {problem}\n", figure.name));
+        }
+    }
+    aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left], &rows) + &problems
+}
+
+/// Counters and times.
+fn work(summary: &Summary) -> String {
+    let mut parts = vec![
+        count(summary.steps, "step"),
+        format!("{} rejected", summary.rejected),
+        count(summary.evaluations, "evaluation"),
+        count(summary.factorisations, "factorisation"),
+        count(summary.projections, "projection"),
+    ];
+    if summary.rank_safe > 0 {
+        parts.push(format!("{} rank-safe", summary.rank_safe));
+    }
+    let how = [&summary.method, &summary.engine].map(String::as_str);
+    let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
+    let by = if how.is_empty() { String::new() } else { format!(" ({how})") };
+    format!(
+        "work: {}{by}\ntime: load {}, compile {}, integrate {}, in all {}\n",
+        parts.join(", "),
+        duration(summary.load_time_s),
+        duration(summary.compile_time_s),
+        duration(summary.integration_time_s),
+        duration(summary.wall_time_s)
+    )
+}
+
+fn with_unit(number: String, unit: &str) -> String {
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
+}
+
+#[derive(Clone, Copy)]
+enum Paint {
+    Good,
+    Bad,
+}
+
+fn painted(text: &str, paint: Paint, color: bool) -> String {
+    if !color {
+        return text.into();
+    }
+    let code = match paint {
+        Paint::Good => 32,
+        Paint::Bad => 31,
+    };
+    format!("\x1b[1;{code}m{text}\x1b[0m")
+}

@@ -1,0 +1,191 @@
+//! [`Summary`]: everything about a run besides its samples, as `summary.json`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::{Audit, ResultsError};
+
+/// How a run stands.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Not ended, or killed without a chance to say so; the table has whole rows up to some time.
+    #[default]
+    Running,
+    /// The end was reached.
+    Completed,
+    /// Ended before, with valid results up to `t_end_reached`.
+    StoppedEarly,
+    /// Ended by an error; results up to `t_end_reached` are valid.
+    Failed,
+}
+
+impl Status {
+    /// As printed.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Completed => "completed",
+            Self::StoppedEarly => "stopped early",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// The content of `summary.json`. Numbers that are not finite become `null` there.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Summary {
+    /// How the run stands.
+    pub status: Status,
+    /// Why it ended, unless it was completed; else empty.
+    pub reason: String,
+    /// Stable code of the reason, if it has one.
+    pub code: Option<&'static str>,
+    /// The scene file as named by the user.
+    pub scene: String,
+    /// Title of the scene; may be empty.
+    pub title: String,
+    /// Version of the program.
+    pub odyn_version: String,
+    /// Method of integration.
+    pub method: String,
+    /// Formulation and evaluation of the equations.
+    pub engine: String,
+    /// Relative tolerance of the integration.
+    pub tolerance: f64,
+    /// Requested end, in `time_unit`.
+    pub t_end: f64,
+    /// Time of the last accepted state, in `time_unit`.
+    pub t_end_reached: f64,
+    /// Unit of times in the table.
+    pub time_unit: String,
+    /// Rows of the table.
+    pub rows: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Steps tried and not accepted.
+    pub rejected: u64,
+    /// Evaluations of the right side.
+    pub evaluations: u64,
+    /// Factorisations of the system for accelerations and multipliers.
+    pub factorisations: u64,
+    /// Projections onto the constraints.
+    pub projections: u64,
+    /// Evaluations for which the rank-safe engine was called in.
+    pub rank_safe: u64,
+    /// Newton corrections of positions.
+    pub position_corrections: u64,
+    /// Evaluations that were moved onto the constraints first, next to a singular position.
+    pub stage_projections: u64,
+    /// Steps shortened so as not to end next to a singular position.
+    pub re_aimed: u64,
+    /// Reading the scene, loading libraries, resolving, assembly, s.
+    pub load_time_s: f64,
+    /// Recording, differentiating, compiling, s.
+    pub compile_time_s: f64,
+    /// Integration with its samples, s.
+    pub integration_time_s: f64,
+    /// From start to end, s.
+    pub wall_time_s: f64,
+    /// Degrees of freedom at the assembled position.
+    pub mobility: u64,
+    /// Number of joint equations that follow from others.
+    pub redundant_rows: u64,
+    /// Their joints and rows.
+    pub redundant_row_names: Vec<String>,
+    /// What was checked.
+    pub audit: Audit,
+    /// Limit of the audit, if one was set.
+    pub audit_tolerance: Option<f64>,
+    /// Figures of the scene.
+    pub figures: Vec<FigureResult>,
+    /// Libraries whose elements were used.
+    pub libraries: Vec<LibraryUsed>,
+    /// Warnings, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// A figure of the scene as it came out.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FigureResult {
+    /// Its name.
+    pub name: String,
+    /// The number, in `unit`; `None` if there is none.
+    pub value: Option<f64>,
+    /// The published number, in `unit`.
+    pub published: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+    /// Remark of the scene; may be empty.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub note: String,
+    /// Why there is no number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+impl FigureResult {
+    /// Difference from the published number as a share of it; `None` if one of them is missing, or the published number
+    /// is zero.
+    #[must_use]
+    pub fn relative_difference(&self) -> Option<f64> {
+        let (value, published) = (self.value?, self.published?);
+        (published != 0.0).then(|| (value - published) / published.abs())
+    }
+}
+
+/// A library whose elements were used.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct LibraryUsed {
+    /// Name of its package.
+    pub package: String,
+    /// Version of its package.
+    pub version: String,
+    /// SHA-256 of its file; `None` if it is linked in.
+    pub sha256: Option<String>,
+}
+
+impl Summary {
+    /// Writes the summary in one move: a reader sees the former file or this one, never a part.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`]; the former file is then untouched.
+    pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
+        write_whole(path, self)
+    }
+
+    /// As indented JSON, with a newline at the end.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        json(self)
+    }
+
+    /// Whether the audit kept its limit; true without a limit.
+    #[must_use]
+    pub fn audit_passed(&self) -> bool {
+        self.audit_tolerance.is_none_or(|limit| self.audit.worst() <= limit)
+    }
+}
+
+/// Indented JSON with a newline at the end, of plain structs.
+pub(super) fn json<T: Serialize>(value: &T) -> String {
+    let mut text = serde_json::to_string_pretty(value).expect("plain structs with text keys have a JSON form");
+    text.push('\n');
+    text
+}
+
+/// Writes a value as JSON beside its place, then moves it there.
+pub(super) fn write_whole<T: Serialize>(path: &Path, value: &T) -> Result<(), ResultsError> {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let beside: PathBuf = path.with_file_name(name);
+    let written = fs::write(&beside, json(value)).and_then(|()| fs::rename(&beside, path));
+    written.map_err(|cause| {
+        // Nothing is left behind; the first cause is the one to tell.
+        let _ = fs::remove_file(&beside);
+        ResultsError::write(path, cause)
+    })
+}

@@ -1,0 +1,93 @@
+//! [`Table`]: a CSV table of numbers read back.
+
+use std::fs::File;
+use std::path::Path;
+
+use super::ResultsError;
+
+/// Names of the column of times.
+const TIME_NAMES: [&str; 2] = ["t", "time"];
+
+/// Columns of numbers over times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Times, not descending.
+    pub times: Vec<f64>,
+    /// Names of the other columns, all different, in the order of the file.
+    pub names: Vec<String>,
+    /// Their values, each as long as `times`.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Reads a table: lines that start with `#` and empty lines are skipped; the first other line has the names, one of
+    /// them `t` or `time`; every further line has a number per column.
+    ///
+    /// # Errors
+    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake.
+    pub fn read(path: &Path) -> Result<Self, ResultsError> {
+        let file = File::open(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
+        let header = reader.headers().map_err(|error| csv_error(path, error))?;
+        let names: Vec<String> = header.iter().map(str::to_owned).collect();
+        let key = key_column(&names).map_err(|reason| not_a_table(path, None, reason))?;
+        let mut columns = vec![Vec::new(); names.len()];
+        let mut record = csv::StringRecord::new();
+        while reader.read_record(&mut record).map_err(|error| csv_error(path, error))? {
+            let line = record.position().map(csv::Position::line);
+            for ((field, name), column) in record.iter().zip(&names).zip(&mut columns) {
+                let number = field.parse::<f64>();
+                column
+                    .push(number.map_err(|_| not_a_table(path, line, format!("`{name}` is `{field}`, not a number")))?);
+            }
+            check_order(&columns[key]).map_err(|reason| not_a_table(path, line, reason))?;
+        }
+        let times = columns.remove(key);
+        let names = names.into_iter().enumerate().filter(|(k, _)| *k != key).map(|(_, name)| name).collect();
+        Ok(Self { times, names, columns })
+    }
+
+    /// The values of a column.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let index = self.names.iter().position(|own| own == name)?;
+        Some(&self.columns[index])
+    }
+}
+
+/// Which column has the times; the error says what is wrong with the names.
+fn key_column(names: &[String]) -> Result<usize, String> {
+    if let Some(name) = names.iter().enumerate().find_map(|(k, name)| names[..k].contains(name).then_some(name)) {
+        return Err(format!("two columns are called `{name}`"));
+    }
+    let found = TIME_NAMES.iter().find_map(|wanted| names.iter().position(|name| name == wanted));
+    found.ok_or_else(|| match names {
+        [] => "it is empty".into(),
+        _ => "no column is called `t` or `time`".into(),
+    })
+}
+
+/// Whether the last time follows on the one before; the error says what is wrong.
+fn check_order(times: &[f64]) -> Result<(), String> {
+    match times {
+        [.., now] if !now.is_finite() => Err(format!("{now} is not a time")),
+        [.., before, now] if now < before => Err(format!("the time goes back from {before} to {now}")),
+        _ => Ok(()),
+    }
+}
+
+fn not_a_table(path: &Path, line: Option<u64>, reason: String) -> ResultsError {
+    ResultsError::NotATable { path: path.to_path_buf(), line, reason }
+}
+
+fn csv_error(path: &Path, error: csv::Error) -> ResultsError {
+    let line = error.position().map(csv::Position::line);
+    match error.into_kind() {
+        csv::ErrorKind::Io(cause) => ResultsError::Read { path: path.to_path_buf(), cause },
+        csv::ErrorKind::Utf8 { .. } => not_a_table(path, line, "it is not UTF-8 text".into()),
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            not_a_table(path, line, format!("{len} columns instead of {expected_len}"))
+        }
+        other => not_a_table(path, line, format!("{other:?}")),
+    }
+}

@@ -1,0 +1,188 @@
+//! Tables read back, and compared.
+
+use super::Scratch;
+use crate::diagnostics::codes;
+use crate::results::{Table, compare};
+use std::path::Path;
+
+fn refused(test: &str, text: &str) -> String {
+    let scratch = Scratch::new(test);
+    let error = Table::read(&scratch.file("t.csv", text)).unwrap_err();
+    assert_eq!(error.code(), codes::CANNOT_READ_RESULTS);
+    let text = error.to_string();
+    text.replace(&scratch.display().to_string(), "DIR").replace(std::path::MAIN_SEPARATOR, "/")
+}
+
+#[test]
+fn comments_blanks_and_many_digits_are_read() {
+    let scratch = Scratch::new("read");
+    let text = "# remark, with a comma\n# another\nx, time ,y\n1,0,2\n\n1.00000000000000000e+00,5e-1,+3\n";
+    let table = Table::read(&scratch.file("t.csv", text)).unwrap();
+    assert_eq!(table.times, [0.0, 0.5]);
+    assert_eq!(table.names, ["x", "y"]);
+    assert_eq!(table.columns, [[1.0, 1.0], [2.0, 3.0]]);
+    assert_eq!(table.column("y"), Some([2.0, 3.0].as_slice()));
+    assert_eq!(table.column("t"), None);
+}
+
+#[test]
+fn what_is_no_table_is_refused_with_line_and_reason() {
+    assert_eq!(refused("empty", ""), "`DIR/t.csv` is not a table of results: it is empty");
+    assert_eq!(
+        refused("no-time", "x,y\n1,2\n"),
+        "`DIR/t.csv` is not a table of results: no column is called `t` or `time`"
+    );
+    assert_eq!(refused("twice", "t,x,x\n"), "`DIR/t.csv` is not a table of results: two columns are called `x`");
+    assert_eq!(
+        refused("word", "# c\nt,x\n0,1\n1,abc\n"),
+        "`DIR/t.csv` (line 4) is not a table of results: `x` is `abc`, not a number"
+    );
+    assert_eq!(refused("hole", "t,x\n0,\n"), "`DIR/t.csv` (line 2) is not a table of results: `x` is ``, not a number");
+    assert_eq!(
+        refused("short", "t,x\n0,1\n1\n"),
+        "`DIR/t.csv` (line 3) is not a table of results: 1 columns instead of 2"
+    );
+    assert_eq!(
+        refused("back", "t,x\n0,1\n2,1\n1,1\n"),
+        "`DIR/t.csv` (line 4) is not a table of results: the time goes back from 2 to 1"
+    );
+    assert_eq!(refused("nan", "t,x\nNaN,1\n"), "`DIR/t.csv` (line 2) is not a table of results: NaN is not a time");
+}
+
+#[test]
+fn a_missing_file_is_named_with_its_remedy() {
+    let error = Table::read(Path::new("no-such-table.csv")).unwrap_err();
+    let diagnostic = error.diagnostic();
+    assert!(diagnostic.message.starts_with("cannot read `no-such-table.csv`"), "{}", diagnostic.message);
+    assert!(diagnostic.help[0].contains("results.csv"), "{}", diagnostic.help[0]);
+}
+
+#[test]
+fn bytes_that_are_no_text_are_refused() {
+    let scratch = Scratch::new("bytes");
+    let path = scratch.join("t.csv");
+    std::fs::write(&path, b"t,x\n0,\xff\xfe\n").unwrap();
+    let text = Table::read(&path).unwrap_err().to_string();
+    assert!(text.ends_with("(line 2) is not a table of results: it is not UTF-8 text"), "{text}");
+}
+
+#[test]
+fn a_table_equals_itself() {
+    let scratch = Scratch::new("same");
+    let path = scratch.file("a.csv", "t,x,y\n0,1,inf\n1,-2,3\n");
+    let same = compare(&path, &path).unwrap();
+    assert_eq!((same.rows, same.rows_only_in_a, same.rows_only_in_b), (2, 0, 0));
+    assert!(same.columns.iter().all(|column| column.absolute == 0.0 && column.relative == 0.0));
+    assert_eq!(same.beyond(0.0).count(), 0);
+}
+
+#[test]
+fn the_largest_difference_is_found_with_its_time_and_share_of_the_peak() {
+    let scratch = Scratch::new("largest");
+    let a = scratch.file("a.csv", "t,x,y\n0,1,0\n1,2.5,0\n2,3,1e-3\n");
+    let b = scratch.file("b.csv", "time,y,x\n0,0,1\n1,0,2\n2,0,-5\n");
+    let found = compare(&a, &b).unwrap();
+    let [x, y] = found.columns.as_slice() else { panic!("two columns") };
+    assert_eq!((x.name.as_str(), x.absolute, x.t, x.peak_b, x.relative), ("x", 8.0, 2.0, 5.0, 1.6));
+    // Without a peak the difference itself is the measure.
+    assert_eq!((y.name.as_str(), y.absolute, y.peak_b, y.relative), ("y", 1e-3, 0.0, 1e-3));
+    assert_eq!(found.worst().name, "x");
+    let beyond = |limit| found.beyond(limit).map(|column| column.name.as_str()).collect::<Vec<_>>();
+    assert_eq!(beyond(1e-4), ["x", "y"]);
+    assert_eq!(beyond(1.5), ["x"]);
+    assert!(beyond(1.6).is_empty());
+}
+
+#[test]
+fn the_peak_counts_rows_that_are_not_common() {
+    let scratch = Scratch::new("peak");
+    let a = scratch.file("a.csv", "t,x\n0,1.5\n");
+    let b = scratch.file("b.csv", "t,x\n0,1\n9,10\n");
+    let found = compare(&a, &b).unwrap();
+    assert_eq!(found.columns[0].relative, 0.05);
+    assert_eq!((found.rows, found.rows_only_in_b), (1, 1));
+}
+
+#[test]
+fn rows_are_matched_by_time_up_to_rounding() {
+    let scratch = Scratch::new("times");
+    let a = scratch.file("a.csv", "t,x\n0,1\n0.30000000000000004,2\n0.45,9\n0.6,3\n1000000,4\n");
+    let b = scratch.file("b.csv", "t,x\n0,1\n0.15,9\n0.3,2\n0.6000000001,9\n1000000.0000000001,4\n");
+    let found = compare(&a, &b).unwrap();
+    // 0.6 and 0.6000000001 lie within a billionth of the (long) mean step.
+    assert_eq!((found.rows, found.rows_only_in_a, found.rows_only_in_b), (4, 1, 1));
+    let fine_a = scratch.file("fine_a.csv", "t,x\n0,1\n0.1,2\n0.2,3\n");
+    let fine_b = scratch.file("fine_b.csv", "t,x\n0,1\n0.1000001,2\n0.2,3\n");
+    let found = compare(&fine_a, &fine_b).unwrap();
+    assert_eq!((found.rows, found.rows_only_in_a, found.rows_only_in_b), (2, 1, 1));
+}
+
+#[test]
+fn a_finer_table_is_compared_where_both_have_rows() {
+    let scratch = Scratch::new("finer");
+    let line = |k: u32, step: f64| format!("{},{}\n", step * f64::from(k), f64::from(k) * step * 2.0);
+    let table = |number: u32, step: f64| (0..=number).fold(String::from("t,x\n"), |text, k| text + &line(k, step));
+    let a = scratch.file("a.csv", &table(1000, 0.001));
+    let b = scratch.file("b.csv", &table(10, 0.1));
+    let found = compare(&a, &b).unwrap();
+    assert_eq!((found.rows, found.rows_only_in_a, found.rows_only_in_b), (11, 990, 0));
+    assert!(found.worst().relative < 1e-15);
+    assert_eq!((found.t_first, found.t_last), (0.0, 1.0));
+}
+
+#[test]
+fn a_value_that_is_not_a_number_is_beyond_every_limit() {
+    let scratch = Scratch::new("not-a-number");
+    let a = scratch.file("a.csv", "t,x,y\n0,NaN,inf\n");
+    let b = scratch.file("b.csv", "t,x,y\n0,NaN,inf\n");
+    let found = compare(&a, &b).unwrap();
+    assert_eq!(found.columns[0].relative, f64::INFINITY);
+    assert_eq!(found.columns[1].relative, 0.0);
+    assert_eq!(found.beyond(1e300).count(), 1);
+}
+
+#[test]
+fn tables_without_anything_in_common_are_refused() {
+    let scratch = Scratch::new("apart");
+    let a = scratch.file("a.csv", "t,x\n0,1\n");
+    let b = scratch.file("b.csv", "t,x\n5,1\n");
+    let c = scratch.file("c.csv", "t,y\n0,1\n");
+    let empty = scratch.file("empty.csv", "t,x\n");
+    for (other, reason) in
+        [(&b, "no time is in both"), (&c, "no column besides the time is in both"), (&empty, "no time")]
+    {
+        let error = compare(&a, other).unwrap_err();
+        assert_eq!(error.code(), codes::NOTHING_TO_COMPARE);
+        assert!(error.to_string().contains(reason), "{error}");
+    }
+}
+
+#[test]
+fn the_text_is_an_aligned_table() {
+    let scratch = Scratch::new("text");
+    let a = scratch.file("a.csv", "t,x_p,F\n0,1,1\n1,2.5,0\n3,0,0\n");
+    let b = scratch.file("b.csv", "t,x_p,G\n0,1,1\n1,2,0\n2,0,0\n4,0,0\n");
+    let text = compare(&a, &b).unwrap().to_string();
+    let text = text.replace(&scratch.display().to_string(), "DIR").replace(std::path::MAIN_SEPARATOR, "/");
+    let expected = "\
+A: DIR/a.csv
+B: DIR/b.csv
+  column  largest difference  at t  peak of B  relative
+  x_p                    0.5     1          2      0.25
+2 rows compared, t = 0 to 1; 1 row only in A; 2 rows only in B
+columns only in A: F
+columns only in B: G
+largest relative difference: 0.25 (x_p)
+";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn json_has_null_where_a_number_is_not_finite() {
+    let scratch = Scratch::new("json");
+    let a = scratch.file("a.csv", "t,x,y\n0,NaN,1\n");
+    let b = scratch.file("b.csv", "t,x,y\n0,1,2\n");
+    let value: serde_json::Value = serde_json::from_str(&compare(&a, &b).unwrap().to_json()).unwrap();
+    assert!(value["columns"][0]["relative"].is_null());
+    assert_eq!(value["columns"][1]["relative"], 0.5);
+}

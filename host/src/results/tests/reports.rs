@@ -1,0 +1,174 @@
+//! The text at the end of a run.
+
+use crate::results::text::{Side, aligned, duration, significant};
+use crate::results::{Audit, FigureResult, Status, Summary, report};
+use std::path::Path;
+
+fn compressor() -> Summary {
+    let mut audit = Audit::default();
+    audit.violation(2.1e-16, 3.44e-15, Some(3));
+    Summary {
+        status: Status::Completed,
+        scene: "scenes/compressor.toml".into(),
+        title: "Reciprocating compressor".into(),
+        method: "dop853".into(),
+        engine: "interpreted".into(),
+        t_end: 200.0,
+        t_end_reached: 200.0,
+        time_unit: "ms".into(),
+        steps: 402,
+        rejected: 1,
+        evaluations: 4873,
+        factorisations: 4873,
+        projections: 402,
+        load_time_s: 0.00123456,
+        compile_time_s: 0.00098765,
+        integration_time_s: 0.0123,
+        wall_time_s: 1.5,
+        mobility: 1,
+        redundant_rows: 2,
+        redundant_row_names: vec!["cylinder: along x".into(), "cylinder: about z".into()],
+        audit,
+        figures: vec![
+            FigureResult {
+                name: "piston acceleration at 0 deg".into(),
+                value: Some(1.031234567),
+                published: Some(1.03),
+                unit: "mm/ms^2".into(),
+                ..FigureResult::default()
+            },
+            FigureResult {
+                name: "ratio".into(),
+                value: Some(2.9),
+                published: Some(3.0),
+                note: "read from a drawing".into(),
+                ..FigureResult::default()
+            },
+            FigureResult {
+                name: "peak".into(),
+                problem: Some("there are no samples".into()),
+                ..FigureResult::default()
+            },
+        ],
+        ..Summary::default()
+    }
+}
+
+#[test]
+fn the_end_of_a_run_is_told() {
+    let expected = "\
+Reciprocating compressor: completed, t = 200 ms
+audit: constraints 2.1e-16, rates 3.4e-15, energy 0; mobility 1; 2 redundant rows (cylinder: along x, cylinder: about z)
+  figure                        published     here  difference
+  piston acceleration at 0 deg       1.03  1.03123     +0.12 %  mm/ms^2
+  ratio                                 3      2.9     -3.33 %  (read from a drawing)
+  peak                                  -        -
+  peak: there are no samples
+work: 402 steps, 1 rejected, 4873 evaluations, 4873 factorisations, 402 projections (dop853, interpreted)
+time: load 1.23 ms, compile 988 us, integrate 12.3 ms, in all 1.5 s
+results: DIR/results.csv (with channels.json, summary.json)
+";
+    let text = report(&compressor(), Some(Path::new("DIR")), false).replace(std::path::MAIN_SEPARATOR, "/");
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn an_early_end_says_where_and_why() {
+    let summary = Summary {
+        status: Status::StoppedEarly,
+        t_end_reached: 81.25,
+        reason: "the limit of 100 steps is reached".into(),
+        code: Some("ODY0604"),
+        ..compressor()
+    };
+    let text = report(&summary, None, false);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "Reciprocating compressor: stopped early, t = 81.25 ms of 200 ms");
+    assert_eq!(lines[1], "reason: [ODY0604] the limit of 100 steps is reached");
+    assert!(!text.contains("results:"), "nothing was written");
+}
+
+#[test]
+fn the_audit_line_judges_when_there_is_a_limit() {
+    let with = |limit| Summary { audit_tolerance: Some(limit), ..compressor() };
+    let passed = with(1e-10);
+    assert!(passed.audit_passed());
+    assert!(report(&passed, None, false).contains("; within the limit 1e-10\n"));
+    let failed = with(1e-16);
+    assert!(!failed.audit_passed());
+    assert!(report(&failed, None, false).contains("; above the limit 1e-16\n"));
+    assert!(compressor().audit_passed(), "no limit, no judgement");
+}
+
+#[test]
+fn an_audit_that_is_not_a_number_fails() {
+    let mut summary = Summary { audit_tolerance: Some(1e300), ..compressor() };
+    summary.audit.violation(f64::NAN, 0.0, None);
+    assert!(!summary.audit_passed());
+}
+
+#[test]
+fn color_changes_nothing_but_color() {
+    let failed = Summary { status: Status::Failed, audit_tolerance: Some(1e-16), ..compressor() };
+    for summary in [compressor(), failed] {
+        let (plain, colored) = (report(&summary, None, false), report(&summary, None, true));
+        assert!(!plain.contains('\x1b') && colored.contains('\x1b'));
+        let mut stripped = String::new();
+        for (k, part) in colored.split("\x1b[").enumerate() {
+            stripped.push_str(if k == 0 { part } else { part.split_once('m').unwrap().1 });
+        }
+        assert_eq!(stripped, plain);
+    }
+}
+
+#[test]
+fn a_long_list_of_rows_is_cut() {
+    let names: Vec<String> = (0..9).map(|k| format!("r{k}")).collect();
+    let summary = Summary { redundant_rows: 9, redundant_row_names: names, ..compressor() };
+    assert!(report(&summary, None, false).contains("; 9 redundant rows (r0, r1, r2, r3, r4, r5, and 3 more)\n"));
+}
+
+#[test]
+fn a_figure_without_a_published_number_has_no_difference() {
+    let figure = |value, published| FigureResult { value, published, ..FigureResult::default() };
+    assert_eq!(figure(Some(2.0), None).relative_difference(), None);
+    assert_eq!(figure(None, Some(2.0)).relative_difference(), None);
+    assert_eq!(figure(Some(2.0), Some(0.0)).relative_difference(), None);
+    assert_eq!(figure(Some(-1.5), Some(-2.0)).relative_difference(), Some(0.25));
+}
+
+#[test]
+fn numbers_are_short() {
+    let cases = [
+        (0.0, "0"),
+        (-0.0, "0"),
+        (200.0, "200"),
+        (9.9996, "10"),
+        (0.99994, "0.9999"),
+        (-1.25, "-1.25"),
+        (123456.0, "123500"),
+        (1234567.0, "1.235e6"),
+        (0.00012341, "0.0001234"),
+        (0.000012341, "1.234e-5"),
+        (1.5e-9, "1.5e-9"),
+        (1e300, "1e300"),
+        (f64::NAN, "NaN"),
+        (f64::NEG_INFINITY, "-inf"),
+    ];
+    for (value, text) in cases {
+        assert_eq!(significant(value, 4), text, "{value:e}");
+    }
+    assert_eq!(significant(12345678.9, 9), "12345678.9");
+}
+
+#[test]
+fn durations_have_a_fitting_unit() {
+    let texts = [0.0, 12.345, 1.0, 0.0123, 1e-3, 4.2e-6].map(duration);
+    assert_eq!(texts, ["0 s", "12.3 s", "1 s", "12.3 ms", "1 ms", "4.2 us"]);
+}
+
+#[test]
+fn columns_are_aligned_by_characters_not_bytes() {
+    let rows = [["ä", "1"], ["bbb", "100"]].map(|row| row.map(String::from).to_vec());
+    assert_eq!(aligned(&[Side::Left, Side::Right], &rows), "  ä      1\n  bbb  100\n");
+}

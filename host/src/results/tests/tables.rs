@@ -1,0 +1,225 @@
+//! What is written, and that it reads back.
+
+use super::{Scratch, channel};
+use crate::diagnostics::codes;
+use crate::results::{
+    CHANNELS_FILE, ChannelInfo, CsvWriter, Folder, RESULTS_FILE, ResultsError, SUMMARY_FILE, Status, Summary, Table,
+};
+use std::fs;
+
+fn json(path: &std::path::Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn every_bit_pattern_reads_back() {
+    let mut values = vec![
+        0.0,
+        -0.0,
+        1.0 / 3.0,
+        0.1 + 0.2,
+        f64::MIN_POSITIVE,
+        f64::from_bits(1),
+        f64::from_bits(0x000f_ffff_ffff_ffff),
+        f64::MAX,
+        f64::MIN,
+        f64::EPSILON,
+        9007199254740993.0,
+        5e-324,
+        1e23,
+        8.41e21,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+    ];
+    // A generator of odd patterns (Marsaglia 2003, "Xorshift RNGs").
+    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
+    for _ in 0..5000 {
+        bits ^= bits << 13;
+        bits ^= bits >> 7;
+        bits ^= bits << 17;
+        let value = f64::from_bits(bits);
+        if !value.is_nan() {
+            values.push(value);
+        }
+    }
+    let scratch = Scratch::new("bits");
+    let path = scratch.join("bits.csv");
+    let mut writer = CsvWriter::create(&path, &[channel("x", "m", 1.0)]).unwrap();
+    for (k, value) in values.iter().enumerate() {
+        writer.row(k as f64, &[*value]).unwrap();
+    }
+    drop(writer);
+    let back = Table::read(&path).unwrap();
+    let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(back.column("x").unwrap()), bits(&values));
+    assert_eq!(back.times.len(), values.len());
+}
+
+#[test]
+fn a_value_that_is_not_a_number_stays_one() {
+    let scratch = Scratch::new("nan");
+    let path = scratch.join("nan.csv");
+    CsvWriter::create(&path, &[channel("x", "m", 1.0)]).unwrap().row(0.0, &[f64::NAN]).unwrap();
+    assert!(Table::read(&path).unwrap().columns[0][0].is_nan());
+}
+
+#[test]
+fn values_are_divided_by_their_unit_and_times_are_not() {
+    let scratch = Scratch::new("units");
+    let path = scratch.join("x.csv");
+    let channels = [channel("x", "mm", 1e-3), channel("n", "", 1.0)];
+    let mut writer = CsvWriter::create(&path, &channels).unwrap();
+    writer.row(0.5, &[0.0085, 7.0]).unwrap();
+    assert_eq!(writer.rows(), 1);
+    writer.flush().unwrap();
+    assert_eq!(fs::read_to_string(&path).unwrap(), "t,x,n\n0.5,8.5,7.0\n");
+    assert_eq!(channels[0].from_si(0.0085), 8.5);
+}
+
+#[test]
+fn names_with_commas_are_quoted() {
+    let scratch = Scratch::new("quotes");
+    let path = scratch.join("x.csv");
+    drop(CsvWriter::create(&path, &[channel("a,b", "", 1.0)]).unwrap());
+    assert_eq!(fs::read_to_string(&path).unwrap(), "t,\"a,b\"\n");
+    assert_eq!(Table::read(&path).unwrap().names, ["a,b"]);
+}
+
+#[test]
+fn the_file_ends_with_a_whole_row_at_every_moment() {
+    let scratch = Scratch::new("whole");
+    let path = scratch.join("x.csv");
+    let mut writer = CsvWriter::create(&path, &[channel("x", "m", 1.0)]).unwrap();
+    let (mut seen, mut length) = (0, fs::metadata(&path).unwrap().len());
+    for k in 0..20_000 {
+        writer.row(f64::from(k), &[1.0 / 3.0]).unwrap();
+        let now = fs::metadata(&path).unwrap().len();
+        if now != length {
+            length = now;
+            seen += 1;
+            let text = fs::read_to_string(&path).unwrap();
+            assert!(text.ends_with("0.3333333333333333\n"), "after row {k}");
+        }
+    }
+    assert!(seen > 2, "rows were written on the way");
+    drop(writer);
+    assert_eq!(Table::read(&path).unwrap().times.len(), 20_000);
+}
+
+#[test]
+fn a_late_row_is_written_at_once() {
+    let scratch = Scratch::new("late");
+    let path = scratch.join("x.csv");
+    let mut writer = CsvWriter::create(&path, &[channel("x", "m", 1.0)]).unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(210));
+    writer.row(0.0, &[1.0]).unwrap();
+    assert_eq!(fs::read_to_string(&path).unwrap(), "t,x\n0.0,1.0\n");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_named_with_its_remedy() {
+    let mut writer = match CsvWriter::create(std::path::Path::new("/dev/full"), &[channel("x", "m", 1.0)]) {
+        Err(error) => return assert_full(&error),
+        Ok(writer) => writer,
+    };
+    writer.row(0.0, &[1.0]).unwrap();
+    assert_full(&writer.flush().unwrap_err());
+}
+
+#[cfg(target_os = "linux")]
+fn assert_full(error: &ResultsError) {
+    let diagnostic = error.diagnostic();
+    assert_eq!(diagnostic.code, codes::CANNOT_WRITE);
+    assert!(diagnostic.message.contains("/dev/full"), "{}", diagnostic.message);
+    assert!(diagnostic.help[0].contains("make room"), "{}", diagnostic.help[0]);
+}
+
+#[test]
+fn a_run_leaves_three_files_that_say_running_until_the_end() {
+    let scratch = Scratch::new("folder");
+    let folder = scratch.join("results").join("pendulum");
+    let time = ChannelInfo::time("ms", 1e-3);
+    let channels = [channel("x", "mm", 1e-3)];
+    let mut run = Folder::create(&folder, &time, &channels, &Summary::default()).unwrap();
+    run.row(0.0, &[1e-3]).unwrap();
+    assert_eq!(json(&folder.join(SUMMARY_FILE))["status"], "running");
+    assert_eq!(run.rows(), 1);
+    let end = Summary { status: Status::Completed, steps: 17, rows: run.rows(), ..Summary::default() };
+    run.finish(&end).unwrap();
+    let summary = json(&folder.join(SUMMARY_FILE));
+    assert_eq!((&summary["status"], &summary["steps"]), (&"completed".into(), &17.into()));
+    assert_eq!(fs::read_to_string(folder.join(RESULTS_FILE)).unwrap(), "t,x\n0.0,1.0\n");
+    let columns = &json(&folder.join(CHANNELS_FILE))["columns"];
+    assert_eq!((&columns[0]["name"], &columns[0]["unit"]), (&"t".into(), &"ms".into()));
+    assert_eq!(columns[1]["si_per_unit"], 1e-3);
+    assert_eq!(columns[1]["place"], "origin of `piston`, ground axes");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 3, "nothing else is left behind");
+}
+
+#[test]
+fn a_new_run_never_stands_beside_an_old_summary() {
+    let scratch = Scratch::new("again");
+    let (time, channels) = (ChannelInfo::time("s", 1.0), [channel("x", "m", 1.0)]);
+    let completed = Summary { status: Status::Completed, ..Summary::default() };
+    let mut first = Folder::create(&scratch, &time, &channels, &Summary::default()).unwrap();
+    first.row(0.0, &[1.0]).unwrap();
+    first.finish(&completed).unwrap();
+    let second = Folder::create(&scratch, &time, &channels, &Summary::default()).unwrap();
+    assert_eq!(json(&scratch.join(SUMMARY_FILE))["status"], "running");
+    assert_eq!(fs::read_to_string(scratch.join(RESULTS_FILE)).unwrap(), "t,x\n");
+    drop(second);
+}
+
+#[test]
+fn a_file_where_the_folder_should_be_is_named_with_its_remedy() {
+    let scratch = Scratch::new("blocked");
+    let blocked = scratch.file("results", "");
+    let time = ChannelInfo::time("s", 1.0);
+    let error = Folder::create(&blocked.join("run"), &time, &[], &Summary::default()).unwrap_err();
+    let diagnostic = error.diagnostic();
+    assert_eq!(diagnostic.code, codes::CANNOT_WRITE);
+    assert!(diagnostic.message.contains("results"), "{}", diagnostic.message);
+    assert!(diagnostic.help[0].contains("a file stands where a folder is needed"), "{}", diagnostic.help[0]);
+    // As a callback's error and back.
+    let carried: std::io::Error = error.into();
+    assert_eq!(carried.downcast::<ResultsError>().unwrap().code(), codes::CANNOT_WRITE);
+}
+
+#[test]
+fn a_summary_that_cannot_be_moved_leaves_nothing_behind() {
+    let scratch = Scratch::new("moved");
+    fs::create_dir_all(scratch.join(SUMMARY_FILE).join("occupied")).unwrap();
+    let error = Summary::default().write(&scratch.join(SUMMARY_FILE)).unwrap_err();
+    assert_eq!(error.code(), codes::CANNOT_WRITE);
+    assert_eq!(fs::read_dir(&*scratch).unwrap().count(), 1);
+}
+
+#[test]
+fn the_summary_has_the_promised_keys() {
+    let summary: serde_json::Value = serde_json::from_str(&Summary::default().to_json()).unwrap();
+    for key in [
+        "status",
+        "steps",
+        "rejected",
+        "evaluations",
+        "factorisations",
+        "load_time_s",
+        "compile_time_s",
+        "integration_time_s",
+        "wall_time_s",
+        "redundant_rows",
+    ] {
+        assert!(!summary[key].is_null(), "{key}");
+    }
+    for key in ["position_violation", "velocity_violation", "energy_error_relative"] {
+        assert!(summary["audit"][key].is_number(), "{key}");
+    }
+}
+
+#[test]
+fn every_status_has_its_word_in_the_summary() {
+    let statuses = [Status::Running, Status::Completed, Status::StoppedEarly, Status::Failed];
+    let words = statuses.map(|status| serde_json::to_value(status).unwrap());
+    assert_eq!(words, ["running", "completed", "stopped_early", "failed"].map(serde_json::Value::from));
+}

@@ -1,0 +1,305 @@
+//! The records of a scene. Every number is SI, every direction a unit vector, every orientation a set of
+//! normalised Euler parameters; names are as written and not resolved.
+
+use super::raw::{RawTable, RawValue, Spanned};
+use super::unit_system::UnitSystem;
+use super::{Dimension, Parameters};
+use crate::diagnostics::Source;
+use std::ops::Range;
+
+/// A scene as written: what later rooms resolve and compute.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The text that all spans point into.
+    pub source: Source,
+    /// Title for reports; may be empty.
+    pub title: String,
+    /// Units of plain numbers and of results.
+    pub units: UnitSystem,
+    /// Named quantities, already computed.
+    pub parameters: Parameters,
+    /// Libraries asked for.
+    pub plugins: PluginRequest,
+    /// What to compute.
+    pub simulation: Simulation,
+    /// Bodies in the order of the text, without the ground.
+    pub bodies: Vec<BodyRecord>,
+    /// Joints, then forces, then control elements, each in the order of the text.
+    pub elements: Vec<ElementRecord>,
+    /// Channels asked for, in the order of the text.
+    pub outputs: Vec<OutputRecord>,
+    /// Derived figures, in the order of the text.
+    pub figures: Vec<FigureRecord>,
+}
+
+/// `[plugins]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PluginRequest {
+    /// Names of libraries.
+    pub libraries: Vec<Spanned<String>>,
+    /// Further folders, relative to the scene's folder.
+    pub paths: Vec<Spanned<String>>,
+}
+
+/// `[simulation]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    /// Byte range of the header.
+    pub span: Range<usize>,
+    /// Acceleration of gravity, m/s^2, ground axes; zero by default.
+    pub gravity: [f64; 3],
+    /// Start, s; zero by default.
+    pub t_start: f64,
+    /// End, s; after the start.
+    pub t_end: f64,
+    /// When results are wanted.
+    pub output: OutputTimes,
+    /// Relative tolerance of the integration, positive.
+    pub tolerance: Option<f64>,
+    /// Integration method.
+    pub method: Option<Spanned<String>>,
+    /// How the equations are evaluated.
+    pub engine: Option<Spanned<String>>,
+    /// Largest step, s, positive.
+    pub max_step: Option<f64>,
+    /// First step, s, positive.
+    pub first_step: Option<f64>,
+    /// Number of steps after which to give up, positive.
+    pub max_steps: Option<u64>,
+    /// Limit of the audit, positive, relative.
+    pub audit_tolerance: Option<f64>,
+}
+
+/// When results are wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OutputTimes {
+    /// At the start, then every so many s, up to the end; positive.
+    Step(f64),
+    /// At these times, s, ascending.
+    Times(Vec<f64>),
+}
+
+/// A time at which results are wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleTime {
+    /// In the scene's unit, rounded to 15 digits, so that 3 steps of 0.1 give 0.3.
+    pub scene: f64,
+    /// The same in s.
+    pub si: f64,
+}
+
+/// Most samples a run may ask for.
+pub(super) const MOST_SAMPLES: f64 = 1e7;
+
+impl Simulation {
+    /// All times at which results are wanted, ascending. Of a step, the end belongs to them if it is a multiple
+    /// to within a billionth of the step.
+    pub fn sample_times(&self, units: &UnitSystem) -> Vec<SampleTime> {
+        let unit = units.factor(Dimension::TIME);
+        match &self.output {
+            OutputTimes::Times(times) => {
+                times.iter().map(|&si| SampleTime { scene: round_to_15_digits(si / unit), si }).collect()
+            }
+            OutputTimes::Step(step) => {
+                let number = ((self.t_end - self.t_start) / step + 1e-9).floor();
+                let start = round_to_15_digits(self.t_start / unit);
+                let step = round_to_15_digits(step / unit);
+                (0..=number.min(MOST_SAMPLES) as u64)
+                    .map(|k| {
+                        let scene = round_to_15_digits(start + step * k as f64);
+                        let si = (scene * unit).clamp(self.t_start, self.t_end);
+                        SampleTime { scene, si }
+                    })
+                    .collect()
+            }
+        }
+    }
+}
+
+/// The nearest number with 15 decimal digits, which undoes the rounding of a unit conversion.
+fn round_to_15_digits(value: f64) -> f64 {
+    format!("{value:.14e}").parse().expect("a formatted number is a number")
+}
+
+/// `[[body]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyRecord {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Byte range of the header.
+    pub span: Range<usize>,
+    /// Mass, kg; absent only if the body is fixed. Not checked here.
+    pub mass: Option<Spanned<f64>>,
+    /// Inertia tensor about the centre of mass in body axes, kg m^2: xx, yy, zz, xy, yz, zx (entries of the
+    /// tensor); absent only if the body is fixed. Not checked here.
+    pub inertia: Option<Spanned<[f64; 6]>>,
+    /// Centre of mass in the body frame, m.
+    pub com: [f64; 3],
+    /// Origin of the body frame in ground at the start, m.
+    pub position: [f64; 3],
+    /// Euler parameters e0, e1, e2, e3 of the body frame in ground at the start, normalised.
+    pub orientation: [f64; 4],
+    /// Velocity of the origin at the start, m/s, ground axes; `None` where assembly finds it.
+    pub velocity: Spanned<[Option<f64>; 3]>,
+    /// Angular velocity at the start, rad/s, ground axes; `None` where assembly finds it.
+    pub angular_velocity: Spanned<[Option<f64>; 3]>,
+    /// True for a body that is part of the ground.
+    pub fixed: bool,
+}
+
+/// Which of the three tables an element stands in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ElementKind {
+    /// `[[joint]]`
+    Joint,
+    /// `[[force]]`
+    Force,
+    /// `[[control]]`
+    Control,
+}
+
+impl ElementKind {
+    /// The key of the table: `joint`, `force` or `control`.
+    pub fn key(self) -> &'static str {
+        match self {
+            ElementKind::Joint => "joint",
+            ElementKind::Force => "force",
+            ElementKind::Control => "control",
+        }
+    }
+}
+
+/// `[[joint]]`, `[[force]]` or `[[control]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ElementRecord {
+    /// The table it stands in.
+    pub kind: ElementKind,
+    /// Its name.
+    pub name: Spanned<String>,
+    /// `type`: a short or full type name.
+    pub type_name: Spanned<String>,
+    /// Names of the bodies it connects, in order; the span is that of the list, or of the header.
+    pub bodies: Spanned<Vec<Spanned<String>>>,
+    /// Where its frames are; the span is that of the decisive key, or of the header.
+    pub placement: Spanned<Placement>,
+    /// Parameters as written; its span is that of the value, or of the header.
+    pub params: RawTable,
+    /// Byte range of the header.
+    pub span: Range<usize>,
+    /// False for an element that is to be left out.
+    pub enabled: bool,
+}
+
+/// Where the frames of an element are. Directions are unit vectors.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Placement {
+    /// In ground at the start. Each list is empty (not given), has one entry (for all frames), or one per
+    /// frame.
+    Global {
+        /// Origins, m.
+        points: Vec<[f64; 3]>,
+        /// z axes.
+        axes: Vec<[f64; 3]>,
+        /// Directions near the x axes, never parallel to the z axis.
+        x_axes: Vec<[f64; 3]>,
+    },
+    /// In the frame of each body, one per body.
+    Local(Vec<LocalFrame>),
+    /// Not given.
+    Absent,
+}
+
+/// A frame on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LocalFrame {
+    /// Origin in the body frame, m; zero by default.
+    pub position: [f64; 3],
+    /// z axis in body axes.
+    pub axis: Option<[f64; 3]>,
+    /// Direction near the x axis in body axes, not parallel to the z axis.
+    pub x_axis: Option<[f64; 3]>,
+    /// Byte range of the table.
+    pub span: Range<usize>,
+}
+
+/// `[[output]]`. No word is checked here.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputRecord {
+    /// Name of the channel.
+    pub name: Spanned<String>,
+    /// What to output.
+    pub quantity: Spanned<String>,
+    /// Body or element it belongs to.
+    pub of: Option<Spanned<String>>,
+    /// Component of a vector.
+    pub component: Option<Spanned<String>>,
+    /// Body that a reaction acts on.
+    pub on: Option<Spanned<String>>,
+    /// Point in body coordinates, m.
+    pub point: Option<Spanned<[f64; 3]>>,
+    /// Frame whose axes are used: `ground` or a body.
+    pub frame: Option<Spanned<String>>,
+    /// Channel of an element.
+    pub channel: Option<Spanned<String>>,
+    /// Index of a state or row.
+    pub index: Option<Spanned<usize>>,
+    /// Byte range of the header.
+    pub span: Range<usize>,
+}
+
+/// Which figure of a channel is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Take {
+    /// The value at the last crossing of another channel, [`FigureRecord::at`].
+    At,
+    /// The value of largest magnitude, with its sign.
+    Peak,
+    /// The smallest value.
+    Min,
+    /// The largest value.
+    Max,
+    /// The last value.
+    Final,
+    /// The mean over time.
+    Mean,
+    /// The root of the mean square over time.
+    Rms,
+}
+
+/// `[[figure]]`: a number derived from channels, printed beside a published one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureRecord {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The channel it is taken from.
+    pub channel: Spanned<String>,
+    /// Which figure.
+    pub take: Take,
+    /// True to take the magnitude of the figure.
+    pub absolute: bool,
+    /// Where, exactly for [`Take::At`].
+    pub at: Option<Crossing>,
+    /// Channel whose same figure divides this one.
+    pub over: Option<Spanned<String>>,
+    /// Earlier samples are left out, s.
+    pub from: Option<f64>,
+    /// Published number in scene units of the channel.
+    pub published: Option<f64>,
+    /// Unit to print; empty for the channel's own.
+    pub unit: String,
+    /// Remark to print; may be empty.
+    pub note: String,
+    /// Byte range of the header.
+    pub span: Range<usize>,
+}
+
+/// The last crossing of a channel with a value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Crossing {
+    /// The channel.
+    pub channel: Spanned<String>,
+    /// The value, whose dimension is the channel's: see [`Scene::quantity`].
+    pub equals: RawValue,
+    /// The value repeats with this period.
+    pub period: Option<RawValue>,
+}

@@ -1,0 +1,278 @@
+//! [`Session::open`]: everything before time starts.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use nalgebra::Matrix3;
+
+use super::error::{Exit, SessionError};
+use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
+use crate::catalog::{Catalog, LibraryInfo, SearchPath};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::linalg::KktSolver;
+use crate::model::{Model, resolve, rotation};
+use crate::plan::{Layout, Plan, Probe};
+use crate::program::{Equations, Form};
+use crate::scene::{Dimension, Override, Scene, read};
+
+/// A scene with a body that assembly moves further than this share of the scene's size is refused.
+const LARGEST_JUMP: f64 = 0.2;
+
+/// What the command line adds to a scene.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// `--set` texts, and options that stand for them.
+    pub overrides: Vec<Override>,
+    /// Files and folders of `--plugin`.
+    pub plugins: Vec<PathBuf>,
+    /// Limit of the audit; the scene's own where absent.
+    pub audit_tolerance: Option<f64>,
+}
+
+/// A scene ready to run.
+pub struct Session {
+    /// The scene as written.
+    pub scene: Scene,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
+    /// Libraries in use.
+    pub libraries: Vec<LibraryInfo>,
+    /// The resolved scene.
+    pub model: Model,
+    /// The equations, in working coordinates.
+    pub equations: Equations,
+    /// What was decided.
+    pub plan: Plan,
+    /// The start.
+    pub assembly: Assembly,
+    /// Pivot ratio of the sparse engine at the start.
+    pub(super) start_health: f64,
+    pub(super) options: RunOptions,
+    /// Reading, loading, resolving, s.
+    pub load_time: f64,
+    /// Writing the equations, planning, assembling, s.
+    pub compile_time: f64,
+}
+
+impl Session {
+    /// Reads a scene file and prepares everything.
+    ///
+    /// # Errors
+    /// Mistakes in the scene, missing or broken libraries, joints that cannot be assembled.
+    pub fn open(path: &Path, options: &RunOptions) -> Result<Self, SessionError> {
+        let started = Instant::now();
+        let (scene, mut warnings) = read(path, &options.overrides).map_err(|rejected| {
+            let unreadable = rejected.diagnostics.iter().any(|d| d.code == codes::UNREADABLE);
+            SessionError {
+                exit: if unreadable { Exit::Files } else { Exit::Scene },
+                diagnostics: rejected.diagnostics,
+                source: Box::new(rejected.source),
+            }
+        })?;
+        let catalog = load_libraries(&scene, path, options)?;
+        warnings.extend(catalog.warnings().iter().cloned());
+        Self::prepare(scene, warnings, &catalog, options, started)
+    }
+
+    /// Prepares a scene with a catalog at hand.
+    ///
+    /// # Errors
+    /// As for [`Session::open`].
+    pub fn with_catalog(
+        scene: Scene,
+        warnings: Vec<Diagnostic>,
+        catalog: &Catalog,
+        options: &RunOptions,
+    ) -> Result<Self, SessionError> {
+        Self::prepare(scene, warnings, catalog, options, Instant::now())
+    }
+
+    fn prepare(
+        scene: Scene,
+        mut warnings: Vec<Diagnostic>,
+        catalog: &Catalog,
+        options: &RunOptions,
+        started: Instant,
+    ) -> Result<Self, SessionError> {
+        let (model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
+            let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
+            let exit = if plugin { Exit::Plugin } else { Exit::Scene };
+            SessionError { exit, diagnostics, source: Box::new(scene.source.clone()) }
+        })?;
+        warnings.extend(notes);
+        let load_time = started.elapsed().as_secs_f64();
+        let compiling = Instant::now();
+        let layout = Layout::new(&model);
+        let equations = Equations::build(&model, &layout, Form::Working);
+        let refuse = |error: AssemblyError| assembly_error(&error, &scene);
+        let assembly = assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?;
+        warnings.extend(assembly_warnings(&assembly, &scene)?);
+        let mut start_health = 0.0;
+        let plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        let session = Self {
+            warnings,
+            libraries: catalog.libraries().cloned().collect(),
+            model,
+            equations,
+            plan,
+            assembly,
+            start_health,
+            options: options.clone(),
+            load_time,
+            compile_time: compiling.elapsed().as_secs_f64(),
+            scene,
+        };
+        Ok(session)
+    }
+}
+
+/// The catalog of the libraries that a scene and the command line name.
+fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
+    let base = path.parent().unwrap_or(Path::new(""));
+    let scene_folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|p| base.join(&p.value)).collect();
+    let search = SearchPath::standard(&options.plugins, &scene_folders);
+    let mut catalog = Catalog::new();
+    let mut diagnostics = Vec::new();
+    for request in &scene.plugins.libraries {
+        if let Err(error) = catalog.add(&request.value, &search) {
+            let mut diagnostic = Diagnostic::error(error.code(), error.to_string())
+                .at(request.span.clone(), "asked for here");
+            for line in error.help() {
+                diagnostic = diagnostic.help(line);
+            }
+            diagnostics.push(diagnostic);
+        }
+    }
+    // A file named on the command line is wanted even if the scene does not name its library.
+    for file in options.plugins.iter().filter(|path| path.is_file()) {
+        if let Err(error) = catalog.add(&file.display().to_string(), &search) {
+            diagnostics.push(error.diagnostic());
+        }
+    }
+    if diagnostics.is_empty() {
+        return Ok(catalog);
+    }
+    Err(SessionError { exit: Exit::Plugin, diagnostics, source: Box::new(scene.source.clone()) })
+}
+
+/// Decides what to compute, from the numbers at the assembled position.
+fn decide(
+    scene: &Scene,
+    model: &Model,
+    equations: &Equations,
+    layout: &Layout,
+    assembly: &Assembly,
+    start_health: &mut f64,
+) -> Result<Plan, SessionError> {
+    let broken = |error: &dyn std::fmt::Display| {
+        SessionError::one(
+            Exit::Assembly,
+            &scene.source,
+            Diagnostic::error(codes::SINGULAR_MASS, format!("the equations of motion have no solution: {error}")),
+        )
+    };
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let inputs = crate::analysis::start_inputs(layout, scene.simulation.t_start, assembly);
+    let mut rows = Constraints::new(equations, model, &all, &[], &[]).map_err(|e| broken(&e))?;
+    rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
+    let rotations: Vec<Matrix3<f64>> = (0..layout.bodies)
+        .map(|body| {
+            let y = &assembly.working[13 * body..];
+            rotation(&[y[3], y[4], y[5], y[6]])
+        })
+        .collect();
+    let mass = mass_values(model);
+    let probe = Probe {
+        structure: &rows.structure,
+        mass: &mass,
+        jacobian: rows.jacobian(),
+        rotations: &rotations,
+        length: assembly.scales.length,
+    };
+    let mut plan = Plan::decide(model, layout, &probe, |chosen| {
+        let mut solver = sparse_engine(equations, model, chosen, layout)?;
+        solver.set_mass(&mass)?;
+        // The values of the chosen rows, picked from those of all.
+        let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
+        let picked: Vec<f64> = entries
+            .filter(|((row, _), _)| chosen.binary_search(row).is_ok())
+            .map(|(_, value)| *value)
+            .collect();
+        let health = solver.refactor(&picked)?;
+        *start_health = health.smallest_pivot_ratio;
+        Ok(health)
+    })
+    .map_err(|e| broken(&e))?;
+    super::report::note_skips(&mut plan, scene, model, equations);
+    Ok(plan)
+}
+
+fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
+    let AssemblyError::Impossible { rows } = error else {
+        let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+        return SessionError::one(Exit::Assembly, &scene.source, diagnostic);
+    };
+    let length = scene.units.factor(Dimension::LENGTH);
+    let label = scene.units.label(Dimension::LENGTH);
+    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, "the joints cannot be assembled");
+    let mut seen: Vec<&str> = Vec::new();
+    for (name, off) in rows {
+        let joint = name.split(':').next().unwrap_or(name);
+        if seen.contains(&joint) || seen.len() == 6 {
+            continue;
+        }
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) else { continue };
+        let row = name.split(": ").nth(1).unwrap_or(name);
+        let text = format!("row `{row}` stays off by {:.3e} {label}", off / length);
+        diagnostic = if seen.is_empty() {
+            diagnostic.at(record.name.span.clone(), text)
+        } else {
+            diagnostic.context(record.name.span.clone(), text)
+        };
+        seen.push(joint);
+    }
+    let diagnostic = diagnostic
+        .help("no position of the bodies near the given one meets all joints: check lengths, points and axes")
+        .help("positions may be rough, but the loop must be able to close");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+}
+
+/// What assembly had to change; an error when a body jumped.
+fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnostic>, SessionError> {
+    let mut warnings = Vec::new();
+    let factor = scene.units.factor(Dimension::LENGTH);
+    let label = scene.units.label(Dimension::LENGTH);
+    for moved in &assembly.moves {
+        let share = (moved.distance / assembly.scales.length).max(moved.angle);
+        if share < 1e-9 {
+            continue;
+        }
+        let text = format!(
+            "moved by {:.4e} {label} and {:.4e} deg to meet the joints",
+            moved.distance / factor,
+            moved.angle.to_degrees()
+        );
+        let span = scene.bodies.iter().find(|b| b.name.value == moved.body).map(|b| b.name.span.clone());
+        let span = span.unwrap_or(0..0);
+        if share > LARGEST_JUMP {
+            let diagnostic = Diagnostic::error(
+                codes::ASSEMBLY_JUMP,
+                format!("assembly would move `{}` far from where the scene puts it", moved.body),
+            )
+            .at(span, text)
+            .help("give positions and orientations nearer to an assembled state, or correct the joint that pulls it away");
+            return Err(SessionError::one(Exit::Assembly, &scene.source, diagnostic));
+        }
+        warnings.push(
+            Diagnostic::warning(codes::ASSEMBLY_JUMP, format!("`{}` was not where its joints need it", moved.body))
+                .at(span, text),
+        );
+    }
+    for miss in &assembly.velocity_misses {
+        warnings.push(
+            Diagnostic::warning(codes::INCONSISTENT_VELOCITIES, miss.clone())
+                .help("leave velocities out that follow from others; assembly finds them"),
+        );
+    }
+    Ok(warnings)
+}

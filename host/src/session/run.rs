@@ -1,0 +1,404 @@
+//! [`Session::run`]: from the start to results.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::error::{Exit, SessionError};
+use super::open::Session;
+use super::simulation::{Progress, Simulation};
+use crate::analysis::{Formulation, ReferenceForm, WorkingForm};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
+use crate::model::{Channel, Quantity};
+use crate::results::{
+    ChannelInfo, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status, Summary, Take,
+};
+use crate::scene::{Dimension, SampleTime};
+
+/// Relative tolerance where the scene gives none.
+pub const DEFAULT_TOLERANCE: f64 = 1e-9;
+
+/// Engines and what each does.
+pub const ENGINES: &[(&str, &str)] = &[
+    ("auto", "the fastest that fits: interpreted"),
+    ("interpreted", "six velocities per body, pruned operations, sparse elimination"),
+    ("reference", "the paper's Eq. (6): seven coordinates per body, dense; slow, for comparison"),
+];
+
+/// What a run gives.
+#[derive(Debug, Clone)]
+pub struct RunReport {
+    /// How it went.
+    pub summary: Summary,
+    /// Times of the samples, scene units.
+    pub times: Vec<f64>,
+    /// Samples of each channel, scene units.
+    pub columns: Vec<Vec<f64>>,
+    /// What each column is.
+    pub channels: Vec<ChannelInfo>,
+}
+
+impl RunReport {
+    /// Exit code of the program for this run.
+    #[must_use]
+    pub fn exit_code(&self) -> i32 {
+        match self.summary.status {
+            Status::Completed if !self.summary.audit_passed() => Exit::Audit as i32,
+            Status::Completed => 0,
+            Status::StoppedEarly if self.summary.code == Some(codes::INTERRUPTED) => 130,
+            _ => Exit::Integration as i32,
+        }
+    }
+}
+
+/// The samples of a run, where they go.
+struct Samplings {
+    folder: Option<Folder>,
+    times: Vec<SampleTime>,
+    channels: Vec<ChannelInfo>,
+    taken: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    error: Option<ResultsError>,
+}
+
+impl Samplings {
+    fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
+        let time = self.times[number].scene;
+        self.taken.push(time);
+        for ((column, channel), value) in self.columns.iter_mut().zip(&self.channels).zip(values) {
+            column.push(channel.from_si(*value));
+        }
+        let Some(folder) = &mut self.folder else { return Ok(()) };
+        folder.row(time, values).map_err(|error| {
+            let told = std::io::Error::other(error.to_string());
+            self.error = Some(error);
+            told
+        })
+    }
+}
+
+impl Session {
+    /// Runs the scene. With a folder, results are written there as they come; `progress` is told the share done; `stop`
+    /// ends the run after the step under way, with valid results.
+    ///
+    /// # Errors
+    /// An unknown method or engine, files that can't be written, an element that fails. A run that merely stops early is
+    /// not an error: the report says so.
+    pub fn run(
+        mut self,
+        folder: Option<&Path>,
+        mut progress: Box<dyn FnMut(f64) + '_>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<RunReport, SessionError> {
+        let started = Instant::now();
+        let method_name = self.scene.simulation.method.as_ref().map_or("auto", |m| m.value.as_str()).to_string();
+        let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
+        let mut method = integrate::by_name(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
+        let formulation = self.formulation(&engine_name)?;
+        let simulation = self.scene.simulation.clone();
+        let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+        let times = simulation.sample_times(&self.scene.units);
+        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
+        let mut summary = self.summary(method.name(), formulation.name(), tolerance);
+        let folder = match folder {
+            None => None,
+            Some(path) => {
+                let unit = self.scene.units.factor(Dimension::TIME);
+                let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
+                Some(Folder::create(path, &time, &channels, &summary).map_err(|e| self.files_error(&e))?)
+            }
+        };
+        let mut samplings = Samplings {
+            columns: vec![Vec::with_capacity(times.len()); channels.len()],
+            taken: Vec::with_capacity(times.len()),
+            error: None,
+            folder,
+            times,
+            channels,
+        };
+        let sample_times: Vec<f64> = samplings.times.iter().map(|time| time.si).collect();
+        let (t_start, t_end) = (simulation.t_start, simulation.t_end);
+        let share = move |t: f64| (t - t_start) / (t_end - t_start);
+        let mut reached = t_start;
+        let (outcome, audit, counters) = {
+            let told: Progress<'_> = Box::new(|t| {
+                reached = t;
+                progress(share(t));
+            });
+            let layout = self.plan.layout.clone();
+            let take = |number: usize, values: &[f64]| samplings.take(number, values);
+            let mut system = Simulation::new(
+                &mut self.equations,
+                &self.model,
+                &layout,
+                &self.assembly,
+                formulation,
+                tolerance,
+                Box::new(take),
+                told,
+                Arc::clone(stop),
+            )
+            .map_err(|e| start_error(&self.scene, &e))?;
+            let mut state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+            summary.compile_time_s += started.elapsed().as_secs_f64();
+            let options = Options {
+                first_step: simulation.first_step,
+                max_step: simulation.max_step,
+                max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
+                fixed_step: if method.name() == "rk4" { simulation.max_step } else { None },
+                ..Options::default()
+            };
+            let span = Span { t_start, t_end, sample_times: &sample_times };
+            let integrating = Instant::now();
+            let outcome = method.integrate(&mut system, &mut state, &span, &options);
+            summary.integration_time_s = integrating.elapsed().as_secs_f64();
+            (outcome, *system.audit(), system.counters())
+        };
+        summary.audit = audit;
+        summary.evaluations = counters.evaluations;
+        summary.factorisations = counters.factorisations;
+        summary.rank_safe = counters.rank_safe;
+        summary.position_corrections = counters.position_corrections;
+        summary.stage_projections = counters.stage_projections;
+        summary.re_aimed = counters.re_aimed;
+        summary.rows = samplings.taken.len() as u64;
+        let unit = self.scene.units.factor(Dimension::TIME);
+        summary.t_end_reached = reached / unit;
+        let failed = self.conclude(&mut summary, outcome, &mut samplings.error);
+        summary.figures = self.figures(&samplings);
+        summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
+        if let Some(folder) = samplings.folder.take() {
+            folder.finish(&summary).map_err(|e| self.files_error(&e))?;
+        }
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        Ok(RunReport {
+            summary,
+            times: samplings.taken,
+            columns: samplings.columns,
+            channels: samplings.channels,
+        })
+    }
+
+    /// The equations of motion in the form that the engine's name stands for.
+    fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
+        let length = self.assembly.scales.length;
+        match engine {
+            "auto" | "interpreted" => {
+                let form = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
+                    .map_err(|e| start_error(&self.scene, &e))?;
+                Ok(Box::new(form))
+            }
+            "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan.layout, length))),
+            other => Err(self.unknown_word(other, false)),
+        }
+    }
+
+    fn unknown_word(&self, word: &str, method: bool) -> SessionError {
+        let (what, names, written): (_, Vec<&str>, _) = if method {
+            ("method", integrate::names().to_vec(), &self.scene.simulation.method)
+        } else {
+            ("engine", ENGINES.iter().map(|(name, _)| *name).collect(), &self.scene.simulation.engine)
+        };
+        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no {what} `{word}`"));
+        if let Some(written) = written {
+            diagnostic = diagnostic.at(written.span.clone(), "unknown");
+        }
+        let nearest = suggest(word, names.iter().copied()).map(|nearest| format!("did you mean `{nearest}`?"));
+        let known = format!("known are {}", names.join(", "));
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
+    }
+
+    fn files_error(&self, error: &ResultsError) -> SessionError {
+        SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
+    }
+
+    fn channel_info(&self, channel: &Channel) -> ChannelInfo {
+        let unique = match &channel.quantity {
+            Quantity::Load { element, frame, torque, axes, component } => {
+                let component = matches!(axes, crate::model::Axes::Ground).then_some(*component);
+                self.plan.is_unique(*element, *frame, *torque, component)
+            }
+            _ => true,
+        };
+        let record = self.scene.outputs.iter().find(|record| record.name.value == channel.name);
+        ChannelInfo {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            quantity: record.map_or(String::new(), |record| record.quantity.value.clone()),
+            place: channel.place.clone(),
+            factor: channel.factor,
+            unique,
+        }
+    }
+
+    /// What is known before the first step.
+    fn summary(&self, method: &str, engine: &str, tolerance: f64) -> Summary {
+        let units = &self.scene.units;
+        Summary {
+            status: Status::Running,
+            scene: self.scene.source.name.clone(),
+            title: self.scene.title.clone(),
+            odyn_version: env!("CARGO_PKG_VERSION").into(),
+            method: method.into(),
+            engine: engine.into(),
+            tolerance,
+            t_end: self.scene.simulation.t_end / units.factor(Dimension::TIME),
+            time_unit: units.label(Dimension::TIME),
+            load_time_s: self.load_time,
+            compile_time_s: self.compile_time,
+            mobility: self.plan.mobility as u64,
+            redundant_rows: self.plan.redundant_rows.len() as u64,
+            redundant_row_names: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
+            audit_tolerance: self.options.audit_tolerance.or(self.scene.simulation.audit_tolerance),
+            libraries: self
+                .libraries
+                .iter()
+                .map(|library| LibraryUsed {
+                    package: library.package.clone(),
+                    version: library.version.clone(),
+                    sha256: library.sha256.clone(),
+                })
+                .collect(),
+            warnings: self.warnings.iter().map(|w| format!("{}: {}", w.code, w.message)).collect(),
+            ..Summary::default()
+        }
+    }
+
+    /// Writes the end of the integration into the summary; an error where there is more to say than that it stopped.
+    fn conclude(
+        &self,
+        summary: &mut Summary,
+        outcome: Result<Outcome, IntegrateError>,
+        files: &mut Option<ResultsError>,
+    ) -> Option<SessionError> {
+        match outcome {
+            Ok(outcome) => {
+                let counters = &outcome.counters;
+                summary.steps = counters.steps as u64;
+                summary.rejected = counters.rejected as u64;
+                summary.projections = counters.projections as u64;
+                match outcome.status {
+                    integrate::Status::Completed => summary.status = Status::Completed,
+                    integrate::Status::StoppedEarly { reason, .. } => {
+                        summary.status = Status::StoppedEarly;
+                        summary.code = Some(code_of(&reason));
+                        summary.reason = reason.to_string();
+                    }
+                }
+                None
+            }
+            Err(error) => {
+                summary.status = Status::Failed;
+                summary.reason = error.to_string();
+                if let Some(error) = files.take() {
+                    summary.code = Some(error.code());
+                    return Some(self.files_error(&error));
+                }
+                let diagnostic = self.element_fault(&error).unwrap_or_else(|| {
+                    Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string())
+                });
+                summary.code = Some(diagnostic.code);
+                let exit = if diagnostic.code.starts_with("ODY04") { Exit::Plugin } else { Exit::Integration };
+                Some(SessionError::one(exit, &self.scene.source, diagnostic.help("results up to this time are valid")))
+            }
+        }
+    }
+
+    /// The element behind a failure, with its place in the scene.
+    fn element_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
+        let IntegrateError::System { t, cause } = error else { return None };
+        let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
+        let crate::analysis::AnalysisError::Element { set, fault } = cause else { return None };
+        let unit = self.scene.units.factor(Dimension::TIME);
+        let label = self.scene.units.label(Dimension::TIME);
+        let mut diagnostic = Diagnostic::error(
+            codes::PLUGIN_PANICKED,
+            format!("an element failed at t = {} {label}: {}", t / unit, fault.message),
+        );
+        let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
+        let record = self.scene.elements.iter().find(|record| record.name.value == instance.name)?;
+        let text = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
+        diagnostic = diagnostic.at(record.name.span.clone(), text);
+        Some(diagnostic.help("this is a defect of the library; its author will want this message"))
+    }
+
+    /// The scene's derived figures.
+    fn figures(&self, samplings: &Samplings) -> Vec<FigureResult> {
+        let names: Vec<String> = samplings.channels.iter().map(|c| c.name.clone()).collect();
+        let samples = Samples { times: &samplings.taken, columns: &samplings.columns, names: &names };
+        let unit = self.scene.units.factor(Dimension::TIME);
+        let mut results = Vec::new();
+        for record in &self.scene.figures {
+            let find = |name: &str| {
+                names.iter().position(|n| n == name).ok_or_else(|| format!("there is no output `{name}`"))
+            };
+            let figure = || -> Result<(Figure, usize), String> {
+                let channel = find(&record.channel.value)?;
+                let take = match record.take {
+                    crate::scene::Take::Peak => Take::Peak,
+                    crate::scene::Take::Min => Take::Min,
+                    crate::scene::Take::Max => Take::Max,
+                    crate::scene::Take::Final => Take::Final,
+                    crate::scene::Take::Mean => Take::Mean,
+                    crate::scene::Take::Rms => Take::Rms,
+                    crate::scene::Take::At => {
+                        let at = record.at.as_ref().ok_or("needs `where` and `equals`")?;
+                        let own = find(&at.channel.value)?;
+                        let info = &samplings.channels[own];
+                        let (dimension, _) = crate::scene::parse_unit(&info.unit).map_err(|e| e.message)?;
+                        let value = |raw| self.scene.quantity(raw, dimension).map_err(|d| d.message);
+                        Take::At(Crossing {
+                            channel: own,
+                            equals: info.from_si(value(&at.equals)?),
+                            period: at.period.as_ref().map(value).transpose()?.map(|p| info.from_si(p)),
+                        })
+                    }
+                };
+                let over = record.over.as_ref().map(|name| find(&name.value)).transpose()?;
+                let from = record.from.map(|t| t / unit);
+                Ok((Figure { channel, take, absolute: record.absolute, over, from }, channel))
+            };
+            let computed = figure().and_then(|(figure, channel)| {
+                let value = figure.compute(&samples).map_err(|error| error.to_string())?;
+                Ok((value, channel))
+            });
+            let own_unit = |channel: usize| {
+                if record.over.is_some() { String::new() } else { samplings.channels[channel].unit.clone() }
+            };
+            let (value, unit, problem) = match computed {
+                Ok((value, channel)) if record.unit.is_empty() => (Some(value), own_unit(channel), None),
+                Ok((value, _)) => (Some(value), record.unit.clone(), None),
+                Err(problem) => (None, record.unit.clone(), Some(problem)),
+            };
+            results.push(FigureResult {
+                name: record.name.value.clone(),
+                value,
+                published: record.published,
+                unit,
+                note: record.note.clone(),
+                problem,
+            });
+        }
+        results
+    }
+}
+
+fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
+    let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
+        .help("check masses, inertias and the equations of the elements");
+    SessionError::one(Exit::Integration, &scene.source, diagnostic)
+}
+
+fn code_of(reason: &StopReason) -> &'static str {
+    match reason {
+        StopReason::Requested => codes::INTERRUPTED,
+        StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
+        StopReason::StepTooSmall { .. } => codes::STEP_TOO_SMALL,
+        StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
+        StopReason::Failed { .. } | StopReason::Unlucky { .. } => codes::PROJECTION_FAILED,
+    }
+}

@@ -1,0 +1,367 @@
+//! [`Simulation`]: the equations of motion as the integrators see them, with samples, audit and memory between steps.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Group, Scales};
+use crate::integrate::{Accepted, Failure, Flow, System};
+use crate::linalg::LinalgError;
+use crate::model::Model;
+use crate::plan::Layout;
+use crate::program::{Equations, Node, Program, Workspace};
+use crate::results::Audit;
+
+/// An angle that has moved this far from its reference gets a new one, rad.
+const NEW_REFERENCE: f64 = 1.0;
+
+/// Shorter steps tried to avoid the neighbourhood of a singular position before a step ends there after all.
+const MOST_RE_AIMS: u32 = 4;
+/// Tightest tolerance for steps that evaluate next to a singular position.
+const SINGULAR_TOLERANCE: f64 = 1e-10;
+/// Accepted steps after a shortened one during which none is shortened.
+const RE_AIM_PAUSE: u32 = 3;
+
+/// Takes the channels at one sample time, in SI. An error ends the run.
+pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + 'a>;
+/// Told the time after each accepted step.
+pub type Progress<'a> = Box<dyn FnMut(f64) + 'a>;
+
+/// A program with its scratch and results.
+struct Part {
+    program: Program,
+    workspace: Workspace,
+    outputs: Vec<f64>,
+}
+
+impl Part {
+    fn new(equations: &Equations, nodes: &[Node]) -> Self {
+        let program = Program::compile(&equations.graph, nodes);
+        Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program }
+    }
+
+    fn run(&mut self, inputs: &[f64], sets: &[Box<dyn element_api::ElementSet>]) -> Result<&[f64], AnalysisError> {
+        self.program
+            .run(inputs, sets, &mut self.workspace, &mut self.outputs)
+            .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
+        Ok(&self.outputs)
+    }
+}
+
+/// An opaque instance that is told about accepted steps.
+struct Told {
+    set: usize,
+    instance: usize,
+    inputs: Part,
+}
+
+/// See the module documentation.
+pub struct Simulation<'a> {
+    formulation: Box<dyn Formulation>,
+    layout: Layout,
+    tolerance: f64,
+    scales: Scales,
+    /// Largest magnitude of each element state so far.
+    state_sizes: Vec<f64>,
+    references: Vec<f64>,
+    discrete: Vec<f64>,
+    accept: Part,
+    told: Vec<Told>,
+    report: Part,
+    report_needs_dynamics: bool,
+    energy: Part,
+    rows: Constraints,
+    audit: Audit,
+    sample_state: Vec<f64>,
+    samples: usize,
+    sink: Sink<'a>,
+    progress: Progress<'a>,
+    stop: Arc<AtomicBool>,
+    row_right: Vec<f64>,
+    may_re_aim: u32,
+    steps_since_re_aim: u32,
+    re_aimed: u64,
+    rank_safe_seen: u64,
+    relaxed: u64,
+}
+
+impl<'a> Simulation<'a> {
+    /// Prepares samples, audit and memory around a formulation. `channels` are the requested quantities.
+    ///
+    /// # Errors
+    /// When the linear algebra refuses the model.
+    #[expect(clippy::too_many_arguments, reason = "called once, where everything is at hand")]
+    pub fn new(
+        equations: &mut Equations,
+        model: &Model,
+        layout: &Layout,
+        assembly: &Assembly,
+        formulation: Box<dyn Formulation>,
+        tolerance: f64,
+        sink: Sink<'a>,
+        progress: Progress<'a>,
+        stop: Arc<AtomicBool>,
+    ) -> Result<Self, AnalysisError> {
+        let nodes: Vec<Node> =
+            model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
+        let report = Part::new(equations, &nodes);
+        let report_needs_dynamics =
+            report.program.uses_inputs(layout.acceleration_slot()..layout.inputs());
+        let mut after: Vec<Node> = equations.angles.clone();
+        after.extend(&equations.next_discrete);
+        let told = equations.graph.calls.clone();
+        let told = told
+            .into_iter()
+            .map(|call| Told {
+                set: call.set,
+                instance: call.instance as usize,
+                inputs: Part::new(equations, &call.arguments),
+            })
+            .collect();
+        let all: Vec<usize> = (0..layout.rows).collect();
+        let rows = Constraints::new(equations, model, &all, &[|row| row.value, |row| row.time], &[])?;
+        let mut simulation = Self {
+            accept: Part::new(equations, &after),
+            energy: Part::new(equations, &[equations.kinetic, equations.potential]),
+            report,
+            report_needs_dynamics,
+            told,
+            rows,
+            formulation,
+            tolerance,
+            scales: assembly.scales,
+            state_sizes: vec![0.0; layout.states],
+            references: assembly.references.clone(),
+            discrete: assembly.discrete.clone(),
+            audit: Audit::default(),
+            sample_state: Vec::new(),
+            samples: 0,
+            sink,
+            progress,
+            stop,
+            row_right: vec![0.0; layout.rows],
+            may_re_aim: MOST_RE_AIMS,
+            steps_since_re_aim: RE_AIM_PAUSE,
+            re_aimed: 0,
+            rank_safe_seen: 0,
+            relaxed: 0,
+            layout: layout.clone(),
+        };
+        simulation.formulation.set_discrete(&assembly.references, &assembly.discrete);
+        Ok(simulation)
+    }
+
+    /// The state at the start; takes the sizes of first accelerations and the energy at the start.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub fn start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
+        let mut state = vec![0.0; self.formulation.groups().len()];
+        self.formulation.state_of(&assembly.working, &mut state);
+        self.sample_state = state.clone();
+        let slot = self.layout.acceleration_slot();
+        let inputs = self.formulation.observe(t, &state, true)?.inputs;
+        let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
+        self.scales.anticipate(&accelerations);
+        self.watch(t, &state)?;
+        Ok(state)
+    }
+
+    /// The audit so far.
+    #[must_use]
+    pub fn audit(&self) -> &Audit {
+        &self.audit
+    }
+
+    /// Work done so far.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        Counters { re_aimed: self.re_aimed, relaxed: self.relaxed, ..self.formulation.counters() }
+    }
+
+    /// The formulation, for its name.
+    #[must_use]
+    pub fn formulation(&self) -> &dyn Formulation {
+        self.formulation.as_ref()
+    }
+
+    /// Operations per evaluation of the requested channels.
+    #[must_use]
+    pub fn report_operations(&self) -> usize {
+        self.report.program.operations()
+    }
+
+    /// Violations and energies at an accepted state.
+    fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        // Copied, since the formulation lends both its inputs and its element sets.
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        let sets = self.formulation.sets();
+        let energies = self.energy.run(&inputs, sets)?;
+        let (kinetic, potential) = (energies[0], energies[1]);
+        for body in 0..self.layout.bodies {
+            let slot = self.layout.body_slot(body, 0);
+            self.scales.grow(&inputs[slot..slot + 13], 1);
+        }
+        let work = state.last().copied().unwrap_or(0.0);
+        self.audit.energy(kinetic, potential, work);
+        self.rows.evaluate(&inputs, sets)?;
+        let (position, row) = self.rows.worst(self.rows.function(0), self.scales.length);
+        self.row_right.copy_from_slice(self.rows.function(1));
+        for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
+            self.row_right[*row] += value * inputs[self.layout.body_slot(column / 6, 7 + column % 6)];
+        }
+        let (velocity, _) = self.rows.worst(&self.row_right, self.scales.length);
+        self.audit.violation(position / self.scales.length, velocity / self.scales.speed_scale(), row);
+        Ok(())
+    }
+
+    /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
+    fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
+        let mut changed = Accepted::Unchanged;
+        if !self.accept.outputs.is_empty() {
+            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+            let found = self.accept.run(&inputs, self.formulation.sets())?;
+            let (angles, discrete) = found.split_at(self.references.len());
+            for (reference, angle) in self.references.iter_mut().zip(angles) {
+                if (angle - *reference).abs() > NEW_REFERENCE {
+                    *reference = *angle;
+                    changed = Accepted::Changed;
+                }
+            }
+            if self.discrete != discrete {
+                self.discrete.copy_from_slice(discrete);
+                changed = Accepted::Changed;
+            }
+        }
+        if !self.told.is_empty() {
+            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+            for told in &mut self.told {
+                let arguments = told.inputs.run(&inputs, self.formulation.sets())?;
+                self.formulation.sets_mut()[told.set]
+                    .accept(told.instance, arguments)
+                    .map_err(|fault| AnalysisError::Element { set: told.set, fault })?;
+            }
+            changed = Accepted::Changed;
+        }
+        if changed == Accepted::Changed {
+            self.formulation.set_discrete(&self.references, &self.discrete);
+        }
+        Ok(changed)
+    }
+
+    fn take_sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
+        let mut state = std::mem::take(&mut self.sample_state);
+        state.copy_from_slice(y);
+        let result = self.sample_at(t, &mut state);
+        self.sample_state = state;
+        result
+    }
+
+    fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
+        // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
+        self.formulation.project(t, state).map_err(failure)?;
+        let inputs = self.formulation.observe(t, state, self.report_needs_dynamics).map_err(failure)?.inputs.to_vec();
+        let values = self.report.run(&inputs, self.formulation.sets()).map_err(failure)?;
+        let number = self.samples;
+        self.samples += 1;
+        (self.sink)(number, values).map_err(|error| Failure::Fatal(Box::new(error)))
+    }
+}
+
+/// A smaller step may help against bad numbers, never against a broken element.
+fn failure(error: AnalysisError) -> Failure {
+    match &error {
+        AnalysisError::Element { .. } | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
+            Failure::Fatal(Box::new(error))
+        }
+        AnalysisError::NextToSingular => Failure::Unlucky(Box::new(error)),
+        _ => Failure::Recoverable(Box::new(error)),
+    }
+}
+
+impl System for Simulation<'_> {
+    fn dim(&self) -> usize {
+        self.formulation.groups().len()
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        self.formulation.rates(t, y, dy).map_err(failure)
+    }
+
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
+        let states_at = y0.len() - self.state_sizes.len() - 1;
+        let mut worst = 0.0_f64;
+        for (k, group) in self.formulation.groups().iter().enumerate() {
+            let size = match group {
+                Group::Position => length,
+                Group::Parameter => 1.0,
+                Group::Velocity => speed,
+                Group::AngularVelocity => spin,
+                Group::State => {
+                    let size = &mut self.state_sizes[k - states_at];
+                    *size = size.max(y0[k].abs()).max(y1[k].abs());
+                    if *size > 0.0 { *size } else { 1.0 }
+                }
+                Group::Work => continue,
+            };
+            let share = error[k].abs() / size;
+            if !(share <= worst) {
+                worst = share;
+            }
+        }
+        // Next to a singular position accelerations carry round-off over the squared distance from it. A tolerance below
+        // that noise would drive the step size to zero instead of over the position.
+        let rank_safe = self.formulation.counters().rank_safe;
+        let passes_singular = rank_safe > self.rank_safe_seen;
+        self.rank_safe_seen = rank_safe;
+        if passes_singular && self.tolerance < SINGULAR_TOLERANCE {
+            self.relaxed += 1;
+            return worst / SINGULAR_TOLERANCE;
+        }
+        worst / self.tolerance
+    }
+
+    fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
+        self.formulation.project(t, y).map_err(failure)?;
+        if self.formulation.is_near_singular() && self.may_re_aim > 0 {
+            // A somewhat shorter step ends before the singular position; the next one passes over it.
+            self.may_re_aim -= 1;
+            self.steps_since_re_aim = 0;
+            self.re_aimed += 1;
+            return Err(Failure::Unlucky(Box::new(AnalysisError::NextToSingular)));
+        }
+        // Not again at once: steps would creep up to the neighbourhood instead of passing over it.
+        self.steps_since_re_aim += 1;
+        self.may_re_aim = if self.steps_since_re_aim > RE_AIM_PAUSE { MOST_RE_AIMS } else { 0 };
+        Ok(())
+    }
+
+    fn max_step_hint(&self, _: f64, y: &[f64]) -> f64 {
+        if self.references.is_empty() {
+            return f64::INFINITY;
+        }
+        // Angles must stay within half a turn of their references: at most 1 rad is used up, and two bodies may turn
+        // against each other.
+        let mut fastest = 0.0_f64;
+        for (k, group) in self.formulation.groups().iter().enumerate() {
+            if *group == Group::AngularVelocity {
+                fastest = fastest.max(y[k].abs());
+            }
+        }
+        if fastest > 0.0 { 1.0 / fastest } else { f64::INFINITY }
+    }
+
+    fn sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
+        self.take_sample(t, y)
+    }
+
+    fn accept(&mut self, t: f64, y: &mut [f64]) -> Result<Accepted, Failure> {
+        self.watch(t, y).map_err(failure)?;
+        self.remember(t, y).map_err(failure)
+    }
+
+    fn step_done(&mut self, t: f64, _: &[f64], _: f64) -> Flow {
+        (self.progress)(t);
+        if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+}

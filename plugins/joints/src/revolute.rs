@@ -1,0 +1,53 @@
+//! A hinge: the bodies share a point and an axis, and turn about it.
+//!
+//! Equations, with d = p_j - p_i (Haug 1989, section 9.4; three point rows, parallel-1):
+//!
+//! | row | equation |
+//! |---|---|
+//! | x, y, z | A_i^T d = 0 |
+//! | about y | x_i . z_j = 0 |
+//! | about x | y_i . z_j = 0 |
+//!
+//! Joint coordinate: `angle`, by which body `j` is turned against body `i` about z_i, counted over many turns,
+//! angle = atan2(x_j . y_i, x_j . x_i) + 2 pi k.
+//!
+//! The rotation rows are also satisfied by opposite z axes; the start decides, and a motion cannot get there.
+
+use element_api::prelude::*;
+
+/// The joint.
+#[derive(Debug, Clone, Copy)]
+pub struct Revolute;
+
+impl Element for Revolute {
+    const NAME: &'static str = "revolute";
+    const SUMMARY: &'static str = "hinge: rotation about the common z axis";
+    const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const ANGLES: usize = 1;
+    type Parameters = NoParameters;
+
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Constraint for Revolute {
+    const ROWS: &'static [&'static str] = &["x", "y", "z", "about y", "about x"];
+    const COORDINATES: &'static [ChannelSpec] =
+        &[ChannelSpec::new("angle", "rad", "rotation of the second body about z, counted over many turns")];
+    const MOBILITY: Option<usize> = Some(1);
+
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        let (i, j) = (&at.frames[0], &at.frames[1]);
+        blocks::coincident(i, j, rows);
+        blocks::parallel_z(i, j, rows);
+    }
+
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
+        vec![at.angle_about_z(0, 0, 1)]
+    }
+
+    fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
+        Pose::screw_z(q[0], S::zero())
+    }
+}
