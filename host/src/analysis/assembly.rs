@@ -72,12 +72,7 @@ fn culprits(rows: &[(String, f64)]) -> String {
 ///
 /// # Errors
 /// When the joints can't be met, naming those that remain violated.
-pub fn assemble(
-    equations: &Equations,
-    model: &Model,
-    layout: &Layout,
-    t: f64,
-) -> Result<Assembly, AssemblyError> {
+pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -> Result<Assembly, AssemblyError> {
     let mut state = as_given(model, layout);
     let scales = Scales::new(model, &state);
     let mut inputs = vec![0.0; layout.inputs()];
@@ -204,7 +199,7 @@ fn positions(
     }
     let mut off: Vec<(String, f64)> = Vec::new();
     rows.violations(rows.function(0), length, |row, violation| {
-        if !(violation <= 1e-9 * length) {
+        if violation.is_nan() || violation > 1e-9 * length {
             let (element, k) = layout.element_of_row(row);
             off.push((model.elements[element].row_name(k), violation));
         }

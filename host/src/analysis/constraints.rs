@@ -103,8 +103,8 @@ impl Constraints {
     pub fn worst(&self, values: &[f64], length: f64) -> (f64, Option<usize>) {
         let (mut worst, mut which) = (0.0, None);
         self.violations(values, length, |row, violation| {
-            // A comparison that a NaN wins, so that it is not lost.
-            if !(violation <= worst) {
+            // NaN wins, so that it is not lost.
+            if violation.is_nan() || violation > worst {
                 (worst, which) = (violation, Some(row));
             }
         });

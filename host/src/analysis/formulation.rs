@@ -34,9 +34,9 @@ pub struct Counters {
     pub rank_safe: u64,
     /// Newton corrections of positions.
     pub position_corrections: u64,
-    /// Evaluations that were moved onto the constraints first, next to a singular position.
+    /// Evaluations brought to the constraints first, because a singular position is near.
     pub stage_projections: u64,
-    /// Steps shortened so as not to end next to a singular position.
+    /// Steps aimed anew so as to pass over a singular position.
     pub re_aimed: u64,
     /// Steps past a singular position judged by the tightest tolerance that makes sense there.
     pub relaxed: u64,
@@ -62,8 +62,8 @@ pub enum AnalysisError {
         /// What was computed.
         what: String,
     },
-    /// A step would end next to a position where the constraints lose rank.
-    #[error("a step would end next to a singular position")]
+    /// A step ends, or is evaluated, next to a position where the constraints lose rank.
+    #[error("the constraints lose rank there (singular position)")]
     NextToSingular,
     /// Positions could not be brought back to the constraints.
     #[error("the constraints can no longer be met: {what} is off by {violation:.1e} of the scene's size")]
@@ -107,6 +107,15 @@ pub trait Formulation {
     /// corrections grow there without bound, so a step had better not end there.
     fn is_near_singular(&self) -> bool {
         false
+    }
+    /// Prepares for a step from an accepted state. With `keep_away`, rates next to a singular position are refused with
+    /// [`AnalysisError::NextToSingular`] during it.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
+        let _ = (t, state, keep_away);
+        Ok(())
     }
     /// Everything a report may ask for at this state. With `dynamics`, accelerations and multipliers too.
     ///

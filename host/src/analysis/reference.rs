@@ -1,8 +1,10 @@
 //! [`ReferenceForm`]: the paper's Eq. (6) as printed, seven coordinates per body, dense. The twin of everything faster.
 //!
 //! [M Phi_q^T; Phi_q 0] [q''; lambda] = [Q; gamma], q = (r, p) of all bodies, the normalisation p.p - 1 of each body among
-//! the constraints (requirement R-OBJ-4). The paper's own example has redundant rows, which makes this matrix singular; a
-//! factorisation with complete pivoting finds the rank and sets what is left open to zero.
+//! the constraints (requirement R-OBJ-4). The paper's own example has redundant rows, which makes this matrix singular: the
+//! rows that the plan found redundant are left out (their multipliers are zero), always the same ones, since off the
+//! constraints it makes a difference which; and a factorisation with complete pivoting finds the rank where it falls further
+//! and sets what is left open to zero.
 
 use element_api::ElementSet;
 
@@ -10,7 +12,7 @@ use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
 use super::working::{BODY_STATES, normalise, parameter_rates};
 use crate::linalg::FullPivLu;
 use crate::model::Model;
-use crate::plan::Layout;
+use crate::plan::{Layout, Plan};
 use crate::program::{Equations, Form, Program, Workspace};
 
 /// Numbers per body in the state: r (3), p (4), r' (3), p' (4).
@@ -30,8 +32,13 @@ pub struct ReferenceForm {
     workspace: Workspace,
     outputs: Vec<f64>,
     pattern: Vec<(usize, usize)>,
+    /// Rows left out.
+    redundant: Vec<usize>,
     inputs: Vec<f64>,
     matrix: FullPivLu,
+    /// Units of the unknowns and equations, so that pivots can be compared: per coordinate 1 / sqrt(mass) or
+    /// 1 / sqrt(4 J), per row 1 / (its largest entry in these units).
+    scale: Vec<f64>,
     right: Vec<f64>,
     solution: Vec<f64>,
     length: f64,
@@ -45,7 +52,6 @@ struct Parts<'a> {
     time: &'a [f64],
     gamma: &'a [f64],
     loads: &'a [f64],
-    mass_p: &'a [f64],
     rates: &'a [f64],
     power: f64,
 }
@@ -53,7 +59,8 @@ struct Parts<'a> {
 impl ReferenceForm {
     /// Writes down the equations in the paper's coordinates. The opaque elements of the model move in.
     #[must_use]
-    pub fn new(model: &mut Model, layout: &Layout, length: f64) -> Self {
+    pub fn new(model: &mut Model, plan: &Plan, length: f64) -> Self {
+        let layout = &plan.layout;
         let equations = Equations::build(model, layout, Form::Reference);
         let mut pattern = Vec::new();
         let mut nodes = Vec::new();
@@ -72,6 +79,12 @@ impl ReferenceForm {
         nodes.push(equations.power);
         let program = Program::compile(&equations.graph, &nodes);
         let size = 8 * layout.bodies + layout.rows;
+        let mut scale = Vec::with_capacity(size);
+        for body in &model.bodies {
+            scale.extend([1.0 / body.mass.sqrt(); 3]);
+            scale.extend([1.0 / (4.0 * body.inertia.diagonal().max()).sqrt(); 4]);
+        }
+        scale.resize(size, 1.0);
         let mut groups = Vec::new();
         for _ in 0..layout.bodies {
             groups.extend([Group::Position; 3]);
@@ -91,6 +104,8 @@ impl ReferenceForm {
             pattern,
             inputs: vec![0.0; layout.inputs()],
             matrix: FullPivLu::new(size, TOLERANCE),
+            scale,
+            redundant: plan.redundant_rows.iter().map(|row| row.row).collect(),
             right: vec![0.0; size],
             solution: vec![0.0; size],
             length,
@@ -126,9 +141,9 @@ impl ReferenceForm {
         let (time, rest) = rest.split_at(rows);
         let (gamma, rest) = rest.split_at(rows);
         let (loads, rest) = rest.split_at(7 * self.layout.bodies);
-        let (mass_p, rest) = rest.split_at(10 * self.layout.bodies);
+        let (_mass, rest) = rest.split_at(10 * self.layout.bodies);
         let (rates, power) = rest.split_at(self.layout.states);
-        Parts { jacobian, value, time, gamma, loads, mass_p, rates, power: power[0] }
+        Parts { jacobian, value, time, gamma, loads, rates, power: power[0] }
     }
 
     /// Fills and factors the matrix of Eq. (6) at the inputs' state.
@@ -137,9 +152,21 @@ impl ReferenceForm {
         let rows = self.layout.rows;
         let size = self.right.len();
         let coordinates = 7 * bodies;
+        self.scale[coordinates..].fill(0.0);
+        for ((row, column), value) in self.pattern.iter().zip(&self.outputs) {
+            let entry = (value * self.scale[*column]).abs();
+            let largest = &mut self.scale[coordinates + row];
+            *largest = largest.max(entry);
+        }
+        for body in 0..bodies {
+            self.scale[coordinates + rows + body] = 2.0 * self.scale[7 * body + 3];
+        }
+        self.scale[coordinates..].iter_mut().for_each(|x| *x = if *x > 0.0 { 1.0 / *x } else { 1.0 });
+        let scale = &self.scale;
         let entries = self.matrix.entries_mut();
         entries.fill(0.0);
         let mut set = |i: usize, j: usize, value: f64| {
+            let value = value * scale[i] * scale[j];
             entries[i + size * j] = value;
             entries[j + size * i] = value;
         };
@@ -159,14 +186,24 @@ impl ReferenceForm {
             (0..4).for_each(|k| set(coordinates + rows + body, at + 3 + k, 2.0 * self.inputs[slot + k]));
         }
         for ((row, column), value) in self.pattern.iter().zip(&self.outputs) {
-            set(coordinates + row, *column, *value);
+            if self.redundant.binary_search(row).is_err() {
+                set(coordinates + row, *column, *value);
+            }
+        }
+        for row in &self.redundant {
+            let at = coordinates + row;
+            entries[at + size * at] = 1.0;
         }
         self.counters.factorisations += 1;
         Ok(self.matrix.factor()?)
     }
 
     fn solve(&mut self) -> Result<(), AnalysisError> {
+        let coordinates = 7 * self.layout.bodies;
+        self.redundant.iter().for_each(|row| self.right[coordinates + row] = 0.0);
+        self.right.iter_mut().zip(&self.scale).for_each(|(x, scale)| *x *= scale);
         self.matrix.solve(&self.right, &mut self.solution)?;
+        self.solution.iter_mut().zip(&self.scale).for_each(|(x, scale)| *x *= scale);
         Ok(())
     }
 
@@ -330,8 +367,7 @@ impl Formulation for ReferenceForm {
             }
             let slot = self.layout.multiplier_slot();
             let from = 7 * self.layout.bodies;
-            self.inputs[slot..slot + self.layout.rows]
-                .copy_from_slice(&self.solution[from..from + self.layout.rows]);
+            self.inputs[slot..slot + self.layout.rows].copy_from_slice(&self.solution[from..from + self.layout.rows]);
         }
         // Reports are written in working coordinates, which expect Euler parameters of length one.
         for body in 0..self.layout.bodies {

@@ -12,16 +12,22 @@ use crate::program::{Equations, Row};
 /// Numbers per body in the state: r (3), p (4), v (3), omega' (3).
 pub const BODY_STATES: usize = 13;
 
-/// Where the pivot ratio falls below this share of its value at the start, or below [`SICK_RATIO`], the step goes through
-/// the rank-safe engine.
-const SICK_SHARE: f64 = 1e-4;
-/// See [`SICK_SHARE`]. The ratio is of the size of a squared singular value: 1e-6 stands for 1e-3.
-const SICK_RATIO: f64 = 1e-6;
+/// Where the pivot ratio falls below this share of its value at the start, the sparse engine is not trusted: its choice of
+/// rows, or all of them, are close to dependent. The ratio goes with a squared singular value: 2.5e-3 stands for 0.05.
+const SICK_SHARE: f64 = 2.5e-3;
+/// Share of the rank-safe engine's pivot ratio at the start below which a step had better not end: next to a singular
+/// position.
+const NEAR_SINGULAR: f64 = 0.05;
+/// The same for evaluations. Round-off in the positions reaches the accelerations divided by the cube of the distance.
+const TOO_NEAR: f64 = 0.01;
+/// Share of the smallest singular value at the start below which steps are taken with care: with the rank-safe engine, and
+/// where the constraints themselves are getting close to dependent, with stages brought to the constraints before they are
+/// evaluated. Off the constraints the acceleration has a pole at a singular position, (offset) / (distance), which a method
+/// would approach with ever smaller steps; on them it is smooth.
+const APPROACH: f64 = 0.5;
 /// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
 /// where they really vanish.
 const MOTION_RANK_TOLERANCE: f64 = 1e-11;
-/// Pivot ratio of the rank-safe engine, as a share of its value at the start, that counts as next to a singular position.
-const NEAR_SINGULAR: f64 = 1e-2;
 /// Violations below this share of the scene's size are round-off.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Newton corrections per projection before the constraints count as lost.
@@ -99,15 +105,22 @@ pub struct WorkingForm {
     safe: Engine<DenseQr>,
     /// Pivot ratio of the sparse engine below which it is not trusted.
     least_health: f64,
-    /// Number of independent rows, and pivot ratio of the rank-safe engine, at the start.
+    /// Pivot ratio of the sparse engine at the start.
+    start_health: f64,
+    /// Rank and pivot ratio of the rank-safe engine at the start.
     start: Health,
     /// Whether the correction solved last went through the rank-safe engine.
     corrected_safely: bool,
     accelerations: Vec<f64>,
-    /// Whether stages of a method are brought to the constraints before they are evaluated.
-    projected_stages: bool,
+    /// Use the rank-safe engine for the step under way: the sparse one's rows are getting close to dependent, and two
+    /// engines in one step would differ off the constraints.
+    careful: bool,
+    /// Bring states to the constraints before they are evaluated.
+    projects_stages: bool,
     /// The state that is evaluated.
     stage: Vec<f64>,
+    /// Refuse to evaluate next to a singular position.
+    keep_away: bool,
     force: Vec<f64>,
     key: Vec<f64>,
     row_names: Vec<String>,
@@ -137,7 +150,8 @@ impl WorkingForm {
             }
         };
         let structure = structure(equations, model, &all)?;
-        let safe = Engine::new(equations, model, &all, DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?)?;
+        let mut safe = Engine::new(equations, model, &all, DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?)?;
+        safe.solver.set_rank_limit(plan.health.rank);
         let row_names = (0..layout.rows)
             .map(|row| {
                 let (element, k) = layout.element_of_row(row);
@@ -149,11 +163,14 @@ impl WorkingForm {
             inputs: vec![0.0; layout.inputs()],
             accelerations: vec![0.0; layout.velocities()],
             force: vec![0.0; layout.velocities()],
-            projected_stages: false,
+            careful: false,
+            projects_stages: false,
             stage: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
+            keep_away: false,
             key: Vec::with_capacity(7 * layout.bodies + 1),
-            least_health: (start_health * SICK_SHARE).min(SICK_RATIO),
+            least_health: start_health * SICK_SHARE,
             sets: std::mem::take(&mut model.sets),
+            start_health,
             start: plan.health,
             corrected_safely: false,
             regular,
@@ -192,7 +209,7 @@ impl WorkingForm {
 
     /// Accelerations and multipliers at the inputs' state: [M Phi_q^T; Phi_q 0] [a; lambda] = [Q; gamma].
     fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
-        if let Some(engine) = &mut self.regular {
+        if let Some(engine) = self.regular.as_mut().filter(|_| !self.careful) {
             engine.dynamics.evaluate(&self.inputs, &self.sets)?;
             let health = engine.factor(Source::Dynamics, &self.key, &mut self.counters);
             if is_healthy(&health, self.least_health) {
@@ -201,8 +218,8 @@ impl WorkingForm {
                 engine.solver.solve(loads, gamma, &mut self.accelerations, &mut engine.multipliers)?;
                 return Ok(Used::Regular);
             }
-            self.counters.rank_safe += 1;
         }
+        self.counters.rank_safe += u64::from(self.regular.is_some());
         let engine = &mut self.safe;
         engine.dynamics.evaluate(&self.inputs, &self.sets)?;
         engine.factor(Source::Dynamics, &self.key, &mut self.counters)?;
@@ -216,7 +233,7 @@ impl WorkingForm {
     /// Phi_q d = -residual. Left in `accelerations`. Returns which residual was worst and by how much.
     fn solve_correction(&mut self, velocity: bool) -> Result<(f64, Option<usize>), AnalysisError> {
         self.force.fill(0.0);
-        if let Some(engine) = &mut self.regular {
+        if let Some(engine) = self.regular.as_mut().filter(|_| !self.careful) {
             engine.geometry.evaluate(&self.inputs, &self.sets)?;
             let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
             if !velocity && worst.0 <= ROUND_OFF * self.length {
@@ -266,6 +283,13 @@ impl WorkingForm {
             return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
         }
         Ok(())
+    }
+
+    /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
+    /// where the rank-safe engine factored last.
+    fn is_singular(&self, share: f64) -> bool {
+        let health = self.safe.health;
+        health.rank < self.start.rank || health.smallest_pivot_ratio < share * self.start.smallest_pivot_ratio
     }
 
     fn row_name(&self, row: Option<usize>) -> String {
@@ -416,20 +440,13 @@ impl Formulation for WorkingForm {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
         stage.copy_from_slice(state);
-        if self.projected_stages {
-            self.counters.stage_projections += 1;
-            let result = self.project(t, &mut stage);
-            self.load(t, &stage);
-            self.stage = stage;
-            result?;
-        } else {
-            self.load(t, state);
-            self.stage = stage;
-        }
+        let projected = if self.projects_stages { self.project(t, &mut stage) } else { Ok(()) };
+        self.counters.stage_projections += u64::from(self.projects_stages);
+        self.load(t, &stage);
+        self.stage = stage;
+        projected?;
         let used = self.solve_dynamics()?;
-        if matches!(used, Used::Safe) && self.regular.is_some() && !self.projected_stages {
-            // From here on every stage is brought to the constraints first; this step is tried again.
-            self.projected_stages = true;
+        if matches!(used, Used::Safe) && self.keep_away && self.is_singular(TOO_NEAR) {
             return Err(AnalysisError::NextToSingular);
         }
         let state = &self.stage;
@@ -476,10 +493,28 @@ impl Formulation for WorkingForm {
     }
 
     fn is_near_singular(&self) -> bool {
-        let health = self.safe.health;
-        self.corrected_safely
-            && (health.rank < self.start.rank
-                || health.smallest_pivot_ratio < NEAR_SINGULAR * self.start.smallest_pivot_ratio)
+        self.corrected_safely && self.is_singular(NEAR_SINGULAR)
+    }
+
+    fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
+        self.keep_away = keep_away;
+        self.load(t, state);
+        let Some(engine) = &mut self.regular else { return Ok(()) };
+        engine.geometry.evaluate(&self.inputs, &self.sets)?;
+        let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
+        self.careful = !is_healthy(&health, APPROACH * APPROACH * self.start_health);
+        self.projects_stages = false;
+        if self.careful {
+            // On the constraints the rank is what it is; a scene that starts in a singular position may gain some.
+            self.safe.solver.set_rank_limit(usize::MAX);
+            self.safe.factored_at.clear();
+            self.safe.geometry.evaluate(&self.inputs, &self.sets)?;
+            self.safe.factor(Source::Geometry, &self.key, &mut self.counters)?;
+            self.start.rank = self.start.rank.max(self.safe.health.rank);
+            self.safe.solver.set_rank_limit(self.start.rank);
+            self.projects_stages = self.is_singular(APPROACH);
+        }
+        Ok(())
     }
 
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {

@@ -34,8 +34,8 @@ static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
 
 type Classes = Vec<Arc<dyn ElementClass>>;
 
-/// Loads the library in a file.
-pub(super) fn load(path: &Path) -> Result<Opened, CatalogError> {
+/// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder.
+pub(super) fn load(path: &Path, copies: Option<&Path>) -> Result<Opened, CatalogError> {
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
     let manifest = manifest(path, bytes.as_slice())?;
@@ -54,7 +54,7 @@ pub(super) fn load(path: &Path) -> Result<Opened, CatalogError> {
     let classes = match loaded.get(&sha256) {
         Some(classes) => classes.clone(),
         None => {
-            let copy = private_copy(&bytes, &sha256)
+            let copy = private_copy(&bytes, &sha256, copies)
                 .map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
             let classes = open(path, &copy, &manifest, &mut warnings)?;
             loaded.insert(sha256.clone(), classes.clone());

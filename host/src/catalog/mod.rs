@@ -46,6 +46,9 @@ pub struct Catalog {
     warnings: Vec<Diagnostic>,
     /// Where the libraries were looked for; also the place to look for the one a scene forgot to name.
     search: SearchPath,
+    /// Where private copies of libraries go; `None`: the user's cache folder.
+    #[cfg_attr(not(feature = "abi"), expect(dead_code, reason = "nothing is loaded, so nothing is copied"))]
+    copies: Option<PathBuf>,
 }
 
 /// One library of a catalog.
@@ -123,6 +126,14 @@ impl Catalog {
         Self::default()
     }
 
+    /// The same catalog, keeping the private copies of libraries that are loaded from now on in this folder instead of the
+    /// user's cache folder. Nobody else must be able to write there.
+    #[must_use]
+    pub fn with_copies_in(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.copies = Some(folder.into());
+        self
+    }
+
     /// A catalog of the requested libraries, each a name such as `"joints"` or the path of a file.
     ///
     /// # Errors
@@ -147,7 +158,7 @@ impl Catalog {
     pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
         self.search = search.clone();
         let path = search.locate(request)?;
-        let opened = loader::load(&path)?;
+        let opened = loader::load(&path, self.copies.as_deref())?;
         let same = |entry: &&Entry| entry.info.sha256.is_some() && entry.info.sha256 == opened.info.sha256;
         if let Some(known) = self.libraries.iter().find(same) {
             return Ok(Arc::clone(&known.info));

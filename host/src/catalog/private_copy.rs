@@ -14,9 +14,12 @@ use std::time::{Duration, SystemTime};
 /// Copies that were not used for this long are removed.
 const KEPT: Duration = Duration::from_secs(14 * 24 * 3600);
 
-/// The path of a file with exactly these bytes in the user's cache folder, or, where there is none, in a new folder for
-/// temporary files. `sha256`: their hash in hexadecimal digits.
-pub(super) fn private_copy(bytes: &[u8], sha256: &str) -> io::Result<PathBuf> {
+/// The path of a file with exactly these bytes in `folder`, if one is given, else in the user's cache folder, or, where
+/// there is none, in a new folder for temporary files. `sha256`: their hash in hexadecimal digits.
+pub(super) fn private_copy(bytes: &[u8], sha256: &str, folder: Option<&Path>) -> io::Result<PathBuf> {
+    if let Some(folder) = folder {
+        return copy_into(folder, bytes, sha256);
+    }
     for folder in cache_folders() {
         if let Ok(path) = copy_into(&folder, bytes, sha256) {
             return Ok(path);

@@ -15,8 +15,13 @@ const COEFFICIENTS: usize = 8;
 const ERROR_EXPONENT: f64 = 1.0 / 8.0;
 /// Step sizes shrink by this factor when a step fails other than by its error.
 const RECOVERY_FACTOR: f64 = 0.25;
-/// Step sizes shrink by this factor when a step ends, or passes, at an unlucky place.
-const RE_AIM_FACTOR: f64 = 0.7;
+/// Middles of the widest gaps between the nodes of the method, as shares of the step, with the half widths of the gaps:
+/// 0.118..0.25, 0.333..0.6, 0.651..0.857, 0.857..1. A time to keep away from is best passed there.
+const GAPS: [f64; 4] = [0.184, 0.467, 0.754, 0.929];
+/// The widest of them.
+const WIDEST_GAP: f64 = 0.467;
+/// An aimed step may be longer than the one tried by this factor.
+const AIMED_STRETCH: f64 = 1.02;
 /// Least error that the PI control remembers.
 const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
 
@@ -28,7 +33,8 @@ const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
 /// - the new state is projected before its derivative is taken, and the interpolation uses the
 ///   projected state;
 /// - norms come from the system;
-/// - steps that fail, or are not finite, are tried again at a quarter of their size, unlucky ones at 0.7 of it;
+/// - steps that fail, or are not finite, are tried again at a quarter of their size; unlucky ones are aimed anew so that
+///   the time to keep away from lies between two stages;
 /// - the last two steps are made equal.
 ///
 /// Samples inside a step are less accurate than its ends, by a digit to a digit and a half at
@@ -95,6 +101,8 @@ impl Dop853 {
             Some(h) => h,
             None => self.first_step(run, y)?,
         };
+        // The step after an aimed one, where that only prepares for it.
+        let mut then = None;
         while run.t < run.span.t_end {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
@@ -107,15 +115,21 @@ impl Dop853 {
                 Ok(error) if error <= 1.0 => {
                     self.finish_step(run, y, t_new)?;
                     h = tried * control.factor_after_acceptance(error);
+                    if let Some(aimed) = then.take() {
+                        h = aimed;
+                    }
                     continue;
                 }
                 Ok(error) => {
+                    then = None;
                     h = tried * control.factor_after_rejection(error);
                     StopReason::StepTooSmall { step: h }
                 }
                 Err(Trouble::Retry(reason)) => {
-                    let unlucky = matches!(reason, StopReason::Unlucky { .. });
-                    h = tried * if unlucky { RE_AIM_FACTOR } else { RECOVERY_FACTOR };
+                    (h, then) = match &reason {
+                        StopReason::Unlucky { at, .. } => aim(tried, at - run.t),
+                        _ => (tried * RECOVERY_FACTOR, None),
+                    };
                     reason
                 }
                 Err(trouble) => return Err(trouble),
@@ -337,6 +351,18 @@ impl StepControl {
 
     fn rejected(&mut self) {
         self.after_rejection = true;
+    }
+}
+
+/// The step that passes over a time at `distance` between two stages, about as long as the one tried; where there is none,
+/// a step that ends well before it, and the one to follow.
+fn aim(tried: f64, distance: f64) -> (f64, Option<f64>) {
+    let passing = GAPS.iter().map(|gap| distance / gap).find(|step| *step <= AIMED_STRETCH * tried);
+    match passing {
+        Some(step) if step > 0.0 => (step, None),
+        // At the very start of the step: no size helps, but a smaller one may.
+        Some(_) => (tried * RECOVERY_FACTOR, None),
+        None => ((distance - WIDEST_GAP * tried).max(RECOVERY_FACTOR * tried), Some(tried)),
     }
 }
 

@@ -190,7 +190,7 @@ impl<'a> Run<'a> {
 fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
     match failure {
         Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, cause }),
-        Failure::Unlucky(cause) => Trouble::Retry(StopReason::Unlucky { step, cause }),
+        Failure::Unlucky { at, cause } => Trouble::Retry(StopReason::Unlucky { step, at, cause }),
         Failure::Fatal(cause) => Trouble::Abort(IntegrateError::System { t, cause }),
     }
 }

@@ -2,21 +2,11 @@
 
 use super::{LinalgError, check_length, two_norm};
 
-/// Most sweeps of scaling; they stop by themselves when nothing changes any more.
-const SCALING_SWEEPS: usize = 10;
-
-/// An entry at or below this share of the largest one in its row and in its column is taken as
-/// round-off and has no say in the scaling.
-const NEGLIGIBLE_ENTRY: f64 = 1e-14;
-
-/// `P R A C Q = L U` of a dense square matrix `A` (`n x n`, column-major).
+/// `P A Q = L U` of a dense square matrix `A` (`n x n`, column-major).
 ///
-/// `R` and `C` are diagonal scalings by powers of two that bring the entries near one: each
-/// sweep divides rows, then columns, by the geometric mean of their entries (the idea of
-/// Curtis & Reid, IMA J. Appl. Math. 10, 1972). Pivots of unknowns with different units thus
-/// become comparable. Dividing by the *largest* entry, as is usual, would not do for saddle
-/// point matrices: next to constraint rows of order one it leaves small masses small, and a
-/// light body is taken for a missing one.
+/// Nothing is scaled: whoever knows the units of rows and columns divides by them before. (Scaling by the entries alone,
+/// by their largest or by a mean, was tried: next to constraint rows of order one it leaves small masses small and takes
+/// light bodies for missing ones, or it lets entries that are round-off or nearly so decide about the scale.)
 ///
 /// The pivot of each step is the largest entry that remains; the factorisation stops where that
 /// is at or below the tolerance times the first pivot, which gives the rank.
@@ -26,8 +16,6 @@ pub struct FullPivLu {
     tolerance: f64,
     /// `A`, then `L` below the diagonal (ones left out) and `U`.
     entries: Vec<f64>,
-    row_scale: Vec<f64>,
-    column_scale: Vec<f64>,
     /// Row, and column, of `A` at each place.
     row_order: Vec<usize>,
     column_order: Vec<usize>,
@@ -45,8 +33,6 @@ impl FullPivLu {
             n,
             tolerance,
             entries: vec![0.0; n * n],
-            row_scale: vec![1.0; n],
-            column_scale: vec![1.0; n],
             row_order: (0..n).collect(),
             column_order: (0..n).collect(),
             rank: 0,
@@ -75,7 +61,6 @@ impl FullPivLu {
         if !self.entries.iter().all(|value| value.is_finite()) {
             return Err(LinalgError::NotFinite { what: "matrix" });
         }
-        self.equilibrate();
         for place in 0..self.n {
             self.row_order[place] = place;
             self.column_order[place] = place;
@@ -104,7 +89,7 @@ impl FullPivLu {
         self.rank
     }
 
-    /// Smallest accepted pivot over the largest one, of the scaled matrix; 1 for rank 0.
+    /// Smallest accepted pivot over the largest one; 1 for rank 0.
     pub fn smallest_pivot_ratio(&self) -> f64 {
         self.smallest_pivot
     }
@@ -120,7 +105,7 @@ impl FullPivLu {
     }
 
     /// Solves `A x = b`, with the free unknowns at zero. Returns how badly the dependent
-    /// equations are missed, relative to the scaled right side: zero up to round-off if the
+    /// equations are missed, relative to the right side: zero up to round-off if the
     /// system is consistent. Allocates nothing.
     ///
     /// # Errors
@@ -133,7 +118,7 @@ impl FullPivLu {
         check_length("solution", self.n, x.len())?;
         let (n, rank) = (self.n, self.rank);
         for (value, &row) in self.work.iter_mut().zip(&self.row_order) {
-            *value = self.row_scale[row] * b[row];
+            *value = b[row];
         }
         let right_size = two_norm(&self.work);
 
@@ -154,81 +139,9 @@ impl FullPivLu {
         }
         x.fill(0.0);
         for (&column, &value) in self.column_order[..rank].iter().zip(&self.work) {
-            x[column] = self.column_scale[column] * value;
+            x[column] = value;
         }
         Ok(if right_size > 0.0 { miss / right_size } else { 0.0 })
-    }
-
-    /// Chooses `R` and `C` and applies them to the entries.
-    fn equilibrate(&mut self) {
-        self.row_scale.fill(1.0);
-        self.column_scale.fill(1.0);
-        self.drop_negligible();
-        for _ in 0..SCALING_SWEEPS {
-            let rows_changed = self.scale_rows();
-            let columns_changed = self.scale_columns();
-            if !rows_changed && !columns_changed {
-                break;
-            }
-        }
-    }
-
-    /// Sets round-off to zero: it would be blown up to the size of an entry by the scaling.
-    fn drop_negligible(&mut self) {
-        let n = self.n;
-        // `row_scale` holds the largest entry of each row for a moment.
-        self.row_scale.fill(0.0);
-        for column in self.entries.chunks_exact(n.max(1)) {
-            for (largest, value) in self.row_scale.iter_mut().zip(column) {
-                *largest = largest.max(value.abs());
-            }
-        }
-        for column in self.entries.chunks_exact_mut(n.max(1)) {
-            let column_largest = column.iter().fold(0.0_f64, |l, v| l.max(v.abs()));
-            for (&row_largest, value) in self.row_scale.iter().zip(column.iter_mut()) {
-                if value.abs() <= NEGLIGIBLE_ENTRY * row_largest.min(column_largest) {
-                    *value = 0.0;
-                }
-            }
-        }
-        self.row_scale.fill(1.0);
-    }
-
-    /// One half of a sweep; tells whether anything changed.
-    fn scale_rows(&mut self) -> bool {
-        let n = self.n;
-        let mut changed = false;
-        for row in 0..n {
-            let factor = inverse_mean(self.entries[row..].iter().step_by(n));
-            if factor == 1.0 {
-                continue;
-            }
-            for value in self.entries[row..].iter_mut().step_by(n) {
-                *value *= factor;
-            }
-            self.row_scale[row] *= factor;
-            changed = true;
-        }
-        changed
-    }
-
-    /// The other half.
-    fn scale_columns(&mut self) -> bool {
-        let n = self.n;
-        let mut changed = false;
-        for column in 0..n {
-            let entries = &mut self.entries[n * column..n * (column + 1)];
-            let factor = inverse_mean(entries.iter());
-            if factor == 1.0 {
-                continue;
-            }
-            for value in entries {
-                *value *= factor;
-            }
-            self.column_scale[column] *= factor;
-            changed = true;
-        }
-        changed
     }
 
     /// Row, column and size of the largest entry from place `k` on.
@@ -276,30 +189,4 @@ impl FullPivLu {
             }
         }
     }
-}
-
-/// Power of two near the inverse of the geometric mean of the nonzero entries; 1 if there is
-/// none. Works on the binary exponents, which spares the logarithms.
-fn inverse_mean<'a>(entries: impl Iterator<Item = &'a f64>) -> f64 {
-    let mut sum = 0;
-    let mut count = 0;
-    for &value in entries {
-        if value != 0.0 {
-            sum += binary_exponent(value);
-            count += 1;
-        }
-    }
-    if count == 0 {
-        return 1.0;
-    }
-    // Rounded towards zero, so that repeated sweeps come to rest.
-    2.0_f64.powi(-(sum / count))
-}
-
-/// Exponent `e` of `|x| = (1..2) 2^e`; the least one for subnormal numbers.
-fn binary_exponent(x: f64) -> i32 {
-    const MANTISSA_BITS: u32 = 52;
-    const EXPONENT_MASK: u64 = 0x7ff;
-    const BIAS: i32 = 1023;
-    ((x.to_bits() >> MANTISSA_BITS) & EXPONENT_MASK) as i32 - BIAS
 }

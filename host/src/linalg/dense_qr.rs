@@ -69,6 +69,12 @@ impl DenseQr {
         self.qr.set_first_group(rows)
     }
 
+    /// Finds at most this many independent rows, from the next `refactor` on. Rows that depend on others on their
+    /// manifold seem independent, by as little as the distance, off it.
+    pub fn set_rank_limit(&mut self, limit: usize) {
+        self.qr.set_rank_limit(limit);
+    }
+
     /// Rows of `J` found independent, in pivot order.
     pub fn independent_rows(&self) -> &[usize] {
         self.qr.independent_columns()

@@ -24,6 +24,8 @@ pub struct PivotedQr {
     rows: usize,
     columns: usize,
     tolerance: f64,
+    /// Largest rank accepted.
+    rank_limit: usize,
     /// Group of each column of `A`.
     in_first_group: Vec<bool>,
     /// `A`, then `R` on and above the diagonal and the reflectors below it.
@@ -55,6 +57,7 @@ impl PivotedQr {
             rows,
             columns,
             tolerance,
+            rank_limit: usize::MAX,
             in_first_group: vec![true; columns],
             entries: vec![0.0; rows * columns],
             tau: vec![0.0; rows.min(columns)],
@@ -96,6 +99,11 @@ impl PivotedQr {
         &mut self.entries
     }
 
+    /// Accepts at most this many pivots, the largest ones; for matrices whose rank is known.
+    pub fn set_rank_limit(&mut self, limit: usize) {
+        self.rank_limit = limit;
+    }
+
     /// Factors what [`PivotedQr::entries_mut`] was filled with. Allocates nothing.
     ///
     /// # Errors
@@ -110,7 +118,7 @@ impl PivotedQr {
         self.smallest_pivot = 1.0;
 
         // All columns have length one (or zero), so the largest pivot is one too.
-        while self.rank < self.rows.min(self.columns) {
+        while self.rank < self.rows.min(self.columns).min(self.rank_limit) {
             let k = self.rank;
             let Some(place) = self.choose_pivot(k) else {
                 break;

@@ -85,7 +85,7 @@ fn tensor([xx, yy, zz, xy, yz, zx]: [f64; 6]) -> Matrix3<f64> {
 fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
     let name = &record.name.value;
     if let Some(mass) = &record.mass
-        && !(mass.value > 0.0)
+        && mass.value <= 0.0
     {
         found.push(
             Diagnostic::error(codes::BAD_MASS, format!("the mass of `{name}` must be positive"))
@@ -96,7 +96,7 @@ fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
     let Some(inertia) = &record.inertia else { return };
     let moments = nalgebra::SymmetricEigen::new(tensor(inertia.value)).eigenvalues;
     let (least, largest, sum) = (moments.min(), moments.max(), moments.sum());
-    if !(least > 0.0) {
+    if least <= 0.0 || least.is_nan() {
         found.push(
             Diagnostic::error(codes::BAD_INERTIA, format!("the inertia of `{name}` must be positive definite"))
                 .at(inertia.span.clone(), "has a principal moment that is zero or negative")

@@ -123,7 +123,12 @@ impl Words<'_> {
         Ok((Quantity::Point { body, point, level, axes, component }, dimension, place))
     }
 
-    fn angular(&self, record: &OutputRecord, level: Level, dimension: Dimension) -> Found<(Quantity, Dimension, String)> {
+    fn angular(
+        &self,
+        record: &OutputRecord,
+        level: Level,
+        dimension: Dimension,
+    ) -> Found<(Quantity, Dimension, String)> {
         let (body, name) = self.body(record)?;
         let component = component(record, &["x", "y", "z"])?;
         let (axes, axes_name) = self.axes(record)?;
@@ -207,8 +212,7 @@ impl Words<'_> {
         if let Some(index) = instances.iter().position(|e| e.name == of.value && e.class.kind == kind) {
             return Ok((index, &instances[index]));
         }
-        let names: Vec<&str> =
-            instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
+        let names: Vec<&str> = instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
         let message = format!("there is no {} `{}`", kind.word(), of.value);
         Err(unknown_word(codes::UNKNOWN_TARGET, &message, of, &names))
     }

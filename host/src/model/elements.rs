@@ -205,7 +205,7 @@ fn triad(axis: Option<[f64; 3]>, hint: Option<[f64; 3]>) -> Option<Matrix3<f64>>
         None => Vector3::y(),
     };
     let across = hint - z * z.dot(&hint);
-    if !(across.norm() > 1e-9 * hint.norm()) {
+    if across.norm() <= 1e-9 * hint.norm() {
         return None;
     }
     // Once more against the round-off of the first subtraction.
@@ -244,9 +244,12 @@ impl Elements {
         let recording = self.sets[set].record(index).map_err(|fault| panicked(&fault.message))?;
         let misbehaved = |message: String| {
             Box::new(
-                Diagnostic::error(codes::PLUGIN_MISBEHAVED, format!("`{full_name}` gives unusable equations: {message}"))
-                    .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
-                    .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
+                Diagnostic::error(
+                    codes::PLUGIN_MISBEHAVED,
+                    format!("`{full_name}` gives unusable equations: {message}"),
+                )
+                .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
+                .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
             )
         };
         if let Some(row) = unset_row(&recording) {
@@ -299,11 +302,10 @@ fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<D
             )
             .at(parameters::place(record, &error.path), "refused by the element")
         }
-        CreateError::Fault(message) => Diagnostic::error(
-            codes::PLUGIN_PANICKED,
-            format!("`{full_name}` failed while it was created: {message}"),
-        )
-        .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
-        .help("this is a defect of the library; its author will want this message"),
+        CreateError::Fault(message) => {
+            Diagnostic::error(codes::PLUGIN_PANICKED, format!("`{full_name}` failed while it was created: {message}"))
+                .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
+                .help("this is a defect of the library; its author will want this message")
+        }
     })
 }

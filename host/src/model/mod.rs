@@ -44,8 +44,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     let elements = elements::resolve(scene, catalog, &bodies, &mut found);
     if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
         found.push(
-            Diagnostic::error(codes::NOTHING_TO_DO, "no body can move")
-                .help("add a `[[body]]` without `fixed = true`"),
+            Diagnostic::error(codes::NOTHING_TO_DO, "no body can move").help("add a `[[body]]` without `fixed = true`"),
         );
     }
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);

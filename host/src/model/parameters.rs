@@ -54,11 +54,9 @@ pub(super) fn place(record: &ElementRecord, name: &str) -> Range<usize> {
 
 fn unknown(key: &str, span: Range<usize>, specs: &[ParamSpec], type_name: &str) -> Diagnostic {
     let names: Vec<&str> = specs.iter().map(|spec| spec.name.as_str()).collect();
-    let diagnostic = Diagnostic::error(
-        codes::UNKNOWN_ELEMENT_PARAMETER,
-        format!("unknown parameter `{key}` for `{type_name}`"),
-    )
-    .at(span, format!("not a parameter of `{type_name}`"));
+    let diagnostic =
+        Diagnostic::error(codes::UNKNOWN_ELEMENT_PARAMETER, format!("unknown parameter `{key}` for `{type_name}`"))
+            .at(span, format!("not a parameter of `{type_name}`"));
     let nearest = suggest(key, names.iter().copied());
     match nearest.and_then(|nearest| specs.iter().find(|spec| spec.name == nearest)) {
         Some(spec) => diagnostic.help(format!("did you mean `{}`? ({}, {})", spec.name, spec.doc, spec.unit)),

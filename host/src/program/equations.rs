@@ -169,16 +169,13 @@ impl Equations {
         let lift = g.dot3(weight, nodes.r);
         self.potential = g.sub(self.potential, lift);
         let columns = self.form.columns();
-        for k in 0..3 {
-            self.loads[columns * b + k] = weight[k];
-        }
+        self.loads[columns * b..columns * b + 3].copy_from_slice(&weight);
         match self.form {
             Form::Working => {
                 // Euler: J' omega'' = n' - omega' x J' omega'.
                 let gyroscopic = g.cross(nodes.w, momentum);
-                for k in 0..3 {
-                    self.loads[columns * b + 3 + k] = g.neg(gyroscopic[k]);
-                }
+                let negative = g.neg3(gyroscopic);
+                self.loads[columns * b + 3..columns * b + 6].copy_from_slice(&negative);
             }
             Form::Reference => {
                 // Haug 1989, eq. 11.3.18: mass 4 G^T J' G, velocity terms 8 G_rate^T J' G_rate p.
@@ -186,18 +183,16 @@ impl Equations {
                 let spun: V3 = std::array::from_fn(|i| dot4(g, &rate[i], &nodes.p));
                 let carried = g.apply(&inertia, spun);
                 let eight = g.constant(8.0);
-                for k in 0..4 {
-                    let column = [rate[0][k], rate[1][k], rate[2][k]];
+                for (k, column) in transposed(&rate).into_iter().enumerate() {
                     let sum = g.dot3(column, carried);
                     self.loads[columns * b + 3 + k] = g.mul(eight, sum);
                 }
                 let four = g.constant(4.0);
-                for i in 0..4 {
-                    let left = [matrix[0][i], matrix[1][i], matrix[2][i]];
-                    let carried = g.apply(&inertia, left);
-                    for j in 0..=i {
-                        let right = [matrix[0][j], matrix[1][j], matrix[2][j]];
-                        let product = g.dot3(carried, right);
+                let axes = transposed(&matrix);
+                for (i, left) in axes.iter().enumerate() {
+                    let carried = g.apply(&inertia, *left);
+                    for right in &axes[..=i] {
+                        let product = g.dot3(carried, *right);
                         self.mass_p.push(g.mul(four, product));
                     }
                 }
@@ -426,26 +421,21 @@ impl Equations {
         let local = g.apply_transposed(&nodes.a, moment);
         let columns = self.form.columns();
         let at = columns * body;
-        for k in 0..3 {
-            self.loads[at + k] = g.add(self.loads[at + k], force[k]);
-        }
+        let mut generalised = force.to_vec();
         match self.form {
-            Form::Working => {
-                for k in 0..3 {
-                    self.loads[at + 3 + k] = g.add(self.loads[at + 3 + k], local[k]);
-                }
-            }
+            Form::Working => generalised.extend(local),
             Form::Reference => {
                 // Generalised force of the Euler parameters: 2 G^T n'.
                 let matrix = g_matrix(g, &nodes.p);
                 let two = g.constant(2.0);
-                for k in 0..4 {
-                    let column = [matrix[0][k], matrix[1][k], matrix[2][k]];
+                for column in transposed(&matrix) {
                     let sum = g.dot3(column, local);
-                    let doubled = g.mul(two, sum);
-                    self.loads[at + 3 + k] = g.add(self.loads[at + 3 + k], doubled);
+                    generalised.push(g.mul(two, sum));
                 }
             }
+        }
+        for (load, part) in self.loads[at..at + columns].iter_mut().zip(generalised) {
+            *load = g.add(*load, part);
         }
     }
 
@@ -616,14 +606,9 @@ fn body_nodes(g: &mut Graph, layout: &Layout, body: usize, form: Form) -> BodyNo
     let v = g.input_vector(slot(7));
     let zero = g.constant(0.0);
     match form {
-        Form::Working => BodyNodes {
-            r,
-            p,
-            a: rotation_nodes(g, &p, form),
-            v,
-            w: g.input_vector(slot(10)),
-            p_rate: [zero; 4],
-        },
+        Form::Working => {
+            BodyNodes { r, p, a: rotation_nodes(g, &p, form), v, w: g.input_vector(slot(10)), p_rate: [zero; 4] }
+        }
         Form::Reference => {
             let p_rate: [Node; 4] = std::array::from_fn(|k| g.input(slot(13 + k)));
             // omega' = 2 G p_rate.
@@ -693,6 +678,10 @@ fn g_matrix(g: &mut Graph, p: &[Node; 4]) -> [[Node; 4]; 3] {
     let n = |g: &mut Graph, e| g.neg(e);
     let (n1, n2, n3) = (n(g, e1), n(g, e2), n(g, e3));
     [[n1, e0, e3, n2], [n2, n3, e0, e1], [n3, e2, n1, e0]]
+}
+
+fn transposed(m: &[[Node; 4]; 3]) -> [V3; 4] {
+    std::array::from_fn(|k| [m[0][k], m[1][k], m[2][k]])
 }
 
 fn dot4(g: &mut Graph, a: &[Node; 4], b: &[Node; 4]) -> Node {

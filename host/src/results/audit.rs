@@ -40,7 +40,7 @@ impl Audit {
 
     /// Takes the worst violations after a step, and the row of the worst position.
     pub fn violation(&mut self, position: f64, velocity: f64, row: Option<usize>) {
-        if !(position <= self.position_violation) {
+        if position.is_nan() || position > self.position_violation {
             self.worst_row = row;
         }
         self.position_violation = larger(self.position_violation, position);

@@ -78,9 +78,7 @@ pub struct Summary {
     pub rank_safe: u64,
     /// Newton corrections of positions.
     pub position_corrections: u64,
-    /// Evaluations that were moved onto the constraints first, next to a singular position.
-    pub stage_projections: u64,
-    /// Steps shortened so as not to end next to a singular position.
+    /// Steps aimed anew so as to pass over a singular position.
     pub re_aimed: u64,
     /// Reading the scene, loading libraries, resolving, assembly, s.
     pub load_time_s: f64,

@@ -27,6 +27,8 @@ pub struct RunOptions {
     pub plugins: Vec<PathBuf>,
     /// Limit of the audit; the scene's own where absent.
     pub audit_tolerance: Option<f64>,
+    /// Folder for private copies of libraries; the user's cache folder where absent.
+    pub library_copies: Option<PathBuf>,
 }
 
 /// A scene ready to run.
@@ -131,12 +133,15 @@ fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Ca
     let base = path.parent().unwrap_or(Path::new(""));
     let scene_folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|p| base.join(&p.value)).collect();
     let search = SearchPath::standard(&options.plugins, &scene_folders);
-    let mut catalog = Catalog::new();
+    let mut catalog = match &options.library_copies {
+        Some(folder) => Catalog::new().with_copies_in(folder),
+        None => Catalog::new(),
+    };
     let mut diagnostics = Vec::new();
     for request in &scene.plugins.libraries {
         if let Err(error) = catalog.add(&request.value, &search) {
-            let mut diagnostic = Diagnostic::error(error.code(), error.to_string())
-                .at(request.span.clone(), "asked for here");
+            let mut diagnostic =
+                Diagnostic::error(error.code(), error.to_string()).at(request.span.clone(), "asked for here");
             for line in error.help() {
                 diagnostic = diagnostic.help(line);
             }
@@ -194,10 +199,8 @@ fn decide(
         solver.set_mass(&mass)?;
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
-        let picked: Vec<f64> = entries
-            .filter(|((row, _), _)| chosen.binary_search(row).is_ok())
-            .map(|(_, value)| *value)
-            .collect();
+        let picked: Vec<f64> =
+            entries.filter(|((row, _), _)| chosen.binary_search(row).is_ok()).map(|(_, value)| *value).collect();
         let health = solver.refactor(&picked)?;
         *start_health = health.smallest_pivot_ratio;
         Ok(health)
@@ -260,7 +263,9 @@ fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnosti
                 format!("assembly would move `{}` far from where the scene puts it", moved.body),
             )
             .at(span, text)
-            .help("give positions and orientations nearer to an assembled state, or correct the joint that pulls it away");
+            .help(
+                "give positions and orientations nearer to an assembled state, or correct the joint that pulls it away",
+            );
             return Err(SessionError::one(Exit::Assembly, &scene.source, diagnostic));
         }
         warnings.push(

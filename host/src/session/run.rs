@@ -18,7 +18,7 @@ use crate::results::{
 use crate::scene::{Dimension, SampleTime};
 
 /// Relative tolerance where the scene gives none.
-pub const DEFAULT_TOLERANCE: f64 = 1e-9;
+pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 
 /// Engines and what each does.
 pub const ENGINES: &[(&str, &str)] = &[
@@ -161,7 +161,6 @@ impl Session {
         summary.factorisations = counters.factorisations;
         summary.rank_safe = counters.rank_safe;
         summary.position_corrections = counters.position_corrections;
-        summary.stage_projections = counters.stage_projections;
         summary.re_aimed = counters.re_aimed;
         summary.rows = samplings.taken.len() as u64;
         let unit = self.scene.units.factor(Dimension::TIME);
@@ -175,12 +174,7 @@ impl Session {
         if let Some(error) = failed {
             return Err(error);
         }
-        Ok(RunReport {
-            summary,
-            times: samplings.taken,
-            columns: samplings.columns,
-            channels: samplings.channels,
-        })
+        Ok(RunReport { summary, times: samplings.taken, columns: samplings.columns, channels: samplings.channels })
     }
 
     /// The equations of motion in the form that the engine's name stands for.
@@ -192,7 +186,7 @@ impl Session {
                     .map_err(|e| start_error(&self.scene, &e))?;
                 Ok(Box::new(form))
             }
-            "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan.layout, length))),
+            "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
             other => Err(self.unknown_word(other, false)),
         }
     }
@@ -298,9 +292,9 @@ impl Session {
                     summary.code = Some(error.code());
                     return Some(self.files_error(&error));
                 }
-                let diagnostic = self.element_fault(&error).unwrap_or_else(|| {
-                    Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string())
-                });
+                let diagnostic = self
+                    .element_fault(&error)
+                    .unwrap_or_else(|| Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string()));
                 summary.code = Some(diagnostic.code);
                 let exit = if diagnostic.code.starts_with("ODY04") { Exit::Plugin } else { Exit::Integration };
                 Some(SessionError::one(exit, &self.scene.source, diagnostic.help("results up to this time are valid")))
@@ -333,9 +327,8 @@ impl Session {
         let unit = self.scene.units.factor(Dimension::TIME);
         let mut results = Vec::new();
         for record in &self.scene.figures {
-            let find = |name: &str| {
-                names.iter().position(|n| n == name).ok_or_else(|| format!("there is no output `{name}`"))
-            };
+            let find =
+                |name: &str| names.iter().position(|n| n == name).ok_or_else(|| format!("there is no output `{name}`"));
             let figure = || -> Result<(Figure, usize), String> {
                 let channel = find(&record.channel.value)?;
                 let take = match record.take {

@@ -14,12 +14,16 @@ use crate::results::Audit;
 /// An angle that has moved this far from its reference gets a new one, rad.
 const NEW_REFERENCE: f64 = 1.0;
 
-/// Shorter steps tried to avoid the neighbourhood of a singular position before a step ends there after all.
-const MOST_RE_AIMS: u32 = 4;
-/// Tightest tolerance for steps that evaluate next to a singular position.
+/// Steps aimed past a singular position before it is evaluated after all.
+const MOST_AIMS: u32 = 12;
+/// Steps without aiming after that; an accepted step allows one aimed step anew.
+const UNAIMED_STEPS: u32 = 10;
+/// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
+/// times), and it is results that a tolerance is about.
+const INTERPOLATION_MARGIN: f64 = 5.0;
+/// Tightest tolerance for steps that are evaluated next to a singular position after all: accelerations carry round-off
+/// over the cubed distance there.
 const SINGULAR_TOLERANCE: f64 = 1e-10;
-/// Accepted steps after a shortened one during which none is shortened.
-const RE_AIM_PAUSE: u32 = 3;
 
 /// Takes the channels at one sample time, in SI. An error ends the run.
 pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + 'a>;
@@ -77,8 +81,10 @@ pub struct Simulation<'a> {
     progress: Progress<'a>,
     stop: Arc<AtomicBool>,
     row_right: Vec<f64>,
-    may_re_aim: u32,
-    steps_since_re_aim: u32,
+    /// Aimed steps still allowed.
+    aims_left: u32,
+    /// Steps accepted since none was left.
+    unaimed_steps: u32,
     re_aimed: u64,
     rank_safe_seen: u64,
     relaxed: u64,
@@ -104,8 +110,7 @@ impl<'a> Simulation<'a> {
         let nodes: Vec<Node> =
             model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
         let report = Part::new(equations, &nodes);
-        let report_needs_dynamics =
-            report.program.uses_inputs(layout.acceleration_slot()..layout.inputs());
+        let report_needs_dynamics = report.program.uses_inputs(layout.acceleration_slot()..layout.inputs());
         let mut after: Vec<Node> = equations.angles.clone();
         after.extend(&equations.next_discrete);
         let told = equations.graph.calls.clone();
@@ -139,8 +144,8 @@ impl<'a> Simulation<'a> {
             progress,
             stop,
             row_right: vec![0.0; layout.rows],
-            may_re_aim: MOST_RE_AIMS,
-            steps_since_re_aim: RE_AIM_PAUSE,
+            aims_left: MOST_AIMS,
+            unaimed_steps: 0,
             re_aimed: 0,
             rank_safe_seen: 0,
             relaxed: 0,
@@ -162,6 +167,7 @@ impl<'a> Simulation<'a> {
         let inputs = self.formulation.observe(t, &state, true)?.inputs;
         let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
         self.scales.anticipate(&accelerations);
+        self.formulation.next_step(t, &state, true)?;
         self.watch(t, &state)?;
         Ok(state)
     }
@@ -248,6 +254,13 @@ impl<'a> Simulation<'a> {
         Ok(changed)
     }
 
+    /// The step under way touches a singular position at `t`.
+    fn unlucky(&mut self, t: f64) -> Failure {
+        self.aims_left = self.aims_left.saturating_sub(1);
+        self.re_aimed += 1;
+        Failure::Unlucky { at: t, cause: Box::new(AnalysisError::NextToSingular) }
+    }
+
     fn take_sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
         let mut state = std::mem::take(&mut self.sample_state);
         state.copy_from_slice(y);
@@ -273,7 +286,6 @@ fn failure(error: AnalysisError) -> Failure {
         AnalysisError::Element { .. } | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
             Failure::Fatal(Box::new(error))
         }
-        AnalysisError::NextToSingular => Failure::Unlucky(Box::new(error)),
         _ => Failure::Recoverable(Box::new(error)),
     }
 }
@@ -284,7 +296,10 @@ impl System for Simulation<'_> {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
-        self.formulation.rates(t, y, dy).map_err(failure)
+        match self.formulation.rates(t, y, dy) {
+            Err(AnalysisError::NextToSingular) => Err(self.unlucky(t)),
+            result => result.map_err(failure),
+        }
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
@@ -305,35 +320,37 @@ impl System for Simulation<'_> {
                 Group::Work => continue,
             };
             let share = error[k].abs() / size;
-            if !(share <= worst) {
+            if share.is_nan() || share > worst {
                 worst = share;
             }
         }
         // Next to a singular position accelerations carry round-off over the squared distance from it. A tolerance below
         // that noise would drive the step size to zero instead of over the position.
         let rank_safe = self.formulation.counters().rank_safe;
-        let passes_singular = rank_safe > self.rank_safe_seen;
+        let passes_singular = rank_safe > self.rank_safe_seen && self.aims_left == 0;
         self.rank_safe_seen = rank_safe;
-        if passes_singular && self.tolerance < SINGULAR_TOLERANCE {
+        let tolerance = self.tolerance / INTERPOLATION_MARGIN;
+        if passes_singular && tolerance < SINGULAR_TOLERANCE {
             self.relaxed += 1;
             return worst / SINGULAR_TOLERANCE;
         }
-        worst / self.tolerance
+        worst / tolerance
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
         self.formulation.project(t, y).map_err(failure)?;
-        if self.formulation.is_near_singular() && self.may_re_aim > 0 {
-            // A somewhat shorter step ends before the singular position; the next one passes over it.
-            self.may_re_aim -= 1;
-            self.steps_since_re_aim = 0;
-            self.re_aimed += 1;
-            return Err(Failure::Unlucky(Box::new(AnalysisError::NextToSingular)));
+        if self.aims_left > 0 && self.formulation.is_near_singular() {
+            return Err(self.unlucky(t));
         }
-        // Not again at once: steps would creep up to the neighbourhood instead of passing over it.
-        self.steps_since_re_aim += 1;
-        self.may_re_aim = if self.steps_since_re_aim > RE_AIM_PAUSE { MOST_RE_AIMS } else { 0 };
-        Ok(())
+        // A scene that stays next to a singular position must get on nevertheless: no aiming for some steps.
+        if self.aims_left == 0 {
+            self.unaimed_steps += 1;
+        }
+        if self.aims_left > 0 || self.unaimed_steps > UNAIMED_STEPS {
+            self.unaimed_steps = 0;
+            self.aims_left = MOST_AIMS.min(self.aims_left + 1);
+        }
+        self.formulation.next_step(t, y, self.aims_left > 0).map_err(failure)
     }
 
     fn max_step_hint(&self, _: f64, y: &[f64]) -> f64 {

@@ -1,0 +1,261 @@
+//! What can be written on the command line. The texts here are the program's help.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser, Subcommand};
+
+use odyn::scene::Override;
+use odyn::session::RunOptions;
+
+const AFTER_HELP: &str = "\
+Results go to standard output, everything else to standard error. `odyn help COMMAND` has examples.
+
+Exit codes:
+  0    done
+  2    the command line is wrong
+  3    the scene or its model has mistakes
+  4    a plugin is missing, unfit or failed
+  5    the joints cannot be assembled
+  6    the integration ended before its end (results up to there are written)
+  7    the audit or a comparison found more than was allowed
+  8    files cannot be read or written
+  130  interrupted (results up to there are written)";
+
+/// Multibody dynamics with joints and forces from plugins.
+#[derive(Debug, Parser)]
+#[command(name = "odyn", version, after_help = AFTER_HELP)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Integrate a scene and write its results
+    #[command(after_help = "\
+Examples:
+  odyn run scenes/compressor.toml
+  odyn run scenes/compressor.toml -o results/heavy --set piston.mass=0.04
+  odyn run scenes/compressor.toml --tol 1e-11 --t-end \"50 ms\"
+  odyn run scenes/compressor.toml --audit-tol 1e-9 --json -q
+
+Ctrl-C ends the run after the current step with valid results, a second one at once.")]
+    Run(RunArgs),
+    /// Check a scene: mobility, redundant joint equations, reactions that are not unique, warnings
+    #[command(after_help = "\
+Examples:
+  odyn check scenes/compressor.toml
+  odyn check scenes/compressor.toml --strict
+  odyn check scenes/compressor.toml --set rod.length=40mm --json")]
+    Check(CheckArgs),
+    /// Show how a scene would be computed: topology, what is skipped and why, operation counts
+    #[command(after_help = "\
+Examples:
+  odyn plan scenes/compressor.toml
+  odyn plan scenes/compressor.toml --engine reference --json")]
+    Plan(SceneArgs),
+    /// Show the element types that libraries provide
+    Elements {
+        #[command(subcommand)]
+        command: ElementsCommand,
+    },
+    /// Show the libraries of elements
+    Plugin {
+        #[command(subcommand)]
+        command: PluginCommand,
+    },
+    /// Compare two tables of results: largest difference in each common column
+    #[command(after_help = "\
+Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
+
+Examples:
+  odyn compare results/compressor/results.csv tests/reference/compressor.csv
+  odyn compare before/results.csv after/results.csv --tol 1e-9")]
+    Compare(CompareArgs),
+    /// Explain a message by its code
+    #[command(after_help = "\
+Examples:
+  odyn explain ODY0203
+  odyn explain          (all codes)")]
+    Explain(ExplainArgs),
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum ElementsCommand {
+    /// List all element types
+    #[command(after_help = "\
+Examples:
+  odyn elements list
+  odyn elements list --plugin ../my-plugin/target/release --json")]
+    List(PlacesArgs),
+    /// Show frames, rows, channels and parameters of an element type
+    #[command(after_help = "\
+Examples:
+  odyn elements describe revolute
+  odyn elements describe odyn-forces/translational-spring-damper --json")]
+    Describe(DescribeArgs),
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum PluginCommand {
+    /// List all libraries that can be found, without running them
+    #[command(after_help = "\
+Examples:
+  odyn plugin list
+  odyn plugin list --plugin ../my-plugin/target/release
+
+Looked into are --plugin, the folders of the environment variable ODYN_PLUGIN_PATH, and the folder of this program.
+A scene adds its own with `[plugins] path`.")]
+    List(PlacesArgs),
+}
+
+/// A scene and what the command line changes of it.
+#[derive(Debug, Args)]
+pub(super) struct SceneArgs {
+    /// Scene file
+    pub(super) scene: PathBuf,
+    /// Change a parameter, a setting, or a key of a body or element; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) sets: Vec<String>,
+    /// Relative tolerance of the integration
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
+    pub(super) tol: Option<f64>,
+    /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    pub(super) t_end: Option<String>,
+    /// Method of integration
+    #[arg(long, value_name = "NAME")]
+    pub(super) method: Option<String>,
+    /// How the equations of motion are written and evaluated
+    #[arg(long, value_name = "NAME")]
+    pub(super) engine: Option<String>,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Folder of the results [default: results/NAME of the scene file]
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Largest constraint violation and energy error the audit lets pass
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
+    pub(super) audit_tol: Option<f64>,
+    /// Refuse scenes with warnings
+    #[arg(long)]
+    pub(super) strict: bool,
+    /// Also show how the scene is computed
+    #[arg(short, long)]
+    pub(super) verbose: bool,
+    /// Print errors only
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Refuse scenes with warnings
+    #[arg(long)]
+    pub(super) strict: bool,
+}
+
+/// Where to look for libraries.
+#[derive(Debug, Args)]
+pub(super) struct PlacesArgs {
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct DescribeArgs {
+    /// Element type, with or without its package
+    pub(super) name: String,
+    #[command(flatten)]
+    pub(super) places: PlacesArgs,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompareArgs {
+    /// Table to judge
+    pub(super) a: PathBuf,
+    /// Table to judge it by
+    pub(super) b: PathBuf,
+    /// Largest relative difference that passes; beyond it the exit code is 7
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
+    pub(super) tol: Option<f64>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExplainArgs {
+    /// Code of a message, such as ODY0203; all codes if left out
+    pub(super) code: Option<String>,
+}
+
+impl Command {
+    /// Whether standard output is for a program.
+    pub(super) fn wants_json(&self) -> bool {
+        match self {
+            Command::Run(args) => args.scene.json,
+            Command::Check(args) => args.scene.json,
+            Command::Plan(args) => args.json,
+            Command::Elements { command: ElementsCommand::List(args) } => args.json,
+            Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
+            Command::Plugin { command: PluginCommand::List(args) } => args.json,
+            Command::Compare(args) => args.json,
+            Command::Explain(_) => false,
+        }
+    }
+}
+
+impl SceneArgs {
+    /// The options as the library takes them. An option with a key of its own stands for a `--set` behind all others.
+    pub(super) fn options(&self, audit_tolerance: Option<f64>) -> RunOptions {
+        let mut overrides: Vec<Override> = self.sets.iter().map(Override::new).collect();
+        let tolerance = self.tol.map(|value| format!("{value:e}"));
+        let settings = [
+            ("tolerance", tolerance.as_ref()),
+            ("t_end", self.t_end.as_ref()),
+            ("method", self.method.as_ref()),
+            ("engine", self.engine.as_ref()),
+        ];
+        for (key, value) in settings {
+            overrides.extend(value.map(|value| Override::new(format!("simulation.{key}={value}"))));
+        }
+        RunOptions { overrides, plugins: self.plugins.clone(), audit_tolerance, ..RunOptions::default() }
+    }
+
+    /// Where results go unless the user says otherwise: `results/compressor` for `scenes/compressor.toml`.
+    pub(super) fn default_output(&self) -> PathBuf {
+        let stem = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
+        Path::new("results").join(stem)
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("not a positive number".into()),
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("neither zero nor a positive number".into()),
+    }
+}

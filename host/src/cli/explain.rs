@@ -1,0 +1,43 @@
+//! `odyn explain`
+
+use odyn::diagnostics::{codes, suggest};
+
+use super::args::ExplainArgs;
+use super::exit;
+use super::failure::Failure;
+use super::terminal;
+
+/// Explains one code, or lists all.
+pub(super) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
+    let Some(code) = &args.code else {
+        let lines = codes::TABLE.iter().map(|entry| format!("{}  {}\n", entry.code, entry.title));
+        terminal::print(&lines.collect::<String>())?;
+        return Ok(exit::DONE);
+    };
+    let Some(entry) = codes::explain(code) else {
+        let near = suggest(code, codes::TABLE.iter().map(|entry| entry.code));
+        let advice = near.map_or_else(String::new, |near| format!("did you mean `{near}`? "));
+        eprintln!("error: there is no code `{code}`\nhelp: {advice}`odyn explain` lists all codes");
+        return Ok(exit::USAGE);
+    };
+    terminal::print(&format!("{}: {}\n\n{}\n", entry.code, entry.title, wrapped(entry.text)))?;
+    Ok(exit::DONE)
+}
+
+/// Lines of at most 100 characters, broken at blanks.
+fn wrapped(text: &str) -> String {
+    const WIDTH: usize = 100;
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("there is always a line");
+        if line.is_empty() {
+            line.push_str(word);
+        } else if line.chars().count() + 1 + word.chars().count() <= WIDTH {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,108 @@
+//! [`Failure`]: why a command failed.
+
+use serde::Serialize;
+
+use odyn::catalog::CatalogError;
+use odyn::diagnostics::{Diagnostic, Source, codes, render, summary};
+use odyn::results::ResultsError;
+use odyn::session::SessionError;
+
+use super::exit;
+use super::terminal::{self, Stream};
+
+/// An exit code with what the user is told.
+#[derive(Debug)]
+pub(super) struct Failure {
+    /// Exit code of the program.
+    pub(super) exit: u8,
+    diagnostics: Vec<Diagnostic>,
+    source: Source,
+}
+
+impl Failure {
+    /// A failure that has no place in a text.
+    pub(super) fn new(exit: u8, diagnostic: Diagnostic) -> Self {
+        Self { exit, diagnostics: vec![diagnostic], source: Source::new("", "") }
+    }
+
+    /// Diagnostics with the text they point into.
+    pub(super) fn of_source(exit: u8, diagnostics: Vec<Diagnostic>, source: &Source) -> Self {
+        Self { exit, diagnostics, source: source.clone() }
+    }
+
+    /// Prints the failure; for programs also on standard output, so that there is always JSON to read.
+    pub(super) fn tell(&self, json: bool) {
+        if json {
+            #[derive(Serialize)]
+            struct Failed<'a> {
+                status: &'static str,
+                exit_code: u8,
+                diagnostics: Vec<Message<'a>>,
+            }
+            let diagnostics = messages(&self.diagnostics, &self.source);
+            let failed = Failed { status: "failed", exit_code: self.exit, diagnostics };
+            // Standard error gets the same, so a failure here needs no second message.
+            let _ = terminal::print(&terminal::json(&failed));
+        }
+        let mut text = render(&self.diagnostics, &self.source, terminal::color(Stream::Error));
+        if self.diagnostics.len() > 1 && self.diagnostics.iter().any(Diagnostic::is_error) {
+            text.push_str(&summary(&self.diagnostics));
+        }
+        eprintln!("{}", text.trim_end());
+    }
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        let exit = u8::try_from(error.exit_code()).unwrap_or(exit::SCENE);
+        Self { exit, diagnostics: error.diagnostics, source: *error.source }
+    }
+}
+
+impl From<ResultsError> for Failure {
+    fn from(error: ResultsError) -> Self {
+        Self::new(exit::FILES, error.diagnostic())
+    }
+}
+
+impl From<CatalogError> for Failure {
+    fn from(error: CatalogError) -> Self {
+        Self::new(exit::PLUGIN, error.diagnostic())
+    }
+}
+
+/// Standard output that takes no more.
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::new(exit::FILES, Diagnostic::error(codes::CANNOT_WRITE, format!("cannot write the output: {error}")))
+    }
+}
+
+/// A diagnostic for programs.
+#[derive(Debug, Serialize)]
+pub(super) struct Message<'a> {
+    code: &'a str,
+    severity: &'static str,
+    message: &'a str,
+    file: Option<String>,
+    line: Option<usize>,
+    column: Option<usize>,
+    help: &'a [String],
+}
+
+/// Diagnostics for programs, with the place of the culprit as a user counts it.
+pub(super) fn messages<'a>(diagnostics: &'a [Diagnostic], source: &Source) -> Vec<Message<'a>> {
+    let one = |diagnostic: &'a Diagnostic| {
+        let place = diagnostic.span().map(|span| source.locate(span.start));
+        Message {
+            code: diagnostic.code,
+            severity: diagnostic.severity.word(),
+            message: &diagnostic.message,
+            line: place.as_ref().map(|place| place.line),
+            column: place.as_ref().map(|place| place.column),
+            file: place.map(|place| place.name),
+            help: &diagnostic.help,
+        }
+    };
+    diagnostics.iter().map(one).collect()
+}

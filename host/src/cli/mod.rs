@@ -1,0 +1,85 @@
+//! The command line.
+//!
+//! - **Takes**: arguments, Ctrl-C.
+//! - **Gives**: results on standard output, everything else on standard error, an exit code ([`exit`]).
+//! - **May touch**: the terminal, and the library through its public interface.
+//! - **Must not know**: anything the library doesn't offer to everyone.
+//!
+//! | file | content |
+//! |---|---|
+//! | `args.rs` | what can be written on the command line |
+//! | `run.rs` | `run` |
+//! | `inspect.rs` | `check`, `plan` |
+//! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
+//! | `compare.rs`, `explain.rs` | the commands of these names |
+//! | `failure.rs` | why a command failed |
+//! | `terminal.rs` | colours, messages, the progress bar |
+
+mod args;
+mod compare;
+mod elements;
+mod explain;
+mod failure;
+mod inspect;
+mod run;
+mod terminal;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
+mod tests;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command, ElementsCommand, PluginCommand};
+use failure::Failure;
+
+/// Exit codes. Those of mistakes in scenes, plugins, assembly, integration, audit and files are the library's.
+mod exit {
+    use odyn::session::Exit;
+
+    /// Done.
+    pub(super) const DONE: u8 = 0;
+    /// The command line is wrong.
+    pub(super) const USAGE: u8 = 2;
+    /// A scene or model with mistakes.
+    pub(super) const SCENE: u8 = Exit::Scene as u8;
+    /// A plugin that can't be had.
+    pub(super) const PLUGIN: u8 = Exit::Plugin as u8;
+    /// The integration ended before its end.
+    pub(super) const INTEGRATION: u8 = Exit::Integration as u8;
+    /// The audit or a comparison found more than was allowed.
+    pub(super) const AUDIT: u8 = Exit::Audit as u8;
+    /// Files can't be read or written.
+    pub(super) const FILES: u8 = Exit::Files as u8;
+    /// Interrupted by the user, as shells count: 128 + the number of the signal.
+    pub(super) const INTERRUPTED: u8 = 130;
+}
+
+/// Runs the command of the command line.
+pub(crate) fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let json = arguments.command.wants_json();
+    match dispatch(&arguments.command) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            failure.tell(json);
+            ExitCode::from(failure.exit)
+        }
+    }
+}
+
+/// The exit code of a command that had something to say.
+fn dispatch(command: &Command) -> Result<u8, Failure> {
+    match command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => inspect::check(args),
+        Command::Plan(args) => inspect::plan(args),
+        Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),
+        Command::Elements { command: ElementsCommand::Describe(args) } => elements::describe(args),
+        Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
+        Command::Compare(args) => compare::compare(args),
+        Command::Explain(args) => explain::explain(args),
+    }
+}

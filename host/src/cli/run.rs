@@ -1,0 +1,64 @@
+//! `odyn run`
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use odyn::diagnostics::render;
+use odyn::results::{Status, report};
+use odyn::session::Session;
+
+use super::args::RunArgs;
+use super::exit;
+use super::failure::Failure;
+use super::inspect::refuse_warnings;
+use super::terminal::{self, Progress, Stream};
+
+/// Integrates a scene and writes its results.
+pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
+    let stop = stop_on_interrupt();
+    let session = Session::open(&args.scene.scene, &args.scene.options(args.audit_tol))?;
+    if args.strict {
+        refuse_warnings(&session)?;
+    }
+    if !args.quiet {
+        let color = terminal::color(Stream::Error);
+        eprint!("{}", render(&session.warnings, &session.scene.source, color));
+    }
+    if args.verbose {
+        eprintln!("{}", session.plan_report());
+    }
+    let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
+    let progress = Progress::new();
+    let silent = args.quiet || args.scene.json;
+    let listener = if silent { Box::new(|_| ()) } else { progress.listener() };
+    let result = session.run(Some(&folder), listener, &stop);
+    drop(progress);
+    let outcome = result?;
+    let summary = &outcome.summary;
+    if args.scene.json {
+        terminal::print(&summary.to_json())?;
+    } else if !args.quiet {
+        terminal::print(&report(summary, Some(&folder), terminal::color(Stream::Output)))?;
+    } else if summary.status != Status::Completed {
+        // Errors are told even to those who want to hear nothing else.
+        eprintln!("error: {}: {}", summary.status.words(), summary.reason);
+    }
+    Ok(u8::try_from(outcome.exit_code()).unwrap_or(exit::INTEGRATION))
+}
+
+/// A flag that Ctrl-C raises; a second Ctrl-C ends the program at once.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    let handler = move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(exit::INTERRUPTED));
+        }
+        eprintln!("interrupted: the run ends after this step; once more to end at once");
+    };
+    // Without a handler Ctrl-C ends the program; results up to there are whole rows all the same.
+    if let Err(error) = ctrlc::set_handler(handler) {
+        eprintln!("note: Ctrl-C will end the program at once: {error}");
+    }
+    stop
+}

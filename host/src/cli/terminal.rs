@@ -1,0 +1,83 @@
+//! Colours, printing, the progress bar.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+/// Runs that are over sooner show no bar.
+const PATIENCE: Duration = Duration::from_millis(300);
+/// Parts of a whole bar.
+const PARTS: u64 = 1000;
+
+/// Where a text goes.
+#[derive(Clone, Copy)]
+pub(super) enum Stream {
+    /// Results.
+    Output,
+    /// Everything else.
+    Error,
+}
+
+/// Whether colours are wanted: on a terminal that has some, unless `NO_COLOR` is set (no-color.org).
+pub(super) fn color(stream: Stream) -> bool {
+    let terminal = match stream {
+        Stream::Output => io::stdout().is_terminal(),
+        Stream::Error => io::stderr().is_terminal(),
+    };
+    let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    terminal && !refused && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
+}
+
+/// Writes to standard output. A reader that has seen enough (`odyn ... | head`) is no error.
+pub(super) fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}
+
+/// Indented JSON with a newline at the end, of plain structs.
+pub(super) fn json<T: Serialize>(value: &T) -> String {
+    let mut text = serde_json::to_string_pretty(value).expect("plain structs with text keys have a JSON form");
+    text.push('\n');
+    text
+}
+
+/// A bar on standard error, once a run has taken a while; nothing where that is no terminal.
+pub(super) struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    pub(super) fn new() -> Self {
+        let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::with_draw_target(Some(PARTS), ProgressDrawTarget::hidden()).with_style(style);
+        Self { bar }
+    }
+
+    /// What is to be told the share of the run that is done, 0 to 1, after each step.
+    pub(super) fn listener(&self) -> Box<dyn FnMut(f64)> {
+        let bar = self.bar.clone();
+        let started = Instant::now();
+        let mut shown = false;
+        Box::new(move |share: f64| {
+            if !shown && started.elapsed() > PATIENCE {
+                shown = true;
+                bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+            if shown {
+                bar.set_position((share.clamp(0.0, 1.0) * PARTS as f64) as u64);
+            }
+        })
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

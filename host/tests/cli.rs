@@ -1,0 +1,258 @@
+//! The program as a user meets it: exit codes, what goes to which stream, files that are left. The scenes here need no
+//! library of elements.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A brick that tumbles freely.
+const BRICK: &str = r#"
+title = "Brick"
+[units]
+time = "ms"
+[simulation]
+t_end = 2000
+output_step = 100
+[[body]]
+name = "brick"
+mass = 1
+inertia = [1, 2, 2.5]
+angular_velocity = [0.01, 5, 0.01]
+[[output]]
+name = "w1"
+quantity = "angular_velocity"
+of = "brick"
+component = "x"
+[[figure]]
+name = "spin"
+channel = "w1"
+take = "peak"
+published = 3
+"#;
+
+/// A folder of its own for each test, removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("odyn-cli-{}-{test}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        fs::write(path.join("brick.toml"), BRICK).unwrap();
+        Self(path)
+    }
+
+    fn file(&self, name: &str, text: &str) {
+        fs::write(self.0.join(name), text).unwrap();
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_odyn"));
+        command.args(line.split_whitespace()).current_dir(&self.0).env_remove("ODYN_PLUGIN_PATH");
+        command
+    }
+
+    fn odyn(&self, line: &str) -> Ran {
+        Ran(self.command(line).output().unwrap())
+    }
+
+    fn json(&self, path: &str) -> serde_json::Value {
+        serde_json::from_str(&fs::read_to_string(self.0.join(path)).unwrap()).unwrap()
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a process left.
+struct Ran(Output);
+
+impl Ran {
+    #[track_caller]
+    fn ends_with(self, code: i32) -> Self {
+        assert_eq!(self.0.status.code(), Some(code), "stdout: {}\nstderr: {}", self.out(), self.err());
+        self
+    }
+
+    fn out(&self) -> String {
+        String::from_utf8(self.0.stdout.clone()).unwrap()
+    }
+
+    fn err(&self) -> String {
+        String::from_utf8(self.0.stderr.clone()).unwrap()
+    }
+
+    fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.out()).unwrap()
+    }
+}
+
+fn rows(path: &Path) -> usize {
+    fs::read_to_string(path).map_or(0, |text| text.lines().count().saturating_sub(1))
+}
+
+#[test]
+fn a_run_leaves_its_files_and_says_how_it_went() {
+    let scratch = Scratch::new("run");
+    let ran = scratch.odyn("run brick.toml").ends_with(0);
+    let text = ran.out();
+    assert!(text.starts_with("Brick: completed, t = 2000 ms\naudit: constraints "), "{text}");
+    assert!(text.contains("  spin "), "{text}");
+    assert!(!text.contains('\x1b'), "no colours where there is no terminal");
+    assert_eq!(ran.err(), "");
+    assert_eq!(scratch.json("results/brick/summary.json")["status"], "completed");
+    assert_eq!(scratch.json("results/brick/channels.json")["columns"][0]["unit"], "ms");
+    assert_eq!(rows(&scratch.0.join("results/brick/results.csv")), 21);
+}
+
+#[test]
+fn quiet_is_silent_and_json_is_the_summary() {
+    let scratch = Scratch::new("quiet");
+    let quiet = scratch.odyn("run brick.toml -q -o out").ends_with(0);
+    assert_eq!((quiet.out(), quiet.err()), (String::new(), String::new()));
+    let json = scratch.odyn("run brick.toml --json -o out").ends_with(0).json();
+    assert_eq!(json, scratch.json("out/summary.json"));
+    assert_eq!(json["rows"], 21);
+}
+
+#[test]
+fn options_change_the_run() {
+    let scratch = Scratch::new("options");
+    let json = scratch.odyn("run brick.toml --json --t-end 0.5s --tol 1e-6 --set brick.mass=2").ends_with(0).json();
+    assert_eq!((&json["t_end"], &json["tolerance"], &json["rows"]), (&500.0.into(), &1e-6.into(), &6.into()));
+}
+
+#[test]
+fn verbose_shows_the_plan_on_the_error_stream() {
+    let scratch = Scratch::new("verbose");
+    let ran = scratch.odyn("run brick.toml -v").ends_with(0);
+    assert!(ran.err().contains("island 1: 1 body (brick)"), "{}", ran.err());
+    assert!(!ran.out().contains("island"), "{}", ran.out());
+}
+
+#[test]
+fn an_early_end_keeps_its_results_and_has_its_code() {
+    let scratch = Scratch::new("early");
+    let ran =
+        scratch.odyn("run brick.toml --set simulation.max_steps=3 --set simulation.max_step=150 -o out").ends_with(6);
+    assert!(ran.out().contains("stopped early"), "{}", ran.out());
+    let summary = scratch.json("out/summary.json");
+    assert_eq!((&summary["status"], &summary["code"]), (&"stopped_early".into(), &"ODY0604".into()));
+    let written = rows(&scratch.0.join("out/results.csv"));
+    assert!(written > 0 && written < 21, "{written} rows");
+    assert_eq!(summary["rows"], written);
+    let quiet = scratch.odyn("run brick.toml --set simulation.max_steps=3 -q").ends_with(6);
+    assert!(quiet.out().is_empty() && quiet.err().contains("stopped early"), "{}", quiet.err());
+}
+
+#[test]
+fn an_audit_above_its_limit_has_its_code() {
+    let scratch = Scratch::new("audit");
+    scratch.odyn("run brick.toml --audit-tol 0.1").ends_with(0);
+    let ran = scratch.odyn("run brick.toml --audit-tol 1e-300").ends_with(7);
+    assert!(ran.out().contains("above the limit 1e-300"), "{}", ran.out());
+}
+
+#[test]
+fn an_inertia_that_no_body_has_is_refused_only_when_strict() {
+    let scratch = Scratch::new("strict");
+    scratch.file("odd.toml", &BRICK.replace("[1, 2, 2.5]", "[1, 2, 4]"));
+    for command in ["run", "check"] {
+        scratch.odyn(&format!("{command} odd.toml")).ends_with(0);
+        let refused = scratch.odyn(&format!("{command} odd.toml --strict")).ends_with(3);
+        assert!(refused.err().contains("ODY0309") && refused.out().is_empty(), "{}", refused.err());
+    }
+}
+
+#[test]
+fn a_check_and_a_plan_are_results() {
+    let scratch = Scratch::new("inspect");
+    assert!(scratch.odyn("check brick.toml").ends_with(0).out().contains("mobility 6"));
+    assert_eq!(scratch.odyn("check brick.toml --json").ends_with(0).json()["report"]["mobility"], 6);
+    assert!(scratch.odyn("plan brick.toml").ends_with(0).out().contains("island 1"));
+    assert!(scratch.odyn("plan brick.toml --json").ends_with(0).json()["report"]["islands"].is_array());
+    assert!(!scratch.0.join("results").exists(), "nothing was run");
+}
+
+#[test]
+fn mistakes_have_place_and_code() {
+    let scratch = Scratch::new("mistakes");
+    scratch.file("typo.toml", &BRICK.replace("mass = 1", "mas = 1"));
+    let ran = scratch.odyn("run typo.toml --json").ends_with(3);
+    assert!(ran.err().contains("typo.toml:10:1"), "{}", ran.err());
+    let json = ran.json();
+    let typo = json["diagnostics"].as_array().unwrap().iter().find(|one| one["code"] == "ODY0102").unwrap();
+    assert_eq!((&typo["line"], &typo["column"], &typo["file"]), (&10.into(), &1.into(), &"typo.toml".into()));
+    assert_eq!((&typo["severity"], &json["exit_code"]), (&"error".into(), &3.into()));
+    scratch.odyn("run nowhere.toml").ends_with(8);
+    scratch.odyn("run brick.toml --method magic").ends_with(3);
+    scratch.odyn("run brick.toml --tol zero").ends_with(2);
+    scratch.odyn("dance").ends_with(2);
+    scratch.odyn("").ends_with(2);
+}
+
+#[test]
+fn a_missing_library_has_its_code() {
+    let scratch = Scratch::new("library");
+    scratch.file("needs.toml", &format!("plugins.libraries = [\"no-such-library\"]\n{BRICK}"));
+    let ran = scratch.odyn("run needs.toml").ends_with(4);
+    assert!(ran.err().contains("ODY0401") && ran.err().contains("needs.toml:1:"), "{}", ran.err());
+    scratch.odyn("elements describe no-such-element").ends_with(4);
+}
+
+#[test]
+fn results_that_cannot_be_written_have_their_code() {
+    let scratch = Scratch::new("blocked");
+    let ran = scratch.odyn("run brick.toml -o brick.toml").ends_with(8);
+    assert!(ran.err().contains("ODY0801") && ran.err().contains("brick.toml"), "{}", ran.err());
+}
+
+#[test]
+fn tables_are_compared() {
+    let scratch = Scratch::new("compare");
+    scratch.odyn("run brick.toml -o a -q").ends_with(0);
+    scratch.odyn("run brick.toml -o b -q --set brick.angular_velocity=[0.011,5,0.01]").ends_with(0);
+    assert!(scratch.odyn("compare a a/results.csv --tol 0").ends_with(0).out().contains("w1"));
+    let apart = scratch.odyn("compare a b --tol 1e-6").ends_with(7);
+    assert!(apart.err().contains("beyond 1e-6: w1"), "{}", apart.err());
+    scratch.odyn("compare a b").ends_with(0);
+    assert!(scratch.odyn("compare a b --json").ends_with(0).json()["columns"][0]["relative"].is_number());
+    scratch.odyn("compare a nowhere").ends_with(8);
+}
+
+#[test]
+fn codes_are_explained() {
+    let scratch = Scratch::new("explain");
+    assert!(scratch.odyn("explain ody0203").ends_with(0).out().starts_with("ODY0203: "));
+    assert!(scratch.odyn("explain").ends_with(0).out().lines().count() > 60);
+    assert!(scratch.odyn("explain ODY0299").ends_with(2).err().contains("no code `ODY0299`"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_valid_results() {
+    let scratch = Scratch::new("interrupt");
+    // Far more than any machine computes while this test waits.
+    let mut command = scratch.command("run brick.toml --t-end 1e9 -o out --set simulation.max_steps=2000000000");
+    let mut run = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let table = scratch.0.join("out/results.csv");
+    for _ in 0..600 {
+        if rows(&table) > 0 {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    let summary = scratch.json("out/summary.json");
+    assert_eq!((&summary["status"], &summary["code"]), (&"stopped_early".into(), &"ODY0603".into()));
+    assert_eq!(summary["rows"], rows(&table));
+    let text = fs::read_to_string(&table).unwrap();
+    assert!(text.ends_with('\n') && text.lines().all(|line| line.split(',').count() == 2));
+}
