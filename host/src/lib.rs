@@ -1,4 +1,30 @@
-//! O-DYN host.
+//! O-DYN: multibody dynamics with joints and forces from plugins.
+//!
+//! The host knows no joint. A scene names libraries; their elements hand over their equations as data, once; the host
+//! prunes, differentiates and evaluates the equations of the whole scene as one graph, and integrates them.
+//!
+//! # The flow, and the rooms
+//! scene file -> [`scene`] -> [`catalog`] -> [`model`] -> [`plan`] -> [`program`] -> [`analysis`] -> [`integrate`] ->
+//! [`results`], put together by [`session`].
+//!
+//! | room | takes -> gives | must not know |
+//! |---|---|---|
+//! | [`scene`] | text -> plain records with places, in SI units; all mistakes at once | plugins, mathematics |
+//! | [`catalog`] | library names -> element classes, loaded and checked | scenes, equations |
+//! | [`model`] | scene + catalog -> bodies, markers, elements with recorded equations, channels | vector offsets, solvers |
+//! | [`plan`] | model + Jacobian at the start -> independent rows, unique reactions, what is skipped | integrators |
+//! | [`program`] | recorded equations -> one graph with derivatives; programs that evaluate parts | integrators, files |
+//! | [`analysis`] | programs -> assembly, accelerations and multipliers, projection | step control, files |
+//! | [`integrate`] | a system of differential equations -> steps, samples | mechanics, plugins |
+//! | [`results`] | numbers -> files, figures, audit, report | how numbers were obtained |
+//! | [`session`] | all of them, in this order | |
+//!
+//! Leaves that any room may use: [`diagnostics`] (messages with places) and [`linalg`] (linear systems, ranks). A room
+//! uses only rooms before it and the leaves; a test guards the edges.
+//!
+//! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
+//! [`program::Program`] (constant), [`program::Workspace`] (scratch, allocated once).
+
 pub mod analysis;
 pub mod catalog;
 pub mod diagnostics;

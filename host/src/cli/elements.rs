@@ -107,6 +107,10 @@ pub(super) fn plugins(args: &PlacesArgs) -> Result<u8, Failure> {
         let problem = manifest.as_ref().err().map(CatalogError::to_string);
         let manifest = manifest.ok();
         let of = |get: fn(&Manifest) -> &String| manifest.as_ref().map(|m| get(m).clone());
+        // A build leaves copies of a library in two folders; they are one library.
+        if found.iter().any(|known| same_content(&known.path, &path)) {
+            continue;
+        }
         found.push(Plugin {
             hidden: manifest.as_ref().is_some_and(|m| found.iter().any(|f| f.package.as_ref() == Some(&m.package))),
             package: of(|m| &m.package),
@@ -170,6 +174,12 @@ fn first_of_each(found: Vec<(PathBuf, Manifest)>) -> Vec<(PathBuf, Manifest)> {
         }
     }
     first
+}
+
+fn same_content(a: &Path, b: &Path) -> bool {
+    let size = |path: &Path| std::fs::metadata(path).map(|data| data.len()).ok();
+    let content = |path: &Path| std::fs::read(path).ok();
+    size(a).is_some() && size(a) == size(b) && content(a) == content(b)
 }
 
 fn nothing_found() -> &'static str {

@@ -43,6 +43,11 @@ pub trait Integrator: Send {
     /// Name under which [`by_name`] finds the method.
     fn name(&self) -> &'static str;
 
+    /// Whether the method has no error control, so that [`Options::fixed_step`] must be given.
+    fn needs_fixed_step(&self) -> bool {
+        false
+    }
+
     /// Integrates from `span.t_start` to `span.t_end`. `y` is the state at the start, already
     /// on its manifold, and holds the last accepted state on return, whatever the result.
     ///

@@ -17,6 +17,10 @@ impl Integrator for Rk4 {
         "rk4"
     }
 
+    fn needs_fixed_step(&self) -> bool {
+        true
+    }
+
     fn integrate(
         &mut self,
         system: &mut dyn System,

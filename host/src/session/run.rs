@@ -96,6 +96,9 @@ impl Session {
         let method_name = self.scene.simulation.method.as_ref().map_or("auto", |m| m.value.as_str()).to_string();
         let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
         let mut method = integrate::by_name(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
+        if method.needs_fixed_step() && self.scene.simulation.max_step.is_none() {
+            return Err(self.no_step(method.name()));
+        }
         let formulation = self.formulation(&engine_name)?;
         let simulation = self.scene.simulation.clone();
         let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
@@ -147,7 +150,7 @@ impl Session {
                 first_step: simulation.first_step,
                 max_step: simulation.max_step,
                 max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
-                fixed_step: if method.name() == "rk4" { simulation.max_step } else { None },
+                fixed_step: simulation.max_step.filter(|_| method.needs_fixed_step()),
                 ..Options::default()
             };
             let span = Span { t_start, t_end, sample_times: &sample_times };
@@ -204,6 +207,15 @@ impl Session {
         let nearest = suggest(word, names.iter().copied()).map(|nearest| format!("did you mean `{nearest}`?"));
         let known = format!("known are {}", names.join(", "));
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
+    }
+
+    fn no_step(&self, method: &str) -> SessionError {
+        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{method}` needs a step size"));
+        if let Some(written) = &self.scene.simulation.method {
+            diagnostic = diagnostic.at(written.span.clone(), "has no error control");
+        }
+        let help = "give it as `max_step` in [simulation], or use a method that chooses its steps: dop853";
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help(help))
     }
 
     fn files_error(&self, error: &ResultsError) -> SessionError {

@@ -1,0 +1,201 @@
+//! The edges between the rooms of the host, and what the host must not know. The map is in the documentation of
+//! `host/src/lib.rs`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::support::root;
+
+/// Each room with the rooms it may use. A new edge is a decision about the architecture, not a repair of this test.
+const ROOMS: &[(&str, &[&str])] = &[
+    ("diagnostics", &[]),
+    ("linalg", &[]),
+    ("scene", &["diagnostics"]),
+    ("catalog", &["diagnostics"]),
+    ("model", &["scene", "catalog", "diagnostics"]),
+    ("plan", &["model", "linalg"]),
+    ("program", &["model", "plan"]),
+    ("analysis", &["model", "plan", "program", "linalg"]),
+    ("integrate", &[]),
+    ("results", &["diagnostics"]),
+    (
+        "session",
+        &["diagnostics", "linalg", "scene", "catalog", "model", "plan", "program", "analysis", "integrate", "results"],
+    ),
+];
+
+/// The files of a folder and those below it.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+fn is_test(path: &Path) -> bool {
+    path.components().any(|part| matches!(part.as_os_str().to_str(), Some("tests" | "tests.rs")))
+}
+
+/// A file without its comments and documentation.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    let line = |line: &str| line.split("//").next().unwrap_or_default().to_string() + "\n";
+    text.lines().map(line).collect()
+}
+
+/// The rooms that a text names as `crate::room`, also in lists `use crate::{room, ...}`, and, seen from the module of the
+/// command line, as `odyn::room`.
+fn rooms_in(text: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for root in ["crate::", "odyn::"] {
+        for (at, _) in text.match_indices(root) {
+            let rest = &text[at + root.len()..];
+            let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+            match rest.strip_prefix('{') {
+                None => {
+                    found.insert(word(rest));
+                }
+                Some(list) => {
+                    // Names at the first level of the list.
+                    let mut depth = 0;
+                    let mut begins = true;
+                    for (k, c) in list.char_indices() {
+                        match c {
+                            '{' => depth += 1,
+                            '}' if depth == 0 => break,
+                            '}' => depth -= 1,
+                            ',' => begins = depth == 0,
+                            c if begins && depth == 0 && c.is_alphabetic() => {
+                                found.insert(word(&list[k..]));
+                                begins = false;
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn lists_of_rooms_are_read() {
+    let found = rooms_in("use crate::{scene::{self, read}, model}; let x = crate::plan::Plan::new(); odyn::linalg::f");
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["linalg", "model", "plan", "scene"]);
+}
+
+#[test]
+fn rooms_use_only_the_rooms_they_may() {
+    let mut edges = 0;
+    for (room, allowed) in ROOMS {
+        for file in files(&root().join("host/src").join(room)) {
+            if is_test(&file) {
+                continue;
+            }
+            for used in rooms_in(&code(&file)) {
+                if used == *room {
+                    continue;
+                }
+                edges += 1;
+                assert!(allowed.contains(&used.as_str()), "{} uses `{used}`, `{room}` may not", file.display());
+            }
+        }
+    }
+    assert!(edges > 40, "{edges} edges were seen: is this test still reading the right files?");
+}
+
+#[test]
+fn every_room_is_in_the_table() {
+    let mut rooms: Vec<String> = Vec::new();
+    for entry in fs::read_dir(root().join("host/src")).unwrap() {
+        let entry = entry.unwrap();
+        if entry.path().is_dir() {
+            rooms.push(entry.file_name().into_string().unwrap());
+        }
+    }
+    rooms.sort();
+    // The command line belongs to the program and sees the library from outside.
+    let mut known: Vec<&str> = ROOMS.iter().map(|(room, _)| *room).chain(["cli"]).collect();
+    known.sort_unstable();
+    assert_eq!(rooms, known);
+}
+
+#[test]
+fn every_room_says_what_it_is() {
+    for room in ROOMS.iter().map(|(room, _)| *room).chain(["cli"]) {
+        let text = fs::read_to_string(root().join("host/src").join(room).join("mod.rs")).unwrap();
+        assert!(text.starts_with("//!"), "{room}/mod.rs opens with its documentation");
+        let mut at = 0;
+        for part in ["**Takes**", "**Gives**", "**May touch**", "**Must not know**"] {
+            let found = text[at..].find(part);
+            at += found.unwrap_or_else(|| panic!("{room}/mod.rs does not say what it {part}, in this order"));
+        }
+    }
+}
+
+/// Names of the elements in the libraries of this repository, read from their sources.
+fn element_names() -> Vec<String> {
+    let mut names = Vec::new();
+    for library in ["joints", "forces", "compressor"] {
+        for file in files(&root().join("plugins").join(library).join("src")) {
+            let text = code(&file);
+            let parts = text.split("const NAME: &'static str = \"").skip(1);
+            names.extend(parts.filter_map(|part| part.split('"').next()).map(str::to_string));
+        }
+    }
+    names
+}
+
+#[test]
+fn the_host_knows_no_element() {
+    let names = element_names();
+    assert!(names.len() >= 10 && names.iter().any(|name| name == "revolute"), "{names:?}");
+    // Explanations and help may use elements as examples.
+    let examples = ["diagnostics/codes.rs", "cli/args.rs"];
+    for file in files(&root().join("host/src")) {
+        if is_test(&file) || examples.iter().any(|example| file.ends_with(example)) {
+            continue;
+        }
+        let text = code(&file);
+        let words: BTreeSet<&str> = text.split(|c: char| !(c.is_alphanumeric() || c == '-')).collect();
+        for name in &names {
+            let as_type: String = name.split('-').map(|w| w[..1].to_uppercase() + &w[1..]).collect();
+            let as_text = format!("\"{name}\"");
+            let known = text.contains(&as_text) || (as_type != "Fixed" && words.contains(as_type.as_str()));
+            assert!(!known, "{} knows the element `{name}`", file.display());
+        }
+        for crate_name in ["odyn_joints", "odyn_forces", "odyn_compressor"] {
+            assert!(!text.contains(crate_name), "{} knows the library `{crate_name}`", file.display());
+        }
+    }
+}
+
+#[test]
+fn crates_depend_on_what_they_may() {
+    for (folder, allowed) in [
+        ("plugins/joints", &["element-api"][..]),
+        ("plugins/forces", &["element-api"]),
+        ("plugins/compressor", &["element-api"]),
+    ] {
+        let manifest: toml::Table =
+            fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap().parse().unwrap();
+        for section in ["dependencies", "dev-dependencies", "build-dependencies"] {
+            let names = manifest.get(section).and_then(|d| d.as_table()).into_iter().flat_map(|d| d.keys());
+            for name in names {
+                assert!(allowed.contains(&name.as_str()), "{folder} may not depend on {name}");
+            }
+        }
+    }
+    let host: toml::Table = fs::read_to_string(root().join("host/Cargo.toml")).unwrap().parse().unwrap();
+    let host = host["dependencies"].as_table().unwrap();
+    assert!(host.keys().all(|name| !name.starts_with("odyn")), "the host links no library of elements");
+}
