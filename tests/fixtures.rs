@@ -36,7 +36,8 @@ fn cargo_build(fixture: &str, package: &str, folder: &Path) -> PathBuf {
     write_if_new(&folder.join("src/lib.rs"), &fs::read_to_string(original.join("src/lib.rs")).unwrap());
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
     let target = kept("strangers-target");
-    let (profile, flags): (_, &[&str]) = if cfg!(debug_assertions) { ("debug", &[]) } else { ("release", &["--release"]) };
+    let (profile, flags): (_, &[&str]) =
+        if cfg!(debug_assertions) { ("debug", &[]) } else { ("release", &["--release"]) };
     let output = Command::new(env!("CARGO"))
         .args(["build", "--offline", "--quiet"])
         .args(flags)

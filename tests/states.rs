@@ -91,10 +91,8 @@ impl<F: Form> Element for Fuse<F> {
 }
 
 impl<F: Form> Force for Fuse<F> {
-    const CHANNELS: &'static [ChannelSpec] = &[
-        ChannelSpec::new("steps", "1", "accepted steps"),
-        ChannelSpec::new("whole", "1", "1 until it tears, then 0"),
-    ];
+    const CHANNELS: &'static [ChannelSpec] =
+        &[ChannelSpec::new("steps", "1", "accepted steps"), ChannelSpec::new("whole", "1", "1 until it tears, then 0")];
 
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
         out.force(0, at.frames()[0].position * (at.memory[1] * -4.0));
@@ -220,7 +218,8 @@ component = "x"
     for report in [run_linked(scene, library::<RecordedForm>()), run_linked(scene, library::<OpaqueForm>())] {
         for (k, t) in report.times.iter().enumerate() {
             let decay = (-t / 0.5).exp();
-            for (name, exact) in [("F", 10.0 * decay), ("v", 2.5 * (1.0 - decay)), ("x", 2.5 * (t - 0.5 * (1.0 - decay)))]
+            for (name, exact) in
+                [("F", 10.0 * decay), ("v", 2.5 * (1.0 - decay)), ("x", 2.5 * (t - 0.5 * (1.0 - decay)))]
             {
                 let value = column(&report, name)[k];
                 assert!((value - exact).abs() < 1e-8, "{name}({t}) = {value}, not {exact}");

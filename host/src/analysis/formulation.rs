@@ -34,7 +34,7 @@ pub struct Counters {
     pub rank_safe: u64,
     /// Newton corrections of positions.
     pub position_corrections: u64,
-    /// Evaluations brought to the constraints first, because a singular position is near.
+    /// Evaluations brought to the constraints first, because the rows in use get close to dependent.
     pub stage_projections: u64,
     /// Steps aimed anew so as to pass over a singular position.
     pub re_aimed: u64,

@@ -21,9 +21,10 @@ const NEAR_SINGULAR: f64 = 0.05;
 /// The same for evaluations. Round-off in the positions reaches the accelerations divided by the cube of the distance.
 const TOO_NEAR: f64 = 0.01;
 /// Share of the smallest singular value at the start below which steps are taken with care: with the rank-safe engine, and
-/// where the constraints themselves are getting close to dependent, with stages brought to the constraints before they are
-/// evaluated. Off the constraints the acceleration has a pole at a singular position, (offset) / (distance), which a method
-/// would approach with ever smaller steps; on them it is smooth.
+/// with stages brought to the constraints before they are evaluated. Two reasons, both about states off the constraints,
+/// where the stages of a method are by its local error. At a singular position the acceleration there has a pole,
+/// (offset) / (distance), which a method would approach with ever smaller steps. And redundant rows contradict each other
+/// there, so that it makes a difference which of them the rank-safe engine picks. On the constraints neither is the case.
 const APPROACH: f64 = 0.5;
 /// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
 /// where they really vanish.
@@ -112,11 +113,8 @@ pub struct WorkingForm {
     /// Whether the correction solved last went through the rank-safe engine.
     corrected_safely: bool,
     accelerations: Vec<f64>,
-    /// Use the rank-safe engine for the step under way: the sparse one's rows are getting close to dependent, and two
-    /// engines in one step would differ off the constraints.
+    /// Take the step under way with care, see [`APPROACH`].
     careful: bool,
-    /// Bring states to the constraints before they are evaluated.
-    projects_stages: bool,
     /// The state that is evaluated.
     stage: Vec<f64>,
     /// Refuse to evaluate next to a singular position.
@@ -164,7 +162,6 @@ impl WorkingForm {
             accelerations: vec![0.0; layout.velocities()],
             force: vec![0.0; layout.velocities()],
             careful: false,
-            projects_stages: false,
             stage: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             keep_away: false,
             key: Vec::with_capacity(7 * layout.bodies + 1),
@@ -440,8 +437,8 @@ impl Formulation for WorkingForm {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
         stage.copy_from_slice(state);
-        let projected = if self.projects_stages { self.project(t, &mut stage) } else { Ok(()) };
-        self.counters.stage_projections += u64::from(self.projects_stages);
+        let projected = if self.careful { self.project(t, &mut stage) } else { Ok(()) };
+        self.counters.stage_projections += u64::from(self.careful);
         self.load(t, &stage);
         self.stage = stage;
         projected?;
@@ -503,7 +500,6 @@ impl Formulation for WorkingForm {
         engine.geometry.evaluate(&self.inputs, &self.sets)?;
         let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
         self.careful = !is_healthy(&health, APPROACH * APPROACH * self.start_health);
-        self.projects_stages = false;
         if self.careful {
             // On the constraints the rank is what it is; a scene that starts in a singular position may gain some.
             self.safe.solver.set_rank_limit(usize::MAX);
@@ -512,7 +508,6 @@ impl Formulation for WorkingForm {
             self.safe.factor(Source::Geometry, &self.key, &mut self.counters)?;
             self.start.rank = self.start.rank.max(self.safe.health.rank);
             self.safe.solver.set_rank_limit(self.start.rank);
-            self.projects_stages = self.is_singular(APPROACH);
         }
         Ok(())
     }

@@ -210,7 +210,8 @@ impl Session {
     }
 
     fn no_step(&self, method: &str) -> SessionError {
-        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{method}` needs a step size"));
+        let mut diagnostic =
+            Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{method}` needs a step size"));
         if let Some(written) = &self.scene.simulation.method {
             diagnostic = diagnostic.at(written.span.clone(), "has no error control");
         }
