@@ -128,8 +128,7 @@ fn the_formulation_of_the_paper_gives_the_same_motion() {
         let end = format!("simulation.t_end={end}");
         let working = support::run(scene, &[&end]);
         let paper = support::run(scene, &[&end, "simulation.engine=reference"]);
-        assert_eq!(paper.summary.engine, "reference");
-        assert_ne!(working.summary.engine, "reference");
+        assert!(paper.summary.engine.starts_with("reference") && !working.summary.engine.starts_with("reference"));
         assert_same_motion(&paper, &working, 1e-9);
     }
 }

@@ -167,10 +167,10 @@ fn the_host_knows_no_element() {
         }
         let text = code(&file);
         let words: BTreeSet<&str> = text.split(|c: char| !(c.is_alphanumeric() || c == '-')).collect();
-        for name in &names {
+        // A body may be `fixed` too.
+        for name in names.iter().filter(|name| *name != "fixed") {
             let as_type: String = name.split('-').map(|w| w[..1].to_uppercase() + &w[1..]).collect();
-            let as_text = format!("\"{name}\"");
-            let known = text.contains(&as_text) || (as_type != "Fixed" && words.contains(as_type.as_str()));
+            let known = text.contains(&format!("\"{name}\"")) || words.contains(as_type.as_str());
             assert!(!known, "{} knows the element `{name}`", file.display());
         }
         for crate_name in ["odyn_joints", "odyn_forces", "odyn_compressor"] {

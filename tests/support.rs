@@ -101,13 +101,16 @@ pub fn column<'a>(report: &'a RunReport, name: &str) -> &'a [f64] {
     &report.columns[k.unwrap_or_else(|| panic!("no channel `{name}`"))]
 }
 
+/// A column that stays below this is zero but for rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// The largest difference of two columns as a share of the largest value of the second (or as it is, where that is zero).
 pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len(), "as many samples");
     let peak = b.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
     // `max` would lose what is not a number.
     let largest = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |x: f64, y| if y <= x { x } else { y });
-    if peak > 0.0 { largest / peak } else { largest }
+    if peak > ROUNDING { largest / peak } else { largest }
 }
 
 /// Asserts that two runs have the same columns to within a share of each one's peak.

@@ -496,10 +496,14 @@ impl Formulation for WorkingForm {
     fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
         self.keep_away = keep_away;
         self.load(t, state);
-        let Some(engine) = &mut self.regular else { return Ok(()) };
-        engine.geometry.evaluate(&self.inputs, &self.sets)?;
-        let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
-        self.careful = !is_healthy(&health, APPROACH * APPROACH * self.start_health);
+        self.careful = match &mut self.regular {
+            Some(engine) => {
+                engine.geometry.evaluate(&self.inputs, &self.sets)?;
+                let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
+                !is_healthy(&health, APPROACH * APPROACH * self.start_health)
+            }
+            None => self.layout.rows > self.start.rank,
+        };
         if self.careful {
             // On the constraints the rank is what it is; a scene that starts in a singular position may gain some.
             self.safe.solver.set_rank_limit(usize::MAX);

@@ -43,8 +43,11 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     let bodies = bodies::resolve(scene, &mut found);
     let elements = elements::resolve(scene, catalog, &bodies, &mut found);
     if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
+        let place = scene.bodies.first().map_or(scene.simulation.span.clone(), |body| body.name.span.clone());
         found.push(
-            Diagnostic::error(codes::NOTHING_TO_DO, "no body can move").help("add a `[[body]]` without `fixed = true`"),
+            Diagnostic::error(codes::NOTHING_TO_DO, "no body can move")
+                .at(place, "")
+                .help("add a `[[body]]` without `fixed = true`"),
         );
     }
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);

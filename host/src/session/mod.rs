@@ -1,6 +1,19 @@
 //! The flow from a scene file to results: read, resolve, plan, compile, assemble, integrate, report (the paper's Fig. 12).
 //!
-//! The one place that knows every room. Each step takes what the rooms before it gave; no room calls forward.
+//! - **Takes**: a scene file or a [`crate::scene::Scene`], options, somebody to tell the progress to, a flag that stops.
+//! - **Gives**: a [`Session`] ready to run, what `check` and `plan` report, a [`RunReport`]; or a [`SessionError`] with its
+//!   exit code.
+//! - **May touch**: every room. It is the one place that knows all of them; each step takes what the rooms before it gave,
+//!   and no room calls forward.
+//! - **Must not know**: elements by name, the terminal, arguments of the command line.
+//!
+//! | file | content |
+//! |---|---|
+//! | `open.rs` | everything before time starts |
+//! | `run.rs` | from the start to results |
+//! | `simulation.rs` | the equations of motion as the integrators see them |
+//! | `report.rs` | what `check` and `plan` say |
+//! | `error.rs` | why there is no result |
 
 mod error;
 mod open;
