@@ -229,7 +229,9 @@ fn write(case: &Case) -> Written {
 /// Opens and runs; the error of either.
 fn fail(written: &Written, sets: &[&str]) -> Result<(), SessionError> {
     let session = Session::open(&written.scene, &options(sets, &written.plugins))?;
-    session.run(Some(&written.scratch.path().join("out")), Box::new(|_| ()), &Default::default()).map(|r| eprintln!("{:?}",r.summary))
+    session
+        .run(Some(&written.scratch.path().join("out")), Box::new(|_| ()), &Default::default())
+        .map(|r| eprintln!("{:?}", r.summary))
 }
 
 /// A message with what differs between machines replaced.

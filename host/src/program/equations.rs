@@ -6,12 +6,13 @@
 
 use element_api::Kind;
 use element_api::recording::{Input, Role};
-use element_api::set::Layout as CallLayout;
 
 use super::derivative::{Seeds, derivatives};
-use super::graph::{Call, Graph, Node};
+use super::graph::{Graph, Node};
 use super::import::import;
-use super::vector::{M3, V3};
+use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
+use super::opaque::opaque_results;
+use super::vector::V3;
 use crate::model::{Body, Instance, Marker, Model};
 use crate::plan::Layout;
 
@@ -66,23 +67,6 @@ pub struct ElementEquations {
     pub loads: Vec<FrameLoad>,
     /// Reported values of a force element.
     pub channels: Vec<Node>,
-}
-
-/// A body's kinematics.
-#[derive(Debug, Clone)]
-pub struct BodyNodes {
-    /// Centre of mass, ground frame.
-    pub r: V3,
-    /// Euler parameters.
-    pub p: [Node; 4],
-    /// Rotation body -> ground.
-    pub a: M3,
-    /// Velocity of the centre of mass, ground frame.
-    pub v: V3,
-    /// Angular velocity, body axes.
-    pub w: V3,
-    /// Rates of the Euler parameters (reference form only).
-    pub p_rate: [Node; 4],
 }
 
 /// The scene as a graph, with the nodes that mean something.
@@ -288,90 +272,6 @@ impl Equations {
         seeds
     }
 
-    /// Rows of an opaque joint: its own derivatives with respect to its frames, carried over to the bodies.
-    fn opaque_rows(
-        &mut self,
-        values: &[Node],
-        call: usize,
-        element: &Instance,
-        frames: &[FrameNodes],
-        bodies: &[usize],
-    ) -> Vec<Row> {
-        let (count, per_row) = (values.len(), 6 * frames.len());
-        let columns = self.form.columns();
-        let mut rows = Vec::with_capacity(count);
-        for (row, value) in values.iter().enumerate() {
-            let mut jacobian = Vec::new();
-            for body in bodies {
-                for k in 0..columns {
-                    let (shift, turn) = self.coordinate_direction(*body, k);
-                    let mut sum = self.graph.constant(0.0);
-                    for (f, (frame, marker)) in frames.iter().zip(&element.markers).enumerate() {
-                        if marker.body != Some(*body) {
-                            continue;
-                        }
-                        let slope = |g: &mut Graph, j| g.call_result(call, count + row * per_row + 6 * f + j);
-                        let g = &mut self.graph;
-                        let (along, about): (V3, V3) =
-                            (std::array::from_fn(|j| slope(g, j)), std::array::from_fn(|j| slope(g, 3 + j)));
-                        // Shift of the marker's origin: dr + A (dpi' x s); turn about its own axes: C^T dpi'.
-                        let local = g.vector(&marker.position);
-                        let swept = g.cross(turn, local);
-                        let carried = g.apply(&self.bodies[*body].a, swept);
-                        let moved = g.add3(shift, carried);
-                        let mounting = g.matrix(&marker.rotation);
-                        let turned = g.apply_transposed(&mounting, turn);
-                        let (p, q) = (g.dot3(along, moved), g.dot3(about, turned));
-                        let both = g.add(p, q);
-                        sum = g.add(sum, both);
-                        debug_assert_eq!(frame.body, Some(*body));
-                    }
-                    if !self.graph.is_zero(sum) {
-                        jacobian.push((columns * body + k, sum));
-                    }
-                }
-            }
-            let g = &mut self.graph;
-            let time = g.call_result(call, count * (1 + per_row) + row);
-            // The element's second derivative has frames at zero acceleration; markers off the centre of mass have the
-            // centripetal one, omega x (omega x s).
-            let mut second = g.call_result(call, count * (2 + per_row) + row);
-            for (f, (frame, marker)) in frames.iter().zip(&element.markers).enumerate() {
-                let Some(body) = marker.body else { continue };
-                let along: V3 = std::array::from_fn(|j| g.call_result(call, count + row * per_row + 6 * f + j));
-                let w = self.bodies[body].w;
-                let local = g.vector(&marker.position);
-                let swept = g.cross(w, local);
-                let inward = g.cross(w, swept);
-                let centripetal = g.apply(&self.bodies[body].a, inward);
-                let extra = g.dot3(along, centripetal);
-                second = g.add(second, extra);
-                debug_assert!(frame.body.is_some());
-            }
-            rows.push(Row { value: *value, time, gamma: self.graph.neg(second), jacobian });
-        }
-        rows
-    }
-
-    /// Shift (ground axes) and turn (body axes) of a body along one of its coordinates.
-    fn coordinate_direction(&mut self, body: usize, k: usize) -> (V3, V3) {
-        let g = &mut self.graph;
-        let (zero, one) = (g.constant(0.0), g.constant(1.0));
-        let unit = |i: usize| -> V3 { std::array::from_fn(|j| if i == j { one } else { zero }) };
-        if k < 3 {
-            return (unit(k), [zero; 3]);
-        }
-        match self.form {
-            Form::Working => ([zero; 3], unit(k - 3)),
-            Form::Reference => {
-                // dpi' = 2 G dp.
-                let matrix = g_matrix(g, &self.bodies[body].p);
-                let two = g.constant(2.0);
-                ([zero; 3], std::array::from_fn(|i| g.mul(two, matrix[i][k - 3])))
-            }
-        }
-    }
-
     fn add_force(&mut self, index: usize, element: &Instance, frames: &[FrameNodes], layout: &Layout) {
         let (values, _) = self.element_values(index, element, frames, layout);
         let zero = self.graph.constant(0.0);
@@ -474,82 +374,6 @@ impl Equations {
         }
         (values, call)
     }
-
-    fn add_call(&mut self, element: &Instance, mut provide: impl FnMut(&mut Graph, Input) -> Node) -> usize {
-        let g = &mut self.graph;
-        let layout = call_layout(element);
-        let mut arguments = vec![provide(g, Input::Time)];
-        arguments.extend((0..layout.angles as u32).map(|k| provide(g, Input::AngleReference(k))));
-        arguments.extend((0..layout.states as u32).map(|k| provide(g, Input::State(k))));
-        arguments.extend((0..layout.memory as u32).map(|k| provide(g, Input::Discrete(k))));
-        for frame in 0..layout.frames as u32 {
-            arguments.extend((0..3).map(|component| provide(g, Input::Position { frame, component })));
-            arguments.extend((0..9).map(|k| provide(g, Input::Rotation { frame, row: k / 3, column: k % 3 })));
-            arguments.extend((0..3).map(|component| provide(g, Input::Velocity { frame, component })));
-            arguments.extend((0..3).map(|component| provide(g, Input::AngularVelocity { frame, component })));
-        }
-        let values = layout.values;
-        let (results, jacobian_from, second_from) = match element.class.kind {
-            Kind::Joint => (layout.joint_results(), values, values * (2 + 6 * layout.frames)),
-            Kind::Force => (layout.force_results(), usize::MAX, usize::MAX),
-        };
-        g.calls.push(Call {
-            set: element.set,
-            instance: element.index,
-            arguments,
-            results,
-            jacobian_from,
-            second_from,
-            second_to: second_from.saturating_add(values),
-        });
-        g.calls.len() - 1
-    }
-}
-
-/// Sizes of an opaque element's inputs and results.
-fn call_layout(element: &Instance) -> CallLayout {
-    CallLayout {
-        frames: element.markers.len(),
-        angles: element.class.angles,
-        states: element.recording.initial_states.len(),
-        memory: element.recording.initial_discrete.len(),
-        values: element.value_count(),
-    }
-}
-
-/// The results of an opaque element's call by role, where [`CallLayout`] says they are.
-fn opaque_results(g: &mut Graph, element: &Instance, call: usize) -> Vec<(Role, Node)> {
-    let layout = call_layout(element);
-    let given = |role: &Role| element.recording.outputs.iter().any(|o| o.role == *role);
-    let mut next = 0;
-    let mut list = Vec::new();
-    let mut take = |g: &mut Graph, role: Role| {
-        if given(&role) {
-            list.push((role, g.call_result(call, next)));
-        }
-        next += 1;
-    };
-    match element.class.kind {
-        Kind::Joint => {
-            element.rows.iter().for_each(|row| take(g, Role::Residual(*row as u32)));
-            (0..element.class.channels.len()).for_each(|k| take(g, Role::Coordinate(k as u32)));
-            let angles_at = layout.joint_results() - layout.angles;
-            for k in 0..layout.angles {
-                list.push((Role::Angle(k as u32), g.call_result(call, angles_at + k)));
-            }
-        }
-        Kind::Force => {
-            (0..3 * layout.frames).for_each(|k| take(g, Role::Force(k as u32)));
-            (0..3 * layout.frames).for_each(|k| take(g, Role::Torque(k as u32)));
-            (0..layout.states).for_each(|k| take(g, Role::StateRate(k as u32)));
-            (0..layout.memory).for_each(|k| take(g, Role::NextDiscrete(k as u32)));
-            (0..layout.values).for_each(|k| take(g, Role::Channel(k as u32)));
-            take(g, Role::Potential);
-            take(g, Role::Dissipation);
-            (0..layout.angles).for_each(|k| take(g, Role::Angle(k as u32)));
-        }
-    }
-    list
 }
 
 /// The bodies among an element's markers, each once.
@@ -558,142 +382,4 @@ fn bodies_of(markers: &[Marker]) -> Vec<usize> {
     bodies.sort_unstable();
     bodies.dedup();
     bodies
-}
-
-/// Position, rotation and motion of a marker.
-struct FrameNodes {
-    body: Option<usize>,
-    position: V3,
-    rotation: M3,
-    velocity: V3,
-    angular_velocity: V3,
-    /// From the centre of mass to the marker, ground axes.
-    arm: V3,
-}
-
-fn frame_nodes(g: &mut Graph, marker: &Marker, bodies: &[BodyNodes]) -> FrameNodes {
-    let local = g.vector(&marker.position);
-    let mounting = g.matrix(&marker.rotation);
-    let zero = g.constant(0.0);
-    let Some(body) = marker.body else {
-        return FrameNodes {
-            body: None,
-            position: local,
-            rotation: mounting,
-            velocity: [zero; 3],
-            angular_velocity: [zero; 3],
-            arm: local,
-        };
-    };
-    let nodes = &bodies[body];
-    let arm = g.apply(&nodes.a, local);
-    let swept = g.cross(nodes.w, local);
-    let swept = g.apply(&nodes.a, swept);
-    FrameNodes {
-        body: Some(body),
-        position: g.add3(nodes.r, arm),
-        rotation: g.product(&nodes.a, &mounting),
-        velocity: g.add3(nodes.v, swept),
-        angular_velocity: g.apply(&nodes.a, nodes.w),
-        arm,
-    }
-}
-
-fn body_nodes(g: &mut Graph, layout: &Layout, body: usize, form: Form) -> BodyNodes {
-    let slot = |k| layout.body_slot(body, k);
-    let r = g.input_vector(slot(0));
-    let p: [Node; 4] = std::array::from_fn(|k| g.input(slot(3 + k)));
-    let v = g.input_vector(slot(7));
-    let zero = g.constant(0.0);
-    match form {
-        Form::Working => {
-            BodyNodes { r, p, a: rotation_nodes(g, &p, form), v, w: g.input_vector(slot(10)), p_rate: [zero; 4] }
-        }
-        Form::Reference => {
-            let p_rate: [Node; 4] = std::array::from_fn(|k| g.input(slot(13 + k)));
-            // omega' = 2 G p_rate.
-            let matrix = g_matrix(g, &p);
-            let two = g.constant(2.0);
-            let w = std::array::from_fn(|i| {
-                let sum = dot4(g, &matrix[i], &p_rate);
-                g.mul(two, sum)
-            });
-            BodyNodes { r, p, a: rotation_nodes(g, &p, form), v, w, p_rate }
-        }
-    }
-}
-
-/// The rotation matrix of the Euler parameters.
-///
-/// Reference form: Haug 1989, eq. 9.3.7, 2 [(e0^2 - 1/2) I + e e^T + e0 e~], as printed. Working form: the homogeneous
-/// one divided by p.p, which is a rotation for any p, so that nothing depends on the length of p between normalisations.
-fn rotation_nodes(g: &mut Graph, p: &[Node; 4], form: Form) -> M3 {
-    let square = p.map(|e| g.mul(e, e));
-    let two = g.constant(2.0);
-    let scale = match form {
-        Form::Reference => None,
-        Form::Working => {
-            let (left, right) = (g.add(square[0], square[1]), g.add(square[2], square[3]));
-            let length = g.add(left, right);
-            let one = g.constant(1.0);
-            Some(g.div(one, length))
-        }
-    };
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let entry = if i == j {
-                let (k, l) = ((i + 1) % 3, (i + 2) % 3);
-                match form {
-                    Form::Working => {
-                        let plus = g.add(square[0], square[1 + i]);
-                        let minus = g.add(square[1 + k], square[1 + l]);
-                        g.sub(plus, minus)
-                    }
-                    Form::Reference => {
-                        let one = g.constant(1.0);
-                        let sum = g.add(square[0], square[1 + i]);
-                        let doubled = g.mul(two, sum);
-                        g.sub(doubled, one)
-                    }
-                }
-            } else {
-                let other = 3 - i - j;
-                let product = g.mul(p[1 + i], p[1 + j]);
-                let turn = g.mul(p[0], p[1 + other]);
-                // The sign of e0 e~: -e3 at (0, 1), +e2 at (0, 2), and so on round the cycle.
-                let sum = if (i + 1) % 3 == j { g.sub(product, turn) } else { g.add(product, turn) };
-                g.mul(two, sum)
-            };
-            match scale {
-                Some(scale) => g.mul(scale, entry),
-                None => entry,
-            }
-        })
-    })
-}
-
-/// G(p) = [-e, -e~ + e0 I] with omega' = 2 G p_rate (Haug 1989, eq. 9.3.21 and 9.3.32).
-fn g_matrix(g: &mut Graph, p: &[Node; 4]) -> [[Node; 4]; 3] {
-    let [e0, e1, e2, e3] = *p;
-    let n = |g: &mut Graph, e| g.neg(e);
-    let (n1, n2, n3) = (n(g, e1), n(g, e2), n(g, e3));
-    [[n1, e0, e3, n2], [n2, n3, e0, e1], [n3, e2, n1, e0]]
-}
-
-fn transposed(m: &[[Node; 4]; 3]) -> [V3; 4] {
-    std::array::from_fn(|k| [m[0][k], m[1][k], m[2][k]])
-}
-
-fn dot4(g: &mut Graph, a: &[Node; 4], b: &[Node; 4]) -> Node {
-    let mut sum = g.constant(0.0);
-    for (x, y) in a.iter().zip(b) {
-        let product = g.mul(*x, *y);
-        sum = g.add(sum, product);
-    }
-    sum
-}
-
-fn entries(m: &M3) -> impl Iterator<Item = Node> + use<> {
-    let m = *m;
-    (0..9).map(move |k| m[k / 3][k % 3])
 }

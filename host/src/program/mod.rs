@@ -14,6 +14,8 @@
 //! | `derivative.rs` | exact derivatives along a direction |
 //! | `vector.rs` | vectors and matrices of nodes |
 //! | `import.rs` | recordings to nodes |
+//! | `kinematics.rs` | bodies and frames |
+//! | `opaque.rs` | elements called at run time |
 //! | `equations.rs` | bodies, joints, forces: rows, Jacobians, gamma, loads, energies |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
@@ -22,7 +24,9 @@ mod derivative;
 mod equations;
 mod graph;
 mod import;
+mod kinematics;
 mod observe;
+mod opaque;
 mod tape;
 mod vector;
 
@@ -30,6 +34,7 @@ mod vector;
 mod tests;
 
 pub use derivative::{Seeds, derivatives};
-pub use equations::{BodyNodes, ElementEquations, Equations, Form, FrameLoad, Row};
+pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
+pub use kinematics::BodyNodes;
 pub use tape::{Program, Sets, Workspace};
