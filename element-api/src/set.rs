@@ -30,7 +30,8 @@ pub trait ElementSet: Send {
     /// When the element panics, or does not set a row or coordinate that it declares.
     fn record(&self, instance: usize) -> Result<Recording, Fault>;
 
-    /// `[hot, no allocation]` Evaluates the instances numbered in `batch` with plain numbers.
+    /// `[hot]` Evaluates the instances numbered in `batch` with plain numbers. (The adapters of this crate allocate a few
+    /// short lists per call.)
     ///
     /// # Errors
     /// When the element panics or lengths do not fit.

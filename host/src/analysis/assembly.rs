@@ -33,8 +33,23 @@ pub struct Assembly {
     pub moves: Vec<Move>,
     /// Newton steps taken.
     pub steps: usize,
-    /// Initial velocities that the joints do not allow, in words.
-    pub velocity_misses: Vec<String>,
+    /// Initial velocities that the joints do not allow.
+    pub velocity_misses: Vec<VelocityMiss>,
+}
+
+/// An initial velocity that the joints do not allow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VelocityMiss {
+    /// The body's name.
+    pub body: String,
+    /// Angular instead of translational.
+    pub angular: bool,
+    /// Component along the ground's axes: 0, 1, 2.
+    pub component: usize,
+    /// As the scene gives it, m/s or rad/s.
+    pub given: f64,
+    /// As the joints make it, m/s or rad/s.
+    pub found: f64,
 }
 
 /// How far assembly moved a body.
@@ -252,7 +267,7 @@ fn velocities(
     t: f64,
     state: &mut [f64],
     inputs: &mut [f64],
-) -> Result<Vec<String>, AnalysisError> {
+) -> Result<Vec<VelocityMiss>, AnalysisError> {
     load(layout, t, state, inputs);
     let all: Vec<usize> = (0..layout.rows).collect();
     let mut rows = Constraints::new(equations, model, &all, &[|row| row.time], &[])?;
@@ -260,14 +275,14 @@ fn velocities(
     let mut pattern = rows.structure.jacobian.clone();
     let mut values = rows.jacobian().to_vec();
     let mut right: Vec<f64> = rows.function(0).iter().map(|x| -x).collect();
-    let mut asked: Vec<(String, f64)> = Vec::new();
+    let mut asked: Vec<(&String, bool, usize, f64)> = Vec::new();
     for (index, body) in model.bodies.iter().enumerate() {
         let y = &state[BODY_STATES * index..BODY_STATES * index + 7];
         let a = rotation(&[y[3], y[4], y[5], y[6]]);
         // Velocity of the body frame's origin: v + A (omega' x (-c)) = v + A c~ omega'.
         let swept = a * skew(&body.center_of_mass);
         for k in 0..3 {
-            let mut prescribe = |value: Option<f64>, entries: &[(usize, f64)], what: &str| {
+            let mut prescribe = |value: Option<f64>, entries: &[(usize, f64)], angular: bool| {
                 let Some(value) = value else { return };
                 let row = right.len();
                 for (column, entry) in entries {
@@ -275,14 +290,14 @@ fn velocities(
                     values.push(*entry);
                 }
                 right.push(value);
-                asked.push((format!("{what} {} of `{}`", ["x", "y", "z"][k], body.name), value));
+                asked.push((&body.name, angular, k, value));
             };
             let turning = [(3, swept[(k, 0)]), (4, swept[(k, 1)]), (5, swept[(k, 2)])];
             let mut entries = vec![(k, 1.0)];
             entries.extend(turning);
-            prescribe(body.velocity[k], &entries, "velocity");
+            prescribe(body.velocity[k], &entries, false);
             let turning = [(3, a[(k, 0)]), (4, a[(k, 1)]), (5, a[(k, 2)])];
-            prescribe(body.angular_velocity[k], &turning, "angular velocity");
+            prescribe(body.angular_velocity[k], &turning, true);
         }
     }
     let count = right.len();
@@ -305,10 +320,10 @@ fn velocities(
     }
     let largest = right[layout.rows..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut misses = Vec::new();
-    for (k, (what, value)) in asked.iter().enumerate() {
-        let found = reached[layout.rows + k];
-        if (found - value).abs() > VELOCITY_MISS * largest {
-            misses.push(format!("{what} was given as {value:.6e} (SI), the joints make it {found:.6e}"));
+    for (row, (body, angular, component, given)) in asked.into_iter().enumerate() {
+        let found = reached[layout.rows + row];
+        if (found - given).abs() > VELOCITY_MISS * largest {
+            misses.push(VelocityMiss { body: body.clone(), angular, component, given, found });
         }
     }
     Ok(misses)

@@ -25,7 +25,7 @@ mod working;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{Assembly, AssemblyError, Move, assemble, start_inputs};
+pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
 pub use reference::ReferenceForm;

@@ -15,6 +15,8 @@ pub const BODY_STATES: usize = 13;
 /// Where the pivot ratio falls below this share of its value at the start, the sparse engine is not trusted: its choice of
 /// rows, or all of them, are close to dependent. The ratio goes with a squared singular value: 2.5e-3 stands for 0.05.
 const SICK_SHARE: f64 = 2.5e-3;
+/// The same for scenes that cannot lose rank, as a plain ratio.
+const SICK_TREE: f64 = 1e-12;
 /// Share of the rank-safe engine's pivot ratio at the start below which a step had better not end: next to a singular
 /// position.
 const NEAR_SINGULAR: f64 = 0.05;
@@ -113,6 +115,8 @@ pub struct WorkingForm {
     /// Whether the correction solved last went through the rank-safe engine.
     corrected_safely: bool,
     accelerations: Vec<f64>,
+    /// What may lose rank on the way.
+    watch: Watch,
     /// Take the step under way with care, see [`APPROACH`].
     careful: bool,
     /// The state that is evaluated.
@@ -150,6 +154,13 @@ impl WorkingForm {
         let structure = structure(equations, model, &all)?;
         let mut safe = Engine::new(equations, model, &all, DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?)?;
         safe.solver.set_rank_limit(plan.health.rank);
+        let watch = if !plan.redundant_rows.is_empty() {
+            Watch::Rows
+        } else if plan.topology.islands.iter().any(|island| island.loops > 0) {
+            Watch::Loops
+        } else {
+            Watch::Nothing
+        };
         let row_names = (0..layout.rows)
             .map(|row| {
                 let (element, k) = layout.element_of_row(row);
@@ -165,7 +176,8 @@ impl WorkingForm {
             stage: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             keep_away: false,
             key: Vec::with_capacity(7 * layout.bodies + 1),
-            least_health: start_health * SICK_SHARE,
+            least_health: if watch == Watch::Nothing { SICK_TREE } else { start_health * SICK_SHARE },
+            watch,
             sets: std::mem::take(&mut model.sets),
             start_health,
             start: plan.health,
@@ -311,6 +323,17 @@ impl WorkingForm {
             normalise(&mut state[BODY_STATES * body + 3..BODY_STATES * body + 7]);
         }
     }
+}
+
+/// What may lose rank on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Watch {
+    /// Trees without redundant rows keep their rank.
+    Nothing,
+    /// Closed loops, all rows in use.
+    Loops,
+    /// A choice of rows, which may become dependent while all of them together keep their rank.
+    Rows,
 }
 
 /// Which engine solved.
@@ -496,10 +519,13 @@ impl Formulation for WorkingForm {
     fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
         self.keep_away = keep_away;
         self.load(t, state);
+        let mut pivot_ratio = 0.0;
         self.careful = match &mut self.regular {
+            Some(_) if self.watch == Watch::Nothing => false,
             Some(engine) => {
                 engine.geometry.evaluate(&self.inputs, &self.sets)?;
                 let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
+                pivot_ratio = health.as_ref().map_or(0.0, |health| health.smallest_pivot_ratio);
                 !is_healthy(&health, APPROACH * APPROACH * self.start_health)
             }
             None => self.layout.rows > self.start.rank,
@@ -512,6 +538,12 @@ impl Formulation for WorkingForm {
             self.safe.factor(Source::Geometry, &self.key, &mut self.counters)?;
             self.start.rank = self.start.rank.max(self.safe.health.rank);
             self.safe.solver.set_rank_limit(self.start.rank);
+            if self.watch == Watch::Loops && !self.is_singular(APPROACH) && pivot_ratio > SICK_TREE {
+                // All rows are in use and independent: the sparse engine's ratio fell for other reasons.
+                self.start_health = pivot_ratio;
+                self.least_health = pivot_ratio * SICK_SHARE;
+                self.careful = false;
+            }
         }
         Ok(())
     }

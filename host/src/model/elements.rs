@@ -9,7 +9,7 @@ use super::bodies::{Bodies, Target, quoted};
 use super::parameters;
 use super::types::{Instance, Marker, rotation};
 use crate::catalog::{Catalog, ElementHandle};
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
 
 /// The elements of a scene, those that are switched on.
@@ -87,7 +87,12 @@ fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Targ
         found.push(
             Diagnostic::error(
                 codes::BODY_COUNT,
-                format!("`{}` connects {given} bodies, `{}` needs {needed}", record.name.value, class.name),
+                format!(
+                    "`{}` connects {given} bod{}, `{}` needs {needed}",
+                    record.name.value,
+                    if given == 1 { "y" } else { "ies" },
+                    class.name
+                ),
             )
             .at(record.bodies.span.clone(), format!("expected {needed} names"))
             .help(format!("one body for each of {}; `ground` counts as a body", quoted(&frames))),
@@ -231,17 +236,17 @@ impl Elements {
             self.sets.len() - 1
         });
         let index = self.sets[set].add(table).map_err(|error| refusal(record, &full_name, error))?;
-        let panicked = |message: &str| {
+        let failed = |message: &str| {
             Box::new(
                 Diagnostic::error(
-                    codes::PLUGIN_PANICKED,
+                    fault_code(message),
                     format!("`{full_name}` failed while recording its equations: {message}"),
                 )
                 .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
                 .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
             )
         };
-        let recording = self.sets[set].record(index).map_err(|fault| panicked(&fault.message))?;
+        let recording = self.sets[set].record(index).map_err(|fault| failed(&fault.message))?;
         let misbehaved = |message: String| {
             Box::new(
                 Diagnostic::error(
@@ -292,6 +297,12 @@ fn unset_row(recording: &Recording) -> Option<usize> {
     })
 }
 
+/// The code of an element's fault: it panicked, or gave something unusable.
+#[must_use]
+pub fn fault_code(message: &str) -> Code {
+    if message.starts_with("panicked") { codes::PLUGIN_PANICKED } else { codes::PLUGIN_MISBEHAVED }
+}
+
 fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<Diagnostic> {
     Box::new(match error {
         CreateError::Parameter(error) => {
@@ -303,7 +314,7 @@ fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<D
             .at(parameters::place(record, &error.path), "refused by the element")
         }
         CreateError::Fault(message) => {
-            Diagnostic::error(codes::PLUGIN_PANICKED, format!("`{full_name}` failed while it was created: {message}"))
+            Diagnostic::error(fault_code(&message), format!("`{full_name}` failed while it was created: {message}"))
                 .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
                 .help("this is a defect of the library; its author will want this message")
         }

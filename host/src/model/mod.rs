@@ -29,6 +29,7 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
+pub use elements::fault_code;
 pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, rotation, skew};
 
 /// A model and what the user should know about it.

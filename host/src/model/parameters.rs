@@ -59,7 +59,7 @@ fn unknown(key: &str, span: Range<usize>, specs: &[ParamSpec], type_name: &str) 
             .at(span, format!("not a parameter of `{type_name}`"));
     let nearest = suggest(key, names.iter().copied());
     match nearest.and_then(|nearest| specs.iter().find(|spec| spec.name == nearest)) {
-        Some(spec) => diagnostic.help(format!("did you mean `{}`? ({}, {})", spec.name, spec.doc, spec.unit)),
+        Some(spec) => diagnostic.help(format!("did you mean `{}`? {}", spec.name, meaning(spec))),
         None if names.is_empty() => diagnostic.help(format!("`{type_name}` has no parameters")),
         None => diagnostic.help(format!("the parameters are {}", quoted(&names))),
     }
@@ -72,7 +72,13 @@ fn missing(params: &RawTable, spec: &ParamSpec, record: &ElementRecord, type_nam
         format!("`{}` needs the parameter `{}`", record.name.value, spec.name),
     )
     .at(span, format!("`{type_name}` has no default for it"))
-    .help(format!("params.{} = ...   # {}, in {}", spec.name, spec.doc, spec.unit))
+    .help(format!("params.{} = ...   # {}", spec.name, meaning(spec)))
+}
+
+/// The sentence about a parameter, with its unit: `Tension per elongation [N/m].`
+fn meaning(spec: &ParamSpec) -> String {
+    let doc = spec.doc.trim_end_matches('.');
+    if spec.unit.is_empty() { format!("{doc}.") } else { format!("{doc} [{}].", spec.unit) }
 }
 
 /// A raw value as the plugin receives it.

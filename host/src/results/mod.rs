@@ -48,3 +48,4 @@ pub use folder::{CHANNELS_FILE, Folder, RESULTS_FILE, SUMMARY_FILE};
 pub use report::report;
 pub use summary::{FigureResult, LibraryUsed, Status, Summary};
 pub use table::Table;
+pub use text::significant;

@@ -1,7 +1,8 @@
 //! Short numbers and aligned columns, for people.
 
-/// A number with so many significant digits at most: `0.00123`, `1.5e-9`, `200`.
-pub(super) fn significant(value: f64, digits: usize) -> String {
+/// A number for people, with so many significant digits at most: `0.00123`, `1.5e-9`, `200`.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return format!("{value}");
     }

@@ -13,6 +13,7 @@ use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe};
 use crate::program::{Equations, Form};
+use crate::results::significant;
 use crate::scene::{Dimension, Override, Scene, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
@@ -226,7 +227,7 @@ fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
         }
         let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) else { continue };
         let row = name.split(": ").nth(1).unwrap_or(name);
-        let text = format!("row `{row}` stays off by {:.3e} {label}", off / length);
+        let text = format!("row `{row}` stays off by {} {label}", significant(off / length, 4));
         diagnostic = if seen.is_empty() {
             diagnostic.at(record.name.span.clone(), text)
         } else {
@@ -251,12 +252,11 @@ fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnosti
             continue;
         }
         let text = format!(
-            "moved by {:.4e} {label} and {:.4e} deg to meet the joints",
-            moved.distance / factor,
-            moved.angle.to_degrees()
+            "moved by {} {label} and {} deg to meet the joints",
+            significant(moved.distance / factor, 4),
+            significant(moved.angle.to_degrees(), 4)
         );
-        let span = scene.bodies.iter().find(|b| b.name.value == moved.body).map(|b| b.name.span.clone());
-        let span = span.unwrap_or(0..0);
+        let span = place_of_body(scene, &moved.body);
         if share > LARGEST_JUMP {
             let diagnostic = Diagnostic::error(
                 codes::ASSEMBLY_JUMP,
@@ -274,10 +274,24 @@ fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnosti
         );
     }
     for miss in &assembly.velocity_misses {
+        let (what, dimension) = match miss.angular {
+            true => ("angular velocity", Dimension::ANGULAR_VELOCITY),
+            false => ("velocity", Dimension::VELOCITY),
+        };
+        let number = |value: f64| significant(value / scene.units.factor(dimension), 6);
+        let text = format!("{} as given, {} as the joints make it", number(miss.given), number(miss.found));
+        let component = ["x", "y", "z"][miss.component];
+        let message = format!("the joints do not allow the {what} {component} of `{}`", miss.body);
         warnings.push(
-            Diagnostic::warning(codes::INCONSISTENT_VELOCITIES, miss.clone())
+            Diagnostic::warning(codes::INCONSISTENT_VELOCITIES, message)
+                .at(place_of_body(scene, &miss.body), format!("{text}, {}", scene.units.label(dimension)))
                 .help("leave velocities out that follow from others; assembly finds them"),
         );
     }
     Ok(warnings)
+}
+
+/// Where a body's name is written.
+fn place_of_body(scene: &Scene, name: &str) -> std::ops::Range<usize> {
+    scene.bodies.iter().find(|body| body.name.value == name).map_or(0..0, |body| body.name.span.clone())
 }

@@ -11,9 +11,10 @@ use super::simulation::{Progress, Simulation};
 use crate::analysis::{Formulation, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
-use crate::model::{Channel, Quantity};
+use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
     ChannelInfo, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status, Summary, Take,
+    significant,
 };
 use crate::scene::{Dimension, SampleTime};
 
@@ -323,8 +324,8 @@ impl Session {
         let unit = self.scene.units.factor(Dimension::TIME);
         let label = self.scene.units.label(Dimension::TIME);
         let mut diagnostic = Diagnostic::error(
-            codes::PLUGIN_PANICKED,
-            format!("an element failed at t = {} {label}: {}", t / unit, fault.message),
+            fault_code(&fault.message),
+            format!("an element failed at t = {} {label}: {}", significant(t / unit, 6), fault.message),
         );
         let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
         let record = self.scene.elements.iter().find(|record| record.name.value == instance.name)?;
