@@ -47,7 +47,8 @@ fn check(scene: &str, reference: &str, sets: &[&str], tolerances: &Tolerances) -
     for (name, column) in table.names.iter().zip(&table.columns) {
         let off = difference(support::column(&report, name), column);
         let tolerance = tolerances.of(name);
-        if !(off <= tolerance) {
+        // Not a number is off, too.
+        if off.is_nan() || off > tolerance {
             failed.push_str(&format!("\n{name}: off by {off:.2e} of its peak, allowed {tolerance:e}"));
         }
     }
@@ -74,43 +75,43 @@ fn assert_work(report: &RunReport, expected: &Work) {
 #[test]
 fn compressor() {
     let report = check("compressor.toml", "compressor.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 582, rejected: 164, evaluations: 10097, factorisations: 11462 });
 }
 
 #[test]
 fn compressor_at_a_tight_tolerance() {
     let report = check("compressor.toml", "compressor.csv", &["simulation.tolerance=1e-11"], &Tolerances::all(1e-10));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 772, rejected: 221, evaluations: 13018, factorisations: 14108 });
 }
 
 #[test]
 fn simple_pendulum() {
     let report = check("benchmarks/A01.toml", "A01.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 229, rejected: 13, evaluations: 3596, factorisations: 5819 });
 }
 
 #[test]
 fn one_four_bar_through_its_singular_positions() {
     let report = check("benchmarks/A02_N1.toml", "A02_N1.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 340, rejected: 41, evaluations: 5137, factorisations: 10305 });
 }
 
 #[test]
 fn two_four_bars_through_their_singular_positions() {
     let report = check("benchmarks/A02_N2.toml", "A02_N2.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 322, rejected: 10, evaluations: 4589, factorisations: 9839 });
 }
 
 #[test]
 fn bricard_mechanism() {
     let report = check("benchmarks/A04.toml", "A04.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 161, rejected: 22, evaluations: 2641, factorisations: 3720 });
 }
 
 #[test]
 fn free_rigid_body() {
     let report = check("benchmarks/freebody.toml", "freebody.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 0, rejected: 0, evaluations: 0, factorisations: 0 });
+    assert_work(&report, &Work { steps: 1535, rejected: 20, evaluations: 19239, factorisations: 19239 });
 }
 
 /// The paper's seven coordinates per body, solved densely, move as the working form does. Ends are early because that

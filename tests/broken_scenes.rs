@@ -91,7 +91,7 @@ impl Case {
     }
 }
 
-use Exit::{Assembly, Integration, Plugin, Scene};
+use Exit::{Assembly, Plugin, Scene};
 
 #[rustfmt::skip]
 const CASES: &[Case] = &[
@@ -190,10 +190,6 @@ const CASES: &[Case] = &[
     case("joint_far_from_its_bodies", &[
         ("point = [0, 0, 0]\naxis = [0, 0, 1]", "frames = [{ position = [5, 0, 0] }, { position = [0, 0, 0] }]"),
     ], Assembly, &[codes::ASSEMBLY_JUMP]),
-    // The motion.
-    case("spring_of_no_length", &[
-        ("{ position = [0, 1, 0] }", "{ position = [\"rod.length\", 0, 0] }"),
-    ], Integration, &[codes::MOTION_NOT_FINITE]),
 ];
 
 /// A scene in a folder of its own, with what it refers to.
@@ -354,6 +350,10 @@ fn ends_before_the_end_have_their_exit_codes() {
     };
     let stopped = exit_of(&["simulation.max_steps=1", "simulation.max_step=0.01"]);
     assert_eq!((stopped.exit_code(), stopped.summary.code), (6, Some(codes::TOO_MANY_STEPS)));
+    // A spring whose ends fall together has no direction.
+    let directionless = exit_of(&["spring.frames=[{},{position=[-0.25,0,0]}]"]);
+    assert_eq!((directionless.exit_code(), directionless.summary.code), (6, Some(codes::MOTION_NOT_FINITE)));
+    assert!(directionless.summary.reason.contains("not a finite number"), "{}", directionless.summary.reason);
     assert_eq!(exit_of(&["simulation.audit_tolerance=1e-300"]).exit_code(), Exit::Audit as i32);
     assert_eq!(exit_of(&[]).exit_code(), 0);
 }

@@ -16,24 +16,29 @@ pub fn build(name: &str) -> PathBuf {
 
 /// Builds a fixture under another name of its package, in the given folder.
 pub fn build_at(fixture: &str, package: &str, folder: &Path) -> PathBuf {
+    let original = root().join("tests/fixtures").join(fixture);
+    let manifest = fs::read_to_string(original.join("Cargo.toml")).unwrap();
+    let manifest = manifest.replace(&format!("name = \"{fixture}\""), &format!("name = \"{package}\""));
+    let source = fs::read_to_string(original.join("src/lib.rs")).unwrap();
+    build_sources(&manifest, "../../../element-api", &source, folder)
+}
+
+/// Builds a library from the texts of its two files. `contract` is what the manifest gives as the path of `element-api`.
+pub fn build_sources(manifest: &str, contract: &str, source: &str, folder: &Path) -> PathBuf {
     static BUILT: Mutex<Option<HashMap<PathBuf, PathBuf>>> = Mutex::new(None);
     // Builds one after the other; they would wait for each other anyway.
     let mut built = BUILT.lock().expect("no build has failed");
     let built = built.get_or_insert_with(HashMap::new);
-    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(fixture, package, folder)).clone()
+    // A literal text of TOML: backslashes are no escapes in it.
+    let path = format!("'{}'", root().join("element-api").display());
+    let manifest = manifest.replace(&format!("\"{contract}\""), &path);
+    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder)).clone()
 }
 
-fn cargo_build(fixture: &str, package: &str, folder: &Path) -> PathBuf {
-    let original = root().join("tests/fixtures").join(fixture);
-    let manifest = fs::read_to_string(original.join("Cargo.toml")).unwrap();
-    // A literal text of TOML: backslashes are no escapes in it.
-    let contract = format!("'{}'", root().join("element-api").display());
-    let manifest = manifest
-        .replace("\"../../../element-api\"", &contract)
-        .replace(&format!("name = \"{fixture}\""), &format!("name = \"{package}\""));
+fn cargo_build(manifest: &str, source: &str, folder: &Path) -> PathBuf {
     fs::create_dir_all(folder.join("src")).unwrap();
-    write_if_new(&folder.join("Cargo.toml"), &manifest);
-    write_if_new(&folder.join("src/lib.rs"), &fs::read_to_string(original.join("src/lib.rs")).unwrap());
+    write_if_new(&folder.join("Cargo.toml"), manifest);
+    write_if_new(&folder.join("src/lib.rs"), source);
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
     let target = kept("strangers-target");
     let (profile, flags): (_, &[&str]) =
@@ -45,7 +50,7 @@ fn cargo_build(fixture: &str, package: &str, folder: &Path) -> PathBuf {
         .env("CARGO_TARGET_DIR", &target)
         .output()
         .expect("cargo can be run");
-    assert!(output.status.success(), "{package} does not build:\n{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "no library of:\n{manifest}\n{}", String::from_utf8_lossy(&output.stderr));
     target.join(profile)
 }
 

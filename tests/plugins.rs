@@ -11,8 +11,8 @@ use odyn::catalog::{Catalog, CatalogError, ElementHandle, SearchPath};
 use odyn::diagnostics::codes;
 use odyn::session::Session;
 
-use crate::fixtures::{build, build_at, file};
-use crate::support::{Scratch, column, kept, options};
+use crate::fixtures::{build, build_at, build_sources, file};
+use crate::support::{Scratch, column, kept, options, root};
 
 fn catalog() -> Catalog {
     Catalog::new().with_copies_in(kept("library-copies"))
@@ -110,6 +110,32 @@ fn a_library_built_outside_the_workspace_runs_in_a_scene() {
     }
     let energy = column(&report, "energy");
     assert!(energy.iter().all(|e| (e - energy[0]).abs() < 1e-8 * energy[0].abs()), "{energy:?}");
+}
+
+/// The block of the README that begins with this line.
+fn block_of_readme<'a>(readme: &'a str, first: &str) -> &'a str {
+    let begin = readme.find(&format!("\n{first}\n")).unwrap_or_else(|| panic!("the README has no `{first}`"));
+    readme[begin + 1..].split("\n```").next().unwrap()
+}
+
+#[test]
+fn the_plugin_of_the_readme_builds_and_its_scene_runs() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let [manifest, source, scene] =
+        ["# Cargo.toml", "// src/lib.rs", "# pendulum.toml"].map(|first| block_of_readme(&readme, first));
+    let folder = build_sources(manifest, "../odyn/element-api", source, &kept("strangers").join("bars"));
+    let scratch = Scratch::new();
+    let path = scratch.file("pendulum.toml", scene);
+    let session = Session::open(&path, &options(&[], &[folder])).unwrap_or_else(|error| panic!("{error}"));
+    assert!(session.warnings.is_empty(), "{:?}", session.warnings);
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    assert_eq!(report.exit_code(), 0);
+    // Released level, v^2 = 2 g |y|, so the tension is m v^2 / l + m g |y| / l = 3 m g |y| / l; its share along y is |y| / l.
+    for (y, pull) in column(&report, "y").iter().zip(column(&report, "pull")) {
+        let share = y / 0.4;
+        assert!((pull + 3.0 * 0.25 * 9.81 * share * share).abs() < 1e-7, "y = {y}, pull {pull}");
+    }
+    assert!(column(&report, "y").iter().any(|y| *y < -0.39));
 }
 
 #[test]
@@ -228,7 +254,7 @@ fn a_truncated_library_is_an_error() {
 /// The fixtures depend on `element-api` only, and so need nothing that the workspace does not have.
 #[test]
 fn strangers_need_one_dependency() {
-    for entry in fs::read_dir(crate::support::root().join("tests/fixtures")).unwrap() {
+    for entry in fs::read_dir(root().join("tests/fixtures")).unwrap() {
         let manifest = fs::read_to_string(entry.unwrap().path().join("Cargo.toml")).unwrap();
         let manifest: toml::Table = manifest.parse().unwrap();
         let dependencies = manifest.get("dependencies").and_then(|d| d.as_table()).cloned().unwrap_or_default();

@@ -47,7 +47,6 @@ pub struct Catalog {
     /// Where the libraries were looked for; also the place to look for the one a scene forgot to name.
     search: SearchPath,
     /// Where private copies of libraries go; `None`: the user's cache folder.
-    #[cfg_attr(not(feature = "abi"), expect(dead_code, reason = "nothing is loaded, so nothing is copied"))]
     copies: Option<PathBuf>,
 }
 

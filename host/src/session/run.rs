@@ -406,6 +406,12 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
         StopReason::StepTooSmall { .. } => codes::STEP_TOO_SMALL,
         StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
+        StopReason::Failed { cause, .. } if is_not_finite(cause.as_ref()) => codes::MOTION_NOT_FINITE,
         StopReason::Failed { .. } | StopReason::Unlucky { .. } => codes::PROJECTION_FAILED,
     }
+}
+
+/// Whether a number that is none, rather than a constraint, ended the run.
+fn is_not_finite(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
+    matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::NotFinite { .. }))
 }
