@@ -20,8 +20,6 @@ pub enum CatalogError {
         files: Vec<String>,
         /// A library of a similar name that is there.
         nearest: Option<String>,
-        /// Whether the program runs inside a source tree, so that a build may be all that is missing.
-        source_tree: bool,
     },
     /// The file is not a dynamic library for this machine, or damaged.
     #[error("`{}` is not a library for this machine: {reason}", path.display())]
@@ -173,7 +171,7 @@ impl CatalogError {
     pub fn help(&self) -> Vec<String> {
         let rebuild = "build the library again with the `element-api` of this host".to_string();
         match self {
-            Self::NotFound { folders, files, nearest, source_tree, .. } => {
+            Self::NotFound { folders, files, nearest, .. } => {
                 let mut help: Vec<String> = nearest.iter().map(|name| format!("did you mean `{name}`?")).collect();
                 if folders.is_empty() {
                     help.push("there is no folder to look in".into());
@@ -181,11 +179,10 @@ impl CatalogError {
                     let list: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
                     help.push(format!("looked for {} in {}", files.join(" and "), list.join(", ")));
                 }
-                help.push(if *source_tree {
-                    "`cargo build` (with `--release` for a release program) builds the standard libraries".into()
-                } else {
-                    "name its folder with `--plugin` or in `[plugins] path`".into()
-                });
+                help.push("name its folder with `--plugin` or in `[plugins] path`".into());
+                help.push(
+                    "in a source tree, `cargo build` (or `cargo build --release`) builds the standard libraries".into(),
+                );
                 help
             }
             Self::NotALibrary { .. } => vec!["build it or copy it again".into()],

@@ -18,8 +18,6 @@ pub const ENVIRONMENT: &str = "ODYN_PLUGIN_PATH";
 pub struct SearchPath {
     /// Files stand for themselves, everything else is taken for a folder.
     places: Vec<PathBuf>,
-    /// Whether the program runs inside a source tree.
-    source_tree: bool,
 }
 
 impl SearchPath {
@@ -37,9 +35,7 @@ impl SearchPath {
         let mut places: Vec<PathBuf> = command_line.iter().chain(scene).cloned().collect();
         places.extend(environment.into_iter().flat_map(std::env::split_paths).filter(|p| !p.as_os_str().is_empty()));
         places.extend(folders_of(program));
-        // cargo puts this file into every target folder.
-        let source_tree = program.ancestors().any(|folder| folder.join("CACHEDIR.TAG").is_file());
-        Self { places, source_tree }
+        Self { places }
     }
 
     /// The file behind a request: a name such as `"joints"`, or a path.
@@ -62,7 +58,6 @@ impl SearchPath {
             folders: self.folders().map(Path::to_path_buf).collect(),
             files: names,
             request: request.into(),
-            source_tree: self.source_tree,
         })
     }
 
