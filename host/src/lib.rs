@@ -36,3 +36,6 @@ pub mod program;
 pub mod results;
 pub mod scene;
 pub mod session;
+
+#[cfg(test)]
+mod tests;

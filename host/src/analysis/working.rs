@@ -245,7 +245,8 @@ impl WorkingForm {
         if let Some(engine) = self.regular.as_mut().filter(|_| !self.careful) {
             engine.geometry.evaluate(&self.inputs, &self.sets)?;
             let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
-            if !velocity && worst.0 <= ROUND_OFF * self.length {
+            // A residual that is not a number is for the caller to report, with its row.
+            if !velocity && (worst.0 <= ROUND_OFF * self.length || !worst.0.is_finite()) {
                 self.accelerations.fill(0.0);
                 return Ok(worst);
             }
@@ -260,6 +261,9 @@ impl WorkingForm {
         let engine = &mut self.safe;
         engine.geometry.evaluate(&self.inputs, &self.sets)?;
         let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
+        if !velocity && !worst.0.is_finite() {
+            return Ok(worst);
+        }
         engine.factor(Source::Geometry, &self.key, &mut self.counters)?;
         engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
         Ok(worst)

@@ -1,1 +1,223 @@
+//! Ranks, unique reactions, islands and offsets of small mechanisms whose answers statics gives.
 
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+use super::*;
+use crate::tests::{Prepared, model, prepared, scenes};
+
+const BODY: &str = "[[body]]\nname = \"NAME\"\nmass = 2\ninertia = [0.2, 0.3, 0.4]\nposition = [0.5, 0, 0]\n";
+
+fn body(name: &str) -> String {
+    BODY.replace("NAME", name)
+}
+
+fn element(table: &str, name: &str, kind: &str, bodies: [&str; 2], point: [f64; 3]) -> String {
+    format!(
+        "[[{table}]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = {bodies:?}\npoint = {point:?}\naxis = [0, 0, 1]\n"
+    )
+}
+
+/// A door on the ground with bearings of the given types at the given heights on the z axis.
+fn door(bearings: &[(&str, f64)]) -> Prepared {
+    let mut text = body("door");
+    for (k, (kind, height)) in bearings.iter().enumerate() {
+        text += &element("joint", &format!("bearing{k}"), kind, ["ground", "door"], [0.0, 0.0, *height]);
+    }
+    prepared(&text)
+}
+
+/// Uniqueness of force and torque of an element on its second body.
+fn on_second(plan: &Plan, element: usize) -> ([bool; 3], [bool; 3]) {
+    let reaction = plan.reactions.iter().find(|r| r.element == element && r.frame == 1).unwrap();
+    (reaction.force, reaction.torque)
+}
+
+const ALL: [bool; 3] = [true; 3];
+const NONE: [bool; 3] = [false; 3];
+
+#[test]
+fn a_hinge_leaves_one_freedom_and_a_unique_reaction() {
+    let plan = door(&[("hinge", 0.0)]).plan;
+    assert_eq!((plan.health.rank, plan.mobility, plan.independent_rows.len()), (5, 1, 5));
+    assert!(plan.redundant_rows.is_empty() && plan.reactions.iter().all(Reaction::is_unique));
+    assert_eq!(plan.always_rank_safe, None);
+    assert!(plan.skips.is_empty());
+}
+
+#[test]
+fn a_free_body_has_six_freedoms_and_no_rows() {
+    let plan = prepared(&body("stone")).plan;
+    assert_eq!((plan.health.rank, plan.mobility, plan.layout.rows), (0, 6, 0));
+    assert!(plan.reactions.is_empty() && plan.always_rank_safe.is_none());
+}
+
+#[test]
+fn two_hinges_on_one_axis_share_everything_but_the_torque_about_it() {
+    let plan = door(&[("hinge", 0.0), ("hinge", 2.0)]).plan;
+    assert_eq!((plan.layout.rows, plan.health.rank, plan.mobility), (10, 5, 1));
+    assert_eq!((plan.independent_rows.len(), plan.redundant_rows.len()), (5, 5));
+    for hinge in 0..2 {
+        assert_eq!(on_second(&plan, hinge), (NONE, [false, false, true]));
+        assert!(!plan.is_unique(hinge, 1, false, Some(0)) && plan.is_unique(hinge, 1, true, Some(2)));
+        assert!(!plan.is_unique(hinge, 1, true, None));
+    }
+    assert_eq!(plan.skips.len(), 1, "{:?}", plan.skips);
+}
+
+#[test]
+fn a_ball_beside_a_hinge_bears_no_torque() {
+    let plan = door(&[("hinge", 0.0), ("ball", 2.0)]).plan;
+    // Any force at the ball can be taken back by the hinge: 3 self-stresses.
+    assert_eq!((plan.health.rank, plan.mobility, plan.redundant_rows.len()), (5, 1, 3));
+    assert_eq!(on_second(&plan, 0), (NONE, [false, false, true]));
+    assert_eq!(on_second(&plan, 1), (NONE, ALL));
+}
+
+#[test]
+fn two_balls_stress_each_other_along_their_line_only() {
+    let plan = door(&[("ball", 0.0), ("ball", 2.0)]).plan;
+    assert_eq!((plan.health.rank, plan.mobility, plan.redundant_rows.len()), (5, 1, 1));
+    for ball in 0..2 {
+        assert_eq!(on_second(&plan, ball), ([true, true, false], ALL));
+    }
+    let name = &plan.redundant_rows[0].name;
+    assert!(["bearing0: z", "bearing1: z"].contains(&name.as_str()), "{name}");
+}
+
+#[test]
+fn two_hinges_with_skew_axes_hold_a_door_still() {
+    let mut text = body("door");
+    text += &element("joint", "one", "hinge", ["ground", "door"], [0.0, 0.0, 0.0]);
+    text += &element("joint", "two", "hinge", ["ground", "door"], [0.0, 0.0, 2.0]).replace("[0, 0, 1]", "[1, 0, 0]");
+    let plan = prepared(&text).plan;
+    assert_eq!((plan.health.rank, plan.mobility, plan.redundant_rows.len()), (6, 0, 4));
+}
+
+#[test]
+fn a_planar_four_bar_of_spatial_hinges_is_unique_in_its_plane() {
+    let plan = prepared(&scenes::four_bar(1.1)).plan;
+    assert_eq!((plan.layout.rows, plan.health.rank, plan.mobility), (20, 17, 1));
+    assert_eq!((plan.redundant_rows.len(), plan.always_rank_safe.as_ref()), (3, None));
+    for hinge in 0..4 {
+        assert_eq!(on_second(&plan, hinge), ([true, true, false], [false, false, true]));
+        // On the ground, or the first body, as on the second.
+        let first = plan.reactions.iter().find(|r| r.element == hinge && r.frame == 0).unwrap();
+        assert_eq!((first.force, first.torque), on_second(&plan, hinge));
+    }
+    // Every row is either enforced or redundant, and the lists ascend.
+    let mut rows: Vec<usize> = plan.redundant_rows.iter().map(|r| r.row).chain(plan.independent_rows.clone()).collect();
+    rows.sort_unstable();
+    assert_eq!(rows, (0..20).collect::<Vec<_>>());
+    assert!(plan.independent_rows.is_sorted() && plan.redundant_rows.is_sorted_by_key(|r| r.row));
+}
+
+#[test]
+fn a_flat_four_bar_has_lost_another_rank() {
+    let plan = prepared(&scenes::four_bar(0.0)).plan;
+    assert_eq!((plan.health.rank, plan.mobility, plan.redundant_rows.len()), (16, 2, 4));
+}
+
+#[test]
+fn decisions_do_not_depend_on_units_of_length_and_mass() {
+    let plain = prepared(&scenes::four_bar(1.1)).plan;
+    let scaled = prepared(&format!("[units]\nlength = \"um\"\nmass = \"t\"\n{}", scenes::four_bar(1.1))).plan;
+    assert_eq!(scaled.independent_rows, plain.independent_rows);
+    assert_eq!((scaled.redundant_rows, scaled.reactions), (plain.redundant_rows, plain.reactions));
+    let ratio = scaled.health.smallest_pivot_ratio / plain.health.smallest_pivot_ratio;
+    assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
+}
+
+#[test]
+fn reactions_of_force_elements_are_always_unique() {
+    let mut text = body("a");
+    text += "[[force]]\nname = \"stay\"\ntype = \"strut\"\nbodies = [\"ground\", \"a\"]\npoints = [[0, 0, 0], [1, 0, 0]]\n\
+             params = { stiffness = 1 }\n";
+    let plan = prepared(&text).plan;
+    assert!(plan.is_unique(0, 1, false, None) && plan.is_unique(0, 0, true, Some(1)));
+}
+
+/// Bodies a, b, c, d with the elements given.
+fn topology(elements: &[String]) -> Topology {
+    Topology::new(&model(&(["a", "b", "c", "d"].map(body).concat() + &elements.concat())))
+}
+
+fn parts(topology: &Topology) -> Vec<(Vec<usize>, usize)> {
+    topology.islands.iter().map(|island| (island.bodies.clone(), island.loops)).collect()
+}
+
+#[test]
+fn ground_connects_nothing() {
+    let at = [0.0; 3];
+    let hung = |k: usize, name: &str| element("joint", &format!("j{k}"), "hinge", ["ground", name], at);
+    let found = topology(&[hung(0, "a"), hung(1, "c")]);
+    assert_eq!(parts(&found), [(vec![0], 0), (vec![1], 0), (vec![2], 0), (vec![3], 0)]);
+    assert_eq!(found.islands[2].elements, [1]);
+}
+
+#[test]
+fn joints_and_forces_connect_but_only_joints_close_loops() {
+    let at = [0.0; 3];
+    let joint = |k: usize, i: &str, j: &str| element("joint", &format!("j{k}"), "hinge", [i, j], at);
+    let friction = element("force", "f", "friction", ["a", "d"], at);
+    let found = topology(&[joint(0, "a", "b"), joint(1, "ground", "d"), friction.clone()]);
+    assert_eq!(parts(&found), [(vec![0, 1, 3], 0), (vec![2], 0)]);
+    assert_eq!(found.islands[0].elements, [0, 1, 2]);
+    // a - b - ground - a
+    let found = topology(&[joint(0, "a", "b"), joint(1, "ground", "a"), joint(2, "b", "ground"), friction]);
+    assert_eq!(parts(&found), [(vec![0, 1, 3], 1), (vec![2], 0)]);
+}
+
+#[test]
+fn every_joint_beyond_a_tree_closes_a_loop() {
+    let at = [0.0; 3];
+    let joint = |k: usize, i: &str, j: &str| element("joint", &format!("j{k}"), "hinge", [i, j], at);
+    let twice = topology(&[joint(0, "a", "b"), joint(1, "b", "a"), joint(2, "a", "b")]);
+    assert_eq!(parts(&twice)[0], (vec![0, 1], 2));
+    assert_eq!(Topology::new(&model(&scenes::four_bar(1.1))).islands[0].loops, 1);
+}
+
+#[test]
+fn a_joint_that_holds_a_body_twice_closes_no_loop_of_its_own() {
+    let mut model = model(&(["a", "b"].map(body).concat() + &element("joint", "j", "hinge", ["a", "b"], [0.0; 3])));
+    let again = model.elements[0].markers[0].clone();
+    model.elements[0].markers.push(again);
+    assert_eq!(parts(&Topology::new(&model)), [(vec![0, 1], 0)]);
+}
+
+#[test]
+fn offsets_are_contiguous_and_rows_find_their_element() {
+    let text = scenes::tangle()
+        + "[[force]]\nname = \"lag\"\ntype = \"lag\"\nbodies = [\"a\"]\nparams = { tau = 1 }\n"
+        + "[[force]]\nname = \"tally\"\ntype = \"tally\"\nbodies = [\"b\"]\n"
+        + &element("joint", "again", "ball", ["a", "b"], [0.6, 0.2, 0.1]);
+    let model = model(&text);
+    let layout = Layout::new(&model);
+    // Joints come before forces: hinge 5, screw 5, ball 3 rows.
+    assert_eq!(layout.row_at, [0, 5, 10, 13, 13, 13, 13]);
+    assert_eq!((layout.rows, layout.states, layout.references, layout.discrete), (13, 1, 2, 2));
+    assert_eq!((layout.state_at[5], layout.discrete_at[6], &layout.reference_at[..3]), (0, 0, &[0, 1, 2][..]));
+    for row in 0..layout.rows {
+        let (element, k) = layout.element_of_row(row);
+        assert_eq!(layout.row_at[element] + k, row);
+        assert!(k < model.elements[element].rows.len());
+    }
+}
+
+#[test]
+fn every_input_has_a_slot_of_its_own() {
+    let model = model(&scenes::tangle());
+    let layout = Layout::new(&model);
+    let mut slots = vec![Layout::TIME];
+    for body in 0..layout.bodies {
+        slots.extend((0..17).map(|k| layout.body_slot(body, k)));
+    }
+    let starts = [
+        (layout.state_slot(), layout.states),
+        (layout.reference_slot(), layout.references),
+        (layout.discrete_slot(), layout.discrete),
+        (layout.acceleration_slot(), layout.velocities()),
+        (layout.multiplier_slot(), layout.rows),
+    ];
+    starts.iter().for_each(|(start, count)| slots.extend(*start..start + count));
+    assert_eq!(slots, (0..layout.inputs()).collect::<Vec<_>>());
+}

@@ -76,6 +76,7 @@ fn count_loops(model: &Model, island: &Island) -> usize {
             continue;
         }
         let mut bodies: Vec<usize> = element.markers.iter().map(|m| m.body.unwrap_or(ground)).collect();
+        bodies.sort_unstable();
         bodies.dedup();
         for pair in bodies.windows(2) {
             let (a, b) = (root(&parent, pair[0]), root(&parent, pair[1]));

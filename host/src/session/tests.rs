@@ -1,1 +1,44 @@
+//! Whole runs against closed forms, and the bookkeeping around them.
 
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+mod bookkeeping;
+mod motions;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::*;
+use crate::results::Status;
+use crate::tests::{catalog, scene, scenes};
+
+#[track_caller]
+fn open(text: &str) -> Session {
+    Session::with_catalog(scene(text), Vec::new(), &catalog(), &RunOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[track_caller]
+fn run(text: &str) -> RunReport {
+    open(text).run(None, Box::new(|_| ()), &Arc::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A column of results.
+#[track_caller]
+fn column<'a>(report: &'a RunReport, name: &str) -> &'a [f64] {
+    let k = report.channels.iter().position(|c| c.name == name);
+    &report.columns[k.unwrap_or_else(|| panic!("no channel `{name}`"))]
+}
+
+fn output(name: &str, keys: &str) -> String {
+    format!("[[output]]\nname = \"{name}\"\n{}\n", keys.replace("; ", "\n"))
+}
+
+fn settings(keys: &str) -> String {
+    format!("[simulation]\n{}\n", keys.replace("; ", "\n"))
+}
+
+/// Largest difference between a column and a function of time.
+fn off(report: &RunReport, name: &str, expected: impl Fn(f64) -> f64) -> f64 {
+    let pairs = report.times.iter().zip(column(report, name));
+    pairs.map(|(t, x)| (x - expected(*t)).abs()).fold(0.0, |m: f64, x| if x <= m { m } else { x })
+}

@@ -174,11 +174,20 @@ fn singular_consistent_systems_have_a_basic_solution() {
     assert!(miss > 1e-3, "contradiction shows: {miss}");
 }
 
+/// Units in which masses are one and the largest entry of each constraint row is: what the owner of a saddle point system
+/// multiplies its rows and columns by, since the factorisation itself scales nothing.
+fn natural_units(masses: &[f64], jacobian: &DMatrix<f64>) -> DVector<f64> {
+    let coordinates: Vec<f64> = masses.iter().map(|mass| 1.0 / mass.sqrt()).collect();
+    let largest =
+        |row: usize| (0..masses.len()).map(|k| (coordinates[k] * jacobian[(row, k)]).abs()).fold(0.0, f64::max);
+    let rows = (0..jacobian.nrows()).map(|row| 1.0 / largest(row));
+    DVector::from_vec(coordinates.iter().copied().chain(rows).collect())
+}
+
 #[test]
 fn light_bodies_are_not_missing_bodies() {
     // A system of saddle point form with masses of 1e-12 beside rows of order one, and one
-    // dependent row, in the units in which its pivots can be compared: unknowns by the roots of
-    // their masses, rows by their largest entry then. The rank is that of masses of one.
+    // dependent row: in natural units the rank is that of the same system with masses of one.
     let mut random = Random(67);
     let mut jacobian = random.matrix(4, 6);
     let sum = jacobian.row(0) + jacobian.row(1);
@@ -190,21 +199,16 @@ fn light_bodies_are_not_missing_bodies() {
         }
         matrix.view_mut((6, 0), (4, 6)).copy_from(&jacobian);
         matrix.view_mut((0, 6), (6, 4)).copy_from(&jacobian.transpose());
-        let mut scale: Vec<f64> = masses.iter().map(|mass| 1.0 / mass.sqrt()).collect();
-        for row in jacobian.row_iter() {
-            let largest = row.iter().zip(&masses).fold(0.0_f64, |l, (x, mass)| l.max(x.abs() / mass.sqrt()));
-            scale.push(1.0 / largest);
-        }
-        let scale = DMatrix::from_diagonal(&DVector::from_vec(scale));
-        let mut lu = lu_of(&(&scale * &matrix * &scale));
+        let unit = natural_units(&masses, &jacobian);
+        let mut lu = lu_of(&DMatrix::from_fn(10, 10, |i, j| unit[i] * matrix[(i, j)] * unit[j]));
         assert_eq!(lu.rank(), 9, "{masses:?}");
         assert!(lu.smallest_pivot_ratio() > 100.0 * DEFAULT_RANK_TOLERANCE, "{}", lu.smallest_pivot_ratio());
 
-        // Solved with a small backward error, equation by equation, where forces fit the masses.
-        let b = &matrix * (&scale * DVector::from_vec(random.vector(10)));
+        // Accelerations and multipliers of such bodies are solved for with a small backward error, equation by equation.
+        let b = &matrix * DVector::from_vec(random.vector(10)).component_mul(&unit);
         let mut x = vec![f64::NAN; 10];
-        lu.solve((&scale * &b).as_slice(), &mut x).unwrap();
-        let x = &scale * DVector::from_vec(x);
+        lu.solve(b.component_mul(&unit).as_slice(), &mut x).unwrap();
+        let x = DVector::from_vec(x).component_mul(&unit);
         let size = matrix.abs() * x.abs() + b.abs();
         for (row, error) in (&matrix * x - b).iter().enumerate() {
             assert!(error.abs() <= 1e-13 * size[row], "row {row}");

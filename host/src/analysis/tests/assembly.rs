@@ -1,0 +1,211 @@
+//! The start: positions near the given ones, velocities as given where the joints allow it.
+
+use super::*;
+use crate::model::rotation;
+use crate::program::Form;
+use crate::tests::model;
+
+#[track_caller]
+fn assembled(text: &str) -> (Model, Result<Assembly, AssemblyError>) {
+    let model = model(text);
+    let layout = Layout::new(&model);
+    let equations = Equations::build(&model, &layout, Form::Working);
+    let assembly = assemble(&equations, &model, &layout, 0.0);
+    (model, assembly)
+}
+
+/// Largest residual of the rows at the start.
+fn violation(text: &str, assembly: &Assembly) -> f64 {
+    let model = model(text);
+    let layout = Layout::new(&model);
+    let equations = Equations::build(&model, &layout, Form::Working);
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(&equations, &model, &all, &[|row| row.value], &[]).unwrap();
+    rows.evaluate(&start_inputs(&layout, 0.0, assembly), &model.sets).unwrap();
+    amax(rows.function(0))
+}
+
+/// The four-bar with its coupler put down elsewhere.
+fn dropped_coupler(by: f64) -> String {
+    let (s, c) = 1.1_f64.sin_cos();
+    let place = |x: f64, y: f64, z: f64| format!("position = [{x:?}, {y:?}, {z:?}]");
+    let text = scenes::four_bar(1.1);
+    let moved = text
+        .replace(&format!("position = [{:?}, {s:?}, 0]", 0.5 + c), &place(0.5 + c + 0.6 * by, s - 0.5 * by, 0.3 * by));
+    assert_ne!(moved, text);
+    moved
+}
+
+#[test]
+fn what_is_assembled_stays_where_it_is() {
+    for text in [scenes::tangle(), scenes::four_bar(1.1), scenes::four_bar(0.0)] {
+        let (model, assembly) = assembled(&text);
+        let assembly = assembly.unwrap();
+        assert!(assembly.moves.is_empty(), "{:?}", assembly.moves);
+        for (b, body) in model.bodies.iter().enumerate() {
+            assert!(difference(&assembly.working[13 * b..13 * b + 3], body.position.as_slice()) < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn rough_positions_are_brought_together() {
+    for by in [1e-6, 1e-3, 0.1, 0.3] {
+        let text = dropped_coupler(by);
+        let assembly = assembled(&text).1.unwrap();
+        assert!(violation(&text, &assembly) < 1e-14, "{by}");
+        // All bodies share the move; none goes further than the coupler was put off.
+        assert_eq!(assembly.moves.len(), 3);
+        assert!(assembly.moves.iter().all(|m| m.distance < 1.5 * by && m.angle < 2.5 * by), "{:?}", assembly.moves);
+        assert!(assembly.steps <= 8, "{} steps", assembly.steps);
+    }
+}
+
+#[test]
+fn assembling_again_moves_nothing() {
+    let text = dropped_coupler(0.1);
+    let first = assembled(&text).1.unwrap();
+    let (mut model, _) = assembled(&text);
+    for (b, body) in model.bodies.iter_mut().enumerate() {
+        let y = &first.working[13 * b..];
+        body.position = nalgebra::Vector3::from_column_slice(&y[..3]);
+        body.orientation = [y[3], y[4], y[5], y[6]];
+    }
+    let layout = Layout::new(&model);
+    let equations = Equations::build(&model, &layout, Form::Working);
+    let second = assemble(&equations, &model, &layout, 0.0).unwrap();
+    assert!(second.moves.is_empty());
+    assert!(difference(&second.working, &first.working) < 1e-14);
+}
+
+#[test]
+fn joints_that_cannot_all_hold_are_named_with_what_is_left() {
+    // Two points of a rod, 1 m apart, are to be at points of the ground 2 m apart.
+    let text = "[[body]]\nname = \"rod\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+                [[joint]]\nname = \"left\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\n\
+           frames = [{ position = [-1, 0, 0] }, { position = [-0.5, 0, 0] }]\n\
+           [[joint]]\nname = \"right\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\n\
+           frames = [{ position = [1, 0, 0] }, { position = [0.5, 0, 0] }]\n";
+    let AssemblyError::Impossible { rows } = assembled(text).1.unwrap_err() else { panic!("another error") };
+    let mut names: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["left: x", "right: x"]);
+    assert!(rows.windows(2).all(|pair| pair[0].1 >= pair[1].1), "worst first");
+    let sum: f64 = rows.iter().map(|(_, off)| off).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "1 m is missing: {rows:?}");
+}
+
+#[test]
+fn prescribed_velocities_are_kept_and_the_rest_has_the_least_energy() {
+    // `a` turns about its hinge at 0.5 rad/s in x, `b` moves at 0.2 m/s in x: both can be had.
+    let (model, assembly) = assembled(&scenes::tangle());
+    let assembly = assembly.unwrap();
+    assert_eq!(assembly.velocity_misses, []);
+    let body = |b: usize| &assembly.working[13 * b..13 * (b + 1)];
+    let a = |b: usize| rotation(&[body(b)[3], body(b)[4], body(b)[5], body(b)[6]]);
+    let v = |b: usize| nalgebra::Vector3::from_column_slice(&body(b)[7..10]);
+    let w = |b: usize| nalgebra::Vector3::from_column_slice(&body(b)[10..13]);
+    assert!(((a(0) * w(0)).x - 0.5).abs() < 1e-14);
+    // The velocity given is that of the body frame's origin.
+    let origin = v(1) + a(1) * w(1).cross(&-model.bodies[1].center_of_mass);
+    assert!((origin.x - 0.2).abs() < 1e-14);
+}
+
+#[test]
+fn open_velocities_have_the_least_kinetic_energy() {
+    // Of the two freedoms of the tangle one is prescribed: omega_x of `a`, ground axes.
+    let mut stand = stand(&scenes::tangle().replace("velocity = [0.2, \"free\", \"free\"]", ""));
+    let start = stand.state.clone();
+    let inputs = stand.form.observe(0.0, &start, true).unwrap().inputs.to_vec();
+    let turning = rotation(&[start[3], start[4], start[5], start[6]]).row(0).into_owned();
+    let mut rows = stand.jacobian(&inputs).insert_row(0, 0.0);
+    rows.view_mut((0, 3), (1, 3)).copy_from(&turning);
+    // Whatever motion leaves that alone is orthogonal to the velocities in the metric of the mass.
+    let (free, v) = (null_space(&rows), stand.velocities(&start));
+    assert_eq!(free.ncols(), 1);
+    assert!(v.amax() > 0.1 && (free.transpose() * stand.mass() * v).amax() < 1e-12);
+    // Without joints to follow, all that is not prescribed is at rest.
+    let text = "[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 2, 2.5]\nvelocity = [\"free\", 3, \"free\"]\n\
+                angular_velocity = [0.1, \"free\", \"free\"]\norientation = { axis = [0, 0, 1], angle = 1 }\n";
+    let assembly = assembled(text).1.unwrap();
+    assert!(difference(&assembly.working[7..10], &[0.0, 3.0, 0.0]) < 1e-15);
+    // Angular velocity: x of the ground is given, and the least energy turns about axes that are light.
+    let (j, p) = (nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.0, 2.0, 2.5)), &assembly.working[3..7]);
+    let w = nalgebra::Vector3::from_column_slice(&assembly.working[10..13]);
+    let a = rotation(&[p[0], p[1], p[2], p[3]]);
+    assert!(((a * w).x - 0.1).abs() < 1e-15);
+    let momentum = a * j * w;
+    assert!(momentum.y.abs() < 1e-15 && momentum.z.abs() < 1e-15);
+}
+
+#[test]
+fn velocities_that_joints_do_not_allow_are_reported() {
+    let text =
+        scenes::pendulum("").replace("[[body]]", "[[body]]\nvelocity = [0.7, 1, 0]\nangular_velocity = [0, 0, 2]");
+    let assembly = assembled(&text).1.unwrap();
+    // The pivot keeps the centre of mass on its circle: 0.5 m at 2 rad/s is 1 m/s in y, nothing in x.
+    let [miss] = &assembly.velocity_misses[..] else { panic!("{:?}", assembly.velocity_misses) };
+    assert_eq!((miss.body.as_str(), miss.angular, miss.component, miss.given), ("rod", false, 0, 0.7));
+    assert!(miss.found.abs() < 1e-12);
+    assert!(difference(&assembly.working[7..13], &[0.0, 1.0, 0.0, 0.0, 0.0, 2.0]) < 1e-12);
+}
+
+#[test]
+fn velocities_follow_a_drive() {
+    let text = scenes::pendulum("")
+        + "[[joint]]\nname = \"motor\"\ntype = \"drive\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\n\
+           axis = [0, 0, 1]\nparams = { speed = 3 }\n";
+    let assembly = assembled(&text).1.unwrap();
+    assert!(difference(&assembly.working[7..13], &[0.0, 1.5, 0.0, 0.0, 0.0, 3.0]) < 1e-13);
+}
+
+#[test]
+fn references_start_at_the_angles() {
+    let turned = |angle: f64| {
+        scenes::pendulum("").replace(
+            "point = [0, 0, 0]\naxis = [0, 0, 1]",
+            &format!(
+                "frames = [{{ position = [0, 0, 0] }}, {{ position = [-0.5, 0, 0], x_axis = [{:?}, {:?}, 0] }}]",
+                angle.cos(),
+                angle.sin()
+            ),
+        )
+    };
+    for angle in [0.0, 1.0, 3.0, -3.0] {
+        let assembly = assembled(&turned(angle)).1.unwrap();
+        assert!((assembly.references[0] - angle).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn sizes_scale_with_the_scene() {
+    let plain = scenes::tangle().replace("[simulation]", "[units]\nlength = \"m\"\n[simulation]");
+    let scaled = plain.replace("length = \"m\"", "length = \"mm\"\nmass = \"t\"\ntime = \"ms\"");
+    let (one, other) = (stand(&plain), stand(&scaled));
+    // Lengths by 1e-3, times by 1e-3: speeds stay, spins grow by 1e3.
+    assert!((other.length / one.length - 1e-3).abs() < 1e-15);
+    let (a, b) = (assembled(&plain).1.unwrap().scales, assembled(&scaled).1.unwrap().scales);
+    assert!((b.speed / a.speed - 1.0).abs() < 1e-12 && (b.spin / a.spin - 1e3).abs() < 1e-9);
+    // Accelerations m/s^2 grow by 1e3, angular ones by 1e6.
+    let of = |mut stand: Stand| {
+        let state = stand.state.clone();
+        let inputs = stand.form.observe(0.0, &state, true).unwrap().inputs.to_vec();
+        stand.accelerations(&inputs)
+    };
+    let mut expected = of(one);
+    expected.iter_mut().enumerate().for_each(|(k, x)| *x *= if k % 6 < 3 { 1e3 } else { 1e6 });
+    assert!(difference(of(other).as_slice(), expected.as_slice()) < 1e-11);
+}
+
+#[test]
+fn a_scene_may_start_in_a_singular_position() {
+    // Flat at the start the four-bar has two motions, both kept: the plan is rank-safe or gains a rank when it leaves.
+    let text = scenes::four_bar(0.0).replacen("[[body]]", "[[body]]\nangular_velocity = [0, 0, 2]", 1);
+    let mut stand = stand(&text);
+    let start = stand.state.clone();
+    let mut rates = vec![0.0; start.len()];
+    stand.form.next_step(0.0, &start, false).unwrap();
+    stand.form.rates(0.0, &start, &mut rates).unwrap();
+    assert!(rates.iter().all(|x| x.is_finite()));
+    assert!((start[12] - 2.0).abs() < 1e-13);
+}

@@ -1,0 +1,143 @@
+//! One scene per message, each pointing at the words that are wrong.
+
+use super::*;
+use crate::catalog::Catalog;
+use crate::diagnostics::Severity;
+use crate::tests::library;
+
+/// Code, severity, and the words of the scene that each message points at.
+#[track_caller]
+fn messages(text: &str) -> Vec<(&'static str, Severity, String)> {
+    let source = crate::tests::scene(text).source.text;
+    let found = match resolved(text) {
+        Ok((_, notes)) => notes,
+        Err(found) => found,
+    };
+    let words = |d: &Diagnostic| d.span().map_or(String::new(), |span| source[span].to_string());
+    found.iter().map(|d| (d.code, d.severity, words(d))).collect()
+}
+
+/// A scene with one joint, written by its keys.
+fn joint(keys: &str) -> String {
+    with_body("") + &format!("[[joint]]\nname = \"j\"\n{}\n", keys.replace("; ", "\n"))
+}
+
+fn force(keys: &str) -> String {
+    with_body("") + &format!("[[force]]\nname = \"f\"\n{}\n", keys.replace("; ", "\n"))
+}
+
+#[test]
+fn each_mistake_has_one_message_at_its_place() {
+    let body = |mass: &str, inertia: &str| format!("[[body]]\nname = \"a\"\nmass = {mass}\ninertia = {inertia}\n");
+    let on = "bodies = [\"ground\", \"a\"]";
+    let cases = [
+        (joint("type = \"ball\"; bodies = [\"ground\", \"aa\"]"), codes::UNKNOWN_BODY, "\"aa\""),
+        (joint(&format!("type = \"bal\"; {on}")), codes::UNKNOWN_TYPE, "\"bal\""),
+        (joint(&format!("type = \"friction\"; {on}")), codes::WRONG_KIND, "\"friction\""),
+        (force(&format!("type = \"ball\"; {on}")), codes::WRONG_KIND, "\"ball\""),
+        (joint("type = \"ball\"; bodies = [\"a\", \"a\"]"), codes::SELF_JOINT, "[\"a\", \"a\"]"),
+        (joint("type = \"ball\"; bodies = [\"ground\", \"ground\"]"), codes::SELF_JOINT, "[\"ground\", \"ground\"]"),
+        (joint("type = \"ball\"; bodies = [\"a\"]"), codes::BODY_COUNT, "[\"a\"]"),
+        (
+            joint("type = \"ball\"; bodies = [\"a\", \"ground\", \"a\"]"),
+            codes::BODY_COUNT,
+            "[\"a\", \"ground\", \"a\"]",
+        ),
+        (body("0", "[1, 1, 1]"), codes::BAD_MASS, "0"),
+        (body("-1", "[1, 1, 1]"), codes::BAD_MASS, "-1"),
+        (body("1", "[1, 1, 0]"), codes::BAD_INERTIA, "[1, 1, 0]"),
+        (body("1", "[1, 1, 1, 2, 0, 0]"), codes::BAD_INERTIA, "[1, 1, 1, 2, 0, 0]"),
+        (
+            force(&format!("type = \"strut\"; {on}; params = {{ stifness = 1, stiffness = 2 }}")),
+            codes::UNKNOWN_ELEMENT_PARAMETER,
+            "stifness",
+        ),
+        (
+            force(&format!("type = \"strut\"; {on}; params = {{ damping = 1 }}")),
+            codes::MISSING_ELEMENT_PARAMETER,
+            "{ damping = 1 }",
+        ),
+        (
+            force(&format!("type = \"strut\"; {on}; params = {{ stiffness = -1 }}")),
+            codes::ELEMENT_PARAMETER_RANGE,
+            "-1",
+        ),
+        (
+            force("type = \"echo\"; bodies = [\"a\"]; params = { number = 1, word = \"forbidden\" }"),
+            codes::ELEMENT_REFUSES,
+            "\"forbidden\"",
+        ),
+        (
+            joint(&format!("type = \"ball\"; {on}; points = [[0, 0, 0], [1, 0, 0], [2, 0, 0]]")),
+            codes::BAD_PLACEMENT,
+            "[[0, 0, 0], [1, 0, 0], [2, 0, 0]]",
+        ),
+        (
+            joint(&format!("type = \"ball\"; {on}; frames = [{{ position = [0, 0, 0] }}]")),
+            codes::BAD_PLACEMENT,
+            "[{ position = [0, 0, 0] }]",
+        ),
+        (force("type = \"panics\"; bodies = [\"a\"]"), codes::PLUGIN_PANICKED, "\"panics\""),
+        (joint(&format!("type = \"forgetful\"; {on}")), codes::PLUGIN_MISBEHAVED, "\"forgetful\""),
+        (joint(&format!("type = \"no-rows\"; {on}")), codes::PLUGIN_MISBEHAVED, "\"no-rows\""),
+        ("[[body]]\nname = \"a\"\nfixed = true\n".to_string(), codes::NOTHING_TO_DO, "\"a\""),
+    ];
+    for (text, code, place) in &cases {
+        assert_eq!(messages(text), [(*code, Severity::Error, place.to_string())], "{text}");
+    }
+}
+
+#[test]
+fn an_inertia_that_no_body_has_is_used_with_a_warning() {
+    let text = "[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 1, 2.1]\n";
+    assert_eq!(messages(text), [(codes::UNREAL_INERTIA, Severity::Warning, "[1, 1, 2.1]".to_string())]);
+    let limit = "[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 1, 2]\n";
+    assert_eq!(messages(limit), [], "a flat disc is real");
+    assert_eq!(resolved(text).unwrap().0.bodies[0].inertia[(2, 2)], 2.1, "nothing is repaired");
+}
+
+#[test]
+fn a_type_of_two_libraries_needs_its_full_name() {
+    let mut catalog = crate::tests::catalog();
+    catalog.add_library(library("other")).unwrap();
+    let scene = |kind: &str| crate::tests::scene(&joint(&format!("type = \"{kind}\"; bodies = [\"ground\", \"a\"]")));
+    let found = resolve(&scene("ball"), &catalog).err().unwrap();
+    assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [codes::AMBIGUOUS_TYPE]);
+    let (model, _) = resolve(&scene("other/ball"), &catalog).unwrap();
+    assert_eq!(model.elements[0].library, "other");
+    let found = resolve(&scene("ball"), &Catalog::new()).err().unwrap();
+    assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [codes::UNKNOWN_TYPE]);
+}
+
+#[test]
+fn all_mistakes_are_found_at_once() {
+    let text = "[[body]]\nname = \"a\"\nmass = -1\ninertia = [1, 1, -1]\n\
+                [[joint]]\nname = \"j\"\ntype = \"bal\"\nbodies = [\"ground\", \"b\"]\n\
+                [[force]]\nname = \"f\"\ntype = \"strut\"\nbodies = [\"ground\", \"a\"]\n\
+                [[output]]\nname = \"o\"\nquantity = \"speed\"\n";
+    let mut found: Vec<&str> = messages(text).iter().map(|(code, ..)| *code).collect();
+    found.sort_unstable();
+    let mut expected = [
+        codes::BAD_MASS,
+        codes::BAD_INERTIA,
+        codes::UNKNOWN_TYPE,
+        codes::UNKNOWN_BODY,
+        codes::MISSING_ELEMENT_PARAMETER,
+        codes::UNKNOWN_QUANTITY,
+    ];
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn control_elements_are_announced_as_missing() {
+    let text = with_body("") + "[[control]]\nname = \"c\"\ntype = \"pid\"\n";
+    let found = messages(&text);
+    assert_eq!((found.len(), found[0].0, found[0].1), (1, codes::WRONG_KIND, Severity::Error));
+}
+
+#[test]
+fn codes_of_faults_tell_panics_from_bad_equations() {
+    assert_eq!(fault_code("panicked at ..."), codes::PLUGIN_PANICKED);
+    assert_eq!(fault_code("declares the row `x`, but does not set it"), codes::PLUGIN_MISBEHAVED);
+}

@@ -1,0 +1,116 @@
+//! What a scene writes is what the element is told, in SI units.
+
+use element_api::recording::{Op, Role};
+
+use super::*;
+
+/// The numbers that an `echo` was told, in the order of its channels: number, angle, count, on, letters, vector, list, curve.
+#[track_caller]
+fn told(units: &str, params: &str) -> Vec<f64> {
+    let text = format!(
+        "{units}{}[[force]]\nname = \"e\"\ntype = \"echo\"\nbodies = [\"a\"]\nparams = {params}\n",
+        with_body("")
+    );
+    let model = model(&text);
+    let recording = &model.elements[0].recording;
+    (0..8)
+        .map(|k| {
+            let output = recording.outputs.iter().find(|o| o.role == Role::Channel(k)).unwrap();
+            let Some(Op::Constant(at)) = Op::decode(recording.ops[output.node as usize]) else {
+                panic!("not a constant")
+            };
+            recording.constants[at as usize]
+        })
+        .collect()
+}
+
+#[test]
+fn defaults_fill_what_is_not_given() {
+    assert_eq!(told("", "{ number = 7 }"), [7.0, 0.25, 2.0, 0.0, 4.0, -1.0, -1.0, -1.0]);
+}
+
+#[test]
+fn everything_given_arrives() {
+    let params = "{ number = 0, angle = -1, count = 3, on = true, word = \"hello!\", vector = [1, 2, 3], list = [4, 5], \
+                  curve = [[0, 0], [1, 2]] }";
+    assert_eq!(told("", params), [0.0, -1.0, 3.0, 1.0, 6.0, 321.0, 9.0, 21.0]);
+}
+
+#[test]
+fn plain_numbers_are_in_the_units_of_the_scene_and_texts_in_their_own() {
+    let units =
+        "[units]\nlength = \"mm\"\ntime = \"ms\"\nangle = \"deg\"\nforce = \"N\"\n[parameters]\nk = \"4 N/mm\"\n";
+    let close = |found: &[f64], expected: [f64; 8]| {
+        found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-15 * (1.0 + b.abs()))
+    };
+    // 3e-5 kg/ms^2 = 30 N/m (a unit of force holds for forces, not for products with it); defaults are in SI and stay.
+    let found = told(
+        units,
+        "{ number = 3e-5, vector = [1000, 2000, 3000], list = [500, \"1 s\"], curve = [[0, 0], [2000, 5]] }",
+    );
+    assert!(close(&found, [30.0, 0.25, 2.0, 0.0, 4.0, 321.0, 1.5, 52.0]), "{found:?}");
+    let found = told(units, "{ number = \"k/100\", angle = 180, curve = [[\"0 m\", 0], [\"1 m\", \"1 kN\"]] }");
+    assert!(close(&found, [40.0, std::f64::consts::PI, 2.0, 0.0, 4.0, -1.0, -1.0, 10_001.0]), "{found:?}");
+}
+
+/// Code, and the text of the scene it points at.
+#[track_caller]
+fn refused(params: &str) -> Vec<(&'static str, String)> {
+    let text =
+        with_body("") + &format!("[[force]]\nname = \"e\"\ntype = \"echo\"\nbodies = [\"a\"]\nparams = {params}\n");
+    let source = crate::tests::scene(&text).source.text;
+    let found = resolved(&text).err().unwrap();
+    found.iter().map(|d| (d.code, d.span().map_or(String::new(), |span| source[span].to_string()))).collect()
+}
+
+#[test]
+fn ranges_hold_at_their_bounds() {
+    // min is inclusive, below exclusive.
+    assert_eq!(told("", "{ number = 0 }")[0], 0.0);
+    assert_eq!(told("", "{ number = 99.999 }")[0], 99.999);
+    for (params, place) in
+        [("{ number = 100 }", "100"), ("{ number = -1e-9 }", "-1e-9"), ("{ number = 1, count = 4 }", "4")]
+    {
+        assert_eq!(refused(params), [(codes::ELEMENT_PARAMETER_RANGE, place.to_string())]);
+    }
+}
+
+#[test]
+fn values_of_another_kind_are_refused_where_they_stand() {
+    for (value, place) in [
+        ("count = 1.5", "1.5"),
+        ("on = 1", "1"),
+        ("word = 3", "3"),
+        ("vector = [1, 2]", "[1, 2]"),
+        ("list = 3", "3"),
+        ("curve = [[0, 0], [1]]", "[1]"),
+    ] {
+        assert_eq!(refused(&format!("{{ number = 1, {value} }}")), [(codes::WRONG_TYPE, place.to_string())], "{value}");
+    }
+}
+
+#[test]
+fn values_of_another_dimension_are_refused() {
+    for (value, place) in [
+        ("number = \"3 N\"", "3 N"),
+        ("number = 1, vector = [0, \"1 s\", 0]", "1 s"),
+        ("number = 1, curve = [[0, 0], [\"1 N\", 0]]", "1 N"),
+    ] {
+        assert_eq!(refused(&format!("{{ {value} }}")), [(codes::DIMENSION, place.to_string())], "{value}");
+    }
+}
+
+#[test]
+fn all_mistakes_of_an_element_are_reported_at_once() {
+    let found = refused("{ angel = 1, count = 9, on = 2 }");
+    let mut found: Vec<&str> = found.iter().map(|(code, _)| *code).collect();
+    found.sort_unstable();
+    let mut expected = [
+        codes::UNKNOWN_ELEMENT_PARAMETER,
+        codes::MISSING_ELEMENT_PARAMETER,
+        codes::ELEMENT_PARAMETER_RANGE,
+        codes::WRONG_TYPE,
+    ];
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+}

@@ -1,0 +1,163 @@
+//! Memory between steps, stopping, sinks, exit codes.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::*;
+use crate::analysis::WorkingForm;
+use crate::integrate::{self, IntegrateError, Options, Span};
+
+/// A stone thrown upwards, with a tally on it.
+fn thrown() -> String {
+    settings("gravity = [0, -10, 0]; t_end = 1; output_step = 0.05")
+        + "[[body]]\nname = \"stone\"\nmass = 1\ninertia = [1, 1, 1]\nvelocity = [0, 5, 0]\n\
+           [[force]]\nname = \"tally\"\ntype = \"tally\"\nbodies = [\"stone\"]\n"
+        + &output("steps", "quantity = \"value\"; of = \"tally\"; channel = \"steps\"")
+        + &output("top", "quantity = \"value\"; of = \"tally\"; channel = \"top\"")
+        + &output("y", "quantity = \"position\"; of = \"stone\"; component = \"y\"")
+}
+
+#[test]
+fn memory_changes_once_per_accepted_step() {
+    let report = run(&thrown().replace("t_end = 1", "t_end = 1\nmax_step = 0.013"));
+    let steps = column(&report, "steps");
+    assert_eq!(steps[0], 0.0);
+    assert!(steps.windows(2).all(|pair| pair[0] <= pair[1] && pair[1].fract() == 0.0));
+    // The last sample is taken before its own step is accepted.
+    assert_eq!(*steps.last().unwrap(), (report.summary.steps - 1) as f64);
+    let (top, y) = (column(&report, "top"), column(&report, "y"));
+    // The highest end of a step is next to the highest point, 1.25 m after 0.5 s.
+    assert!((1.25 - top.last().unwrap()).abs() < 0.5 * 10.0 * 0.013_f64.powi(2));
+    assert!(y.iter().zip(top).all(|(y, top)| *top <= 1.25 && *y <= 1.25));
+}
+
+#[test]
+fn a_run_can_be_stopped_between_steps() {
+    let stop = Arc::new(AtomicBool::new(false));
+    let text = thrown().replace("t_end = 1", "t_end = 1\nmax_step = 0.01");
+    let told = Rc::new(RefCell::new(Vec::new()));
+    let heard = Rc::clone(&told);
+    let flag = Arc::clone(&stop);
+    let progress = move |share: f64| {
+        heard.borrow_mut().push(share);
+        flag.store(share > 0.3, Ordering::Relaxed);
+    };
+    let report = open(&text).run(None, Box::new(progress), &stop).unwrap();
+    let told = told.borrow();
+    assert!(told.is_sorted() && told.iter().filter(|share| **share > 0.3).count() == 1, "no step after the wish");
+    assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some("ODY0603")));
+    assert_eq!((report.exit_code(), report.summary.t_end_reached), (130, *told.last().unwrap()));
+    // All samples up to there, valid ones.
+    assert_eq!(report.times.len(), 7, "{:?}", report.times);
+    assert!(off(&report, "y", |t| 5.0 * t - 5.0 * t * t) < 1e-12);
+}
+
+#[test]
+fn progress_ends_at_one() {
+    let told = Rc::new(RefCell::new(0.0));
+    let heard = Rc::clone(&told);
+    open(&thrown()).run(None, Box::new(move |share| *heard.borrow_mut() = share), &Arc::default()).unwrap();
+    assert_eq!(*told.borrow(), 1.0);
+}
+
+#[test]
+fn a_sink_that_fails_ends_the_run() {
+    let Session { mut model, mut equations, plan, assembly, start_health, .. } = open(&thrown());
+    let length = assembly.scales.length;
+    let form = WorkingForm::new(&equations, &mut model, &plan, length, start_health).unwrap();
+    let mut taken = Vec::new();
+    let sink: Sink<'_> = Box::new(|number, values: &[f64]| {
+        taken.push((number, values.len()));
+        if number == 3 { Err(std::io::Error::other("the disk is full")) } else { Ok(()) }
+    });
+    let mut system = Simulation::new(
+        &mut equations,
+        &model,
+        &plan.layout,
+        &assembly,
+        Box::new(form),
+        1e-8,
+        sink,
+        Box::new(|_| ()),
+        Arc::default(),
+    )
+    .unwrap();
+    let mut state = system.start(0.0, &assembly).unwrap();
+    let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();
+    let span = Span { t_start: 0.0, t_end: 1.0, sample_times: &times };
+    let mut method = integrate::by_name("auto").unwrap();
+    let error = method.integrate(&mut system, &mut state, &span, &Options::default()).unwrap_err();
+    let IntegrateError::System { cause, .. } = error else { panic!("{error}") };
+    assert_eq!(cause.to_string(), "the disk is full");
+    drop(system);
+    assert_eq!(taken, [(0, 3), (1, 3), (2, 3), (3, 3)], "and no sample after it");
+}
+
+#[test]
+fn samples_do_not_steer_the_steps() {
+    let counters = |step: &str| {
+        let report = run(&scenes::tangle().replace("output_step = 0.1", &format!("output_step = {step}")));
+        (report.summary.steps, report.summary.evaluations, report.times.len())
+    };
+    let (few, many) = (counters("0.5"), counters("0.002"));
+    assert_eq!((few.0, few.2, many.0, many.2), (many.0, 3, few.0, 501));
+}
+
+#[test]
+fn a_step_limit_ends_a_run_with_what_it_has() {
+    let report = run(&scenes::tangle().replace("t_end = 1", "t_end = 1\nmax_steps = 3\nmax_step = 0.06"));
+    assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some("ODY0604")));
+    assert_eq!((report.exit_code(), report.summary.steps + report.summary.rejected), (Exit::Integration as i32, 3));
+    assert_eq!(report.times.len() as u64, report.summary.rows);
+    assert!(report.summary.t_end_reached <= 0.18 && report.summary.t_end_reached > 0.0);
+}
+
+#[test]
+fn an_audit_above_its_limit_is_an_exit_code() {
+    let text = scenes::tangle().replace("t_end = 1", "t_end = 1\ntolerance = 1e-3\naudit_tolerance = 1e-12");
+    let report = run(&text);
+    assert_eq!((report.summary.status, report.exit_code()), (Status::Completed, Exit::Audit as i32));
+    assert_eq!(run(&text.replace("1e-12", "1e-1")).exit_code(), 0);
+}
+
+#[track_caller]
+fn refused(text: &str) -> (Exit, &'static str) {
+    let opened = Session::with_catalog(scene(text), Vec::new(), &catalog(), &RunOptions::default());
+    let error = match opened {
+        Err(error) => error,
+        Ok(session) => session.run(None, Box::new(|_| ()), &Arc::default()).unwrap_err(),
+    };
+    (error.exit, error.diagnostics[0].code)
+}
+
+#[test]
+fn what_cannot_run_says_why_with_its_exit_code() {
+    let pendulum = |keys: &str| scenes::pendulum(&settings(&format!("t_end = 1; output_step = 0.1; {keys}")));
+    assert_eq!(refused(&pendulum("method = \"eulr\"")), (Exit::Scene, "ODY0320"));
+    assert_eq!(refused(&pendulum("engine = \"steam\"")), (Exit::Scene, "ODY0320"));
+    assert_eq!(refused(&pendulum("method = \"rk4\"")), (Exit::Scene, "ODY0320"));
+    assert_eq!(refused(&pendulum("").replace("\"hinge\"", "\"forgetful\"")), (Exit::Plugin, "ODY0411"));
+    // A joint far from where the body is: assembly would throw it.
+    let torn = pendulum("").replace("point = [0, 0, 0]\naxis = [0, 0, 1]", "frames = [{ position = [9, 0, 0] }, {}]");
+    assert_eq!(refused(&torn), (Exit::Assembly, "ODY0504"));
+    let far = "[[joint]]\nname = \"far\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\n\
+               frames = [{ position = [0, 9, 0] }, { position = [0.5, 0, 0] }]\n";
+    assert_eq!(refused(&(pendulum("") + far)), (Exit::Assembly, "ODY0501"));
+}
+
+#[test]
+fn reports_before_the_run_count_what_the_plan_found() {
+    let session = open(&scenes::four_bar(1.1));
+    let check = session.check_report();
+    assert_eq!((check.bodies, check.joints, check.forces, check.rows), (3, 4, 0, 20));
+    assert_eq!((check.rank, check.mobility, check.redundant_rows.len()), (17, 1, 3));
+    assert!(check.moved_bodies.is_empty() && check.non_unique_reactions.len() == 8);
+    let first = &check.non_unique_reactions[0];
+    assert_eq!((first.joint.as_str(), first.on.as_str()), ("A", "ground"));
+    assert_eq!(first.components, ["force z", "torque x", "torque y"]);
+    let plan = session.plan_report();
+    assert_eq!(plan.islands.len(), 1);
+    assert!(plan.operations_distinct < plan.operations_requested && plan.operations_per_evaluation > 0);
+    assert!(plan.opaque.is_empty());
+    assert_eq!(open(&scenes::opaque_tangle()).plan_report().opaque.len(), 3);
+}
