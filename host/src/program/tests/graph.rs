@@ -164,7 +164,7 @@ fn operation(g: &mut Graph, known: &[(Node, Rounded)], random: &mut Random) -> O
             (g.powi(a, n), Rounded::new(x.value.powi(n), error))
         }
         15 => (g.tanh(a), Rounded::new(x.value.tanh(), x.error)),
-        _ if (x.value - y.value).abs() > x.error + y.error => {
+        _ if a == b || (x.value - y.value).abs() > x.error + y.error => {
             (g.select(a, b, c, d), if x.value < y.value { u } else { w })
         }
         _ => return None,
@@ -226,7 +226,7 @@ fn ancestors_stop_where_told() {
 }
 
 #[test]
-fn a_selection_between_negatives_keeps_its_condition() {
+fn a_selection_keeps_its_condition() {
     let (mut g, [x, y, _]) = start();
     let (nx, ny) = (g.neg(x), g.neg(y));
     let smaller = g.select(x, y, nx, ny);
@@ -234,4 +234,7 @@ fn a_selection_between_negatives_keeps_its_condition() {
     for (a, b, expected) in [(1.0, 2.0, -1.0), (2.0, 1.0, -1.0), (1.0, 1.0, -1.0)] {
         assert_eq!(value(&g, smaller, &[a, b, 0.0]), expected);
     }
+    // Not below itself: the second one.
+    let second = g.select(x, x, nx, y);
+    assert_eq!(value(&g, second, &[1.0, 2.0, 0.0]), 2.0);
 }
