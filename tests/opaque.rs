@@ -33,8 +33,8 @@ impl<const OPAQUE: bool> Constraint for Hinge<OPAQUE> {
         blocks::parallel_z(&at.frames[0], &at.frames[1], rows);
     }
 
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
-        vec![at.angle_about_z(0, 0, 1)]
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.angle_about_z(0, 0, 1));
     }
 }
 
@@ -101,12 +101,13 @@ impl<const OPAQUE: bool> Force for Strut<OPAQUE> {
         out.force_pair(0, 1, direction * (-tension));
     }
 
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![Self::elongation(at) + Self::FREE_LENGTH, at.states[0]]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(Self::elongation(at) + Self::FREE_LENGTH);
+        out.push(at.states[0]);
     }
 
-    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![(Self::elongation(at) - at.states[0]) * 20.0]
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push((Self::elongation(at) - at.states[0]) * 20.0);
     }
 }
 

@@ -59,14 +59,14 @@ impl<F: Form> Force for Thrust<F> {
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
         out.force(0, Vec3::new(at.states[0], S::zero(), S::zero()));
     }
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![at.states[0]]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.states[0]);
     }
     fn initial_states(&self) -> Vec<f64> {
         vec![self.initial]
     }
-    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![-at.states[0] / self.tau]
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(-at.states[0] / self.tau);
     }
 }
 
@@ -97,15 +97,16 @@ impl<F: Form> Force for Fuse<F> {
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
         out.force(0, at.frames()[0].position * (at.memory[1] * -4.0));
     }
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        at.memory.to_vec()
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        at.memory.iter().for_each(|m| out.push(*m));
     }
     fn initial_memory(&self) -> Vec<f64> {
         vec![0.0, 1.0]
     }
-    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let x = at.frames()[0].position.x;
-        vec![at.memory[0] + 1.0, S::select(S::from(Self::STRENGTH), x, S::zero(), at.memory[1])]
+        out.push(at.memory[0] + 1.0);
+        out.push(S::select(S::from(Self::STRENGTH), x, S::zero(), at.memory[1]));
     }
 }
 
@@ -141,8 +142,8 @@ impl Force for Counter {
     const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("steps", "1", "accepted steps")];
 
     fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
-    fn channels<S: Scalar>(&self, _: &Motion<'_, S>) -> Vec<S> {
-        vec![S::from(f64::from(self.accepted))]
+    fn channels<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(S::from(f64::from(self.accepted)));
     }
 }
 
@@ -169,8 +170,8 @@ impl<F: Form> Constraint for Turns<F> {
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         rows.push(at.frames[1].position.z - at.frames[0].position.z);
     }
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
-        vec![at.angle_about_z(0, 0, 1)]
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.angle_about_z(0, 0, 1));
     }
 }
 

@@ -13,6 +13,8 @@ pub enum Kind {
     Joint,
     /// Acts on bodies ([`crate::Force`]).
     Force,
+    /// Turns signals into signals ([`crate::Control`]).
+    Control,
 }
 
 impl Kind {
@@ -22,6 +24,7 @@ impl Kind {
         match self {
             Self::Joint => "joint",
             Self::Force => "force",
+            Self::Control => "control",
         }
     }
 }
@@ -39,6 +42,22 @@ pub struct Named {
     pub doc: String,
 }
 
+/// A signal that an element class takes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NamedInput {
+    /// Name used in scenes.
+    pub name: String,
+    /// SI unit; empty: any.
+    #[serde(default)]
+    pub unit: String,
+    /// One sentence for the user.
+    #[serde(default)]
+    pub doc: String,
+    /// Value where nothing is connected; `None`: it must be connected.
+    #[serde(default)]
+    pub default: Option<f64>,
+}
+
 /// An element class. Travels as TOML text: fields that a later version adds are ignored by an earlier host, and fields
 /// that an earlier plugin lacks take their defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,6 +68,9 @@ pub struct Descriptor {
     pub kind: Kind,
     /// One sentence for the user.
     pub summary: String,
+    /// Its manual page, Markdown; may be empty.
+    #[serde(default)]
+    pub doc: String,
     /// Called at run time instead of recorded.
     #[serde(default)]
     pub opaque: bool,
@@ -64,10 +86,16 @@ pub struct Descriptor {
     /// Constraint rows.
     #[serde(default)]
     pub rows: Vec<String>,
-    /// Joint coordinates (joints) or reported values (forces).
+    /// Signals it takes.
+    #[serde(default)]
+    pub inputs: Vec<NamedInput>,
+    /// Joints whose reactions it takes.
+    #[serde(default)]
+    pub joints: Vec<Named>,
+    /// Joint coordinates (joints), reported values (forces), signals it gives (control elements).
     #[serde(default)]
     pub channels: Vec<Named>,
-    /// Continuous states.
+    /// Names of the continuous states; an instance may have more.
     #[serde(default)]
     pub states: Vec<Named>,
     /// Parameters.
@@ -81,7 +109,7 @@ impl Descriptor {
     pub fn limits(&self) -> Limits {
         let (coordinates, channels) = match self.kind {
             Kind::Joint => (self.channels.len(), 0),
-            Kind::Force => (0, self.channels.len()),
+            Kind::Force | Kind::Control => (0, self.channels.len()),
         };
         Limits {
             frames: self.frames.len(),
@@ -90,7 +118,8 @@ impl Descriptor {
             coordinates,
             mobility: self.mobility.unwrap_or(0),
             channels,
-            states: self.states.len(),
+            inputs: self.inputs.len(),
+            joints: self.joints.len(),
         }
     }
 }

@@ -13,6 +13,10 @@ pub trait Element: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// One sentence for `odyn elements list`.
     const SUMMARY: &'static str;
+    /// The manual page, for `odyn elements describe` and the verification manual: what it is, equations, signs, singular
+    /// cases, and a minimal scene in a fenced block marked `toml`. Markdown. Usually the documentation of the file:
+    /// `const DOC: &'static str = doc_of(include_str!("revolute.rs"));`
+    const DOC: &'static str = "";
     /// The frames it connects: name and meaning, in the order of `bodies` in a scene. Any number.
     const FRAMES: &'static [FrameSpec];
     /// Number of angles followed over many turns with [`Configuration::angle`].
@@ -66,10 +70,9 @@ pub trait Constraint: Element {
         true
     }
 
-    /// `[record]` The joint coordinates, one per entry of [`Constraint::COORDINATES`].
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
-        let _ = at;
-        Vec::new()
+    /// `[record; hot when opaque]` The joint coordinates, one per entry of [`Constraint::COORDINATES`].
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
     }
 
     /// `[record]` Pose of frame 1 in frame 0 for joint coordinates `q`. Velocities follow. Every pose must satisfy
@@ -86,43 +89,80 @@ pub trait Force: Element {
     const CHANNELS: &'static [ChannelSpec] = &[];
     /// Names and units of continuous states x' = f (a first-order motor, a gas volume).
     const STATES: &'static [ChannelSpec] = &[];
+    /// Signals it takes; in [`Motion::inputs`].
+    const INPUTS: &'static [InputSpec] = &[];
+    /// Joints whose reactions it depends on; in [`Motion::reactions`]. The host solves for reactions and forces together.
+    const JOINTS: &'static [FrameSpec] = &[];
 
     /// `[record; hot when opaque]` Adds forces and torques on the bodies.
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>);
 
-    /// `[record]` Values to report, one per entry of [`Force::CHANNELS`].
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        let _ = at;
-        Vec::new()
+    /// `[record; hot when opaque]` Values to report, one per entry of [`Force::CHANNELS`].
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
     }
-    /// `[record]` Potential energy, J, if the force (or its conservative part) has one. Without [`Force::dissipation`]
-    /// the wrench is then taken as conservative.
+    /// `[record; hot when opaque]` Potential energy, J, if the force (or its conservative part) has one. Without
+    /// [`Force::dissipation`] the wrench is then taken as conservative.
     fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
         let _ = at;
         None
     }
-    /// `[record]` Power turned into heat, W, not negative. Without this and [`Force::potential`] the host integrates the
-    /// power of the wrench as work done on the system.
+    /// `[record; hot when opaque]` Power turned into heat, W, not negative. Without this and [`Force::potential`] the host
+    /// integrates the power of the wrench as work done on the system.
     fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
         let _ = at;
         None
     }
-    /// `[create]` Values of the states at the start, one per entry of [`Force::STATES`].
+    /// `[create]` Values of the states at the start. Their number may depend on the parameters; the first ones have the
+    /// names of [`Force::STATES`].
     fn initial_states(&self) -> Vec<f64> {
         vec![0.0; Self::STATES.len()]
     }
-    /// `[record]` Rates of the states, one per entry of [`Force::STATES`].
-    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        let _ = at;
-        Vec::new()
+    /// `[record; hot when opaque]` Rates of the states, one per entry of [`Force::initial_states`].
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
     }
     /// `[create]` Discrete states (a latch, a counter) at the start. They are inputs that change only between steps.
     fn initial_memory(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// `[record]` The discrete states after an accepted step, one per entry of [`Force::initial_memory`].
-    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        at.memory.to_vec()
+    /// `[record; hot when opaque]` The discrete states after an accepted step, one per entry of
+    /// [`Force::initial_memory`].
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        at.memory.iter().for_each(|value| out.push(*value));
+    }
+}
+
+/// A control element: signals in, signals out, with states in between. It acts on no body; force elements that take its
+/// signals do. It may have frames, of which it sees position and motion.
+pub trait Control: Element {
+    /// Signals it takes; in [`Motion::inputs`].
+    const INPUTS: &'static [InputSpec] = &[];
+    /// Signals it gives; other elements take them by name, and outputs report them.
+    const OUTPUTS: &'static [ChannelSpec];
+    /// Names and units of continuous states x' = f.
+    const STATES: &'static [ChannelSpec] = &[];
+
+    /// `[record; hot when opaque]` The signals it gives, one per entry of [`Control::OUTPUTS`].
+    fn outputs<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>);
+
+    /// `[create]` Values of the states at the start. Their number may depend on the parameters; the first ones have the
+    /// names of [`Control::STATES`].
+    fn initial_states(&self) -> Vec<f64> {
+        vec![0.0; Self::STATES.len()]
+    }
+    /// `[record; hot when opaque]` Rates of the states, one per entry of [`Control::initial_states`].
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
+    /// `[create]` Discrete states at the start. They are inputs that change only between steps.
+    fn initial_memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// `[record; hot when opaque]` The discrete states after an accepted step, one per entry of
+    /// [`Control::initial_memory`].
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        at.memory.iter().for_each(|value| out.push(*value));
     }
 }
 
@@ -159,6 +199,32 @@ impl ChannelSpec {
     #[must_use]
     pub const fn new(name: &'static str, unit: &'static str, doc: &'static str) -> Self {
         Self { name, unit, doc }
+    }
+}
+
+/// A signal that an element class takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InputSpec {
+    /// Name used in scenes, under `inputs`.
+    pub name: &'static str,
+    /// SI unit of the value; empty: any.
+    pub unit: &'static str,
+    /// One sentence for the user.
+    pub doc: &'static str,
+    /// Value where a scene connects nothing; `None`: it must be connected.
+    pub default: Option<f64>,
+}
+
+impl InputSpec {
+    /// A signal that must be connected.
+    #[must_use]
+    pub const fn required(name: &'static str, unit: &'static str, doc: &'static str) -> Self {
+        Self { name, unit, doc, default: None }
+    }
+    /// A signal that has a constant value (SI) where nothing is connected.
+    #[must_use]
+    pub const fn optional(name: &'static str, unit: &'static str, default: f64, doc: &'static str) -> Self {
+        Self { name, unit, doc, default: Some(default) }
     }
 }
 
@@ -217,18 +283,22 @@ pub struct Motion<'a, S> {
     pub states: &'a [S],
     /// The element's discrete states.
     pub memory: &'a [S],
+    /// The signals it takes, in SI units, in the order of its `INPUTS`.
+    pub inputs: &'a [S],
+    /// Reactions of the joints it depends on, in the order of [`Force::JOINTS`].
+    pub reactions: &'a [Reaction<S>],
 }
 
-impl<'a, S: Scalar> Motion<'a, S> {
-    pub(crate) fn new(
-        configuration: Configuration<'a, S>,
-        twists: &'a [Twist<S>],
-        states: &'a [S],
-        memory: &'a [S],
-    ) -> Self {
-        Self { configuration, twists, states, memory }
-    }
+/// What a joint does to the last of its bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reaction<S> {
+    /// Force at the origin of the joint's last frame, N, ground frame.
+    pub force: Vec3<S>,
+    /// Torque, N m, ground frame.
+    pub torque: Vec3<S>,
+}
 
+impl<S: Scalar> Motion<'_, S> {
     /// The element's frames.
     #[must_use]
     pub fn frames(&self) -> &[Frame<S>] {
@@ -251,35 +321,49 @@ impl<'a, S: Scalar> Motion<'a, S> {
     }
 }
 
-/// The rows of a constraint, to be set one by one.
+/// The rows of a constraint.
+pub type Rows<'a, S> = Values<'a, S>;
+
+/// Values to be given one by one, in the order in which they are declared.
 #[derive(Debug)]
-pub struct Rows<'a, S> {
+pub struct Values<'a, S> {
     pub(crate) values: &'a mut [Option<S>],
     pub(crate) next: usize,
+    /// What one of them is called in messages.
+    pub(crate) what: &'static str,
 }
 
-impl<S: Scalar> Rows<'_, S> {
-    /// Sets the next row.
+impl<'a, S: Scalar> Values<'a, S> {
+    pub(crate) fn new(values: &'a mut [Option<S>], what: &'static str) -> Self {
+        Self { values, next: 0, what }
+    }
+
+    /// Sets the next value.
     ///
     /// # Panics
-    /// When the constraint declares fewer rows.
+    /// When fewer are declared.
     pub fn push(&mut self, value: S) {
         self.set(self.next, value);
         self.next += 1;
     }
-    /// Sets three rows.
+    /// Sets three values.
     pub fn push_vector(&mut self, value: Vec3<S>) {
         for component in value.iter() {
             self.push(*component);
         }
     }
-    /// Sets the row with this number.
+    /// Sets the value with this number.
     ///
     /// # Panics
-    /// When the constraint declares fewer rows.
-    pub fn set(&mut self, row: usize, value: S) {
-        assert!(row < self.values.len(), "row {row} is set, but the constraint declares {} rows", self.values.len());
-        self.values[row] = Some(value);
+    /// When fewer are declared.
+    pub fn set(&mut self, k: usize, value: S) {
+        assert!(
+            k < self.values.len(),
+            "{} {k} is set, but the element declares {} of them",
+            self.what,
+            self.values.len()
+        );
+        self.values[k] = Some(value);
     }
 }
 

@@ -23,7 +23,7 @@
 /// ```
 ///
 /// `joints` are types that implement [`Constraint`](crate::Constraint), `forces` types that implement
-/// [`Force`](crate::Force); either list may be left out. With `crate-type = ["cdylib"]` the crate becomes a file that the
+/// [`Force`](crate::Force), `controls` types that implement [`Control`](crate::Control); any list may be left out. With `crate-type = ["cdylib"]` the crate becomes a file that the
 /// host loads; with `["cdylib", "rlib"]` it can also be linked into a program. The crate needs no other dependency than
 /// `element-api` and may forbid `unsafe`.
 ///
@@ -39,6 +39,7 @@ macro_rules! export_plugin {
         about: $about:expr
         $(, joints: [$($joint:ty),* $(,)?])?
         $(, forces: [$($force:ty),* $(,)?])?
+        $(, controls: [$($control:ty),* $(,)?])?
         $(,)?
     ) => {
         /// The elements of this library, for programs that link it.
@@ -51,6 +52,7 @@ macro_rules! export_plugin {
                 classes: ::std::vec![
                     $($($crate::adapt::joint::<$joint>(),)*)?
                     $($($crate::adapt::force::<$force>(),)*)?
+                    $($($crate::adapt::control::<$control>(),)*)?
                 ],
             }
         }
@@ -58,12 +60,14 @@ macro_rules! export_plugin {
         const _: () = $crate::manifest::check_names(&[
             $($(<$joint as $crate::Element>::NAME,)*)?
             $($(<$force as $crate::Element>::NAME,)*)?
+            $($(<$control as $crate::Element>::NAME,)*)?
         ]);
 
         $crate::__export_binary! {
             $about;
             $($("\nelement=joint ", <$joint as $crate::Element>::NAME,)*)?
             $($("\nelement=force ", <$force as $crate::Element>::NAME,)*)?
+            $($("\nelement=control ", <$control as $crate::Element>::NAME,)*)?
         }
     };
 }

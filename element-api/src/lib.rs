@@ -64,9 +64,11 @@ pub mod abi;
 pub mod adapt;
 pub mod blocks;
 pub mod descriptor;
+pub mod documentation;
 pub mod element;
 mod export;
 pub mod fence;
+pub mod function;
 pub mod geometry;
 pub mod jet;
 pub mod manifest;
@@ -81,9 +83,14 @@ pub mod testkit;
 #[cfg(test)]
 mod tests;
 
-pub use descriptor::{Descriptor, Kind, Named};
-pub use element::{ChannelSpec, Configuration, Constraint, Element, Force, FrameSpec, Motion, Rows, Wrenches};
+pub use descriptor::{Descriptor, Kind, Named, NamedInput};
+pub use documentation::doc_of;
+pub use element::{
+    ChannelSpec, Configuration, Constraint, Control, Element, Force, FrameSpec, InputSpec, Motion, Reaction, Rows,
+    Values, Wrenches,
+};
 pub use element_api_derive::Parameters;
+pub use function::Function;
 pub use geometry::{Frame, Mat3, Pose, Twist, Vec3, length};
 pub use jet::Jet;
 pub use params::{NoParameters, ParamError, Parameters};
@@ -96,7 +103,8 @@ pub use table::{Outside, Table};
 pub mod prelude {
     pub use crate::blocks;
     pub use crate::{
-        ChannelSpec, Configuration, Constraint, Element, Force, Frame, FrameSpec, Mat3, Motion, NoParameters,
-        ParamError, Parameters, Pose, Rows, Scalar, Table, Twist, Vec3, Wrenches, length,
+        ChannelSpec, Configuration, Constraint, Control, Element, Force, Frame, FrameSpec, Function, InputSpec, Mat3,
+        Motion, NoParameters, ParamError, Parameters, Pose, Reaction, Rows, Scalar, Table, Twist, Values, Vec3,
+        Wrenches, doc_of, length,
     };
 }

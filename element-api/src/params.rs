@@ -67,7 +67,7 @@ pub struct ParamSpec {
     /// What kind of value is expected.
     pub kind: ParamKind,
     /// Unit of the values the plugin receives (SI), for example `"N/m"`; its dimension is what scenes are checked
-    /// against. For a curve, `"rad/s -> N m"`: unit of the argument, arrow, unit of the value.
+    /// against; empty: any. For a curve or function, `"rad/s -> N m"`: unit of the argument, arrow, unit of the value.
     pub unit: String,
     /// One sentence for the user.
     pub doc: String,
@@ -89,6 +89,12 @@ pub struct ParamSpec {
     /// Numbers must be smaller than this.
     #[serde(default)]
     pub below: Option<f64>,
+    /// The texts that are allowed; empty: any.
+    #[serde(default)]
+    pub choices: Vec<String>,
+    /// Name of a function's variable in expressions; empty: `x`.
+    #[serde(default)]
+    pub variable: String,
 }
 
 impl ParamSpec {
@@ -106,6 +112,8 @@ impl ParamSpec {
             max: None,
             above: None,
             below: None,
+            choices: Vec::new(),
+            variable: String::new(),
         }
     }
 
@@ -141,6 +149,20 @@ impl ParamSpec {
     #[must_use]
     pub fn below(mut self, bound: f64) -> Self {
         self.below = Some(bound);
+        self
+    }
+
+    /// With the texts that are allowed.
+    #[must_use]
+    pub fn choices(mut self, choices: &[&str]) -> Self {
+        self.choices = choices.iter().map(ToString::to_string).collect();
+        self
+    }
+
+    /// With the name of a function's variable.
+    #[must_use]
+    pub fn variable(mut self, name: &str) -> Self {
+        self.variable = name.into();
         self
     }
 
@@ -181,6 +203,8 @@ pub enum ParamKind {
     List,
     /// Pairs of argument and value.
     Curve,
+    /// A function of one variable: see [`crate::Function`].
+    Function,
 }
 
 impl ParamKind {
@@ -195,6 +219,7 @@ impl ParamKind {
             Self::Vector => "list of 3 numbers",
             Self::List => "list of numbers",
             Self::Curve => "list of [argument, value] pairs",
+            Self::Function => "number, expression or list of [argument, value] pairs",
         }
     }
 }
@@ -207,6 +232,15 @@ pub trait ParamType: Sized {
     const OPTIONAL: bool = false;
     /// Reads the value; `None` when it is of another kind.
     fn read_value(value: &toml::Value) -> Option<Self>;
+    /// Reads the value of the parameter `name`.
+    ///
+    /// # Errors
+    /// When it is of another kind, or can't be used.
+    fn read_named(value: &toml::Value, name: &str) -> Result<Self, ParamError> {
+        Self::read_value(value).ok_or_else(|| {
+            ParamError::new(name, format!("must be a {}, found {}", Self::KIND.text(), value.type_str()))
+        })
+    }
     /// The value as TOML.
     fn write(&self) -> toml::Value;
     /// What stands for a value that is not there; `None`: it must be there.
@@ -223,8 +257,7 @@ pub trait ParamType: Sized {
 pub fn read<T: ParamType>(table: &Table, name: &str) -> Result<T, ParamError> {
     match table.get(name) {
         None => T::absent().ok_or_else(|| ParamError::new(name, format!("is missing: a {} is needed", T::KIND.text()))),
-        Some(value) => T::read_value(value)
-            .ok_or_else(|| ParamError::new(name, format!("must be a {}, found {}", T::KIND.text(), value.type_str()))),
+        Some(value) => T::read_named(value, name),
     }
 }
 
@@ -304,6 +337,9 @@ impl<T: ParamType> ParamType for Option<T> {
     const OPTIONAL: bool = true;
     fn read_value(value: &toml::Value) -> Option<Self> {
         T::read_value(value).map(Some)
+    }
+    fn read_named(value: &toml::Value, name: &str) -> Result<Self, ParamError> {
+        T::read_named(value, name).map(Some)
     }
     fn write(&self) -> toml::Value {
         self.as_ref().map_or(toml::Value::Boolean(false), T::write)

@@ -178,10 +178,24 @@ pub enum Input {
     State(u32),
     /// Discrete state of the element; changes only between steps.
     Discrete(u32),
-    /// Signal from another element (reserved: no element class uses it yet).
+    /// Signal that the element takes.
     Signal(u32),
     /// Joint coordinate, in the recording of a mobility.
     Coordinate(u32),
+    /// Component of the reaction force of a joint that the element depends on, N, ground directions.
+    ReactionForce {
+        /// Which of the element's joints.
+        joint: u32,
+        /// Which component.
+        component: u32,
+    },
+    /// Component of the reaction torque of a joint that the element depends on, N m, ground directions.
+    ReactionTorque {
+        /// Which of the element's joints.
+        joint: u32,
+        /// Which component.
+        component: u32,
+    },
 }
 
 impl Input {
@@ -197,6 +211,8 @@ impl Input {
             Self::Discrete(k) => (7, k),
             Self::Signal(k) => (8, k),
             Self::Coordinate(k) => (9, k),
+            Self::ReactionForce { joint, component } => (10, 3 * joint + component),
+            Self::ReactionTorque { joint, component } => (11, 3 * joint + component),
         }
     }
 
@@ -213,6 +229,8 @@ impl Input {
             7 => Self::Discrete(index),
             8 => Self::Signal(index),
             9 => Self::Coordinate(index),
+            10 => Self::ReactionForce { joint: frame, component },
+            11 => Self::ReactionTorque { joint: frame, component },
             _ => return None,
         })
     }
@@ -345,8 +363,10 @@ pub struct Limits {
     pub mobility: usize,
     /// Number of channels.
     pub channels: usize,
-    /// Number of continuous states.
-    pub states: usize,
+    /// Number of signals taken.
+    pub inputs: usize,
+    /// Number of joints whose reactions are taken.
+    pub joints: usize,
 }
 
 /// Largest number of operations the host accepts from one element instance.
@@ -387,7 +407,7 @@ impl Recording {
                 Role::Force(k) | Role::Torque(k) => (k, 3 * limits.frames),
                 Role::Angle(k) => (k, limits.angles),
                 Role::Coordinate(k) => (k, limits.coordinates),
-                Role::StateRate(k) => (k, limits.states),
+                Role::StateRate(k) => (k, self.initial_states.len()),
                 Role::NextDiscrete(k) => (k, self.initial_discrete.len()),
                 Role::Channel(k) => (k, limits.channels),
                 Role::PosePosition(k) => (k, 3),
@@ -404,10 +424,7 @@ impl Recording {
         if let Some(pair) = roles.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(format!("{:?} is given twice", pair[0]));
         }
-        if self.initial_states.len() != limits.states {
-            return Err(format!("{} initial states for {} states", self.initial_states.len(), limits.states));
-        }
-        if let Some(k) = (0..limits.states as u32).find(|k| self.output(Role::StateRate(*k)).is_none()) {
+        if let Some(k) = (0..self.initial_states.len() as u32).find(|k| self.output(Role::StateRate(*k)).is_none()) {
             return Err(format!("state {k} has no rate"));
         }
         Ok(())
@@ -425,10 +442,13 @@ impl Recording {
             Op::Table(table, _) => inside(table, self.tables.len(), "table"),
             Op::Input(input) => match input {
                 Input::AngleReference(i) => inside(i, limits.angles, "angle"),
-                Input::State(i) => inside(i, limits.states, "state"),
+                Input::State(i) => inside(i, self.initial_states.len(), "state"),
                 Input::Discrete(i) => inside(i, self.initial_discrete.len(), "discrete state"),
                 Input::Coordinate(i) => inside(i, limits.mobility, "joint coordinate"),
-                Input::Signal(_) => Err("signals are reserved for a later version".into()),
+                Input::Signal(i) => inside(i, limits.inputs, "signal"),
+                Input::ReactionForce { joint, .. } | Input::ReactionTorque { joint, .. } => {
+                    inside(joint, limits.joints, "joint")
+                }
                 Input::Time => Ok(()),
                 other => inside(other.frame().unwrap_or(u32::MAX), limits.frames, "frame"),
             },

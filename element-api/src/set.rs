@@ -7,7 +7,7 @@ use crate::descriptor::Descriptor;
 use crate::params::{ParamError, Table};
 use crate::recording::Recording;
 
-/// A kind of joint or force that can be instantiated.
+/// A kind of joint, force or control element that can be instantiated.
 pub trait ElementClass: Send + Sync {
     /// Names, parameters, sizes.
     fn descriptor(&self) -> &Descriptor;
@@ -30,8 +30,8 @@ pub trait ElementSet: Send {
     /// When the element panics, or does not set a row or coordinate that it declares.
     fn record(&self, instance: usize) -> Result<Recording, Fault>;
 
-    /// `[hot]` Evaluates the instances numbered in `batch` with plain numbers. (The adapters of this crate allocate a few
-    /// short lists per call.)
+    /// `[hot]` Evaluates the instances numbered in `batch` with plain numbers. The adapters of this crate
+    /// allocate only in the first call.
     ///
     /// # Errors
     /// When the element panics or lengths do not fit.
@@ -104,13 +104,13 @@ pub struct Wanted {
 
 /// Where inputs and results of an opaque instance lie in its part of a batch.
 ///
-/// Inputs: time; angle references; states; memory; then per frame position (3), rotation (9, row after row), velocity (3),
-/// angular velocity (3).
+/// Inputs: time; angle references; states; memory; signals; per joint reaction force (3) and torque (3); then per frame
+/// position (3), rotation (9, row after row), velocity (3), angular velocity (3).
 ///
 /// Results of a joint, with R = rows used + joint coordinates: values (R); derivatives (R x 6 per frame: shift of the
 /// origin in ground directions, rotation about the frame's own axes); derivative with respect to time (R); second
 /// derivative along the motion at zero acceleration of all frames (R); angles.
-/// Results of a force: forces (3 per frame); torques (3 per frame); rates; next memory; channels; potential; dissipation;
+/// Results of a force or (with zeros for what it has not) of a control element: forces (3 per frame); torques (3 per frame); rates; next memory; channels; potential; dissipation;
 /// angles. What the element does not give is NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
@@ -122,7 +122,11 @@ pub struct Layout {
     pub states: usize,
     /// Number of discrete states.
     pub memory: usize,
-    /// Rows used plus coordinates of a joint; channels of a force.
+    /// Number of signals taken.
+    pub signals: usize,
+    /// Number of joints whose reactions are taken.
+    pub joints: usize,
+    /// Rows used plus coordinates of a joint; channels of a force; signals given by a control element.
     pub values: usize,
 }
 
@@ -135,7 +139,7 @@ impl Layout {
     /// Where the first frame begins.
     #[must_use]
     pub const fn frames_at(&self) -> usize {
-        1 + self.angles + self.states + self.memory
+        1 + self.angles + self.states + self.memory + self.signals + 6 * self.joints
     }
     /// Numbers per instance out, for a joint.
     #[must_use]

@@ -15,7 +15,8 @@
 //! }
 //! ```
 //!
-//! Keys of `#[param(...)]`: `unit` (default `"1"`), `default`, `min`, `max` (inclusive), `above`, `below` (exclusive).
+//! Keys of `#[param(...)]`: `unit` (default `"1"`), `default`, `min`, `max` (inclusive), `above`, `below` (exclusive),
+//! `choices = ["a", "b"]` for texts, `variable = "t"` for functions.
 //! A field of type `Option<T>` may be left out of a scene.
 
 use proc_macro::TokenStream;
@@ -86,10 +87,12 @@ fn spec(field: &Field) -> syn::Result<proc_macro2::TokenStream> {
                 "max" => extras.push(quote! { .max(#value) }),
                 "above" => extras.push(quote! { .above(#value) }),
                 "below" => extras.push(quote! { .below(#value) }),
+                "choices" => extras.push(quote! { .choices(&#value) }),
+                "variable" => extras.push(quote! { .variable(#value) }),
                 other => {
-                    return Err(
-                        meta.error(format!("unknown key `{other}`: expected unit, default, min, max, above or below"))
-                    );
+                    return Err(meta.error(format!(
+                        "unknown key `{other}`: expected unit, default, min, max, above, below, choices or variable"
+                    )));
                 }
             }
             Ok(())
@@ -110,3 +113,6 @@ fn doc_text(attributes: &[Attribute]) -> String {
     }
     lines.join(" ").trim().to_string()
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,6 +10,8 @@ use crate::params::Table as Params;
 use crate::prelude::*;
 use crate::recording::{Limits, Role};
 use crate::set::{Batch, CreateError, ElementClass, Wanted};
+use crate::testkit::{Options, Probe, Random, examine_class};
+use crate::tests::signals::{Governor, Shaper};
 
 /// A joint that goes wrong where its parameter says.
 struct Trap {
@@ -108,11 +110,11 @@ impl Force for Engine {
         let torque = at.configuration.angle_about_z(0, 0, 1).lookup(&self.curve);
         out.torque_pair(0, 1, at.frames()[0].z() * torque);
     }
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![at.configuration.angle_about_z(0, 0, 1).lookup(&self.curve)]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.configuration.angle_about_z(0, 0, 1).lookup(&self.curve));
     }
-    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![S::select(at.states[0], S::from(1.0), at.spin_about_z(0, 1).powi(2), S::zero())]
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(S::select(at.states[0], S::from(1.0), at.spin_about_z(0, 1).powi(2), S::zero()));
     }
     fn initial_states(&self) -> Vec<f64> {
         vec![0.25]
@@ -127,7 +129,12 @@ impl Exported for Exporter {
             package: "tests".into(),
             version: "0.0.0".into(),
             about: String::new(),
-            classes: vec![adapt::joint::<Trap>(), adapt::force::<Engine>()],
+            classes: vec![
+                adapt::joint::<Trap>(),
+                adapt::force::<Engine>(),
+                adapt::control::<Shaper>(),
+                adapt::force::<Governor>(),
+            ],
         }
     }
 }
@@ -162,7 +169,7 @@ fn descriptors_arrive_unchanged() {
 
 #[test]
 fn recordings_arrive_bit_by_bit() {
-    for (class, text) in [(0, "offset = 0.1"), (1, CURVE)] {
+    for (class, text) in [(0, "offset = 0.1"), (1, CURVE), (2, "orders = 3"), (2, "orders = 0"), (3, "orders = 2")] {
         let mut here = Exporter::library().classes[class].new_set();
         let mut there = loaded()[class].new_set();
         assert_eq!(here.add(&params(text)), Ok(0));
@@ -210,6 +217,33 @@ fn evaluation_is_that_of_the_linked_class() {
         there.evaluate(&batch, &mut b).expect("results");
         assert_eq!(a, b);
         assert_eq!(a.iter().filter(|x| **x == 7.0).count(), 26 * usize::from(!jacobian) + 2 * usize::from(!second));
+    }
+}
+
+#[test]
+fn signals_reactions_and_control_elements_cross_the_interface() {
+    for (class, params) in [(2, "orders = 0"), (2, "orders = 3"), (3, "orders = 1")] {
+        let (linked, loaded) = (&Exporter::library().classes[class], &loaded()[class]);
+        let here = Probe::of(linked.as_ref(), params).expect("accepted");
+        let there = Probe::of(loaded.as_ref(), params).expect("accepted");
+        let mut random = Random::new(7);
+        for _ in 0..10 {
+            let setting = here.random_setting(&mut random);
+            assert_eq!(there.force_values(&setting), here.force_values(&setting), "{}", linked.descriptor().name);
+            assert_eq!(there.recorded(&setting, &[]), here.recorded(&setting, &[]));
+        }
+    }
+}
+
+#[test]
+fn a_loaded_class_fulfils_the_contract_as_a_linked_one_does() {
+    let energy_is_not_kept = Options { accounted: false, ..Options::default() };
+    for (class, params) in [(0, ""), (1, CURVE), (2, "orders = 2"), (3, "orders = 2")] {
+        let loaded = loaded().swap_remove(class);
+        let report = examine_class(loaded, params, &energy_is_not_kept);
+        assert!(report.is_sound(), "{report}");
+        let linked = examine_class(Exporter::library().classes.swap_remove(class), params, &energy_is_not_kept);
+        assert_eq!(report, linked);
     }
 }
 
@@ -286,7 +320,7 @@ fn instances_that_do_not_exist_are_not_asked_for() {
 }
 
 fn limits() -> Limits {
-    Limits { frames: 2, rows: 1, angles: 0, coordinates: 0, mobility: 0, channels: 0, states: 0 }
+    Limits { frames: 2, rows: 1, angles: 0, coordinates: 0, mobility: 0, channels: 0, inputs: 0, joints: 0 }
 }
 
 fn raw() -> RecordingV1 {

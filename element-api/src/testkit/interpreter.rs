@@ -1,6 +1,7 @@
 //! The plainest evaluation of a [`Recording`]: the oracle of the host's programs.
 
 use crate::recording::{Input, Op, Recording, Role};
+use crate::scalar::Scalar;
 use crate::testkit::Setting;
 
 /// Carries out a recording operation by operation and gives its results with their meaning.
@@ -9,14 +10,23 @@ use crate::testkit::Setting;
 /// When the recording refers to something that is not there; [`Recording::check`] finds that beforehand.
 #[must_use]
 pub fn interpret(recording: &Recording, setting: &Setting, coordinates: &[f64]) -> Vec<(Role, f64)> {
-    let mut values: Vec<f64> = Vec::with_capacity(recording.ops.len());
+    interpret_with(recording, |input| setting.read(input, coordinates))
+}
+
+/// [`interpret`] with any scalar, for example with [`crate::Jet`], which differentiates the recording.
+///
+/// # Panics
+/// As [`interpret`].
+#[must_use]
+pub fn interpret_with<S: Scalar>(recording: &Recording, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
+    let mut values: Vec<S> = Vec::with_capacity(recording.ops.len());
     for raw in &recording.ops {
         let op = Op::decode(*raw).expect("known operation");
         let v = |k: u32| values[k as usize];
         let constant = |k: u32| recording.constants[k as usize];
         let value = match op {
-            Op::Constant(k) => constant(k),
-            Op::Input(input) => read(input, setting, coordinates),
+            Op::Constant(k) => S::from(constant(k)),
+            Op::Input(input) => read(input),
             Op::Add(a, b) => v(a) + v(b),
             Op::Sub(a, b) => v(a) - v(b),
             Op::Mul(a, b) => v(a) * v(b),
@@ -31,35 +41,10 @@ pub fn interpret(recording: &Recording, setting: &Setting, coordinates: &[f64]) 
             Op::Tanh(a) => v(a).tanh(),
             Op::Powi(a, n) => v(a).powi(n),
             Op::Powf(a, k) => v(a).powf(constant(k)),
-            Op::Select(a, b, x, y) => {
-                if v(a) < v(b) {
-                    v(x)
-                } else {
-                    v(y)
-                }
-            }
-            Op::Table(table, a) => recording.tables[table as usize].derivative(v(a), 0),
+            Op::Select(a, b, x, y) => S::select(v(a), v(b), v(x), v(y)),
+            Op::Table(table, a) => v(a).lookup(&recording.tables[table as usize]),
         };
         values.push(value);
     }
     recording.outputs.iter().map(|output| (output.role, values[output.node as usize])).collect()
-}
-
-fn read(input: Input, setting: &Setting, coordinates: &[f64]) -> f64 {
-    match input {
-        Input::Time => setting.time,
-        Input::Position { frame, component } => setting.frames[frame as usize].position[component as usize],
-        Input::Rotation { frame, row, column } => {
-            setting.frames[frame as usize].rotation[(row as usize, column as usize)]
-        }
-        Input::Velocity { frame, component } => setting.twists[frame as usize].velocity[component as usize],
-        Input::AngularVelocity { frame, component } => {
-            setting.twists[frame as usize].angular_velocity[component as usize]
-        }
-        Input::AngleReference(k) => setting.references[k as usize],
-        Input::State(k) => setting.states[k as usize],
-        Input::Discrete(k) => setting.memory[k as usize],
-        Input::Signal(k) => panic!("signal {k} is reserved"),
-        Input::Coordinate(k) => coordinates[k as usize],
-    }
 }

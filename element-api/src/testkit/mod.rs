@@ -18,23 +18,46 @@
 //! #         rows.push(length(at.frames[1].position - at.frames[0].position) - 1.0);
 //! #     }
 //! # }
-//! // Recording, derivatives, frame invariance, mobility.
+//! // Panics with the report when something is found.
 //! testkit::check_joint::<Rod>("");
+//!
+//! // The same with what the author claims beyond what is usual; and the report as data.
+//! let options = testkit::Options { symmetric: Some(true), scleronomic: Some(true), ..Default::default() };
+//! let report = testkit::examine_joint_with::<Rod>("", &options);
+//! assert!(report.is_sound(), "{report}");
+//! assert!(report.examined.contains(&testkit::Check::BodySwap));
 //! ```
 //!
-//! Everything here panics with a text that says what failed: it is for tests only.
+//! The properties are the variants of [`Check`]; [`Options`] say which of them an element is exempt from, which more its
+//! author claims, and where an element is defined that is not defined everywhere. Everything is random but the same in
+//! every run.
+//!
+//! For tests only: mistakes of the caller (parameters that are not TOML, settings that do not fit) panic.
 
+mod acting;
+mod assembly;
 mod checks;
+mod differences;
+mod examine;
 mod interpreter;
+mod joints;
+mod report;
 mod setting;
+mod variation;
 
-pub use checks::{check_force, check_internal, check_joint, check_power};
-pub use interpreter::interpret;
+pub use checks::{check_control, check_force, check_internal, check_joint, check_power};
+pub use examine::{
+    examine_class, examine_control, examine_control_with, examine_force, examine_force_with, examine_joint,
+    examine_joint_with,
+};
+pub use interpreter::{interpret, interpret_with};
+pub use joints::assembled_setting;
+pub use report::{Check, CountAllocations, Finding, MakeSetting, Options, Report};
 pub use setting::{Random, Setting, on_common_axis, turn};
 
 use crate::adapt;
-use crate::descriptor::{Descriptor, Kind};
-use crate::element::{Constraint, Force};
+use crate::descriptor::{Descriptor, Kind, Named};
+use crate::element::{Constraint, Control, Force, Reaction};
 use crate::geometry::Vec3;
 use crate::params::{ParamSpec, Table};
 use crate::recording::{Recording, Role};
@@ -126,14 +149,26 @@ impl Probe {
         Self::of(adapt::force::<T>().as_ref(), params)
     }
 
+    /// A control element; see [`Probe::joint`].
+    ///
+    /// # Errors
+    /// What the element says about the parameters.
+    pub fn control<T: Control>(params: &str) -> Result<Self, CreateError> {
+        Self::of(adapt::control::<T>().as_ref(), params)
+    }
+
     /// An instance of any class; see [`Probe::joint`].
     ///
     /// # Errors
     /// What the element says about the parameters.
     pub fn of(class: &dyn ElementClass, params: &str) -> Result<Self, CreateError> {
+        Self::from_table(class, &complete(&class.descriptor().params, params))
+    }
+
+    fn from_table(class: &dyn ElementClass, params: &Table) -> Result<Self, CreateError> {
         let descriptor = class.descriptor().clone();
         let mut set = class.new_set();
-        let instance = set.add(&complete(&descriptor.params, params))?;
+        let instance = set.add(params)?;
         let recording = set.record(instance).map_err(|fault| CreateError::Fault(fault.message))?;
         recording.check(&descriptor.limits()).map_err(CreateError::Fault)?;
         Ok(Self { descriptor, recording, set })
@@ -146,10 +181,10 @@ impl Probe {
     #[must_use]
     pub fn joint_values(&self, setting: &Setting) -> JointValues {
         assert_eq!(self.descriptor.kind, Kind::Joint, "{} is not a joint", self.descriptor.name);
-        let rows = self.recording.outputs.iter().filter(|o| matches!(o.role, Role::Residual(_))).count();
-        let layout = self.layout(rows + self.descriptor.channels.len());
+        let rows = self.rows();
+        let layout = self.layout();
         let (count, per_row) = (layout.values, 6 * layout.frames);
-        let numbers = self.evaluate(setting, layout.joint_results());
+        let numbers = self.raw(setting);
         let (values, rest) = numbers.split_at(count);
         let (jacobian, rest) = rest.split_at(count * per_row);
         let (time_derivative, rest) = rest.split_at(count);
@@ -164,15 +199,40 @@ impl Probe {
         }
     }
 
-    /// What the force element gives, evaluated with plain numbers.
+    /// Rows in use, then joint coordinates; no derivatives.
+    fn joint_plain(&self, setting: &Setting) -> Vec<f64> {
+        let mut numbers = self.evaluate(setting, Wanted { jacobian: false, second: false });
+        numbers.truncate(self.layout().values);
+        numbers
+    }
+
+    /// Angles, then coordinates or channels; those that are not in rad as not-a-number.
+    fn angles_and_results(&self, setting: &Setting) -> Vec<f64> {
+        let (mut angles, results) = match self.descriptor.kind {
+            Kind::Joint => {
+                let numbers = self.evaluate(setting, Wanted { jacobian: false, second: false });
+                let (values, rest) = numbers.split_at(self.layout().values);
+                (rest[rest.len() - self.descriptor.angles..].to_vec(), values[self.rows()..].to_vec())
+            }
+            Kind::Force | Kind::Control => {
+                let found = self.force_values(setting);
+                (found.angles, found.channels)
+            }
+        };
+        let in_rad = self.descriptor.channels.iter().map(|channel| channel.unit == "rad");
+        angles.extend(results.iter().zip(in_rad).map(|(value, in_rad)| if in_rad { *value } else { f64::NAN }));
+        angles
+    }
+
+    /// What the force or control element gives, evaluated with plain numbers.
     ///
     /// # Panics
     /// For a joint, or when the setting does not fit.
     #[must_use]
     pub fn force_values(&self, setting: &Setting) -> ForceValues {
-        assert_eq!(self.descriptor.kind, Kind::Force, "{} is not a force element", self.descriptor.name);
-        let layout = self.layout(self.descriptor.channels.len());
-        let numbers = self.evaluate(setting, layout.force_results());
+        assert_ne!(self.descriptor.kind, Kind::Joint, "{} is a joint", self.descriptor.name);
+        let layout = self.layout();
+        let numbers = self.raw(setting);
         let vectors = |list: &[f64]| list.chunks(3).map(Vec3::from_column_slice).collect();
         let given = |x: f64| if x.is_nan() { None } else { Some(x) };
         let (forces, rest) = numbers.split_at(3 * layout.frames);
@@ -207,35 +267,70 @@ impl Probe {
         let mut setting = Setting::at_rest((0..self.descriptor.frames.len()).map(|_| random.frame()).collect());
         setting.time = random.between(0.0, 1.0);
         setting.twists = setting.frames.iter().map(|_| random.twist()).collect();
+        setting.signals = self.descriptor.inputs.iter().map(|_| random.between(-1.0, 1.0)).collect();
+        let reaction = |_: &Named| Reaction { force: random.vector(1.0), torque: random.vector(1.0) };
+        setting.reactions = self.descriptor.joints.iter().map(reaction).collect();
         self.settle(&mut setting);
         setting
     }
 
     /// Fills in angle references (the angles themselves) and states (those at the start), as the host does at the start.
+    /// Signals and reactions that are not given take their defaults, or zero.
     pub fn settle(&self, setting: &mut Setting) {
+        let given = setting.signals.len().min(self.descriptor.inputs.len());
+        setting.signals.extend(self.descriptor.inputs[given..].iter().map(|input| input.default.unwrap_or(0.0)));
+        let nothing = Reaction { force: Vec3::zeros(), torque: Vec3::zeros() };
+        setting.reactions.resize(self.descriptor.joints.len(), nothing);
         setting.references = vec![0.0; self.descriptor.angles];
         setting.states = self.recording.initial_states.clone();
         setting.memory = self.recording.initial_discrete.clone();
-        setting.references = match self.descriptor.kind {
-            Kind::Joint => self.joint_values(setting).angles,
-            Kind::Force => self.force_values(setting).angles,
-        };
+        self.refer(setting);
     }
 
-    fn layout(&self, values: usize) -> Layout {
-        Layout {
-            frames: self.descriptor.frames.len(),
-            angles: self.descriptor.angles,
-            states: self.descriptor.states.len(),
-            memory: self.recording.initial_discrete.len(),
-            values,
+    /// The angles become the references, as the host does after a step.
+    fn refer(&self, setting: &mut Setting) {
+        let angles = self.angles_and_results(setting);
+        for (reference, angle) in setting.references.iter_mut().zip(angles) {
+            // An angle that this instance does not compute.
+            if !angle.is_nan() {
+                *reference = angle;
+            }
         }
     }
 
-    fn evaluate(&self, setting: &Setting, results: usize) -> Vec<f64> {
+    /// Number of rows in use.
+    fn rows(&self) -> usize {
+        self.recording.outputs.iter().filter(|output| matches!(output.role, Role::Residual(_))).count()
+    }
+
+    fn layout(&self) -> Layout {
+        let rows = if self.descriptor.kind == Kind::Joint { self.rows() } else { 0 };
+        Layout {
+            frames: self.descriptor.frames.len(),
+            angles: self.descriptor.angles,
+            states: self.recording.initial_states.len(),
+            memory: self.recording.initial_discrete.len(),
+            signals: self.descriptor.inputs.len(),
+            joints: self.descriptor.joints.len(),
+            values: rows + self.descriptor.channels.len(),
+        }
+    }
+
+    /// Room for all results, filled with what is not a number, so that a result that is not written is seen.
+    fn room(&self) -> Vec<f64> {
+        let layout = self.layout();
+        let joint = self.descriptor.kind == Kind::Joint;
+        vec![f64::NAN; if joint { layout.joint_results() } else { layout.force_results() }]
+    }
+
+    /// All results as they lie in a batch.
+    fn raw(&self, setting: &Setting) -> Vec<f64> {
+        self.evaluate(setting, Wanted { jacobian: true, second: true })
+    }
+
+    fn evaluate(&self, setting: &Setting, wanted: Wanted) -> Vec<f64> {
         let inputs = setting.inputs();
-        let wanted = Wanted { jacobian: true, second: true };
-        let mut out = vec![f64::NAN; results];
+        let mut out = self.room();
         self.set
             .evaluate(&Batch { instances: &[0], inputs: &inputs, wanted }, &mut out)
             .expect("the setting fits the element");

@@ -2,6 +2,7 @@
 
 use nalgebra::Rotation3;
 
+use crate::element::Reaction;
 use crate::geometry::{Frame, Mat3, Twist, Vec3};
 
 /// Where the frames of an element are, how they move, and what the host keeps for it.
@@ -15,6 +16,10 @@ pub struct Setting {
     pub states: Vec<f64>,
     /// Discrete states.
     pub memory: Vec<f64>,
+    /// Signals taken.
+    pub signals: Vec<f64>,
+    /// Reactions of the joints that the element depends on.
+    pub reactions: Vec<Reaction<f64>>,
     /// Frames in the element's order.
     pub frames: Vec<Frame<f64>>,
     /// Their velocities.
@@ -27,7 +32,16 @@ impl Setting {
     pub fn at_rest(frames: Vec<Frame<f64>>) -> Self {
         let still = Twist { velocity: Vec3::zeros(), angular_velocity: Vec3::zeros() };
         let twists = vec![still; frames.len()];
-        Self { time: 0.0, references: Vec::new(), states: Vec::new(), memory: Vec::new(), frames, twists }
+        Self {
+            time: 0.0,
+            references: Vec::new(),
+            states: Vec::new(),
+            memory: Vec::new(),
+            signals: Vec::new(),
+            reactions: Vec::new(),
+            frames,
+            twists,
+        }
     }
 
     /// The setting after `dt`: each origin keeps its velocity, each frame its angular velocity.
@@ -69,6 +83,19 @@ impl Setting {
             twist.velocity = world.rotation * twist.velocity;
             twist.angular_velocity = world.rotation * twist.angular_velocity;
         }
+        for reaction in &mut other.reactions {
+            reaction.force = world.rotation * reaction.force;
+            reaction.torque = world.rotation * reaction.torque;
+        }
+        other
+    }
+
+    /// The same setting with the frames in reverse order.
+    #[must_use]
+    pub fn exchanged(&self) -> Self {
+        let mut other = self.clone();
+        other.frames.reverse();
+        other.twists.reverse();
         other
     }
 
@@ -76,8 +103,12 @@ impl Setting {
     #[must_use]
     pub fn inputs(&self) -> Vec<f64> {
         let mut numbers = vec![self.time];
-        for list in [&self.references, &self.states, &self.memory] {
+        for list in [&self.references, &self.states, &self.memory, &self.signals] {
             numbers.extend(list);
+        }
+        for reaction in &self.reactions {
+            numbers.extend(&reaction.force);
+            numbers.extend(&reaction.torque);
         }
         for (frame, twist) in self.frames.iter().zip(&self.twists) {
             numbers.extend(&frame.position);

@@ -42,8 +42,8 @@ impl Constraint for OpaqueScrew {
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         self.0.residual(at, rows);
     }
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
-        self.0.coordinates(at)
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        self.0.coordinates(at, out);
     }
 }
 

@@ -78,7 +78,7 @@ fn a_forgotten_row_is_not_a_number_and_refused_by_name_when_recorded() {
 #[test]
 fn rows_and_angles_beyond_the_declared_ones_panic_with_the_count() {
     for (params, words) in
-        [("rows = true", "row 1 is set, but the constraint declares 1"), ("rows = false", "ANGLES = 0")]
+        [("rows = true", "row 1 is set, but the element declares 1 of them"), ("rows = false", "ANGLES = 0")]
     {
         let payload = std::panic::catch_unwind(|| Probe::joint::<Greedy>(params)).expect_err("must panic");
         let message = payload.downcast_ref::<String>().cloned().unwrap_or_default();

@@ -1,11 +1,17 @@
 //! Tests of the contract, one file per promise.
 
+mod allocations;
 mod batches;
+mod broken;
+mod documentation;
+mod expressions;
 mod functions;
 mod joints;
 mod parameters;
 mod recordings;
 mod refusals;
+mod rotations;
+pub(crate) mod signals;
 mod tables;
 
 use crate::prelude::*;
@@ -57,8 +63,8 @@ impl Constraint for Screw {
     fn uses_row(&self, row: usize) -> bool {
         self.held || row < 3
     }
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
-        vec![at.angle_about_z(0, 0, 1)]
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.angle_about_z(0, 0, 1));
     }
     fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
         Pose::screw_z(q[0], q[0] * self.pitch)
@@ -97,6 +103,12 @@ impl Element for Bellows {
     }
 }
 
+impl Bellows {
+    fn push<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
+        length(at.frames()[1].position - at.frames()[0].position).lookup(&self.curve)
+    }
+}
+
 impl Force for Bellows {
     const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("push", "N", "force on j away from i")];
     const STATES: &'static [ChannelSpec] = &[ChannelSpec::new("pressure", "N", "lagging force")];
@@ -106,8 +118,8 @@ impl Force for Bellows {
         out.force_pair(0, 1, d / length(d) * (length(d).lookup(&self.curve) + open));
         out.torque_pair(0, 1, at.frames()[0].z() * at.spin_about_z(0, 1));
     }
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![length(at.frames()[1].position - at.frames()[0].position).lookup(&self.curve)]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(self.push(at));
     }
     fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
         Some(at.spin_about_z(0, 1).powi(2))
@@ -115,14 +127,14 @@ impl Force for Bellows {
     fn initial_states(&self) -> Vec<f64> {
         vec![0.25]
     }
-    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![(self.channels(at)[0] - at.states[0]) / self.relaxation]
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push((self.push(at) - at.states[0]) / self.relaxation);
     }
     fn initial_memory(&self) -> Vec<f64> {
         vec![1.0; self.latches]
     }
-    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        at.memory.iter().map(|m| *m * at.time()).collect()
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        at.memory.iter().for_each(|m| out.push(*m * at.time()));
     }
 }
 

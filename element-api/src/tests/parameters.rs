@@ -1,5 +1,6 @@
 //! `#[derive(Parameters)]`: the struct is the single source of names, units, defaults, ranges and texts.
 
+use crate::Function;
 use crate::params::{ParamError, ParamKind, ParamSpec, Parameters, Table};
 
 #[derive(Debug, PartialEq, crate::Parameters)]
@@ -35,6 +36,15 @@ struct Everything {
     /// A curve that may be left out.
     #[param(unit = "s -> m")]
     path: Option<Vec<[f64; 2]>>,
+    /// A text of a list.
+    #[param(choices = ["rotation", "translation"], default = "rotation")]
+    motion: String,
+    /// A function.
+    #[param(unit = "s -> rad", variable = "t", default = 0.25)]
+    angle: Function,
+    /// A function that may be left out.
+    #[param(unit = "m -> N")]
+    force: Option<Function>,
 }
 
 #[derive(Debug, PartialEq, crate::Parameters)]
@@ -55,6 +65,9 @@ fn specs_carry_names_kinds_units_and_texts_in_the_order_of_the_struct() {
         ("curve", ParamKind::Curve, "rad -> N", "A curve."),
         ("delay", ParamKind::Number, "s", "Something that may be left out."),
         ("path", ParamKind::Curve, "s -> m", "A curve that may be left out."),
+        ("motion", ParamKind::Text, "1", "A text of a list."),
+        ("angle", ParamKind::Function, "s -> rad", "A function."),
+        ("force", ParamKind::Function, "m -> N", "A function that may be left out."),
     ];
     let expected = expected.map(|(name, kind, unit, doc)| (name.into(), kind, unit.into(), doc.into()));
     assert_eq!(found, expected);
@@ -76,7 +89,7 @@ fn ranges_are_checked_and_told_in_words() {
 #[test]
 fn defaults_are_told_and_read_back() {
     let defaults: Table = Everything::specs().into_iter().filter_map(|s| Some((s.name, s.default?))).collect();
-    assert_eq!(defaults.len(), 6);
+    assert_eq!(defaults.len(), 8);
     let mut table = defaults;
     table.extend(parsed("stiffness = 4\ncurve = [[0, 1], [1.5, 2]]"));
     let expected = Everything {
@@ -90,6 +103,9 @@ fn defaults_are_told_and_read_back() {
         curve: vec![[0.0, 1.0], [1.5, 2.0]],
         delay: None,
         path: None,
+        motion: "rotation".into(),
+        angle: Function::constant(0.25),
+        force: None,
     };
     assert_eq!(Everything::read(&table), Ok(expected));
 }
@@ -97,7 +113,7 @@ fn defaults_are_told_and_read_back() {
 #[test]
 fn only_optional_parameters_may_be_absent() {
     let optional: Vec<String> = Everything::specs().into_iter().filter(|s| s.optional).map(|s| s.name).collect();
-    assert_eq!(optional, ["delay", "path"]);
+    assert_eq!(optional, ["delay", "path", "force"]);
     let error = Everything::read(&parsed("stiffness = 1.0")).expect_err("the others are missing");
     assert_eq!(error, ParamError::new("length", "is missing: a number is needed"));
     let mut table = complete();
@@ -117,12 +133,38 @@ fn values_of_another_kind_are_refused_by_name_and_kind() {
         ("weights = [1.0, \"x\"]", "weights", "must be a list of numbers, found array"),
         ("curve = [[1.0, 2.0, 3.0]]", "curve", "must be a list of [argument, value] pairs, found array"),
         ("delay = true", "delay", "must be a number, found boolean"),
+        ("motion = 1.0", "motion", "must be a text, found float"),
+        ("angle = [[0.0, 1.0]]", "angle", "needs at least 2 points, found 1"),
+        ("force = { postfix = ['x', 'add'] }", "force", "\"add\" lacks operands"),
+        (
+            "force = true",
+            "force",
+            "must be a number, a list of [argument, value] pairs, `{ points = [...], periodic = true }`, or an expression",
+        ),
     ];
     for (text, path, message) in refused {
         let mut table = complete();
         table.extend(parsed(text));
         assert_eq!(Everything::read(&table), Err(ParamError::new(path, message)), "{text}");
     }
+}
+
+#[test]
+fn choices_and_variables_are_told() {
+    assert_eq!(spec("motion").choices, ["rotation", "translation"]);
+    assert_eq!(spec("angle").variable, "t");
+    for plain in ["mode", "force", "stiffness"] {
+        assert!(spec(plain).choices.is_empty() && spec(plain).variable.is_empty(), "{plain}");
+    }
+}
+
+#[test]
+fn specs_of_an_older_plugin_lack_choices_and_variables() {
+    let mut text: Table = Table::try_from(spec("motion")).expect("can be written");
+    text.remove("choices");
+    text.remove("variable");
+    let old: ParamSpec = text.try_into().expect("can be read");
+    assert!(old.choices.is_empty() && old.variable.is_empty());
 }
 
 #[test]

@@ -1,18 +1,73 @@
 //! The force of the gas in a cylinder on piston and cylinder head, given over the crank angle.
 //!
-//! The crank angle theta is that of the rotor frame against the housing frame about z; it is zero where their x axes are
-//! parallel (usually the top dead centre). With the cylinder's z axis along the piston's path towards the head, the force
-//! on the piston is -F z_cylinder, at the piston frame's origin, and the opposite acts on the cylinder's body along the
-//! same line. F > 0 is pressure. Either a curve over one turn, splined periodically, or
-//!
+//! ## Equations
+//! The crank angle theta is that of the rotor frame against the housing frame about z, zero where their x axes are parallel (usually
+//! the top dead centre). The force is either a curve over one turn, splined periodically, or a Fourier series:
 //! ```text
-//! F = a_0 + sum over k >= 1 of a_k cos k theta + b_k sin k theta                         (1)
+//! F = a_0 + sum over k >= 1 of a_k cos k theta + b_k sin k theta        (1)
+//! cos k theta = 2 cos theta cos (k-1) theta - cos (k-2) theta           (2)
+//! cos theta = x_rotor . x_housing     sin theta = x_rotor . y_housing   (3)
 //! ```
+//! (2), likewise for sin, needs no angle (Chebyshev's recurrence, Abramowitz & Stegun 1964, 22.7). The force on the piston is
+//! -F z_cylinder at the piston frame's origin, and the opposite acts on the cylinder's body along the same line.
 //!
-//! from the recurrence cos k theta = 2 cos theta cos (k-1) theta - cos (k-2) theta, likewise for sin (2), which needs no
-//! angle: cos theta = x_rotor . x_housing, sin theta = x_rotor . y_housing.
+//! ## Signs
+//! The cylinder's z axis points along the piston's path towards the head. F > 0 is pressure: it drives the piston from the head.
 //!
-//! The z axes of housing and rotor must be kept parallel by a bearing. The force does work over a turn: it has no potential.
+//! ## Singular cases
+//! None. The z axes of housing and rotor must be kept parallel by a bearing. The force does work over a turn: it has no potential.
+//!
+//! ## Example
+//! ```toml
+//! title = "A piston driven by its gas force against a turning crank"
+//!
+//! [plugins]
+//! libraries = ["odyn-joints", "odyn-compressor"]
+//!
+//! [simulation]
+//! t_end = 0.1
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "rotor"
+//! mass = 1
+//! inertia = [1e-3, 1e-3, 1e-3]
+//! angular_velocity = [0, 0, 300]
+//!
+//! [[joint]]
+//! name = "bearing"
+//! type = "revolute"
+//! bodies = ["ground", "rotor"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//!
+//! [[body]]
+//! name = "piston"
+//! mass = 1
+//! inertia = [1, 1, 1]
+//!
+//! [[joint]]
+//! name = "cylinder"
+//! type = "translational"
+//! bodies = ["ground", "piston"]
+//! point = [0, 0, 0]
+//! axis = [1, 0, 0]
+//!
+//! [[force]]
+//! name = "gas"
+//! type = "compression-force"
+//! bodies = ["ground", "piston", "ground", "rotor"]
+//! axes = [[1, 0, 0], [1, 0, 0], [0, 0, 1], [0, 0, 1]]
+//! x_axes = [[0, 1, 0], [0, 1, 0], [1, 0, 0], [1, 0, 0]]
+//! params.cosine = [45, 74]
+//! params.sine = [-28]
+//!
+//! [[output]]
+//! name = "force"
+//! quantity = "value"
+//! of = "gas"
+//! channel = "force"
+//! ```
 
 use element_api::prelude::*;
 
@@ -46,6 +101,7 @@ enum Law {
 impl Element for CompressionForce {
     const NAME: &'static str = "compression-force";
     const SUMMARY: &'static str = "gas force between piston and cylinder as a periodic function of the crank angle";
+    const DOC: &'static str = doc_of(include_str!("compression_force.rs"));
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new("cylinder", "on the body with the cylinder; its z axis is the piston's path, towards the head"),
         FrameSpec::new("piston", "on the piston; the force acts at its origin"),
@@ -113,7 +169,7 @@ impl Force for CompressionForce {
         out.force_pair(0, 1, at.frames()[0].z() * -self.force(at));
     }
 
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![self.force(at)]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(self.force(at));
     }
 }

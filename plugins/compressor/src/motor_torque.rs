@@ -1,16 +1,61 @@
-//! A motor between housing and rotor whose torque depends on the speed.
+//! An electric motor between a housing and its rotor, whose torque depends on the speed: by a measured curve, or by the law of an
+//! induction motor.
 //!
-//! With omega = z_housing . (omega_rotor - omega_housing), the torque on the rotor is T z_housing, on the housing
-//! -T z_housing, where T is either a curve T(omega), splined and held constant outside its range, or that of an induction
-//! motor near its synchronous speed omega_s (Kloss' formula, e.g. Fitzgerald, Kingsley & Umans, Electric Machinery, ch. 6):
-//!
+//! ## Equations
+//! With the speed omega = z_housing . (omega_rotor - omega_housing), the torque T is either a curve T(omega), a natural cubic spline
+//! held constant outside its range, or that of an induction motor near its synchronous speed omega_s (Kloss' formula, e.g.
+//! Fitzgerald, Kingsley & Umans, Electric Machinery, ch. 6):
 //! ```text
-//! s = 1 - omega / omega_s                          (1)
-//! T = 2 T_m s_m s / (s^2 + s_m^2)                  (2)
+//! s = 1 - omega / omega_s                                               (1)
+//! T = 2 T_m s_m s / (s^2 + s_m^2)                                       (2)
+//! torque on the rotor T z_housing, on the housing -T z_housing          (3)
 //! ```
+//! T_m is the breakdown (largest) torque, reached at the slip s = s_m. The power T omega is integrated as work done on the scene.
 //!
-//! T_m is the breakdown (largest) torque, reached at slip s = s_m. Positive torque drives the rotor to the left about z; for
-//! a motor that turns the other way, turn the frames' z axes around. Nothing is singular, since s_m > 0.
+//! ## Signs
+//! Positive torque drives the rotor to the left about z; for a motor that turns the other way, turn the frames' z axes around.
+//!
+//! ## Singular cases
+//! None, since s_m > 0. At the ends of a curve the slope jumps to zero. The z axes must be kept parallel by a bearing.
+//!
+//! ## Example
+//! ```toml
+//! title = "A motor starts"
+//!
+//! [plugins]
+//! libraries = ["odyn-joints", "odyn-compressor"]
+//!
+//! [simulation]
+//! t_end = 0.1
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "rotor"
+//! mass = 1
+//! inertia = [1e-3, 1e-3, 1e-3]
+//!
+//! [[joint]]
+//! name = "bearing"
+//! type = "revolute"
+//! bodies = ["ground", "rotor"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//!
+//! [[force]]
+//! name = "motor"
+//! type = "motor-torque"
+//! bodies = ["ground", "rotor"]
+//! axis = [0, 0, 1]
+//! params.breakdown_torque = "2 N m"
+//! params.breakdown_slip = 0.2
+//! params.synchronous_speed = "3000 rpm"
+//!
+//! [[output]]
+//! name = "torque"
+//! quantity = "value"
+//! of = "motor"
+//! channel = "torque"
+//! ```
 
 use element_api::prelude::*;
 
@@ -46,6 +91,7 @@ enum Law {
 impl Element for MotorTorque {
     const NAME: &'static str = "motor-torque";
     const SUMMARY: &'static str = "motor torque on a rotor as a function of its speed";
+    const DOC: &'static str = doc_of(include_str!("motor_torque.rs"));
     const FRAMES: &'static [FrameSpec] = crate::SHAFT_FRAMES;
     type Parameters = MotorTorqueParameters;
 
@@ -98,7 +144,7 @@ impl Force for MotorTorque {
         out.torque_pair(0, 1, at.frames()[0].z() * self.torque(at));
     }
 
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![self.torque(at)]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(self.torque(at));
     }
 }

@@ -1,0 +1,173 @@
+//! Checks of force and control elements.
+
+use crate::descriptor::Kind;
+use crate::geometry::Vec3;
+use crate::recording::Role;
+use crate::testkit::differences::{DIFFERENCE, slopes};
+use crate::testkit::examine::{Examination, ROUNDING};
+use crate::testkit::report::Check;
+use crate::testkit::variation::Variation;
+use crate::testkit::{ForceValues, Setting, interpret_with};
+
+/// All checks that only force and control elements have.
+pub(super) fn examine(x: &mut Examination<'_>) {
+    examine_equations(x);
+    if x.probe.descriptor.kind == Kind::Control {
+        return;
+    }
+    if x.options.internal {
+        examine_third_law(x);
+    }
+    if x.options.accounted {
+        examine_power(x, false);
+    }
+    if x.options.symmetric == Some(true) {
+        x.each_setting(&[Check::BodySwap], |x, setting| body_swap(x, setting));
+    }
+}
+
+/// Recording, derivatives, invariance.
+pub(super) fn examine_equations(x: &mut Examination<'_>) {
+    x.each_setting(&[Check::Recording], |x, setting| {
+        let found = results(x, setting);
+        x.compare_recording(setting, &numbers(&found), &sizes(&found), &found.angles);
+    });
+    if !x.probe.descriptor.opaque {
+        x.each_setting(&[Check::Jacobian], |x, setting| jacobian(x, setting));
+    }
+    if x.options.invariant && !x.probe.descriptor.frames.is_empty() {
+        x.each_setting(&[Check::FrameInvariance], |x, setting| frame_invariance(x, setting));
+    }
+}
+
+/// Action equals reaction.
+pub(super) fn examine_third_law(x: &mut Examination<'_>) {
+    x.each_setting(&[Check::ThirdLaw], |x, setting| {
+        let found = results(x, setting);
+        let loads: Vec<(Vec3<f64>, Vec3<f64>)> = found.forces.into_iter().zip(found.torques).collect();
+        x.compare_resultants(setting, &loads, String::new);
+    });
+}
+
+/// Power balance and dissipation, if the element gives potential or dissipation, or must.
+pub(super) fn examine_power(x: &mut Examination<'_>, required: bool) {
+    let gives = |role: Role| x.probe.recording.output(role).is_some();
+    let (potential, dissipation) = (gives(Role::Potential), gives(Role::Dissipation));
+    if !potential && !dissipation {
+        if required {
+            x.report.examine(Check::PowerBalance);
+            x.report.add(Check::PowerBalance, "neither potential nor dissipation");
+        }
+        return;
+    }
+    x.fenced(&[Check::PowerBalance], |x| {
+        for _ in 0..x.options.tries {
+            let setting = x.aligned_setting();
+            power_balance(x, &setting);
+        }
+    });
+    if dissipation {
+        x.fenced(&[Check::DissipationSign], |x| {
+            for _ in 0..x.options.tries {
+                let setting = x.aligned_setting();
+                let found = results(x, &setting);
+                let dissipation = found.dissipation.unwrap_or(f64::NAN);
+                // A sum of squares may round to a little below zero.
+                if dissipation.is_nan() || dissipation < -ROUNDING * (1.0 + load(&found)) {
+                    x.report.add(Check::DissipationSign, format!("the dissipation is {dissipation:e}"));
+                }
+            }
+        });
+    }
+}
+
+/// Derivatives of the recording by jets, with respect to everything it may depend on, against differences of the values.
+fn jacobian(x: &mut Examination<'_>, setting: &Setting) {
+    let sizes = sizes(&results(x, setting));
+    for variation in Variation::all(setting, true) {
+        let recorded = interpret_with(&x.probe.recording, |input| variation.jet(setting, input));
+        let jets = recorded.into_iter().filter(|(role, _)| !matches!(role, Role::Angle(_)));
+        let derivatives: Vec<f64> = jets.map(|(_, jet)| jet.first).collect();
+        let differences = slopes(|h| numbers(&results(x, &variation.step(setting, h))), &sizes);
+        x.compare_slopes(Check::Jacobian, &derivatives, &differences, &sizes, variation);
+    }
+}
+
+fn frame_invariance(x: &mut Examination<'_>, setting: &Setting) {
+    let world = x.random.frame();
+    let mut carried = results(x, setting);
+    let sizes = sizes(&carried);
+    for vector in carried.forces.iter_mut().chain(&mut carried.torques) {
+        *vector = world.rotation * *vector;
+    }
+    let moved = results(x, &setting.carried_by(&world));
+    for (k, (value, expected)) in numbers(&moved).into_iter().zip(numbers(&carried)).enumerate() {
+        let allowed = 10.0 * ROUNDING * (1.0 + sizes[k]);
+        x.report
+            .compare(Check::FrameInvariance, value, expected, allowed, || format!("value {k} after moving the world"));
+    }
+}
+
+/// Power of the loads = -dV/dt - dissipation, along the motion, states moving at their rates.
+fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
+    let found = results(x, setting);
+    let powers = setting.twists.iter().zip(found.forces.iter().zip(&found.torques));
+    let power: f64 = powers.map(|(t, (f, m))| f.dot(&t.velocity) + m.dot(&t.angular_velocity)).sum();
+    let potential = |h: f64| {
+        let mut later = setting.after(h);
+        for (state, rate) in later.states.iter_mut().zip(&found.rates) {
+            *state += rate * h;
+        }
+        vec![results(x, &later).potential.unwrap_or(0.0)]
+    };
+    let size = found.potential.unwrap_or(0.0).abs() + load(&found);
+    // Near a kink of the potential there is nothing to compare.
+    let Some(stored) = slopes(potential, &[size])[0] else { return };
+    let dissipation = found.dissipation.unwrap_or(0.0);
+    let allowed = DIFFERENCE * (1.0 + power.abs() + stored.abs() + dissipation.abs() + size);
+    x.report.compare(Check::PowerBalance, power, -stored - dissipation, allowed, || "power of the loads".into());
+}
+
+fn body_swap(x: &mut Examination<'_>, setting: &Setting) {
+    let found = results(x, setting);
+    let mut exchanged = setting.exchanged();
+    x.probe.refer(&mut exchanged);
+    let mut other = results(x, &exchanged);
+    other.forces.reverse();
+    other.torques.reverse();
+    let loads = |values: &ForceValues| -> Vec<f64> {
+        values.forces.iter().chain(&values.torques).flat_map(|v| v.iter().copied()).collect()
+    };
+    let allowed = 10.0 * ROUNDING * (1.0 + load(&found));
+    for (k, (value, expected)) in loads(&other).into_iter().zip(loads(&found)).enumerate() {
+        x.report.compare(Check::BodySwap, value, expected, allowed, || format!("load component {k}, frames exchanged"));
+    }
+}
+
+/// What the element gives; a control element gives no loads.
+fn results(x: &Examination<'_>, setting: &Setting) -> ForceValues {
+    let mut found = x.probe.force_values(setting);
+    if x.probe.descriptor.kind == Kind::Control {
+        found.forces.clear();
+        found.torques.clear();
+    }
+    found
+}
+
+/// The results in the order in which they are recorded, angles left out.
+fn numbers(found: &ForceValues) -> Vec<f64> {
+    let vectors = found.forces.iter().chain(&found.torques).flat_map(|v| v.iter().copied());
+    let lists = [&found.rates, &found.memory, &found.channels].into_iter().flatten().copied();
+    vectors.chain(lists).chain(found.potential).chain(found.dissipation).collect()
+}
+
+/// Sizes of the [`numbers`]: of loads the largest, because each of them may come from large ones that cancel.
+fn sizes(found: &ForceValues) -> Vec<f64> {
+    let load = load(found);
+    let loads = std::iter::repeat_n(load, 6 * found.forces.len());
+    loads.chain(numbers(found)[6 * found.forces.len()..].iter().map(|value| value.abs() + load)).collect()
+}
+
+fn load(found: &ForceValues) -> f64 {
+    found.forces.iter().chain(&found.torques).map(|v| v.amax()).fold(0.0, f64::max)
+}

@@ -1,0 +1,85 @@
+//! Putting a joint together: from any setting to one that satisfies its rows.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::testkit::{Probe, Setting};
+
+/// Rows must come this close to zero, m or rad.
+const ASSEMBLED: f64 = 1e-12;
+/// Most steps; convergence is quadratic near the goal.
+const MOST_STEPS: usize = 100;
+/// Singular values below this part of the largest count as zero.
+pub(super) const RANK: f64 = 1e-9;
+
+impl Probe {
+    /// Moves the frames, at the setting's time, until the joint's rows are zero: Gauss-Newton steps of least length
+    /// (pseudo-inverse), none longer than half a metre or radian. Angle references follow. Gives whether it arrived.
+    ///
+    /// # Panics
+    /// For a force or control element, or when the setting does not fit.
+    pub fn assemble(&self, setting: &mut Setting) -> bool {
+        for _ in 0..MOST_STEPS {
+            let found = self.joint_values(setting);
+            self.refer(setting);
+            let residual = DVector::from_column_slice(found.residual());
+            if residual.amax() <= ASSEMBLED * (1.0 + size(setting)) {
+                return true;
+            }
+            let Some(mut step) = least_step(&found.jacobian[..found.rows], &residual) else { return false };
+            let longest = step.amax();
+            if longest > 0.5 {
+                step *= 0.5 / longest;
+            }
+            *setting = setting.moved(step.as_slice());
+        }
+        false
+    }
+}
+
+/// Size of the numbers that rows are made of.
+fn size(setting: &Setting) -> f64 {
+    let positions = setting.frames.iter().map(|frame| frame.position.amax());
+    positions.chain(setting.references.iter().map(|angle| angle.abs())).fold(0.0, f64::max)
+}
+
+/// The shortest step that makes linearised rows zero; `None` when numbers are not finite.
+fn least_step(rows: &[Vec<f64>], residual: &DVector<f64>) -> Option<DVector<f64>> {
+    let jacobian = matrix(rows);
+    if !jacobian.iter().chain(residual).all(|x| x.is_finite()) {
+        return None;
+    }
+    let svd = jacobian.svd(true, true);
+    let cut = RANK * svd.singular_values.max();
+    svd.solve(residual, cut).ok().map(|step| -step)
+}
+
+/// Rows as a matrix.
+pub(super) fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
+    let columns = rows.first().map_or(0, Vec::len);
+    DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column])
+}
+
+/// Number of independent rows.
+pub(super) fn rank(rows: &[Vec<f64>]) -> usize {
+    if rows.is_empty() {
+        return 0;
+    }
+    let singular = matrix(rows).singular_values();
+    let cut = RANK * singular.max();
+    singular.iter().filter(|value| **value > cut).count()
+}
+
+/// An orthonormal basis of the motions (six numbers per frame) that leave linearised rows unchanged.
+pub(super) fn free_directions(rows: &[Vec<f64>], columns: usize) -> Vec<DVector<f64>> {
+    // Rows of zeros make the decomposition give all right singular vectors.
+    let mut square = DMatrix::zeros(rows.len().max(columns), columns);
+    square.rows_mut(0, rows.len()).copy_from(&DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column]));
+    let svd = square.svd(false, true);
+    let cut = RANK * svd.singular_values.max();
+    let Some(directions) = svd.v_t else { return Vec::new() };
+    let free = (0..columns).filter(|k| svd.singular_values[*k] <= cut);
+    free.map(|k| directions.row(k).transpose()).collect()
+}
+
+#[cfg(test)]
+mod tests;

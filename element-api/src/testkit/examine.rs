@@ -1,0 +1,534 @@
+//! An examination: one element, its report, and the checks that all kinds of elements share.
+
+use std::collections::HashMap;
+use std::sync::Barrier;
+
+use crate::adapt;
+use crate::descriptor::{Descriptor, Kind};
+use crate::element::{Constraint, Control, Force, Reaction};
+use crate::fence::fenced;
+use crate::geometry::Vec3;
+use crate::recording::{Recording, Role};
+use crate::set::{Batch, CreateError, ElementClass, Wanted};
+use crate::testkit::differences::DIFFERENCE;
+use crate::testkit::joints::Mobility;
+use crate::testkit::report::{Check, Options, Report};
+use crate::testkit::setting::{Random, Setting, on_common_axis};
+use crate::testkit::variation::Variation;
+use crate::testkit::{Probe, acting, complete, joints};
+
+/// Allowed rounding, relative to 1 + size.
+pub(super) const ROUNDING: f64 = 1e-12;
+/// Angles are followed over this many turns.
+const TURNS: f64 = 1000.0;
+
+/// Examines a joint with the parameters written as TOML text in SI units.
+///
+/// # Panics
+/// When the text is not TOML, has keys that the element doesn't know, or numbers outside their ranges.
+#[must_use]
+pub fn examine_joint<T: Constraint>(params: &str) -> Report {
+    examine_joint_with::<T>(params, &Options::default())
+}
+
+/// [`examine_joint`] with what its author says about it.
+///
+/// # Panics
+/// As [`examine_joint`].
+#[must_use]
+pub fn examine_joint_with<T: Constraint>(params: &str, options: &Options<'_>) -> Report {
+    let (report, examination) = Examination::begin(adapt::joint::<T>(), params, options);
+    let Some(mut x) = examination else { return report };
+    let mobility = joints::mobility::<T>(params);
+    joints::examine(&mut x, mobility.as_ref());
+    x.examine_what_all_have(mobility.as_ref());
+    x.report
+}
+
+/// Examines a force element; see [`examine_joint`].
+///
+/// # Panics
+/// As [`examine_joint`].
+#[must_use]
+pub fn examine_force<T: Force>(params: &str) -> Report {
+    examine_force_with::<T>(params, &Options::default())
+}
+
+/// [`examine_force`] with what its author says about it.
+///
+/// # Panics
+/// As [`examine_joint`].
+#[must_use]
+pub fn examine_force_with<T: Force>(params: &str, options: &Options<'_>) -> Report {
+    examine_class(adapt::force::<T>(), params, options)
+}
+
+/// Examines a control element; see [`examine_joint`].
+///
+/// # Panics
+/// As [`examine_joint`].
+#[must_use]
+pub fn examine_control<T: Control>(params: &str) -> Report {
+    examine_control_with::<T>(params, &Options::default())
+}
+
+/// [`examine_control`] with what its author says about it.
+///
+/// # Panics
+/// As [`examine_joint`].
+#[must_use]
+pub fn examine_control_with<T: Control>(params: &str, options: &Options<'_>) -> Report {
+    examine_class(adapt::control::<T>(), params, options)
+}
+
+/// Examines an element of any class, for example one that was loaded from a library; see [`examine_joint`].
+///
+/// # Panics
+/// As [`examine_joint`].
+#[must_use]
+pub fn examine_class(class: Box<dyn ElementClass>, params: &str, options: &Options<'_>) -> Report {
+    let joint = class.descriptor().kind == Kind::Joint;
+    let (report, examination) = Examination::begin(class, params, options);
+    let Some(mut x) = examination else { return report };
+    let mobility = joints::recorded_mobility(&x.probe);
+    if joint {
+        joints::examine(&mut x, mobility.as_ref());
+    } else {
+        acting::examine(&mut x);
+    }
+    x.examine_what_all_have(mobility.as_ref());
+    x.report
+}
+
+/// One element under examination.
+pub(super) struct Examination<'a> {
+    class: Box<dyn ElementClass>,
+    params: &'a str,
+    pub(super) probe: Probe,
+    pub(super) options: &'a Options<'a>,
+    pub(super) report: Report,
+    /// Begins anew with every check, so that one does not depend on another.
+    pub(super) random: Random,
+    /// Per value and variation, whether its differences settled in some setting of the check under way.
+    settled: HashMap<(usize, Variation), bool>,
+}
+
+impl<'a> Examination<'a> {
+    /// Builds the element. When that fails, or results are missing, there is nothing more to examine.
+    pub(super) fn begin(
+        class: Box<dyn ElementClass>,
+        params: &'a str,
+        options: &'a Options<'a>,
+    ) -> (Report, Option<Self>) {
+        let mut report = Report::new(&class.descriptor().name);
+        // An author's mistake in the text is not one of the element.
+        let table = complete(&class.descriptor().params, params);
+        report.examine(Check::Recording);
+        report.examine(Check::UnwrittenOutput);
+        match fenced(|| Probe::from_table(class.as_ref(), &table)).unwrap_or_else(|text| Err(CreateError::Fault(text)))
+        {
+            Ok(probe) => {
+                let random = Random::new(0);
+                let mut x = Self { class, params, probe, options, report, random, settled: HashMap::new() };
+                let checks = [Check::Recording, Check::UnwrittenOutput];
+                x.each_setting(&checks, |x, setting| x.results_are_given(setting));
+                if x.report.is_sound() { (x.report.clone(), Some(x)) } else { (x.report, None) }
+            }
+            Err(error) => {
+                let text = match error {
+                    CreateError::Parameter(error) => format!("the parameters are refused: {error}"),
+                    CreateError::Fault(text) => text,
+                };
+                // The adapter's words for a result that is declared and not given.
+                let check = if text.starts_with("declares ") { Check::UnwrittenOutput } else { Check::Recording };
+                report.add(check, text);
+                (report, None)
+            }
+        }
+    }
+
+    fn examine_what_all_have(&mut self, mobility: Option<&Mobility>) {
+        self.each_setting(&[Check::Repeatability], |x, setting| x.repeatability(setting));
+        // What is not repeatable is not expected to be the same after loading either.
+        if !self.report.failed().contains(&Check::Repeatability) {
+            self.fenced(&[Check::SaveLoad], Self::save_load);
+        }
+        self.fenced(&[Check::TwoThreads], Self::two_threads);
+        if self.options.count.is_some() {
+            self.fenced(&[Check::Allocation], Self::allocation);
+        }
+        if self.probe.descriptor.angles > 0 {
+            self.fenced(&[], |x| x.angle_continuity(mobility));
+        }
+    }
+
+    /// Runs checks; a panic is a finding of the first of them, or of none in particular.
+    pub(super) fn fenced(&mut self, checks: &[Check], body: impl FnOnce(&mut Self)) {
+        let first = checks.first().copied().unwrap_or(Check::AngleContinuity);
+        checks.iter().for_each(|check| self.report.examine(*check));
+        self.random = Random::new(1 + first as u64);
+        self.settled.clear();
+        if let Err(text) = fenced(|| body(self)) {
+            self.report.add(first, text);
+        }
+        // An author who chooses the settings may have chosen a kink; then only something must have settled.
+        let chosen = self.options.anywhere.is_some() && self.settled.values().any(|settled| *settled);
+        let missed = self.settled.iter().filter(|(_, settled)| !chosen && !**settled);
+        let text = |(value, variation): &(usize, Variation)| {
+            format!("value {value} for {variation:?}: in no setting is a step small enough for differences")
+        };
+        let mut missed: Vec<String> = missed.map(|(of, _)| text(of)).collect();
+        missed.sort_unstable();
+        missed.into_iter().for_each(|text| self.report.add(first, text));
+    }
+
+    /// Runs checks on random settings.
+    pub(super) fn each_setting(&mut self, checks: &[Check], one: impl Fn(&mut Self, &Setting)) {
+        self.fenced(checks, |x| {
+            for _ in 0..x.options.tries {
+                let setting = x.setting();
+                one(x, &setting);
+            }
+        });
+    }
+
+    /// A random setting in which the element is defined.
+    pub(super) fn setting(&mut self) -> Setting {
+        match self.options.anywhere {
+            Some(make) => self.completed(make),
+            None => {
+                let mut setting = self.probe.random_setting(&mut self.random);
+                self.disturb_states(&mut setting);
+                setting
+            }
+        }
+    }
+
+    /// A random setting for what holds with aligned axes only.
+    pub(super) fn aligned_setting(&mut self) -> Setting {
+        match self.options.aligned {
+            Some(make) => self.completed(make),
+            None => self.setting(),
+        }
+    }
+
+    fn completed(&mut self, make: &dyn Fn(&mut Random) -> Setting) -> Setting {
+        let mut setting = make(&mut self.random);
+        while setting.signals.len() < self.probe.descriptor.inputs.len() {
+            setting.signals.push(self.random.between(-1.0, 1.0));
+        }
+        while setting.reactions.len() < self.probe.descriptor.joints.len() {
+            setting.reactions.push(Reaction { force: self.random.vector(1.0), torque: self.random.vector(1.0) });
+        }
+        self.probe.settle(&mut setting);
+        self.disturb_states(&mut setting);
+        setting
+    }
+
+    /// States a little off their start, where equations may have a kink.
+    fn disturb_states(&mut self, setting: &mut Setting) {
+        for state in &mut setting.states {
+            *state += 0.01 * (1.0 + state.abs()) * self.random.between(0.0, 1.0);
+        }
+        self.probe.refer(setting);
+    }
+
+    fn results_are_given(&mut self, setting: &Setting) {
+        let (recording, descriptor) = (&self.probe.recording, &self.probe.descriptor);
+        let missing = |value: &f64| !value.is_finite();
+        if descriptor.kind == Kind::Joint {
+            let values = self.probe.joint_plain(setting);
+            let names = values.iter().enumerate().filter(|(_, value)| missing(value));
+            for (k, value) in names {
+                let name = value_name(recording, k, descriptor);
+                self.report.add(Check::UnwrittenOutput, format!("{name} is not given, or not a number: {value}"));
+            }
+            return;
+        }
+        let found = self.probe.force_values(setting);
+        let loads: Vec<f64> = found.forces.iter().chain(&found.torques).flat_map(|v| v.iter().copied()).collect();
+        for (what, list) in [
+            ("load component", &loads),
+            ("rate of state", &found.rates),
+            ("discrete state", &found.memory),
+            ("channel", &found.channels),
+        ] {
+            if let Some(k) = list.iter().position(missing) {
+                let text = format!("{what} {k} is not given, or not a number: {}", list[k]);
+                self.report.add(Check::UnwrittenOutput, text);
+            }
+        }
+    }
+
+    /// The recording's results against `expected` (without angles) and `angles`.
+    pub(super) fn compare_recording(&mut self, setting: &Setting, expected: &[f64], sizes: &[f64], angles: &[f64]) {
+        if self.probe.descriptor.opaque {
+            return;
+        }
+        let mut count = 0;
+        for (role, value) in self.probe.recorded(setting, &[]) {
+            let (expected, size) = match role {
+                Role::PosePosition(_) | Role::PoseRotation(_) => continue,
+                Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
+                _ => {
+                    count += 1;
+                    let k = count - 1;
+                    (expected.get(k).copied().unwrap_or(f64::NAN), sizes.get(k).copied().unwrap_or(0.0))
+                }
+            };
+            self.report.compare(Check::Recording, value, expected, ROUNDING * (1.0 + size), || format!("{role:?}"));
+        }
+        if count != expected.len() {
+            let text = format!("{count} results are recorded, {} are given with plain numbers", expected.len());
+            self.report.add(Check::Recording, text);
+        }
+    }
+
+    /// Derivatives against differences where these have settled.
+    pub(super) fn compare_slopes(
+        &mut self,
+        check: Check,
+        derivatives: &[f64],
+        differences: &[Option<f64>],
+        sizes: &[f64],
+        variation: Variation,
+    ) {
+        for (k, (derivative, difference)) in derivatives.iter().zip(differences).enumerate() {
+            let what = || format!("derivative of value {k} for {variation:?}");
+            match difference {
+                Some(difference) => {
+                    self.settled.insert((k, variation), true);
+                    let allowed = DIFFERENCE * (1.0 + difference.abs() + sizes[k]);
+                    self.report.compare(check, *derivative, *difference, allowed, what);
+                }
+                None if derivative.is_finite() => {
+                    self.settled.entry((k, variation)).or_insert(false);
+                }
+                None => self.report.add(check, format!("{} is {derivative}", what())),
+            }
+        }
+    }
+
+    /// Loads on all frames against the balance of forces and moments.
+    pub(super) fn compare_resultants(
+        &mut self,
+        setting: &Setting,
+        loads: &[(Vec3<f64>, Vec3<f64>)],
+        of: impl Fn() -> String,
+    ) {
+        let arms = setting.frames.iter().map(|frame| frame.position);
+        let moments: Vec<Vec3<f64>> = arms.zip(loads).map(|(arm, (force, torque))| arm.cross(force) + torque).collect();
+        let size: f64 = loads.iter().map(|(f, m)| f.norm() + m.norm()).sum::<f64>()
+            + moments.iter().map(|moment| moment.norm()).sum::<f64>();
+        let force = loads.iter().map(|(force, _)| force).sum::<Vec3<f64>>().norm();
+        let moment = moments.iter().sum::<Vec3<f64>>().norm();
+        let allowed = ROUNDING * (1.0 + size);
+        self.report.compare(Check::ThirdLaw, force, 0.0, allowed, || format!("{}resultant force", of()));
+        self.report.compare(Check::ThirdLaw, moment, 0.0, allowed, || format!("{}resultant moment", of()));
+    }
+
+    fn repeatability(&mut self, setting: &Setting) {
+        let other = self.setting();
+        let memory = self.probe.set.save(0);
+        let once = self.probe.raw(setting);
+        let _ = self.probe.raw(&other);
+        if bits(&self.probe.raw(setting)) != bits(&once) {
+            self.report.add(Check::Repeatability, "the same inputs give other results the next time");
+        }
+        if self.probe.set.save(0) != memory {
+            self.report.add(Check::Repeatability, "an evaluation changes the memory; only `accept` may");
+        }
+    }
+
+    /// Another instance of the element.
+    fn another(&self) -> Result<Probe, CreateError> {
+        Probe::of(self.class.as_ref(), self.params)
+    }
+
+    fn save_load(&mut self) {
+        let (Ok(mut old), Ok(mut new)) = (self.another(), self.another()) else { return };
+        let settings: Vec<Setting> = (0..10).map(|k| Setting { time: f64::from(k) * 0.1, ..self.setting() }).collect();
+        let before = (old.set.save(0), bits(&old.raw(&settings[9])));
+        let accept = |probe: &mut Probe, settings: &[Setting]| {
+            settings.iter().try_for_each(|setting| probe.set.accept(0, &setting.inputs()))
+        };
+        if let Err(fault) = accept(&mut old, &settings[..4]) {
+            self.report.add(Check::SaveLoad, format!("accept fails: {fault}"));
+            return;
+        }
+        if !old.descriptor.opaque && (old.set.save(0), bits(&old.raw(&settings[9]))) != before {
+            let text =
+                "`accept` changes it, but the host calls that for opaque elements only: const OPAQUE: bool = true";
+            self.report.add(Check::SaveLoad, text);
+            return;
+        }
+        let saved = match old.set.save(0) {
+            Ok(saved) => saved,
+            Err(fault) => return self.report.add(Check::SaveLoad, format!("save fails: {fault}")),
+        };
+        if let Err(fault) = new.set.load(0, &saved) {
+            return self.report.add(Check::SaveLoad, format!("load refuses what save gave: {fault}"));
+        }
+        for (when, more) in [("after loading", 4..4), ("some steps after loading", 4..8)] {
+            let failed = [&mut old, &mut new].into_iter().any(|probe| accept(probe, &settings[more.clone()]).is_err());
+            let same = |setting: &Setting| bits(&old.raw(setting)) == bits(&new.raw(setting));
+            if failed || old.set.save(0) != new.set.save(0) || !settings.iter().all(same) {
+                let text = format!("{when}, an instance that loaded a saved memory differs from the one that saved it");
+                return self.report.add(Check::SaveLoad, text);
+            }
+        }
+    }
+
+    fn two_threads(&mut self) {
+        let settings: Vec<Setting> = (0..self.options.tries).map(|_| self.setting()).collect();
+        let barrier = Barrier::new(2);
+        let (class, params) = (self.class.as_ref(), self.params);
+        let work = || {
+            barrier.wait();
+            fenced(|| {
+                let probe = Probe::of(class, params).ok()?;
+                let results: Vec<Vec<u64>> = settings.iter().map(|setting| bits(&probe.raw(setting))).collect();
+                Some((probe.recording, results))
+            })
+        };
+        let (one, other) = std::thread::scope(|scope| {
+            let (one, other) = (scope.spawn(work), scope.spawn(work));
+            (one.join(), other.join())
+        });
+        match (one, other) {
+            (Ok(Ok(Some(one))), Ok(Ok(Some(other)))) => {
+                if one.0 != other.0 {
+                    self.report.add(Check::TwoThreads, "two threads record different equations");
+                }
+                if one.1 != other.1 {
+                    self.report.add(Check::TwoThreads, "two threads compute different results");
+                }
+            }
+            _ => self.report.add(Check::TwoThreads, "fails beside another thread"),
+        }
+    }
+
+    fn allocation(&mut self) {
+        let Some(count) = self.options.count else { return };
+        let inputs = self.setting().inputs();
+        let mut out = self.probe.room();
+        let set = self.probe.set.as_ref();
+        let mut evaluate = || {
+            let wanted = Wanted { jacobian: true, second: true };
+            let _ = set.evaluate(&Batch { instances: &[0], inputs: &inputs, wanted }, &mut out);
+        };
+        evaluate();
+        let counted = count(&mut || (0..100).for_each(|_| evaluate()));
+        if counted > 0 {
+            self.report.add(Check::Allocation, format!("{counted} allocations in 100 evaluations"));
+        }
+    }
+
+    /// Angles, and results in rad, that follow a rotation one to one at its beginning must follow all of it.
+    ///
+    /// A joint with a mobility is moved along its coordinates. Without one, each frame in turn is turned about its z axis;
+    /// then only the angles of a joint are looked at, because its rows are violated on the way.
+    fn angle_continuity(&mut self, mobility: Option<&Mobility>) {
+        if let Some(mobility) = mobility {
+            // Poses that violate the rows from the beginning are another finding.
+            let rows = if self.report.failed().contains(&Check::FreeMotion) { 0 } else { self.probe.rows() };
+            let base = self.random.frame();
+            let q: Vec<f64> = (0..mobility.count).map(|_| self.random.between(-2.0, 2.0)).collect();
+            for k in 0..mobility.count {
+                let moved = |total: f64| {
+                    let mut q = q.clone();
+                    q[k] += total;
+                    Setting::at_rest(vec![base, mobility.place(&base, &q)])
+                };
+                self.follow(&moved, true, rows, &|| format!("a motion along coordinate {k} of the mobility"));
+            }
+            return;
+        }
+        let start = match self.options.aligned {
+            Some(make) => self.completed(make),
+            None => {
+                let mut setting = self.setting();
+                let base = setting.frames.first().copied().unwrap_or_else(|| self.random.frame());
+                for frame in &mut setting.frames {
+                    *frame = on_common_axis(&base, self.random.between(-2.0, 2.0), self.random.between(-1.0, 1.0));
+                }
+                setting
+            }
+        };
+        let results = self.probe.descriptor.kind != Kind::Joint;
+        for frame in 0..start.frames.len() {
+            let moved = |total: f64| {
+                let mut setting = start.clone();
+                setting.frames[frame] = on_common_axis(&start.frames[frame], total, 0.0);
+                setting
+            };
+            self.follow(&moved, results, 0, &|| format!("a rotation of frame {frame} about its z axis"));
+        }
+    }
+
+    /// Moves over many turns in steps below half a turn.
+    /// The first `rows` rows must stay zero on the way.
+    fn follow(&mut self, moved: &dyn Fn(f64) -> Setting, results: bool, rows: usize, by: &dyn Fn() -> String) {
+        let mut start = moved(0.0);
+        self.probe.settle(&mut start);
+        let step = 1e-4;
+        let at = |references: &[f64], total: f64| {
+            let mut setting = moved(total);
+            setting.references = references.to_vec();
+            setting.states.clone_from(&start.states);
+            setting.memory.clone_from(&start.memory);
+            setting.signals.clone_from(&start.signals);
+            setting.reactions.clone_from(&start.reactions);
+            setting
+        };
+        let angles = self.probe.descriptor.angles;
+        let first = self.probe.angles_and_results(&start);
+        let slightly = self.probe.angles_and_results(&at(&start.references, step));
+        let slope = |k: usize| (slightly[k] - first[k]) / step;
+        let following: Vec<(usize, f64)> = (0..if results { first.len() } else { angles })
+            .map(|k| (k, slope(k).round()))
+            .filter(|(k, sign)| sign.abs() == 1.0 && (slope(*k) - sign).abs() < 1e-6)
+            .collect();
+        if following.is_empty() {
+            return;
+        }
+        self.report.examine(Check::AngleContinuity);
+        let mut total: f64 = 0.0;
+        let mut references = start.references.clone();
+        while total < TURNS * std::f64::consts::TAU {
+            total += self.random.between(-1.0, 3.1);
+            let mut setting = at(&references, total);
+            let found = self.probe.angles_and_results(&setting);
+            let values = if rows > 0 { self.probe.joint_plain(&setting) } else { Vec::new() };
+            if let Some(row) = (0..rows).find(|row| values[*row].abs() > 1e-9 * (1.0 + total.abs())) {
+                let name = value_name(&self.probe.recording, row, &self.probe.descriptor);
+                let text = format!("after {} by {total}, {name} is {}, not 0", by(), values[row]);
+                return self.report.add(Check::AngleContinuity, text);
+            }
+            for (k, sign) in &following {
+                let expected = first[*k] + sign * total;
+                if (found[*k] - expected).abs() > 1e-9 * (1.0 + total.abs()) {
+                    let what = if *k < angles { format!("angle {k}") } else { format!("result {}", *k - angles) };
+                    let text = format!("after {} by {total}, {what} is {}, not {expected}", by(), found[*k]);
+                    return self.report.add(Check::AngleContinuity, text);
+                }
+            }
+            self.probe.refer(&mut setting);
+            references = setting.references;
+        }
+    }
+}
+
+/// What a row or coordinate is called.
+pub(super) fn value_name(recording: &Recording, k: usize, descriptor: &Descriptor) -> String {
+    match recording.outputs.get(k).map(|output| output.role) {
+        Some(Role::Residual(row)) => format!("row `{}`", descriptor.rows[row as usize]),
+        Some(Role::Coordinate(k)) => format!("coordinate `{}`", descriptor.channels[k as usize].name),
+        _ => format!("value {k}"),
+    }
+}
+
+/// Numbers for a comparison that sees every bit, also of what is not a number.
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    numbers.iter().map(|number| number.to_bits()).collect()
+}
