@@ -143,7 +143,10 @@ fn every_scene_has_a_test() {
             let name = entry.unwrap().file_name().into_string().unwrap();
             if name.ends_with(".toml") {
                 scenes += 1;
-                assert!(here.contains(&format!("check(\"{folder}{name}\"")), "no test runs scenes/{folder}{name}");
+                // The one without a reference has a file of its own.
+                let elsewhere = name == "compressor-speed-control.toml";
+                let tested = here.contains(&format!("check(\"{folder}{name}\"")) || elsewhere;
+                assert!(tested, "no test runs scenes/{folder}{name}");
             }
         }
     }

@@ -91,7 +91,7 @@ impl Case {
     }
 }
 
-use Exit::{Assembly, Plugin, Scene};
+use Exit::{Assembly, Integration, Plugin, Scene};
 
 #[rustfmt::skip]
 const CASES: &[Case] = &[
@@ -183,6 +183,22 @@ const CASES: &[Case] = &[
         ("\"forces\"", "\"forces\", \"short-rows-plugin\""), ("\"revolute\"", "\"short-rows\""),
         ("\"coordinate\"\nof = \"pivot\"\nchannel = \"angle\"", "\"total_energy\""),
     ], Plugin, &[codes::PLUGIN_MISBEHAVED]).with(&["short-rows-plugin"]),
+    // Functions, signals, checks, particles.
+    case("typo_in_a_function", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\nparams.of_time = \"3 sin(2 pi tt)\"\n\n[[output]]")], Scene, &[codes::UNKNOWN_PARAMETER]),
+    case("function_of_another_dimension", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\nparams.of_time = \"20 N sin(2 pi t/1 s)\"\n\n[[output]]")], Scene, &[codes::DIMENSION]),
+    case("time_is_no_angle", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\nparams.of_time = \"20 N m * sin(t)\"\n\n[[output]]")], Scene, &[codes::MIXED_DIMENSIONS]),
+    case("points_that_do_not_increase", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\nparams.of_speed = [[0, 1], [2, 0.5], [1, 0]]\n\n[[output]]")], Scene, &[codes::OUT_OF_RANGE]),
+    case("unknown_choice", &[(OUTPUTS, "[[force]]\nname = \"friction\"\ntype = \"joint-friction\"\njoints = [\"pivot\"]\nparams = { kind = \"rotatoin\", mu = 0.1 }\n\n[[output]]")], Scene, &[codes::UNKNOWN_WORD]),
+    case("friction_of_an_unknown_joint", &[(OUTPUTS, "[[force]]\nname = \"friction\"\ntype = \"joint-friction\"\njoints = [\"pivto\"]\nparams = { kind = \"rotation\", mu = 0.1, radius = 0.01 }\n\n[[output]]")], Scene, &[codes::UNKNOWN_TARGET]),
+    case("signals_for_a_joint", &[("type = \"revolute\"", "type = \"revolute\"\ninputs.speed = \"angle\"")], Scene, &[codes::UNKNOWN_KEY]),
+    case("unknown_signal", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\ninputs.signal = \"angel\"\n\n[[output]]")], Scene, &[codes::UNKNOWN_TARGET]),
+    case("signal_of_another_dimension", &[("\"forces\"]", "\"forces\", \"controls\"]"), (OUTPUTS, "[[control]]\nname = \"lag\"\ntype = \"gain\"\ninputs.input = \"pivot.angel\"\n\n[[output]]")], Scene, &[codes::UNKNOWN_CHANNEL]),
+    case("nothing_connected", &[("\"forces\"]", "\"forces\", \"controls\"]"), (OUTPUTS, "[[control]]\nname = \"half\"\ntype = \"gain\"\nparams.gain = 0.5\n\n[[output]]")], Scene, &[codes::MISSING_ELEMENT_PARAMETER]),
+    case("signal_that_depends_on_itself", &[("\"forces\"]", "\"forces\", \"controls\"]"), (OUTPUTS, "[[control]]\nname = \"a\"\ntype = \"gain\"\ninputs.input = \"b.output\"\n[[control]]\nname = \"b\"\ntype = \"gain\"\ninputs.input = \"a.output\"\n\n\n[[output]]")], Scene, &[codes::SIGNAL_LOOP]),
+    case("check_of_an_unknown_output", &[(OUTPUTS, "[[check]]\nname = \"swing\"\nkind = \"position\"\nvalue = \"angel\"\nreference = 0\ntolerance = 1\n\n[[output]]")], Scene, &[codes::UNKNOWN_PARAMETER]),
+    case("check_of_an_unknown_kind", &[(OUTPUTS, "[[check]]\nname = \"swing\"\nkind = \"positon\"\nvalue = \"angle\"\nreference = 0\ntolerance = 1\n\n[[output]]")], Scene, &[codes::UNKNOWN_WORD]),
+    case("particle_with_an_inertia", &[("inertia = [", "particle = true\ninertia = [")], Scene, &[codes::CONFLICTING_KEYS]),
+    case("particle_that_has_to_turn", &[("inertia = [0.01, 0.05, 0.05]", "particle = true")], Integration, &[codes::TORQUE_ON_PARTICLE]),
     // Assembly.
     case("lengths_that_do_not_fit", &[
         (OUTPUTS, "[[joint]]\nname = \"far_end\"\ntype = \"spherical\"\nbodies = [\"ground\", \"rod\"]\nframes = [{ position = [2, 0, 0] }, { position = [\"rod.length / 2\", 0, 0] }]\n\n[[output]]"),

@@ -9,7 +9,10 @@
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
+//! | `examples.rs` | every standard element has a complete manual page, and its example runs |
+//! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
 //! | `interleaved.rs` | models share nothing |
+//! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
 //! `support.rs` has the doors to scenes and results; `fixtures.rs` builds the libraries of `fixtures/`.
@@ -19,10 +22,13 @@
 mod benchmarks;
 mod broken_scenes;
 mod compressor;
+mod examples;
 mod fixtures;
 mod interleaved;
 mod opaque;
 mod plugins;
 mod rooms;
+mod speed_control;
 mod states;
 mod support;
+mod verification;

@@ -18,6 +18,8 @@
 //! | [`integrate`] | a system of differential equations -> steps, samples | mechanics, plugins |
 //! | [`results`] | numbers -> files, figures, audit, report | how numbers were obtained |
 //! | [`session`] | all of them, in this order | |
+//! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
+//! | `manual` | cases -> pages to read (feature `manual`) | how cases were run |
 //!
 //! Leaves that any room may use: [`diagnostics`] (messages with places) and [`linalg`] (linear systems, ranks). A room
 //! uses only rooms before it and the leaves; a test guards the edges.
@@ -30,12 +32,15 @@ pub mod catalog;
 pub mod diagnostics;
 pub mod integrate;
 pub mod linalg;
+#[cfg(feature = "manual")]
+pub mod manual;
 pub mod model;
 pub mod plan;
 pub mod program;
 pub mod results;
 pub mod scene;
 pub mod session;
+pub mod verification;
 
 #[cfg(test)]
 mod tests;

@@ -5,11 +5,13 @@
 
 mod elements;
 pub mod scenes;
+mod signal_elements;
 
-use element_api::adapt::{force, joint};
+use element_api::adapt::{control, force, joint};
 use element_api::manifest::Library;
 use elements::*;
 use nalgebra::Matrix3;
+use signal_elements::*;
 
 use crate::analysis::{Assembly, Constraints, assemble, mass_values, sparse_engine, start_inputs};
 use crate::catalog::Catalog;
@@ -43,6 +45,13 @@ pub fn library(package: &str) -> Library {
             force::<Tally>(),
             force::<Echo>(),
             force::<Panics>(),
+            force::<Push<false>>(),
+            force::<Push<true>>(),
+            force::<Rub<false>>(),
+            force::<Rub<true>>(),
+            control::<Amplifier>(),
+            control::<Smoother<false>>(),
+            control::<Smoother<true>>(),
         ],
     }
 }

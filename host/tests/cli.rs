@@ -151,6 +151,32 @@ fn an_early_end_keeps_its_results_and_has_its_code() {
 }
 
 #[test]
+fn checks_are_told_and_a_failed_one_has_its_code() {
+    let scratch = Scratch::new("checks");
+    let check = |name: &str, reference: &str| {
+        format!(
+            "[[check]]\nname = \"{name}\"\nkind = \"velocity\"\nvalue = \"w1\"\nreference = {reference}\n\
+             tolerance = 1e-3\nto = 0\n"
+        )
+    };
+    // The table of the reference is beside the scene, not beside the user.
+    fs::create_dir(scratch.0.join("below")).unwrap();
+    scratch.file("below/ref.csv", "t,w\n0,10\n");
+    let good = check("start", "10") + &check("table", "{ csv = \"ref.csv\", column = \"w\" }");
+    scratch.file("below/good.toml", &format!("{BRICK}{}", good.replace("\"w1\"", "\"1000 w1\"")));
+    let ran = scratch.odyn("run below/good.toml -o out").ends_with(0);
+    assert!(ran.out().contains("  check  largest error  tolerance  at t\n"), "{}", ran.out());
+    assert!(ran.out().contains("  ok\n") && !ran.out().contains("FAILED"), "{}", ran.out());
+    scratch.file("bad.toml", &format!("{BRICK}{}", check("off", "\"0.5 + t\"")));
+    let ran = scratch.odyn("run bad.toml -o out").ends_with(7);
+    assert!(ran.out().contains("FAILED"), "{}", ran.out());
+    let summary = scratch.json("out/summary.json");
+    assert_eq!((&summary["checks"][0]["name"], &summary["checks"][0]["passed"]), (&"off".into(), &false.into()));
+    let quiet = scratch.odyn("run bad.toml -q -o out").ends_with(7);
+    assert_eq!((quiet.out().as_str(), quiet.err().as_str()), ("", "error: failed checks: off\n"));
+}
+
+#[test]
 fn an_audit_above_its_limit_has_its_code() {
     let scratch = Scratch::new("audit");
     scratch.odyn("run brick.toml --audit-tol 0.1").ends_with(0);
@@ -255,4 +281,59 @@ fn an_interrupt_leaves_valid_results() {
     assert_eq!(summary["rows"], rows(&table));
     let text = fs::read_to_string(&table).unwrap();
     assert!(text.ends_with('\n') && text.lines().all(|line| line.split(',').count() == 2));
+}
+
+/// A stone that flies straight on, at a speed that a check gets right or wrong.
+fn flight(checked_speed: f64) -> String {
+    format!(
+        r#"
+title = "Flight"
+[simulation]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "stone"
+mass = 1
+inertia = [1, 1, 1]
+velocity = [2, 0, 0]
+[[output]]
+name = "x"
+quantity = "position"
+of = "stone"
+component = "x"
+[[check]]
+name = "straight on"
+kind = "position"
+value = "x"
+reference = "{checked_speed} t"
+tolerance = 1e-9
+"#
+    )
+}
+
+#[test]
+fn verify_goes_through_all_scenes_and_writes_the_manual() {
+    let scratch = Scratch::new("verify");
+    fs::create_dir(scratch.0.join("verification")).unwrap();
+    scratch.file("verification/flight.toml", &flight(2.0));
+    let good = scratch.odyn("verify").ends_with(0);
+    assert_eq!(good.err(), "1/1 flight: ok\n");
+    assert!(good.out().contains("1 scene, all ok"), "{}", good.out());
+    let manual = fs::read_to_string(scratch.0.join("results/verification/index.html")).unwrap();
+    assert!(manual.contains("<h3>Flight</h3>") && manual.matches("<svg").count() == 2, "{manual}");
+
+    scratch.file("verification/broken.toml", "title = 1");
+    scratch.file("verification/wrong.toml", &flight(2.5));
+    let bad = scratch.odyn("verify --quick -o manual").ends_with(7);
+    for told in
+        ["wrong: `straight on`: off by 0.5 m at t = 1 s, allowed 1e-9", "broken: error[ODY", "3 scenes, 2 FAILED"]
+    {
+        assert!(bad.out().contains(told), "`{told}` is not in {}", bad.out());
+    }
+    assert!(bad.err().contains("2/3 flight: ok"), "{}", bad.err());
+    let manual = fs::read_to_string(scratch.0.join("manual/index.html")).unwrap();
+    assert!(manual.contains("2 scenes failed"), "{manual}");
+
+    scratch.odyn("verify verification/flight.toml --quick").ends_with(0);
+    scratch.odyn("verify nowhere").ends_with(8);
 }

@@ -38,6 +38,8 @@ pub struct Counters {
     pub stage_projections: u64,
     /// Steps aimed anew so as to pass over a singular position.
     pub re_aimed: u64,
+    /// Iterations for forces that depend on accelerations and reactions.
+    pub coupling_iterations: u64,
     /// Steps past a singular position judged by the tightest tolerance that makes sense there.
     pub relaxed: u64,
 }
@@ -55,6 +57,18 @@ pub enum AnalysisError {
         set: usize,
         /// What it did.
         fault: Fault,
+    },
+    /// Forces that depend on reactions or accelerations have no solution together with them that was found.
+    #[error(
+        "forces that depend on reactions or accelerations (friction) were not found together with them: too much \
+         friction can have no solution, or several (Painleve)"
+    )]
+    NoCommonSolution,
+    /// A torque acts on a point mass.
+    #[error("a torque acts on the particle `{body}`, which has no rotation to take it")]
+    TorqueOnParticle {
+        /// The particle.
+        body: String,
     },
     /// A result is not a finite number.
     #[error("{what} is not a finite number")]

@@ -12,11 +12,13 @@
 //! | `working.rs` | six velocities per body, sparse elimination, rank-safe where needed |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
+//! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
 mod constraints;
+mod coupling;
 mod formulation;
 mod reference;
 mod scales;

@@ -19,6 +19,9 @@ use crate::program::{Equations, Form, Program, Workspace};
 const STATES: usize = 14;
 /// Rank tolerance of the complete factorisation.
 const TOLERANCE: f64 = 1e-11;
+/// Iterations for forces that depend on accelerations and multipliers, and the relative change at which they end.
+const MOST_ITERATIONS: usize = 500;
+const CLOSE: f64 = 1e-13;
 /// Newton corrections per projection.
 const MOST_CORRECTIONS: usize = 12;
 
@@ -43,6 +46,8 @@ pub struct ReferenceForm {
     solution: Vec<f64>,
     length: f64,
     counters: Counters,
+    /// Whether forces, state rates or power depend on accelerations or multipliers.
+    coupled: bool,
 }
 
 /// Where each kind of output begins.
@@ -111,6 +116,7 @@ impl ReferenceForm {
             length,
             layout: layout.clone(),
             counters: Counters::default(),
+            coupled: !equations.coupling.is_empty() || equations.rates_need_solution(layout),
         }
     }
 
@@ -207,10 +213,52 @@ impl ReferenceForm {
         Ok(())
     }
 
-    /// q'' and lambda at the inputs' state, left in `solution`.
+    /// q'' and lambda at the inputs' state, left in `solution`; together with the forces that depend on them, by plain
+    /// iteration.
     fn solve_dynamics(&mut self) -> Result<(), AnalysisError> {
+        let solved = self.layout.acceleration_slot()..self.layout.inputs();
+        if self.coupled {
+            self.inputs[solved].fill(0.0);
+        }
         self.evaluate()?;
         self.factor()?;
+        self.solve_once()?;
+        if !self.coupled {
+            return Ok(());
+        }
+        for _ in 0..MOST_ITERATIONS {
+            let before = self.solution.clone();
+            self.publish();
+            self.evaluate()?;
+            self.solve_once()?;
+            let size = self.solution.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+            let difference = self.solution.iter().zip(&before).map(|(a, b)| (a - b).abs());
+            if difference.fold(0.0, f64::max) <= CLOSE * size {
+                return Ok(());
+            }
+            self.counters.coupling_iterations += 1;
+        }
+        Err(AnalysisError::NoCommonSolution)
+    }
+
+    /// Writes accelerations and multipliers into the inputs.
+    fn publish(&mut self) {
+        for body in 0..self.layout.bodies {
+            let slot = self.layout.acceleration_slot() + 6 * body;
+            let q = &self.solution[7 * body..7 * body + 7];
+            self.inputs[slot..slot + 3].copy_from_slice(&q[..3]);
+            // omega'' = 2 G p'' since G' p' = 0.
+            let at = self.layout.body_slot(body, 3);
+            let spin = angular_velocity(&self.inputs[at..at + 4], &q[3..7]);
+            self.inputs[slot + 3..slot + 6].copy_from_slice(&spin);
+        }
+        let slot = self.layout.multiplier_slot();
+        let from = 7 * self.layout.bodies;
+        self.inputs[slot..slot + self.layout.rows].copy_from_slice(&self.solution[from..from + self.layout.rows]);
+    }
+
+    /// Solves Eq. (6) with the factorisation in force and the right side of the last evaluation.
+    fn solve_once(&mut self) -> Result<(), AnalysisError> {
         let coordinates = 7 * self.layout.bodies;
         let rows = self.layout.rows;
         let mut right = std::mem::take(&mut self.right);
@@ -357,17 +405,7 @@ impl Formulation for ReferenceForm {
         self.load(t, state);
         if dynamics {
             self.solve_dynamics()?;
-            for body in 0..self.layout.bodies {
-                let slot = self.layout.acceleration_slot() + 6 * body;
-                let q = &self.solution[7 * body..7 * body + 7];
-                self.inputs[slot..slot + 3].copy_from_slice(&q[..3]);
-                // omega'' = 2 G p'' since G' p' = 0.
-                let p = &state[STATES * body + 3..STATES * body + 7];
-                self.inputs[slot + 3..slot + 6].copy_from_slice(&angular_velocity(p, &q[3..7]));
-            }
-            let slot = self.layout.multiplier_slot();
-            let from = 7 * self.layout.bodies;
-            self.inputs[slot..slot + self.layout.rows].copy_from_slice(&self.solution[from..from + self.layout.rows]);
+            self.publish();
         }
         // Reports are written in working coordinates, which expect Euler parameters of length one.
         for body in 0..self.layout.bodies {

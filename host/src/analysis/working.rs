@@ -3,6 +3,7 @@
 use element_api::ElementSet;
 
 use super::constraints::{Constraints, mass_values, structure};
+use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
@@ -74,6 +75,32 @@ impl<S: KktSolver> Engine<S> {
         Ok(engine)
     }
 
+    /// Accelerations, multipliers, state rates and power from the functions evaluated and the factorisation in force.
+    fn solve_motion(
+        &mut self,
+        coupling: Option<&mut Coupling>,
+        inputs: &mut [f64],
+        sets: &[Box<dyn ElementSet>],
+        solution: Solution<'_>,
+        counters: &mut Counters,
+    ) -> Result<(), AnalysisError> {
+        let Solution { accelerations, rates } = solution;
+        match coupling {
+            None => {
+                let (loads, further) = self.dynamics.further(FUNCTIONS).split_at(accelerations.len());
+                rates.copy_from_slice(further);
+                self.solver.solve(loads, self.dynamics.function(0), accelerations, &mut self.multipliers)?;
+            }
+            Some(coupling) => {
+                self.right.fill(0.0);
+                let mut solver = Solver { dynamics: &self.dynamics, solver: &mut self.solver, zero: &self.right };
+                coupling.solve(inputs, sets, &mut solver, accelerations, &mut self.multipliers, counters)?;
+                rates.copy_from_slice(coupling.rates());
+            }
+        }
+        Ok(())
+    }
+
     /// Factors the Jacobian unless the one of this very position is in force.
     fn factor(&mut self, from: Source, key: &[f64], counters: &mut Counters) -> Result<Health, LinalgError> {
         if self.factored_at == key {
@@ -89,6 +116,36 @@ impl<S: KktSolver> Engine<S> {
         self.health = self.solver.refactor(jacobian)?;
         self.factored_at.extend_from_slice(key);
         Ok(self.health)
+    }
+}
+
+/// Where the solution of the equations of motion goes.
+struct Solution<'a> {
+    accelerations: &'a mut [f64],
+    /// Rates of the element states, then the power.
+    rates: &'a mut [f64],
+}
+
+/// An engine as the coupling sees it.
+struct Solver<'a, S> {
+    dynamics: &'a Constraints,
+    solver: &'a mut S,
+    zero: &'a [f64],
+}
+
+impl<S: KktSolver> Solve for Solver<'_, S> {
+    fn solve(
+        &mut self,
+        loads: &[f64],
+        with_gamma: bool,
+        accelerations: &mut [f64],
+        multipliers: &mut [f64],
+    ) -> Result<(), AnalysisError> {
+        let right = if with_gamma { self.dynamics.function(0) } else { self.zero };
+        Ok(self.solver.solve(loads, right, accelerations, multipliers)?)
+    }
+    fn rows(&self) -> &[usize] {
+        &self.dynamics.rows
     }
 }
 
@@ -128,6 +185,10 @@ pub struct WorkingForm {
     row_names: Vec<String>,
     length: f64,
     counters: Counters,
+    /// Forces that depend on what is solved for.
+    coupling: Option<Coupling>,
+    /// Rates of the element states and power at the state solved last.
+    rates: Vec<f64>,
 }
 
 impl WorkingForm {
@@ -186,6 +247,8 @@ impl WorkingForm {
             safe,
             row_names,
             length,
+            coupling: Coupling::new(equations, &layout),
+            rates: vec![0.0; layout.states + 1],
             layout,
             counters: Counters::default(),
         })
@@ -222,9 +285,9 @@ impl WorkingForm {
             engine.dynamics.evaluate(&self.inputs, &self.sets)?;
             let health = engine.factor(Source::Dynamics, &self.key, &mut self.counters);
             if is_healthy(&health, self.least_health) {
-                let loads = &engine.dynamics.further(FUNCTIONS)[..self.force.len()];
-                let gamma = engine.dynamics.function(0);
-                engine.solver.solve(loads, gamma, &mut self.accelerations, &mut engine.multipliers)?;
+                let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
+                let coupling = self.coupling.as_mut();
+                engine.solve_motion(coupling, &mut self.inputs, &self.sets, solution, &mut self.counters)?;
                 return Ok(Used::Regular);
             }
         }
@@ -232,9 +295,8 @@ impl WorkingForm {
         let engine = &mut self.safe;
         engine.dynamics.evaluate(&self.inputs, &self.sets)?;
         engine.factor(Source::Dynamics, &self.key, &mut self.counters)?;
-        let loads = &engine.dynamics.further(FUNCTIONS)[..self.force.len()];
-        let gamma = engine.dynamics.function(0);
-        engine.solver.solve(loads, gamma, &mut self.accelerations, &mut engine.multipliers)?;
+        let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
+        engine.solve_motion(self.coupling.as_mut(), &mut self.inputs, &self.sets, solution, &mut self.counters)?;
         Ok(Used::Safe)
     }
 
@@ -474,11 +536,9 @@ impl Formulation for WorkingForm {
             return Err(AnalysisError::NextToSingular);
         }
         let state = &self.stage;
-        let (further, times, multipliers) = match (used, &self.regular) {
-            (Used::Regular, Some(engine)) => {
-                (engine.dynamics.further(FUNCTIONS), engine.dynamics.function(1), &engine.multipliers)
-            }
-            _ => (self.safe.dynamics.further(FUNCTIONS), self.safe.dynamics.function(1), &self.safe.multipliers),
+        let (times, multipliers) = match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => (engine.dynamics.function(1), &engine.multipliers),
+            _ => (self.safe.dynamics.function(1), &self.safe.multipliers),
         };
         for body in 0..self.layout.bodies {
             let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
@@ -489,11 +549,10 @@ impl Formulation for WorkingForm {
             dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
         }
         let states = BODY_STATES * self.layout.bodies;
-        let after_loads = &further[self.force.len()..];
-        rates[states..states + self.layout.states].copy_from_slice(&after_loads[..self.layout.states]);
+        rates[states..states + self.layout.states].copy_from_slice(&self.rates[..self.layout.states]);
         // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
         let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
-        rates[states + self.layout.states] = after_loads[self.layout.states] + driven;
+        rates[states + self.layout.states] = self.rates[self.layout.states] + driven;
         if rates.iter().all(|x| x.is_finite()) {
             return Ok(());
         }

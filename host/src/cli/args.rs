@@ -17,7 +17,7 @@ Exit codes:
   4    a plugin is missing, unfit or failed
   5    the joints cannot be assembled
   6    the integration ended before its end (results up to there are written)
-  7    the audit or a comparison found more than was allowed
+  7    the audit, a comparison or a verification found more than was allowed
   8    files cannot be read or written
   130  interrupted (results up to there are written)";
 
@@ -64,6 +64,19 @@ Examples:
         #[command(subcommand)]
         command: PluginCommand,
     },
+    /// Run scenes with checks, judge them, and write the verification manual
+    #[command(after_help = "\
+Each scene is compared with the references of its [[check]]s, and the loads that it reports with the motion of every body
+(Newton-Euler). In a folder, every element of its libraries needs a scene that verifies it.
+
+Examples:
+  odyn verify
+  odyn verify --quick
+  odyn verify my-scenes --plugin target/release -o results/my-manual
+  odyn verify verification/revolute.toml
+
+The exit code is 7 if a scene fails or an element has no scene.")]
+    Verify(VerifyArgs),
     /// Compare two tables of results: largest difference in each common column
     #[command(after_help = "\
 Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
@@ -144,6 +157,9 @@ pub(super) struct RunArgs {
     /// Folder of the results [default: results/NAME of the scene file]
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
+    /// Go on from where the run with this folder of results ended
+    #[arg(long, value_name = "DIR")]
+    pub(super) from: Option<PathBuf>,
     /// Largest constraint violation and energy error the audit lets pass
     #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) audit_tol: Option<f64>,
@@ -187,6 +203,25 @@ pub(super) struct DescribeArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct VerifyArgs {
+    /// Scene files, or folders of such
+    #[arg(value_name = "SCENE|DIR", default_value = "verification")]
+    pub(super) scenes: Vec<PathBuf>,
+    /// Folder of the manual
+    #[arg(short, long, value_name = "DIR", default_value = "results/verification")]
+    pub(super) output: PathBuf,
+    /// Run each scene at its own tolerance only: the manual shows no errors over the tolerance
+    #[arg(long)]
+    pub(super) quick: bool,
+    /// Tell elements that no scene verifies, but let them pass
+    #[arg(long)]
+    pub(super) allow_gaps: bool,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct CompareArgs {
     /// Table to judge
     pub(super) a: PathBuf,
@@ -217,7 +252,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.json,
             Command::Compare(args) => args.json,
-            Command::Explain(_) => false,
+            Command::Verify(_) | Command::Explain(_) => false,
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use element_api::descriptor::{Descriptor, Named};
-use element_api::params::ParamSpec;
+use element_api::descriptor::{Descriptor, Kind, Named, NamedInput};
+use element_api::documentation::manual_page;
+use element_api::params::{ParamKind, ParamSpec};
 use serde::Serialize;
 
 use odyn::catalog::{Catalog, CatalogError, ElementHandle, Manifest, SearchPath, read_manifest, scan};
@@ -186,7 +187,7 @@ fn nothing_found() -> &'static str {
     "no library of elements was found; name a folder with `--plugin`, or build the standard libraries with `cargo build`"
 }
 
-fn description_json(element: &ElementHandle) -> String {
+pub(super) fn description_json(element: &ElementHandle) -> String {
     #[derive(Serialize)]
     struct Described<'a> {
         name: String,
@@ -200,21 +201,37 @@ fn description_json(element: &ElementHandle) -> String {
     struct Flat<'a> {
         kind: &'a str,
         summary: &'a str,
+        doc: String,
         opaque: bool,
         frames: &'a [Named],
         rows: &'a [String],
+        inputs: &'a [NamedInput],
+        joints: &'a [Named],
         channels: &'a [Named],
         states: &'a [Named],
         params: &'a [ParamSpec],
     }
-    let Descriptor { kind, summary, opaque, frames, rows, channels, states, params, .. } = element.descriptor();
-    let descriptor = Flat { kind: kind.word(), summary, opaque: *opaque, frames, rows, channels, states, params };
+    let Descriptor { kind, summary, opaque, frames, rows, inputs, joints, channels, states, params, .. } =
+        element.descriptor();
+    let descriptor = Flat {
+        kind: kind.word(),
+        summary,
+        doc: manual_page(&element.descriptor().doc),
+        opaque: *opaque,
+        frames,
+        rows,
+        inputs,
+        joints,
+        channels,
+        states,
+        params,
+    };
     let (library, version) = (&element.library.package, &element.library.version);
     terminal::json(&Described { name: element.full_name(), library, version, descriptor })
 }
 
-/// What an author of scenes needs to know about an element type.
-fn description(element: &ElementHandle) -> String {
+/// What an author of scenes needs to know about an element type: its manual page, then what follows from its definition.
+pub(super) fn description(element: &ElementHandle) -> String {
     let descriptor = element.descriptor();
     let mut text = format!(
         "{} ({}, {} {})\n  {}\n",
@@ -224,9 +241,20 @@ fn description(element: &ElementHandle) -> String {
         element.library.version,
         descriptor.summary
     );
+    let page = manual_page(&descriptor.doc);
+    if !page.is_empty() {
+        text.push_str(&format!("\n{page}\n\n"));
+    }
+    let channels = match descriptor.kind {
+        Kind::Joint => "joint coordinates",
+        Kind::Force => "channels",
+        Kind::Control => "gives",
+    };
     section(&mut text, "frames, one body each", descriptor.frames.iter().map(named));
     section(&mut text, "constraint rows", descriptor.rows.iter().map(|row| (row.clone(), String::new())));
-    section(&mut text, "channels", descriptor.channels.iter().map(named));
+    section(&mut text, "inputs", descriptor.inputs.iter().map(input));
+    section(&mut text, "joints whose reactions it takes", descriptor.joints.iter().map(named));
+    section(&mut text, channels, descriptor.channels.iter().map(named));
     section(&mut text, "states", descriptor.states.iter().map(named));
     section(&mut text, "parameters", descriptor.params.iter().map(parameter));
     if descriptor.opaque {
@@ -250,15 +278,37 @@ fn section(text: &mut String, title: &str, pairs: impl Iterator<Item = (String, 
 }
 
 fn named(named: &Named) -> (String, String) {
-    let unit = if named.unit.is_empty() { String::new() } else { format!("[{}] ", named.unit) };
-    (named.name.clone(), format!("{unit}{}", named.doc))
+    (named.name.clone(), format!("{}{}", in_brackets(&named.unit), named.doc))
+}
+
+fn input(input: &NamedInput) -> (String, String) {
+    let unconnected = match input.default {
+        Some(default) => format!("{default} where nothing is connected"),
+        None => "must be connected".to_owned(),
+    };
+    (input.name.clone(), format!("{}{unconnected}: {}", in_brackets(&input.unit), input.doc))
+}
+
+/// `[m] `; nothing for what has no unit.
+fn in_brackets(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!("[{unit}] ") }
 }
 
 pub(super) fn parameter(spec: &ParamSpec) -> (String, String) {
-    let mut remark = spec.kind.text().to_owned();
+    let mut remark = match spec.kind {
+        ParamKind::Function => {
+            let variable = if spec.variable.is_empty() { "x" } else { &spec.variable };
+            format!("number, expression in {variable} or list of [argument, value] pairs")
+        }
+        kind => kind.text().to_owned(),
+    };
     // Writing to a text does not fail.
-    if !spec.unit.is_empty() {
+    let has_unit = !matches!(spec.kind, ParamKind::Text | ParamKind::Boolean);
+    if has_unit && !spec.unit.is_empty() {
         let _ = write!(remark, " [{}]", spec.unit);
+    }
+    if !spec.choices.is_empty() {
+        let _ = write!(remark, ", one of {}", spec.choices.join(", "));
     }
     match (&spec.default, spec.optional) {
         (Some(default), _) => {

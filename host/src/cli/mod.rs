@@ -11,7 +11,7 @@
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
-//! | `compare.rs`, `explain.rs` | the commands of these names |
+//! | `compare.rs`, `explain.rs`, `verify.rs` | the commands of these names |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
@@ -23,6 +23,7 @@ mod failure;
 mod inspect;
 mod run;
 mod terminal;
+mod verify;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
@@ -49,7 +50,7 @@ mod exit {
     pub(super) const PLUGIN: u8 = Exit::Plugin as u8;
     /// The integration ended before its end.
     pub(super) const INTEGRATION: u8 = Exit::Integration as u8;
-    /// The audit or a comparison found more than was allowed.
+    /// The audit, a comparison or a verification found more than was allowed.
     pub(super) const AUDIT: u8 = Exit::Audit as u8;
     /// Files can't be read or written.
     pub(super) const FILES: u8 = Exit::Files as u8;
@@ -80,6 +81,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Elements { command: ElementsCommand::Describe(args) } => elements::describe(args),
         Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Verify(args) => verify::verify(args),
         Command::Explain(args) => explain::explain(args),
     }
 }

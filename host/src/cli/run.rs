@@ -1,11 +1,12 @@
 //! `odyn run`
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use odyn::diagnostics::render;
+use odyn::diagnostics::{Diagnostic, codes, render};
 use odyn::results::{Status, report};
-use odyn::session::Session;
+use odyn::session::{Restart, Session};
 
 use super::args::RunArgs;
 use super::exit;
@@ -16,7 +17,16 @@ use super::terminal::{self, Progress, Stream};
 /// Integrates a scene and writes its results.
 pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let stop = stop_on_interrupt();
-    let session = Session::open(&args.scene.scene, &args.scene.options(args.audit_tol))?;
+    let mut session = Session::open(&args.scene.scene, &args.scene.options(args.audit_tol))?;
+    let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
+    if let Some(from) = &args.from {
+        if same_folder(from, &folder) {
+            let message = "the results would replace those that the run goes on from";
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help("name another folder with -o");
+            return Err(Failure::new(exit::USAGE, diagnostic));
+        }
+        session.go_on_from(Restart::read(from).map_err(|diagnostic| Failure::new(exit::FILES, *diagnostic))?)?;
+    }
     if args.strict {
         refuse_warnings(&session)?;
     }
@@ -27,7 +37,6 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     if args.verbose {
         eprintln!("{}", session.plan_report());
     }
-    let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
     let progress = Progress::new();
     let silent = args.quiet || args.scene.json;
     let listener = if silent { Box::new(|_| ()) } else { progress.listener() };
@@ -42,8 +51,18 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     } else if summary.status != Status::Completed {
         // Errors are told even to those who want to hear nothing else.
         eprintln!("error: {}: {}", summary.status.words(), summary.reason);
+    } else if !summary.checks_passed() {
+        let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str());
+        eprintln!("error: failed checks: {}", failed.collect::<Vec<_>>().join(", "));
     }
     Ok(u8::try_from(outcome.exit_code()).unwrap_or(exit::INTEGRATION))
+}
+
+fn same_folder(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
 }
 
 /// A flag that Ctrl-C raises; a second Ctrl-C ends the program at once.

@@ -96,3 +96,117 @@ fn descriptions_show_units_defaults_and_ranges() {
     let share = ParamSpec::new::<Option<f64>>("share", "", "A share.").above(0.0).below(1.0);
     assert_eq!(text(share), "number, may be left out, > 0, < 1: A share.");
 }
+
+mod descriptions {
+    //! `odyn elements describe` of one element that has everything.
+
+    use element_api::prelude::*;
+    use element_api::{adapt, manifest};
+    use odyn::catalog::{Catalog, ElementHandle};
+
+    use super::super::elements::{description, description_json};
+
+    /// An element for these tests.
+    struct Everything;
+
+    #[derive(Parameters)]
+    struct EverythingParameters {
+        /// What it is about.
+        #[param(choices = ["rotation", "translation"])]
+        about: String,
+        /// How it varies.
+        #[param(unit = "s -> N", variable = "t")]
+        course: Option<Function>,
+        /// How much.
+        #[param(unit = "N/m", default = 2.5, min = 0.0)]
+        amount: f64,
+    }
+
+    impl Element for Everything {
+        const NAME: &'static str = "everything";
+        const SUMMARY: &'static str = "all that can be described";
+        const DOC: &'static str = "//! A picture in words.\n//!\n//! ## Equations\n//! y = x\n";
+        const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("i", "where it begins")];
+        type Parameters = EverythingParameters;
+
+        fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+            let _ = (p.about, p.course, p.amount);
+            Ok(Self)
+        }
+    }
+
+    impl Force for Everything {
+        const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("pull", "N", "the force")];
+        const STATES: &'static [ChannelSpec] = &[ChannelSpec::new("heat", "J", "what is stored")];
+        const INPUTS: &'static [InputSpec] =
+            &[InputSpec::required("speed", "rad/s", "how fast"), InputSpec::optional("trim", "", 0.5, "shifts it")];
+        const JOINTS: &'static [FrameSpec] = &[FrameSpec::new("bearing", "what it rubs in")];
+
+        fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
+    }
+
+    impl Control for Everything {
+        const OUTPUTS: &'static [ChannelSpec] = &[ChannelSpec::new("output", "", "the signal")];
+
+        fn outputs<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Values<'_, S>) {
+            out.push(S::zero());
+        }
+    }
+
+    fn handle(class: Box<dyn element_api::ElementClass>) -> ElementHandle {
+        let (package, version) = ("odyn-everything".to_owned(), "1.2.3".to_owned());
+        let library = manifest::Library { package, version, about: String::new(), classes: vec![class] };
+        let mut catalog = Catalog::new();
+        catalog.add_library(library).unwrap();
+        catalog.find("everything", None).unwrap()
+    }
+
+    #[test]
+    fn a_description_is_the_manual_page_and_the_definition() {
+        let expected = "\
+odyn-everything/everything (force, odyn-everything 1.2.3)
+  all that can be described
+
+A picture in words.
+
+## Equations
+y = x
+
+frames, one body each:
+  i  where it begins
+inputs:
+  speed  [rad/s] must be connected: how fast
+  trim   0.5 where nothing is connected: shifts it
+joints whose reactions it takes:
+  bearing  what it rubs in
+channels:
+  pull  [N] the force
+states:
+  heat  [J] what is stored
+parameters:
+  about   text, one of rotation, translation, required: What it is about.
+  course  number, expression in t or list of [argument, value] pairs [s -> N], may be left out: How it varies.
+  amount  number [N/m], default 2.5, >= 0: How much.
+";
+        assert_eq!(description(&handle(adapt::force::<Everything>())), expected);
+    }
+
+    #[test]
+    fn signals_of_a_control_element_are_given() {
+        let text = description(&handle(adapt::control::<Everything>()));
+        assert!(text.contains("\ngives:\n  output  the signal\n") && !text.contains("channels"), "{text}");
+    }
+
+    #[test]
+    fn a_description_as_json_has_the_same() {
+        let text = description_json(&handle(adapt::force::<Everything>()));
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(json["name"], "odyn-everything/everything");
+        assert_eq!(json["doc"], "A picture in words.\n\n## Equations\ny = x");
+        assert_eq!((&json["inputs"][0]["default"], &json["inputs"][1]["default"]), (&().into(), &0.5.into()));
+        assert_eq!(json["joints"][0]["name"], "bearing");
+        assert_eq!(json["channels"][0]["unit"], "N");
+        assert_eq!(json["params"][0]["choices"][1], "translation");
+        assert_eq!(json["params"][1]["variable"], "t");
+    }
+}

@@ -132,6 +132,10 @@ pub const UNKNOWN_CHANNEL: Code = "ODY0318";
 pub const NOTHING_TO_DO: Code = "ODY0319";
 /// A method or engine that doesn't exist.
 pub const UNKNOWN_METHOD: Code = "ODY0320";
+/// A signal that depends on itself at the same instant.
+pub const SIGNAL_LOOP: Code = "ODY0321";
+/// An element takes the reaction of a joint that is not unique.
+pub const REACTION_NOT_UNIQUE: Code = "ODY0322";
 
 /// A plugin library that wasn't found.
 pub const PLUGIN_NOT_FOUND: Code = "ODY0401";
@@ -181,6 +185,8 @@ pub const INTERRUPTED: Code = "ODY0603";
 pub const TOO_MANY_STEPS: Code = "ODY0604";
 /// The position could not be brought back to the joints.
 pub const PROJECTION_FAILED: Code = "ODY0605";
+/// A torque on a body that has no rotation.
+pub const TORQUE_ON_PARTICLE: Code = "ODY0606";
 
 /// A constraint violation above the limit.
 pub const AUDIT_CONSTRAINTS: Code = "ODY0701";
@@ -193,6 +199,8 @@ pub const CANNOT_WRITE: Code = "ODY0801";
 pub const CANNOT_READ_RESULTS: Code = "ODY0802";
 /// Two tables have nothing in common.
 pub const NOTHING_TO_COMPARE: Code = "ODY0803";
+/// A run cannot go on from where another ended.
+pub const CANNOT_GO_ON: Code = "ODY0804";
 
 const fn entry(code: Code, title: &'static str, text: &'static str) -> Explanation {
     Explanation { code, title, text }
@@ -207,7 +215,7 @@ pub const TABLE: &[Explanation] = &[
     entry(MISSING_KEY, "missing key", "The table lacks a key that has no sensible default. Add it below the header that the message points to, for example `mass = 0.04` below `[[body]]`."),
     entry(WRONG_TYPE, "wrong type of value", "The value is of another kind than expected, such as text instead of a list. The message says what is expected and what was found. Example: a position is a list of three, `position = [0, 0, \"8.5 mm\"]`."),
     entry(WRONG_LENGTH, "wrong number of entries", "A list has too few or too many entries: vectors have 3, Euler parameters 4, an inertia tensor 3 (principal) or 6 (`xx, yy, zz, xy, yz, zx`)."),
-    entry(DUPLICATE_NAME, "duplicate name", "Two bodies or elements, or two outputs, or two figures have the same name, so a reference to it would be ambiguous. Bodies and elements share one set of names. Rename one of them."),
+    entry(DUPLICATE_NAME, "duplicate name", "Two bodies or elements, or two outputs, figures or checks have the same name, so a reference to it would be ambiguous. Bodies and elements share one set of names. Rename one of them."),
     entry(BAD_NAME, "unusable name", "Names consist of letters A-Z and a-z, digits, `_` and `-` (outputs may also contain `.`); they are not empty, and `ground` is reserved for the ground. Names of parameters appear in expressions: they start with a letter, have no `-`, and differ from functions and `pi`."),
     entry(UNKNOWN_WORD, "unknown word", "The text is not one of the words that are possible here. The message lists them or names the nearest one. Example: `take = \"peak\"`."),
     entry(CONFLICTING_KEYS, "keys that don't go together", "Two keys say the same thing in different ways (`point` and `points`, `output_step` and `output_times`), or a key needs another one (`where` needs `equals`). Keep one of them, or add the missing one."),
@@ -216,7 +224,7 @@ pub const TABLE: &[Explanation] = &[
     entry(NO_DIRECTION, "vector without direction", "An axis must have a length to give a direction, and a second axis must not be parallel to the first. Example: `axis = [0, 0, 1]`; the length of an axis doesn't matter."),
     entry(NOT_A_ROTATION, "orientation is not a rotation", "The matrix is not orthonormal or describes a mirror image, or the Euler parameters are all zero. Columns of the matrix are the body's axes in ground, rows are listed: `matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]`."),
     entry(NORMALISED, "orientation was normalised", "Euler parameters or a matrix deviate from a rotation by more than 1e-6, more than rounding explains. They were normalised. Give more digits, or use `axis` and `angle`."),
-    entry(BAD_OVERRIDE, "`--set` cannot be applied", "`--set K=V` changes a parameter (`crank.radius=9mm`), a setting (`simulation.t_end=50`), or a key of a named body or element (`rotor.mass=0.05`, `main_bearing.params.friction=0`). If a name is both, write `parameters.`, `body.`, `joint.`, `force.`, `control.`, `output.` or `figure.` in front."),
+    entry(BAD_OVERRIDE, "`--set` cannot be applied", "`--set K=V` changes a parameter (`crank.radius=9mm`), a setting (`simulation.t_end=50`), or a key of a named body or element (`rotor.mass=0.05`, `main_bearing.params.friction=0`). If a name is both, write `parameters.`, `body.`, `joint.`, `force.`, `control.`, `output.`, `figure.` or `check.` in front."),
     entry(TOO_DEEP, "nested too deeply", "Tables or keys are nested far deeper than any scene needs. Flatten them."),
     entry(UNREADABLE, "the scene file cannot be read", "The file doesn't exist, may not be read, or is not UTF-8 text. Save it as UTF-8."),
 
@@ -224,10 +232,10 @@ pub const TABLE: &[Explanation] = &[
     entry(UNIT_SYNTAX, "a unit is written wrongly", "Units are products (blank, `*` or `·`), quotients (`/`) and integer powers (`^2`, `²`) of known units: `\"N m s/rad\"`, `\"kg*mm^2\"`, `\"1/s\"`. A blank behind a quotient is ambiguous: write `N/(m s)` or `N s/m`."),
     entry(DIMENSION, "wrong dimension", "The value is, say, a time where a length belongs. Plain numbers are taken in the scene's own unit; a unit in the text converts: `\"8.5 mm\"`. Torque and energy count as equal, and the angle in `N m/rad` may be left out."),
     entry(MIXED_DIMENSIONS, "quantities that cannot be combined", "Only like can be added to like: `\"crank.radius + 1 mm\"`. Functions such as `exp` need plain numbers, powers of quantities need exponents that leave whole dimensions."),
-    entry(NEEDS_UNIT, "plain number among quantities", "In arithmetic a plain number has no unit, so it cannot be added to a length: write `\"crank.radius + 1 mm\"`. Likewise `sin(30)` in a scene in degrees: write `sin(30 deg)`. And `Hz` counts cycles: write `50 turn/s` for an angular velocity."),
-    entry(AMBIGUOUS, "can be read in two ways", "In `\"2 N/m\"` a parameter named `m` could be meant as well as the metre. Rename the parameter, or put the quantity in parentheses: `\"(2 N)/m\"`."),
-    entry(EXPRESSION_SYNTAX, "the expression is incomplete", "Expressions consist of numbers, quantities, parameter names, `+ - * / ^`, parentheses, `pi`, and the functions sqrt sin cos tan asin acos atan atan2 exp ln abs min max. Example: `\"2*(crank.radius + 1 mm)\"`."),
-    entry(UNKNOWN_PARAMETER, "unknown parameter", "The name is not defined in `[parameters]`. Tables in it give dotted names: `crank.radius = \"8.5 mm\"`."),
+    entry(NEEDS_UNIT, "plain number among quantities", "In arithmetic a plain number has no unit, so it cannot be added to a length: write `\"crank.radius + 1 mm\"`. Likewise `sin(30)` in a scene in degrees: write `sin(30 deg)`. In a function, give the rest units, too, then the variable converts: `\"1 N * sin(phi)\"`. And `Hz` counts cycles: write `50 turn/s` for an angular velocity."),
+    entry(AMBIGUOUS, "can be read in two ways", "In `\"2 N/m\"` a parameter named `m` could be meant as well as the metre. Rename the parameter, or put the quantity in parentheses: `\"(2 N)/m\"`. In a check, a name must not be an output (or the time `t`) as well as a parameter."),
+    entry(EXPRESSION_SYNTAX, "the expression is incomplete", "Expressions consist of numbers, quantities, parameter names, `+ - * / ^`, parentheses, `pi`, and the functions sqrt sin cos tan asin acos atan atan2 exp ln tanh abs min max. The sign of a product may be left out in front of a parenthesis, a function, `pi` or a variable: `\"20 sin(2 pi t)\"`. Example: `\"2*(crank.radius + 1 mm)\"`."),
+    entry(UNKNOWN_PARAMETER, "unknown parameter", "The name is not defined in `[parameters]` (in a check: and not an output either; in a function: nor its variable). Tables in it give dotted names: `crank.radius = \"8.5 mm\"`."),
     entry(PARAMETER_CYCLE, "parameters that need each other", "Parameters may refer to each other in any order, but not in a circle. Give one of them as a number."),
     entry(NO_VALUE, "the expression has no finite value", "A division by zero, the square root of a negative number, or an overflow."),
     entry(EXPRESSION_TOO_DEEP, "the expression is nested too deeply", "Parentheses, signs or powers are nested more than 64 deep. Split the expression with the help of `[parameters]`."),
@@ -252,6 +260,22 @@ pub const TABLE: &[Explanation] = &[
     entry(UNKNOWN_CHANNEL, "figure of an unknown channel", "A figure is computed from a channel that an `[[output]]` names."),
     entry(NOTHING_TO_DO, "nothing to compute", "The scene has no moving body."),
     entry(UNKNOWN_METHOD, "unknown method or engine", "The message lists the known ones."),
+    entry(
+        SIGNAL_LOOP,
+        "signal that depends on itself",
+        "An element's signal depends, by way of other signals, on itself at the same instant, so there is no order in which \
+         they can be computed. Put an element with a state into the loop: a sensor with a time constant, a transfer \
+         function, an integrator. Loops through the motion of bodies, their accelerations and reactions are no mistake: \
+         these are solved for.",
+    ),
+    entry(
+        REACTION_NOT_UNIQUE,
+        "reaction that is not unique",
+        "A force element (joint friction) takes the reaction of a joint, but redundant joint equations leave it undetermined: \
+         infinitely many reactions give the same motion, and the force depends on which of them is chosen. Make the joints \
+         statically determinate (a spherical or cylindrical joint instead of a second revolute), or use a friction element \
+         that depends on unique components only.",
+    ),
 
     entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, `ODYN_PLUGIN_PATH`, the configuration and the folder of the executable. In the source tree, `cargo build` builds the standard libraries."),
     entry(NOT_A_LIBRARY, "not a library for this machine", "The file is truncated, or made for another system or processor. Build or copy it again."),
@@ -278,6 +302,12 @@ pub const TABLE: &[Explanation] = &[
     entry(INTERRUPTED, "interrupted", "The run was stopped from outside. Results up to this time are kept."),
     entry(TOO_MANY_STEPS, "too many steps", "The number of steps reached `max_steps`. Results up to this time are kept."),
     entry(PROJECTION_FAILED, "joints cannot be kept closed", "After a step the position could not be brought back to the joints, usually near a singular position."),
+    entry(
+        TORQUE_ON_PARTICLE,
+        "torque on a particle",
+        "A body with `particle = true` has no rotation, so nothing may turn it: joints and forces must be attached at its \
+         position, and may only push. Name it last in a joint that holds a point. Otherwise give the body an inertia.",
+    ),
 
     entry(AUDIT_CONSTRAINTS, "constraint violation above the limit", "Joints opened more than `audit_tolerance` allows. Lower the tolerance of the integration."),
     entry(AUDIT_ENERGY, "energy error above the limit", "Energy is not balanced to within `audit_tolerance`. Lower the tolerance of the integration; if that doesn't help, an element's power is not what its energy says."),
@@ -285,4 +315,10 @@ pub const TABLE: &[Explanation] = &[
     entry(CANNOT_WRITE, "results cannot be written", "The folder doesn't exist, may not be written, or the disk is full."),
     entry(CANNOT_READ_RESULTS, "table cannot be read", "The file is not a CSV table with one header line and numbers below."),
     entry(NOTHING_TO_COMPARE, "nothing in common", "The two tables share no times or no columns besides the time."),
+    entry(
+        CANNOT_GO_ON,
+        "no state to go on from",
+        "`--from FOLDER` goes on from the file state.toml that a run of the same scene left in its folder of results. Bodies \
+         and elements must be the same, in the same order, and the scene must end later than that run did (`--t-end`).",
+    ),
 ];

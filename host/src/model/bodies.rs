@@ -58,23 +58,50 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
             Target::Fixed { origin, rotation: attitude }
         } else {
             check(record, found);
-            let center_of_mass = Vector3::from(record.com);
-            let inertia = record.inertia.as_ref().map_or([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], |i| i.value);
+            let (mass, center_of_mass, inertia) = composed(record);
             bodies.movable.push(Body {
                 name: record.name.value.clone(),
-                mass: record.mass.as_ref().map_or(1.0, |m| m.value),
-                inertia: tensor(inertia),
+                mass,
+                inertia,
                 center_of_mass,
                 position: origin + attitude * center_of_mass,
                 orientation: record.orientation,
                 velocity: record.velocity.value,
                 angular_velocity: record.angular_velocity.value,
+                particle: record.particle,
             });
             Target::Movable(bodies.movable.len() - 1)
         };
         bodies.named.push((record.name.value.clone(), target));
     }
     bodies
+}
+
+/// Mass, centre of mass and inertia about it of a body with its point masses (Haug 1989, section 11.2: parallel axes).
+///
+/// A particle gets an inertia all the same, so that its equations can be solved. It stays at zero angular velocity as long
+/// as no torque acts on it, which is watched.
+fn composed(record: &BodyRecord) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let mass = record.mass.as_ref().map_or(1.0, |m| m.value);
+    let center = Vector3::from(record.com);
+    let inertia = match &record.inertia {
+        Some(inertia) => tensor(inertia.value),
+        None => Matrix3::identity() * mass,
+    };
+    let parts = || {
+        let points = record.point_masses.iter().map(|point| (point.mass.value, Vector3::from(point.position)));
+        std::iter::once((mass, center)).chain(points)
+    };
+    if record.point_masses.is_empty() {
+        return (mass, center, inertia);
+    }
+    let total: f64 = parts().map(|(mass, _)| mass).sum();
+    let common = parts().map(|(mass, at)| at * mass).sum::<Vector3<f64>>() / total;
+    let moved = |(mass, at): (f64, Vector3<f64>)| {
+        let d = at - common;
+        (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * mass
+    };
+    (total, common, inertia + parts().map(moved).sum::<Matrix3<f64>>())
 }
 
 fn tensor([xx, yy, zz, xy, yz, zx]: [f64; 6]) -> Matrix3<f64> {
@@ -93,6 +120,12 @@ fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
                 .help("a body that is not to move is declared with `fixed = true`"),
         );
     }
+    for point in record.point_masses.iter().filter(|point| point.mass.value <= 0.0) {
+        found.push(
+            Diagnostic::error(codes::BAD_MASS, format!("the point masses of `{name}` must be positive"))
+                .at(point.mass.span.clone(), "not a positive mass"),
+        );
+    }
     let Some(inertia) = &record.inertia else { return };
     let moments = nalgebra::SymmetricEigen::new(tensor(inertia.value)).eigenvalues;
     let (least, largest, sum) = (moments.min(), moments.max(), moments.sum());
@@ -100,7 +133,7 @@ fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
         found.push(
             Diagnostic::error(codes::BAD_INERTIA, format!("the inertia of `{name}` must be positive definite"))
                 .at(inertia.span.clone(), "has a principal moment that is zero or negative")
-                .help("a point mass is a sphere of small radius: 2/5 m r^2 about each axis"),
+                .help("a body without extent is declared with `particle = true` and needs no inertia"),
         );
     } else if largest > (sum - largest) * (1.0 + 1e-12) {
         found.push(

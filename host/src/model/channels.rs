@@ -25,7 +25,9 @@ pub const QUANTITIES: &[(&str, &str)] = &[
     ("reaction_torque", "of a joint on a body, at the joint's frame there"),
     ("force", "of a force element on a body"),
     ("torque", "of a force element on a body"),
-    ("value", "reported by a force element"),
+    ("value", "reported by a force element, or signal of a control element"),
+    ("balance_force", "of a body: reported forces and weight minus mass times acceleration, zero but for round-off"),
+    ("balance_torque", "of a body: reported torques about the centre of mass minus change of angular momentum"),
     ("kinetic_energy", "of the whole scene"),
     ("potential_energy", "of the whole scene"),
     ("total_energy", "of the whole scene"),
@@ -82,12 +84,14 @@ impl Words<'_> {
             "force" => self.load(record, Kind::Force, false)?,
             "torque" => self.load(record, Kind::Force, true)?,
             "value" => {
-                let (element, instance) = self.element(record, Kind::Force)?;
+                let (element, instance) = self.acting_element(record)?;
                 let channel = named_channel(record, instance)?;
                 let dimension = dimension_of(&instance.class.channels[channel].unit)?;
                 let place = format!("{} of {}", instance.class.channels[channel].doc, instance.name);
                 (Quantity::Value { element, channel }, dimension, place)
             }
+            "balance_force" => self.balance(record, false)?,
+            "balance_torque" => self.balance(record, true)?,
             "kinetic_energy" => (Quantity::KineticEnergy, Dimension::ENERGY, "whole scene".into()),
             "potential_energy" => (Quantity::PotentialEnergy, Dimension::ENERGY, "whole scene".into()),
             "total_energy" => (Quantity::TotalEnergy, Dimension::ENERGY, "whole scene".into()),
@@ -102,10 +106,18 @@ impl Words<'_> {
             }
         };
         let units = &self.scene.units;
-        let is_torque = matches!(quantity, Quantity::Load { torque: true, .. });
+        let is_torque = match &quantity {
+            Quantity::Load { torque, .. } | Quantity::Balance { torque, .. } => *torque,
+            // A torque has the dimension of an energy; only the element knows which of them it means.
+            Quantity::Value { element, channel } => {
+                self.elements.instances[*element].class.channels[*channel].unit == "N m"
+            }
+            _ => false,
+        };
         Ok(Channel {
             name: record.name.value.clone(),
             quantity,
+            dimension,
             unit: if is_torque { units.torque_label() } else { units.label(dimension) },
             factor: units.factor(dimension),
             place,
@@ -215,6 +227,25 @@ impl Words<'_> {
         let names: Vec<&str> = instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
         let message = format!("there is no {} `{}`", kind.word(), of.value);
         Err(unknown_word(codes::UNKNOWN_TARGET, &message, of, &names))
+    }
+
+    /// The force or control element that `of` names.
+    fn acting_element(&self, record: &OutputRecord) -> Found<(usize, &Instance)> {
+        let controls = |of: &Spanned<String>| {
+            self.elements.instances.iter().any(|e| e.name == of.value && e.class.kind == Kind::Control)
+        };
+        let kind = if record.of.as_ref().is_some_and(controls) { Kind::Control } else { Kind::Force };
+        self.element(record, kind)
+    }
+
+    fn balance(&self, record: &OutputRecord, torque: bool) -> Found<(Quantity, Dimension, String)> {
+        let (body, name) = self.body(record)?;
+        let component = component(record, &["x", "y", "z"])?;
+        let (dimension, place) = match torque {
+            false => (Dimension::FORCE, format!("balance of forces on {name}, ground axes")),
+            true => (Dimension::TORQUE, format!("balance of torques on {name} about its centre of mass, ground axes")),
+        };
+        Ok((Quantity::Balance { body, torque, component }, dimension, place))
     }
 
     fn axes(&self, record: &OutputRecord) -> Found<(Axes, String)> {

@@ -1,15 +1,17 @@
-//! Joints and force elements: markers, creation, recording.
+//! Joints, force elements and control elements: markers, creation, recording.
+
+use std::sync::Arc;
 
 use element_api::recording::{Op, Role};
 use element_api::set::{CreateError, ElementSet};
-use element_api::{Kind, Recording};
+use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Vector3};
 
 use super::bodies::{Bodies, Target, quoted};
 use super::parameters;
 use super::types::{Instance, Marker, rotation};
 use crate::catalog::{Catalog, ElementHandle};
-use crate::diagnostics::{Code, Diagnostic, codes};
+use crate::diagnostics::{Code, Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
 
 /// The elements of a scene, those that are switched on.
@@ -18,10 +20,12 @@ pub(super) struct Elements {
     pub(super) sets: Vec<Box<dyn ElementSet>>,
     /// Full class name of each set.
     set_names: Vec<String>,
+    /// Class of each set.
+    classes: Vec<Arc<Descriptor>>,
 }
 
 pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: &mut Vec<Diagnostic>) -> Elements {
-    let mut elements = Elements { instances: Vec::new(), sets: Vec::new(), set_names: Vec::new() };
+    let mut elements = Elements { instances: Vec::new(), sets: Vec::new(), set_names: Vec::new(), classes: Vec::new() };
     for record in scene.elements.iter().filter(|record| record.enabled) {
         let before = found.len();
         let handle = class_of(record, catalog, found);
@@ -33,18 +37,29 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             .collect();
         let Some(handle) = handle else { continue };
         let table = parameters::resolve(scene, record, &handle.descriptor().params, &record.type_name.value, found);
-        check_bodies(record, &handle, &targets, found);
-        if found.len() > before {
+        let joints = elements.joints_of(record, &handle, found);
+        if joints.len() < record.joints.len() {
             continue;
         }
-        let markers = match markers(record, &targets, scene) {
+        let borrowed = record.bodies.value.is_empty().then(|| joints.first()).flatten();
+        let markers = match borrowed {
+            Some(joint) => elements.markers_of(*joint, record, &handle),
+            None => {
+                check_bodies(record, &handle, &targets, found);
+                if found.len() > before { Ok(Vec::new()) } else { markers(record, &targets, scene) }
+            }
+        };
+        let markers = match markers {
             Ok(markers) => markers,
             Err(diagnostic) => {
                 found.push(*diagnostic);
                 continue;
             }
         };
-        match elements.create(record, &handle, &table, markers) {
+        if found.len() > before {
+            continue;
+        }
+        match elements.create(record, &handle, &table, markers, joints) {
             Ok(instance) => elements.instances.push(instance),
             Err(diagnostic) => found.push(*diagnostic),
         }
@@ -56,13 +71,7 @@ fn class_of(record: &ElementRecord, catalog: &Catalog, found: &mut Vec<Diagnosti
     let kind = match record.kind {
         ElementKind::Joint => Kind::Joint,
         ElementKind::Force => Kind::Force,
-        ElementKind::Control => {
-            found.push(
-                Diagnostic::error(codes::WRONG_KIND, "control elements are not available yet")
-                    .at(record.span.clone(), "no library can provide these"),
-            );
-            return None;
-        }
+        ElementKind::Control => Kind::Control,
     };
     match catalog.find(&record.type_name.value, Some(kind)) {
         Ok(handle) => Some(handle),
@@ -220,6 +229,68 @@ fn triad(axis: Option<[f64; 3]>, hint: Option<[f64; 3]>) -> Option<Matrix3<f64>>
 }
 
 impl Elements {
+    /// The joints whose reactions an element takes. They come before it, as all joints come before all forces.
+    fn joints_of(&self, record: &ElementRecord, handle: &ElementHandle, found: &mut Vec<Diagnostic>) -> Vec<usize> {
+        let class = handle.descriptor();
+        if record.joints.len() != class.joints.len() {
+            let names: Vec<&str> = class.joints.iter().map(|joint| joint.name.as_str()).collect();
+            let (given, needed) = (record.joints.len(), class.joints.len());
+            let place = record.joints.first().map_or(record.span.clone(), |joint| joint.span.clone());
+            let diagnostic = Diagnostic::error(
+                codes::BODY_COUNT,
+                format!(
+                    "`{}` names {given} joints, `{}` takes the reactions of {needed}",
+                    record.name.value, class.name
+                ),
+            )
+            .at(place, format!("expected {needed}"));
+            found.push(match names.as_slice() {
+                [] => diagnostic.help(format!("`{}` depends on no joint: leave `joints` out", class.name)),
+                _ => diagnostic.help(format!("joints = [...]   # the names of {}", quoted(&names))),
+            });
+            return Vec::new();
+        }
+        let mut joints = Vec::with_capacity(record.joints.len());
+        for name in &record.joints {
+            let is_it = |e: &Instance| e.class.kind == Kind::Joint && e.name == name.value;
+            if let Some(index) = self.instances.iter().position(is_it) {
+                joints.push(index);
+                continue;
+            }
+            let known: Vec<&str> =
+                self.instances.iter().filter(|e| e.class.kind == Kind::Joint).map(|e| e.name.as_str()).collect();
+            let nearest = suggest(&name.value, known.iter().copied()).map(|n| format!("did you mean `{n}`?"));
+            found.push(
+                Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no joint `{}`", name.value))
+                    .at(name.span.clone(), "its reaction is wanted here")
+                    .help_if(nearest),
+            );
+        }
+        joints
+    }
+
+    /// The frames of a joint, for an element that has as many and says nothing about its own.
+    fn markers_of(
+        &self,
+        joint: usize,
+        record: &ElementRecord,
+        handle: &ElementHandle,
+    ) -> Result<Vec<Marker>, Box<Diagnostic>> {
+        let joint = &self.instances[joint];
+        let needed = handle.descriptor().frames.len();
+        if joint.markers.len() == needed {
+            return Ok(joint.markers.clone());
+        }
+        Err(Box::new(
+            Diagnostic::error(
+                codes::BODY_COUNT,
+                format!("`{}` has {} frames, `{}` needs {needed}", joint.name, joint.markers.len(), record.name.value),
+            )
+            .at(record.span.clone(), "takes its frames from the joint")
+            .help("name `bodies` and their frames"),
+        ))
+    }
+
     /// The element behind a record, created, recorded and checked.
     fn create(
         &mut self,
@@ -227,12 +298,14 @@ impl Elements {
         handle: &ElementHandle,
         table: &element_api::params::Table,
         markers: Vec<Marker>,
+        joints: Vec<usize>,
     ) -> Result<Instance, Box<Diagnostic>> {
         let class = handle.descriptor();
         let full_name = handle.full_name();
         let set = self.set_names.iter().position(|name| *name == full_name).unwrap_or_else(|| {
             self.set_names.push(full_name.clone());
             self.sets.push(handle.class.new_set());
+            self.classes.push(Arc::new(class.clone()));
             self.sets.len() - 1
         });
         let index = self.sets[set].add(table).map_err(|error| refusal(record, &full_name, error))?;
@@ -276,13 +349,15 @@ impl Elements {
         }
         Ok(Instance {
             name: record.name.value.clone(),
-            class: class.clone(),
+            class: Arc::clone(&self.classes[set]),
             library: handle.library.package.clone(),
             set,
             index: index as u32,
             markers,
             recording,
             rows,
+            inputs: Vec::new(),
+            joints,
         })
     }
 }

@@ -18,6 +18,7 @@ mod bodies;
 mod channels;
 mod elements;
 mod parameters;
+mod signals;
 mod types;
 
 #[cfg(test)]
@@ -30,7 +31,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
 pub use elements::fault_code;
-pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, rotation, skew};
+pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Source, rotation, skew};
 
 /// A model and what the user should know about it.
 pub type Resolved = (Model, Vec<Diagnostic>);
@@ -42,7 +43,7 @@ pub type Resolved = (Model, Vec<Diagnostic>);
 pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnostic>> {
     let mut found = Vec::new();
     let bodies = bodies::resolve(scene, &mut found);
-    let elements = elements::resolve(scene, catalog, &bodies, &mut found);
+    let mut elements = elements::resolve(scene, catalog, &bodies, &mut found);
     if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
         let place = scene.bodies.first().map_or(scene.simulation.span.clone(), |body| body.name.span.clone());
         found.push(
@@ -52,6 +53,9 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
         );
     }
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
+    if !found.iter().any(Diagnostic::is_error) {
+        signals::connect(scene, &channels, &mut elements.instances, &mut found);
+    }
     if found.iter().any(Diagnostic::is_error) {
         return Err(found);
     }

@@ -4,7 +4,7 @@ use element_api::params::{ParamKind, ParamSpec, Table};
 use std::ops::Range;
 
 use super::bodies::quoted;
-use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::diagnostics::{Diagnostic, codes, help_for, suggest};
 use crate::scene::{Dimension, ElementRecord, RawKind, RawTable, RawValue, Scene, parse_unit};
 
 /// The table that the plugin receives. Mistakes are added to `found`; the table is then incomplete.
@@ -89,15 +89,9 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
             .help(spec.doc.clone())
     };
     let number = |raw: &RawValue, dimension: Dimension| -> Result<toml::Value, Box<Diagnostic>> {
-        let value = scene.quantity(raw, dimension)?;
-        if spec.contains(value) {
-            return Ok(toml::Value::Float(value));
-        }
-        Err(Box::new(
-            Diagnostic::error(codes::ELEMENT_PARAMETER_RANGE, format!("`{}` is out of range", spec.name))
-                .at(raw.span.clone(), format!("must be {} (in {})", spec.range_text(), spec.unit))
-                .help(spec.doc.clone()),
-        ))
+        // A unit that is not named is any: the gain of a controller, the limit of a signal.
+        let value = if spec.unit.is_empty() { scene.any_quantity(raw)?.0 } else { scene.quantity(raw, dimension)? };
+        if spec.contains(value) { Ok(toml::Value::Float(value)) } else { Err(out_of_range(raw, spec)) }
     };
     let list = |dimension: Dimension| -> Result<Vec<toml::Value>, Box<Diagnostic>> {
         let items = raw.as_array().ok_or_else(wrong_kind)?;
@@ -118,13 +112,23 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
             _ => Err(Box::new(wrong_kind())),
         },
         ParamKind::Text => {
-            raw.as_text().map(|text| toml::Value::String(text.into())).ok_or_else(|| Box::new(wrong_kind()))
+            let text = raw.as_text().ok_or_else(|| Box::new(wrong_kind()))?;
+            check_choice(text, raw, spec)?;
+            Ok(toml::Value::String(text.into()))
         }
         ParamKind::Vector => {
             let items = list(dimension_of(&spec.unit)?)?;
             if items.len() == 3 { Ok(toml::Value::Array(items)) } else { Err(Box::new(wrong_kind())) }
         }
         ParamKind::List => Ok(toml::Value::Array(list(dimension_of(&spec.unit)?)?)),
+        ParamKind::Function => {
+            let (argument, value) = spec.unit.split_once("->").unwrap_or(("1", spec.unit.as_str()));
+            let (argument, value) = (dimension_of(argument.trim())?, dimension_of(value.trim())?);
+            let variable = if spec.variable.is_empty() { "x" } else { spec.variable.as_str() };
+            let function = scene.function(raw, variable, argument, value)?;
+            check_function_range(&function, raw, spec)?;
+            Ok(function)
+        }
         ParamKind::Curve => {
             let (argument, value) = spec.unit.split_once("->").unwrap_or(("1", spec.unit.as_str()));
             let (argument, value) = (dimension_of(argument.trim())?, dimension_of(value.trim())?);
@@ -140,6 +144,42 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
             Ok(toml::Value::Array(pairs.collect::<Result<_, _>>()?))
         }
     }
+}
+
+fn out_of_range(raw: &RawValue, spec: &ParamSpec) -> Box<Diagnostic> {
+    Box::new(
+        Diagnostic::error(codes::ELEMENT_PARAMETER_RANGE, format!("`{}` is out of range", spec.name))
+            .at(raw.span.clone(), format!("must be {} (in {})", spec.range_text(), spec.unit))
+            .help(spec.doc.clone()),
+    )
+}
+
+fn check_choice(text: &str, raw: &RawValue, spec: &ParamSpec) -> Result<(), Box<Diagnostic>> {
+    if spec.choices.is_empty() || spec.choices.iter().any(|choice| choice == text) {
+        return Ok(());
+    }
+    let choices: Vec<&str> = spec.choices.iter().map(String::as_str).collect();
+    Err(Box::new(
+        Diagnostic::error(codes::UNKNOWN_WORD, format!("`{}` cannot be `{text}`", spec.name))
+            .at(raw.span.clone(), "")
+            .help_if(help_for(text, &choices, "words"))
+            .help(spec.doc.clone()),
+    ))
+}
+
+/// Constants and points must be in the range; what an expression gives is known to nobody before it is evaluated.
+fn check_function_range(function: &toml::Value, raw: &RawValue, spec: &ParamSpec) -> Result<(), Box<Diagnostic>> {
+    if let Some(value) = function.as_float() {
+        return if spec.contains(value) { Ok(()) } else { Err(out_of_range(raw, spec)) };
+    }
+    let points = function.as_array().or_else(|| function.get("points").and_then(toml::Value::as_array));
+    let written = raw.as_table().and_then(|table| table.get("points")).unwrap_or(raw).as_array();
+    for (point, written) in points.into_iter().flatten().zip(written.into_iter().flatten()) {
+        if point.get(1).and_then(toml::Value::as_float).is_some_and(|value| !spec.contains(value)) {
+            return Err(out_of_range(written, spec));
+        }
+    }
+    Ok(())
 }
 
 /// The dimension of a unit that a plugin declares.

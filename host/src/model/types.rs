@@ -1,14 +1,19 @@
 //! The resolved scene: indices instead of names, SI units, checked parameters.
 
+use std::sync::Arc;
+
+use element_api::recording::{Input, Op};
 use element_api::set::ElementSet;
 use element_api::{Descriptor, Recording};
 use nalgebra::{Matrix3, Vector3};
+
+use crate::scene::Dimension;
 
 /// Everything the mathematics needs to know about a scene, and the elements themselves.
 pub struct Model {
     /// Bodies that can move.
     pub bodies: Vec<Body>,
-    /// Joints and force elements that are switched on.
+    /// Joints, force elements and control elements that are switched on.
     pub elements: Vec<Instance>,
     /// The element sets instances live in, one per class used.
     pub sets: Vec<Box<dyn ElementSet>>,
@@ -37,6 +42,8 @@ pub struct Body {
     pub velocity: [Option<f64>; 3],
     /// Angular velocity at the start, rad/s, ground frame; `None`: free.
     pub angular_velocity: [Option<f64>; 3],
+    /// A point mass: its inertia has no meaning, and no torque may act on it.
+    pub particle: bool,
 }
 
 /// A marker: where an element is attached.
@@ -50,13 +57,13 @@ pub struct Marker {
     pub rotation: Matrix3<f64>,
 }
 
-/// A joint or force element of the scene.
+/// A joint, force element or control element of the scene.
 #[derive(Debug, Clone)]
 pub struct Instance {
     /// Name in the scene.
     pub name: String,
     /// Its class.
-    pub class: Descriptor,
+    pub class: Arc<Descriptor>,
     /// Library that provides the class.
     pub library: String,
     /// Which of [`Model::sets`].
@@ -69,6 +76,19 @@ pub struct Instance {
     pub recording: Recording,
     /// Constraint rows in use, by their number in the class.
     pub rows: Vec<usize>,
+    /// What is connected to each signal that the class takes.
+    pub inputs: Vec<Source>,
+    /// The joints whose reactions it takes, as indices of elements.
+    pub joints: Vec<usize>,
+}
+
+/// What is connected to a signal input.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// A constant, SI.
+    Constant(f64),
+    /// Anything that can be reported.
+    Quantity(Quantity),
 }
 
 impl Instance {
@@ -77,6 +97,22 @@ impl Instance {
     pub fn row_name(&self, k: usize) -> String {
         let row = self.rows.get(k).and_then(|row| self.class.rows.get(*row));
         format!("{}: {}", self.name, row.map_or("?", String::as_str))
+    }
+
+    /// Whether any of its results depends on one of the inputs that `which` picks. An opaque element may use them all.
+    #[must_use]
+    pub fn uses_input(&self, which: impl Fn(Input) -> bool) -> bool {
+        if self.class.opaque {
+            return true;
+        }
+        let mut needed = vec![false; self.recording.ops.len()];
+        self.recording.outputs.iter().for_each(|output| needed[output.node as usize] = true);
+        (0..needed.len()).rev().filter_map(|k| Op::decode(self.recording.ops[k]).map(|op| (k, op))).any(|(k, op)| {
+            if needed[k] {
+                op.operands().for_each(|a| needed[a as usize] = true);
+            }
+            matches!(op, Op::Input(input) if needed[k] && which(input))
+        })
     }
 
     /// Number of values an opaque instance gives before derivatives: rows in use and coordinates, or channels.
@@ -93,6 +129,8 @@ pub struct Channel {
     pub name: String,
     /// What is asked.
     pub quantity: Quantity,
+    /// Its dimension.
+    pub dimension: Dimension,
     /// Unit of the column, as text.
     pub unit: String,
     /// One scene unit in SI.
@@ -177,12 +215,22 @@ pub enum Quantity {
         /// 0, 1, 2.
         component: usize,
     },
-    /// A value reported by a force element.
+    /// A value reported by a force element, or a signal of a control element.
     Value {
         /// Which element.
         element: usize,
         /// Which channel of the class.
         channel: usize,
+    },
+    /// What is left of the equations of motion of a body when all reported loads and its weight are set against its
+    /// acceleration (Newton, Euler): zero but for round-off. Ground axes; torques about the centre of mass.
+    Balance {
+        /// Which body.
+        body: usize,
+        /// Torque instead of force.
+        torque: bool,
+        /// 0, 1, 2.
+        component: usize,
     },
     /// Kinetic energy of all bodies.
     KineticEnergy,

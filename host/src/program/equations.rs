@@ -7,11 +7,12 @@
 use element_api::Kind;
 use element_api::recording::{Input, Role};
 
+use super::coupling::CoupledInput;
 use super::derivative::{Seeds, derivatives};
 use super::graph::{Graph, Node};
 use super::import::import;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
-use super::opaque::opaque_results;
+use super::opaque::{call_inputs, opaque_results};
 use super::vector::V3;
 use crate::model::{Body, Instance, Marker, Model};
 use crate::plan::Layout;
@@ -97,6 +98,8 @@ pub struct Equations {
     pub mass_p: Vec<Node>,
     /// Per element of the model.
     pub elements: Vec<ElementEquations>,
+    /// Accelerations and multipliers that the loads depend on.
+    pub coupling: Vec<CoupledInput>,
 }
 
 impl Equations {
@@ -118,6 +121,7 @@ impl Equations {
             mass_p: Vec::new(),
             elements: vec![ElementEquations::default(); model.elements.len()],
             rows: Vec::with_capacity(layout.rows),
+            coupling: Vec::new(),
             graph,
             form,
             bodies,
@@ -126,13 +130,29 @@ impl Equations {
             equations.add_body(b, body, model);
         }
         for (index, element) in model.elements.iter().enumerate() {
-            let frames = equations.frames(&element.markers);
-            match element.class.kind {
-                Kind::Joint => equations.add_joint(index, element, &frames, layout),
-                Kind::Force => equations.add_force(index, element, &frames, layout),
+            if element.class.kind == Kind::Joint {
+                equations.add_joint(index, element, layout);
             }
         }
+        // Force and control elements may ask for reactions and for each other's results.
+        equations.add_acting_elements(model, layout);
+        equations.add_explicit_power(layout);
+        equations.find_coupling(layout);
         equations
+    }
+
+    /// Potentials that depend on time or on states (a spring whose end is driven) change although no body moves: dV/dt along
+    /// these is power that comes from outside.
+    fn add_explicit_power(&mut self, layout: &Layout) {
+        let mut seeds = Seeds::default();
+        let time = self.graph.input(Layout::TIME);
+        seeds.insert(time, self.graph.constant(1.0));
+        for k in 0..layout.states {
+            let state = self.graph.input(layout.state_slot() + k);
+            seeds.insert(state, self.state_rates[k]);
+        }
+        let change = derivatives(&mut self.graph, &[self.potential], &seeds)[0];
+        self.power = self.graph.add(self.power, change);
     }
 
     /// Gravity, gyroscopic terms, energies of a body.
@@ -185,12 +205,13 @@ impl Equations {
     }
 
     /// Position, rotation and motion of an element's frames.
-    fn frames(&mut self, markers: &[Marker]) -> Vec<FrameNodes> {
+    pub(super) fn frames(&mut self, markers: &[Marker]) -> Vec<FrameNodes> {
         markers.iter().map(|marker| frame_nodes(&mut self.graph, marker, &self.bodies)).collect()
     }
 
-    fn add_joint(&mut self, index: usize, element: &Instance, frames: &[FrameNodes], layout: &Layout) {
-        let (values, opaque) = self.element_values(index, element, frames, layout);
+    fn add_joint(&mut self, index: usize, element: &Instance, layout: &Layout) {
+        let frames = self.frames(&element.markers);
+        let (values, opaque) = self.joint_values(index, element, &frames, layout);
         let value_of = |role: Role| values.iter().find(|(r, _)| *r == role).map(|(_, node)| *node);
         let missing = self.graph.constant(f64::NAN);
         let residuals = element.rows.iter().map(|row| Role::Residual(*row as u32));
@@ -199,7 +220,7 @@ impl Equations {
         let bodies = bodies_of(&element.markers);
         let mut rows = match opaque {
             None => self.traced_rows(&wanted, &bodies),
-            Some(call) => self.opaque_rows(&wanted, call, element, frames, &bodies),
+            Some(call) => self.opaque_rows(&wanted, call, element, &frames, &bodies),
         };
         self.elements[index].coordinates = rows.split_off(element.rows.len());
         self.rows.extend(rows);
@@ -272,47 +293,8 @@ impl Equations {
         seeds
     }
 
-    fn add_force(&mut self, index: usize, element: &Instance, frames: &[FrameNodes], layout: &Layout) {
-        let (values, _) = self.element_values(index, element, frames, layout);
-        let zero = self.graph.constant(0.0);
-        let value_of = |role: Role| values.iter().find(|(r, _)| *r == role).map(|(_, node)| *node);
-        let mut power = zero;
-        for (f, (frame, marker)) in frames.iter().zip(&element.markers).enumerate() {
-            let component = |role: fn(u32) -> Role, k: usize| value_of(role((3 * f + k) as u32)).unwrap_or(zero);
-            let force: V3 = std::array::from_fn(|k| component(Role::Force, k));
-            let torque: V3 = std::array::from_fn(|k| component(Role::Torque, k));
-            self.elements[index].loads.push(FrameLoad { force, torque });
-            let g = &mut self.graph;
-            let (p, q) = (g.dot3(force, frame.velocity), g.dot3(torque, frame.angular_velocity));
-            let both = g.add(p, q);
-            power = g.add(power, both);
-            if let Some(body) = marker.body {
-                self.apply_load(body, force, torque, frame);
-            }
-        }
-        let g = &mut self.graph;
-        match (value_of(Role::Potential), value_of(Role::Dissipation)) {
-            (None, None) => self.power = g.add(self.power, power),
-            (potential, dissipation) => {
-                self.potential = g.add(self.potential, potential.unwrap_or(zero));
-                self.power = g.sub(self.power, dissipation.unwrap_or(zero));
-            }
-        }
-        let missing = self.graph.constant(f64::NAN);
-        let channels = element.class.channels.len();
-        self.elements[index].channels =
-            (0..channels).map(|k| value_of(Role::Channel(k as u32)).unwrap_or(missing)).collect();
-        for k in 0..element.recording.initial_states.len() {
-            self.state_rates[layout.state_at[index] + k] = value_of(Role::StateRate(k as u32)).unwrap_or(missing);
-        }
-        for k in 0..element.recording.initial_discrete.len() {
-            self.next_discrete[layout.discrete_at[index] + k] =
-                value_of(Role::NextDiscrete(k as u32)).unwrap_or(missing);
-        }
-    }
-
     /// Adds a load at a marker to the right side of its body.
-    fn apply_load(&mut self, body: usize, force: V3, torque: V3, frame: &FrameNodes) {
+    pub(super) fn apply_load(&mut self, body: usize, force: V3, torque: V3, frame: &FrameNodes) {
         let g = &mut self.graph;
         let nodes = &self.bodies[body];
         // Moment about the centre of mass, body axes: n' = A^T (T + s x F).
@@ -339,8 +321,8 @@ impl Equations {
         }
     }
 
-    /// The element's results by role; for an opaque element also its call.
-    fn element_values(
+    /// The joint's results by role; for an opaque joint also its call.
+    fn joint_values(
         &mut self,
         index: usize,
         element: &Instance,
@@ -348,20 +330,10 @@ impl Equations {
         layout: &Layout,
     ) -> (Vec<(Role, Node)>, Option<usize>) {
         let recording = &element.recording;
-        let provide = |g: &mut Graph, input: Input| match input {
-            Input::Time => g.input(Layout::TIME),
-            Input::Position { frame, component } => frames[frame as usize].position[component as usize],
-            Input::Rotation { frame, row, column } => frames[frame as usize].rotation[row as usize][column as usize],
-            Input::Velocity { frame, component } => frames[frame as usize].velocity[component as usize],
-            Input::AngularVelocity { frame, component } => frames[frame as usize].angular_velocity[component as usize],
-            Input::AngleReference(k) => g.input(layout.reference_slot() + layout.reference_at[index] + k as usize),
-            Input::State(k) => g.input(layout.state_slot() + layout.state_at[index] + k as usize),
-            Input::Discrete(k) => g.input(layout.discrete_slot() + layout.discrete_at[index] + k as usize),
-            // A mobility is recorded beside the residual but not used by this formulation; signals are refused earlier.
-            Input::Coordinate(_) | Input::Signal(_) => g.constant(0.0),
-        };
+        let provide = |g: &mut Graph, input: Input| own_input(g, input, index, frames, layout);
         let (values, call) = if element.class.opaque {
-            let call = self.add_call(element, provide);
+            let arguments = call_inputs(element).map(|input| provide(&mut self.graph, input)).collect();
+            let call = self.add_call(element, arguments);
             (opaque_results(&mut self.graph, element, call), Some(call))
         } else {
             let nodes = import(&mut self.graph, recording, provide);
@@ -373,6 +345,24 @@ impl Equations {
             }
         }
         (values, call)
+    }
+}
+
+/// An input that stands for nothing but the element's own frames and numbers. Signals and reactions, which do, and the
+/// coordinates of a mobility, which this formulation does not use, are zero.
+pub(super) fn own_input(g: &mut Graph, input: Input, index: usize, frames: &[FrameNodes], layout: &Layout) -> Node {
+    match input {
+        Input::Time => g.input(Layout::TIME),
+        Input::Position { frame, component } => frames[frame as usize].position[component as usize],
+        Input::Rotation { frame, row, column } => frames[frame as usize].rotation[row as usize][column as usize],
+        Input::Velocity { frame, component } => frames[frame as usize].velocity[component as usize],
+        Input::AngularVelocity { frame, component } => frames[frame as usize].angular_velocity[component as usize],
+        Input::AngleReference(k) => g.input(layout.reference_slot() + layout.reference_at[index] + k as usize),
+        Input::State(k) => g.input(layout.state_slot() + layout.state_at[index] + k as usize),
+        Input::Discrete(k) => g.input(layout.discrete_slot() + layout.discrete_at[index] + k as usize),
+        Input::Coordinate(_) | Input::Signal(_) | Input::ReactionForce { .. } | Input::ReactionTorque { .. } => {
+            g.constant(0.0)
+        }
     }
 }
 

@@ -5,6 +5,40 @@ use element_api::recording::{Input, Op};
 
 use super::graph::{Graph, Node};
 
+/// An operation of a checked recording other than an input, as a node. `at` gives the nodes of earlier operations;
+/// `first_table` is where the recording's tables begin in the graph.
+///
+/// # Panics
+/// For an input: only the caller knows what it stands for.
+pub(super) fn operation(
+    graph: &mut Graph,
+    recording: &Recording,
+    op: Op,
+    first_table: u32,
+    at: impl Fn(u32) -> Node,
+) -> Node {
+    match op {
+        Op::Constant(k) => graph.constant(recording.constants[k as usize]),
+        Op::Input(which) => unreachable!("{which:?} is provided by the caller"),
+        Op::Add(a, b) => graph.add(at(a), at(b)),
+        Op::Sub(a, b) => graph.sub(at(a), at(b)),
+        Op::Mul(a, b) => graph.mul(at(a), at(b)),
+        Op::Div(a, b) => graph.div(at(a), at(b)),
+        Op::Neg(a) => graph.neg(at(a)),
+        Op::Sqrt(a) => graph.sqrt(at(a)),
+        Op::Sin(a) => graph.sin(at(a)),
+        Op::Cos(a) => graph.cos(at(a)),
+        Op::Atan2(a, b) => graph.atan2(at(a), at(b)),
+        Op::Exp(a) => graph.exp(at(a)),
+        Op::Ln(a) => graph.ln(at(a)),
+        Op::Tanh(a) => graph.tanh(at(a)),
+        Op::Powi(a, n) => graph.powi(at(a), n),
+        Op::Powf(a, k) => graph.powf(at(a), recording.constants[k as usize]),
+        Op::Select(a, b, x, y) => graph.select(at(a), at(b), at(x), at(y)),
+        Op::Table(table, a) => graph.table(first_table + table, 0, at(a)),
+    }
+}
+
 /// Writes the operations of a checked recording into the graph and gives the node of each.
 ///
 /// `input` provides what the element asks for.
@@ -17,26 +51,9 @@ pub fn import(graph: &mut Graph, recording: &Recording, mut input: impl FnMut(&m
     let mut nodes: Vec<Node> = Vec::with_capacity(recording.ops.len());
     for raw in &recording.ops {
         let op = Op::decode(*raw).expect("recordings are checked when the model is built");
-        let at = |k: u32| nodes[k as usize];
         let node = match op {
-            Op::Constant(k) => graph.constant(recording.constants[k as usize]),
             Op::Input(which) => input(graph, which),
-            Op::Add(a, b) => graph.add(at(a), at(b)),
-            Op::Sub(a, b) => graph.sub(at(a), at(b)),
-            Op::Mul(a, b) => graph.mul(at(a), at(b)),
-            Op::Div(a, b) => graph.div(at(a), at(b)),
-            Op::Neg(a) => graph.neg(at(a)),
-            Op::Sqrt(a) => graph.sqrt(at(a)),
-            Op::Sin(a) => graph.sin(at(a)),
-            Op::Cos(a) => graph.cos(at(a)),
-            Op::Atan2(a, b) => graph.atan2(at(a), at(b)),
-            Op::Exp(a) => graph.exp(at(a)),
-            Op::Ln(a) => graph.ln(at(a)),
-            Op::Tanh(a) => graph.tanh(at(a)),
-            Op::Powi(a, n) => graph.powi(at(a), n),
-            Op::Powf(a, k) => graph.powf(at(a), recording.constants[k as usize]),
-            Op::Select(a, b, x, y) => graph.select(at(a), at(b), at(x), at(y)),
-            Op::Table(table, a) => graph.table(first_table + table, 0, at(a)),
+            other => operation(graph, recording, other, first_table, |k| nodes[k as usize]),
         };
         nodes.push(node);
     }

@@ -16,10 +16,14 @@
 //! | `import.rs` | recordings to nodes |
 //! | `kinematics.rs` | bodies and frames |
 //! | `opaque.rs` | elements called at run time |
-//! | `equations.rs` | bodies, joints, forces: rows, Jacobians, gamma, loads, energies |
+//! | `equations.rs` | bodies and joints: rows, Jacobians, gamma, loads, energies |
+//! | `acting.rs` | force and control elements, and the signals between them |
+//! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
 
+mod acting;
+mod coupling;
 mod derivative;
 mod equations;
 mod graph;
@@ -33,6 +37,7 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
+pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};

@@ -6,14 +6,14 @@ use element_api::Kind;
 
 use super::equations::{Equations, Form, Row};
 use super::graph::Node;
+use super::kinematics::{dot4, g_matrix, transposed};
 use super::vector::V3;
 use crate::model::{Axes, Level, Model, Quantity};
 use crate::plan::Layout;
 
 impl Equations {
-    /// The node of a requested quantity, SI. Working form only.
+    /// The node of a requested quantity, SI.
     pub fn observe(&mut self, quantity: &Quantity, model: &Model, layout: &Layout) -> Node {
-        debug_assert_eq!(self.form, Form::Working, "reports are written in working coordinates");
         match quantity {
             Quantity::Point { body, point, level, axes, component } => {
                 let vector = self.point(*body, point, *level, layout);
@@ -41,7 +41,7 @@ impl Equations {
             }
             Quantity::Load { element, frame, torque, axes, component } => {
                 let (force, moment) = match model.elements[*element].class.kind {
-                    Kind::Force => {
+                    Kind::Force | Kind::Control => {
                         let load = self.elements[*element].loads[*frame];
                         (load.force, load.torque)
                     }
@@ -51,6 +51,7 @@ impl Equations {
                 self.component(vector, *axes, *component)
             }
             Quantity::Value { element, channel } => self.elements[*element].channels[*channel],
+            Quantity::Balance { body, torque, component } => self.balance(*body, *torque, model, layout)[*component],
             Quantity::KineticEnergy => self.kinetic,
             Quantity::PotentialEnergy => self.potential,
             Quantity::TotalEnergy => self.graph.add(self.kinetic, self.potential),
@@ -58,7 +59,7 @@ impl Equations {
     }
 
     /// A component of a ground vector in the axes asked for.
-    fn component(&mut self, vector: V3, axes: Axes, component: usize) -> Node {
+    pub(super) fn component(&mut self, vector: V3, axes: Axes, component: usize) -> Node {
         match axes {
             Axes::Ground => vector[component],
             Axes::Body(body) => {
@@ -98,8 +99,7 @@ impl Equations {
     pub fn row_rate(&mut self, row: &Row) -> Node {
         let mut sum = row.time;
         for (column, slope) in &row.jacobian {
-            let nodes = &self.bodies[column / 6];
-            let speed = if column % 6 < 3 { nodes.v[column % 6] } else { nodes.w[column % 6 - 3] };
+            let speed = self.speed(*column);
             let product = self.graph.mul(*slope, speed);
             sum = self.graph.add(sum, product);
         }
@@ -110,7 +110,7 @@ impl Equations {
     fn row_acceleration(&mut self, row: &Row, layout: &Layout) -> Node {
         let mut sum = self.graph.neg(row.gamma);
         for (column, slope) in &row.jacobian {
-            let acceleration = self.graph.input(layout.acceleration_slot() + column);
+            let acceleration = self.acceleration(*column, layout);
             let product = self.graph.mul(*slope, acceleration);
             sum = self.graph.add(sum, product);
         }
@@ -119,7 +119,7 @@ impl Equations {
 
     /// Force and torque of a joint on the body of a frame, at that frame's origin, ground axes: the load -Phi_q^T lambda
     /// on the body, moved from the centre of mass to the marker. On ground: the opposite of all others, moved likewise.
-    fn reaction(&mut self, element: usize, frame: usize, model: &Model, layout: &Layout) -> (V3, V3) {
+    pub(super) fn reaction(&mut self, element: usize, frame: usize, model: &Model, layout: &Layout) -> (V3, V3) {
         let instance = &model.elements[element];
         let zero = self.graph.constant(0.0);
         let marker = &instance.markers[frame];
@@ -149,19 +149,111 @@ impl Equations {
     /// Force and moment about the centre of mass of a body that an element's rows cause, ground axes.
     fn body_reaction(&mut self, element: usize, body: usize, rows: usize, layout: &Layout) -> (V3, V3) {
         let zero = self.graph.constant(0.0);
-        let mut load = [zero; 6];
+        let columns = self.form.columns();
+        let mut load = [zero; 7];
         for k in 0..rows {
             let row = layout.row_at[element] + k;
             let multiplier = self.graph.input(layout.multiplier_slot() + row);
             for (column, slope) in self.rows[row].jacobian.clone() {
-                if column / 6 == body {
+                if column / columns == body {
                     let product = self.graph.mul(slope, multiplier);
-                    load[column % 6] = self.graph.sub(load[column % 6], product);
+                    load[column % columns] = self.graph.sub(load[column % columns], product);
                 }
             }
         }
         let force = [load[0], load[1], load[2]];
-        let moment = self.graph.apply(&self.bodies[body].a, [load[3], load[4], load[5]]);
+        let local = match self.form {
+            Form::Working => [load[3], load[4], load[5]],
+            Form::Reference => {
+                // Q_p = 2 G^T n', hence n' = G Q_p / 2.
+                let g = &mut self.graph;
+                let matrix = g_matrix(g, &self.bodies[body].p);
+                let half = g.constant(0.5);
+                std::array::from_fn(|i| {
+                    let sum = dot4(g, &matrix[i], &[load[3], load[4], load[5], load[6]]);
+                    g.mul(half, sum)
+                })
+            }
+        };
+        let moment = self.graph.apply(&self.bodies[body].a, local);
         (force, moment)
+    }
+
+    /// The rate of a coordinate of the Jacobian's columns.
+    fn speed(&self, column: usize) -> Node {
+        let (body, k) = (column / self.form.columns(), column % self.form.columns());
+        let nodes = &self.bodies[body];
+        match self.form {
+            _ if k < 3 => nodes.v[k],
+            Form::Working => nodes.w[k - 3],
+            Form::Reference => nodes.p_rate[k - 3],
+        }
+    }
+
+    /// Its second derivative, from the accelerations among the inputs.
+    fn acceleration(&mut self, column: usize, layout: &Layout) -> Node {
+        let (body, k) = (column / self.form.columns(), column % self.form.columns());
+        let slot = layout.acceleration_slot() + 6 * body;
+        let g = &mut self.graph;
+        if k < 3 || self.form == Form::Working {
+            return g.input(slot + k);
+        }
+        // p'' = G^T omega'' / 2 - (p'.p') p: omega' = 2 G p' (Haug 1989, eq. 9.3.32) and p.p = 1, differentiated.
+        let nodes = &self.bodies[body];
+        let spin = g.input_vector(slot + 3);
+        let matrix = g_matrix(g, &nodes.p);
+        let sum = g.dot3(transposed(&matrix)[k - 3], spin);
+        let half = g.constant(0.5);
+        let turning = g.mul(half, sum);
+        let square = dot4(g, &nodes.p_rate, &nodes.p_rate);
+        let inward = g.mul(square, nodes.p[k - 3]);
+        g.sub(turning, inward)
+    }
+
+    /// Loads on a body as they are reported, against its acceleration: see [`Quantity::Balance`].
+    fn balance(&mut self, body: usize, torque: bool, model: &Model, layout: &Layout) -> V3 {
+        let own = &model.bodies[body];
+        let nodes = self.bodies[body].clone();
+        let zero = self.graph.constant(0.0);
+        let (mut force, mut moment) = (self.graph.vector(&(own.mass * model.gravity)), [zero; 3]);
+        for (index, element) in model.elements.iter().enumerate() {
+            let mut done = false;
+            for (frame, marker) in element.markers.iter().enumerate() {
+                if marker.body != Some(body) {
+                    continue;
+                }
+                let (f, n) = match element.class.kind {
+                    // A joint's reaction on a body is one, however many of its frames are there.
+                    Kind::Joint if done => continue,
+                    Kind::Joint => self.reaction(index, frame, model, layout),
+                    Kind::Force => (self.elements[index].loads[frame].force, self.elements[index].loads[frame].torque),
+                    Kind::Control => continue,
+                };
+                done = true;
+                let g = &mut self.graph;
+                let arm = g.vector(&marker.position);
+                let arm = g.apply(&nodes.a, arm);
+                let lever = g.cross(arm, f);
+                let turning = g.add3(n, lever);
+                force = g.add3(force, f);
+                moment = g.add3(moment, turning);
+            }
+        }
+        let g = &mut self.graph;
+        let slot = layout.acceleration_slot() + 6 * body;
+        if !torque {
+            let acceleration = g.input_vector(slot);
+            let mass = g.constant(own.mass);
+            let inertial = g.scale3(mass, acceleration);
+            return g.sub3(force, inertial);
+        }
+        let inertia = g.matrix(&own.inertia);
+        let spin = g.input_vector(slot + 3);
+        let tangential = g.apply(&inertia, spin);
+        let momentum = g.apply(&inertia, nodes.w);
+        let gyroscopic = g.cross(nodes.w, momentum);
+        let change = g.add3(tangential, gyroscopic);
+        let change = g.apply(&nodes.a, change);
+        g.sub3(moment, change)
     }
 }

@@ -95,24 +95,14 @@ impl Equations {
         }
     }
 
-    /// Adds the call of an instance; gives its number.
-    pub(super) fn add_call(&mut self, element: &Instance, mut provide: impl FnMut(&mut Graph, Input) -> Node) -> usize {
+    /// Adds the call of an instance with the nodes of its [`call_inputs`]; gives its number.
+    pub(super) fn add_call(&mut self, element: &Instance, arguments: Vec<Node>) -> usize {
         let g = &mut self.graph;
         let layout = call_layout(element);
-        let mut arguments = vec![provide(g, Input::Time)];
-        arguments.extend((0..layout.angles as u32).map(|k| provide(g, Input::AngleReference(k))));
-        arguments.extend((0..layout.states as u32).map(|k| provide(g, Input::State(k))));
-        arguments.extend((0..layout.memory as u32).map(|k| provide(g, Input::Discrete(k))));
-        for frame in 0..layout.frames as u32 {
-            arguments.extend((0..3).map(|component| provide(g, Input::Position { frame, component })));
-            arguments.extend((0..9).map(|k| provide(g, Input::Rotation { frame, row: k / 3, column: k % 3 })));
-            arguments.extend((0..3).map(|component| provide(g, Input::Velocity { frame, component })));
-            arguments.extend((0..3).map(|component| provide(g, Input::AngularVelocity { frame, component })));
-        }
         let values = layout.values;
         let (results, jacobian_from, second_from) = match element.class.kind {
             Kind::Joint => (layout.joint_results(), values, values * (2 + 6 * layout.frames)),
-            Kind::Force => (layout.force_results(), usize::MAX, usize::MAX),
+            Kind::Force | Kind::Control => (layout.force_results(), usize::MAX, usize::MAX),
         };
         g.calls.push(Call {
             set: element.set,
@@ -127,6 +117,30 @@ impl Equations {
     }
 }
 
+/// The inputs of an opaque element, in the order of [`CallLayout`].
+pub(super) fn call_inputs(element: &Instance) -> impl Iterator<Item = Input> + use<> {
+    let layout = call_layout(element);
+    let list = |count: usize, kind: fn(u32) -> Input| (0..count as u32).map(kind);
+    let reactions = (0..layout.joints as u32).flat_map(|joint| {
+        let forces = (0..3).map(move |component| Input::ReactionForce { joint, component });
+        forces.chain((0..3).map(move |component| Input::ReactionTorque { joint, component }))
+    });
+    let frames = (0..layout.frames as u32).flat_map(|frame| {
+        let position = (0..3).map(move |component| Input::Position { frame, component });
+        let rotation = (0..9).map(move |k| Input::Rotation { frame, row: k / 3, column: k % 3 });
+        let velocity = (0..3).map(move |component| Input::Velocity { frame, component });
+        let spin = (0..3).map(move |component| Input::AngularVelocity { frame, component });
+        position.chain(rotation).chain(velocity).chain(spin)
+    });
+    std::iter::once(Input::Time)
+        .chain(list(layout.angles, Input::AngleReference))
+        .chain(list(layout.states, Input::State))
+        .chain(list(layout.memory, Input::Discrete))
+        .chain(list(layout.signals, Input::Signal))
+        .chain(reactions)
+        .chain(frames)
+}
+
 /// Sizes of an opaque element's inputs and results.
 fn call_layout(element: &Instance) -> CallLayout {
     CallLayout {
@@ -134,6 +148,8 @@ fn call_layout(element: &Instance) -> CallLayout {
         angles: element.class.angles,
         states: element.recording.initial_states.len(),
         memory: element.recording.initial_discrete.len(),
+        signals: element.class.inputs.len(),
+        joints: element.class.joints.len(),
         values: element.value_count(),
     }
 }
@@ -159,7 +175,7 @@ pub(super) fn opaque_results(g: &mut Graph, element: &Instance, call: usize) -> 
                 list.push((Role::Angle(k as u32), g.call_result(call, angles_at + k)));
             }
         }
-        Kind::Force => {
+        Kind::Force | Kind::Control => {
             (0..3 * layout.frames).for_each(|k| take(g, Role::Force(k as u32)));
             (0..3 * layout.frames).for_each(|k| take(g, Role::Torque(k as u32)));
             (0..layout.states).for_each(|k| take(g, Role::StateRate(k as u32)));

@@ -41,13 +41,19 @@ struct BatchPlan {
     results: Vec<Option<Register>>,
 }
 
+/// Operations, then calls that need them and none of which needs another.
+#[derive(Debug, Clone)]
+struct Stage {
+    operations: Vec<Instruction>,
+    batches: Vec<BatchPlan>,
+}
+
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
 #[derive(Debug, Clone)]
 pub struct Program {
     constants: Vec<f64>,
     inputs: Vec<(u32, Register)>,
-    before_calls: Vec<Instruction>,
-    batches: Vec<BatchPlan>,
+    stages: Vec<Stage>,
     after_calls: Vec<Instruction>,
     outputs: Vec<Register>,
     registers: usize,
@@ -68,26 +74,28 @@ pub type Sets = [Box<dyn ElementSet>];
 impl Program {
     /// Brings everything `outputs` depend on into running order and drops the rest.
     ///
-    /// Registers are reused once their last user has run. Opaque results never feed other opaque elements, so all calls
-    /// run together between the operations that feed them and the operations that use them.
+    /// Registers are reused once their last user has run. Calls run in stages: together with all that need the results of
+    /// equally many calls one after the other, between the operations that feed them and the operations that use them.
     #[must_use]
     pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
         let live = graph.ancestors(outputs, |_| false);
         let calls = used_calls(graph, &live);
         let arguments: Vec<Node> =
             calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
-        let feeding = graph.ancestors(&arguments, |_| false);
         let mut builder = Builder::new(graph, &live, outputs, &arguments);
-        let before_calls = builder.instructions(&feeding);
-        let batches = builder.batches(&calls);
-        let rest: Vec<Node> = live.iter().copied().filter(|n| feeding.binary_search(n).is_err()).collect();
-        let after_calls = builder.instructions(&rest);
+        let mut stages = Vec::new();
+        for level in by_level(graph, calls) {
+            let given = |(call, _): &UsedCall| graph.calls[*call].arguments.iter().copied();
+            let arguments: Vec<Node> = level.iter().flat_map(given).collect();
+            let operations = builder.instructions(&graph.ancestors(&arguments, |_| false));
+            stages.push(Stage { operations, batches: builder.batches(&level) });
+        }
+        let after_calls = builder.instructions(&live);
         Self {
             outputs: outputs.iter().map(|n| builder.register_of[n]).collect(),
             constants: builder.constants,
             inputs: builder.inputs,
-            before_calls,
-            batches,
+            stages,
             after_calls,
             registers: builder.registers as usize,
             tables: graph.tables.clone(),
@@ -99,7 +107,7 @@ impl Program {
     pub fn workspace(&self) -> Workspace {
         let mut numbers = vec![0.0; self.registers];
         numbers[..self.constants.len()].copy_from_slice(&self.constants);
-        let largest = |f: fn(&BatchPlan) -> usize| self.batches.iter().map(f).max().unwrap_or(0);
+        let largest = |f: fn(&BatchPlan) -> usize| self.batches().map(f).max().unwrap_or(0);
         Workspace {
             numbers,
             call_inputs: vec![0.0; largest(|b| b.arguments.len())],
@@ -107,16 +115,20 @@ impl Program {
         }
     }
 
+    fn batches(&self) -> impl Iterator<Item = &BatchPlan> {
+        self.stages.iter().flat_map(|stage| &stage.batches)
+    }
+
     /// Number of operations run per evaluation.
     #[must_use]
     pub fn operations(&self) -> usize {
-        self.before_calls.len() + self.after_calls.len()
+        self.stages.iter().map(|stage| stage.operations.len()).sum::<usize>() + self.after_calls.len()
     }
 
     /// Number of calls of opaque elements per evaluation.
     #[must_use]
     pub fn calls(&self) -> usize {
-        self.batches.len()
+        self.batches().count()
     }
 
     /// Number of outputs.
@@ -129,6 +141,12 @@ impl Program {
     #[must_use]
     pub fn uses_inputs(&self, slots: std::ops::Range<usize>) -> bool {
         self.inputs.iter().any(|(slot, _)| slots.contains(&(*slot as usize)))
+    }
+
+    /// Number of inputs in the given range of slots that any output depends on.
+    #[must_use]
+    pub fn input_count(&self, slots: std::ops::Range<usize>) -> usize {
+        self.inputs.iter().filter(|(slot, _)| slots.contains(&(*slot as usize))).count()
     }
 
     /// Evaluates the program. `[hot, no allocation]`
@@ -146,20 +164,22 @@ impl Program {
         for (slot, register) in &self.inputs {
             numbers[*register as usize] = inputs[*slot as usize];
         }
-        interpret(&self.before_calls, &self.tables, numbers);
-        for batch in &self.batches {
-            let given = &mut workspace.call_inputs[..batch.arguments.len()];
-            for (slot, register) in given.iter_mut().zip(&batch.arguments) {
-                *slot = numbers[*register as usize];
-            }
-            let found = &mut workspace.call_results[..batch.results.len()];
-            // A result the element forgets to write must not look like a number.
-            found.fill(f64::NAN);
-            let call = Batch { instances: &batch.instances, inputs: given, wanted: batch.wanted };
-            sets[batch.set].evaluate(&call, found).map_err(|fault| (batch.set, fault))?;
-            for (value, register) in found.iter().zip(&batch.results) {
-                if let Some(register) = register {
-                    numbers[*register as usize] = *value;
+        for stage in &self.stages {
+            interpret(&stage.operations, &self.tables, numbers);
+            for batch in &stage.batches {
+                let given = &mut workspace.call_inputs[..batch.arguments.len()];
+                for (slot, register) in given.iter_mut().zip(&batch.arguments) {
+                    *slot = numbers[*register as usize];
+                }
+                let found = &mut workspace.call_results[..batch.results.len()];
+                // A result the element forgets to write must not look like a number.
+                found.fill(f64::NAN);
+                let call = Batch { instances: &batch.instances, inputs: given, wanted: batch.wanted };
+                sets[batch.set].evaluate(&call, found).map_err(|fault| (batch.set, fault))?;
+                for (value, register) in found.iter().zip(&batch.results) {
+                    if let Some(register) = register {
+                        numbers[*register as usize] = *value;
+                    }
                 }
             }
         }
@@ -198,8 +218,34 @@ fn interpret(instructions: &[Instruction], tables: &[Table], x: &mut [f64]) {
     }
 }
 
+/// A call with the results that are used: number and node.
+type UsedCall = (usize, Vec<(usize, Node)>);
+
+/// Calls that need no other call, then those that need only these, and so on. A call comes after those it needs.
+fn by_level(graph: &Graph, calls: Vec<UsedCall>) -> Vec<Vec<UsedCall>> {
+    let mut level_of: FxHashMap<u32, usize> = FxHashMap::default();
+    let mut levels: Vec<Vec<UsedCall>> = Vec::new();
+    for used in calls {
+        let call = used.0;
+        // Behind another call is what that one has counted already.
+        let feeding =
+            graph.ancestors(&graph.calls[call].arguments, |node| matches!(graph.expr(node), Expr::Call { .. }));
+        let below = feeding.iter().filter_map(|node| match graph.expr(*node) {
+            Expr::Call { call, .. } => level_of.get(&call).map(|level| level + 1),
+            _ => None,
+        });
+        let level = below.max().unwrap_or(0);
+        level_of.insert(call as u32, level);
+        if levels.len() <= level {
+            levels.resize_with(level + 1, Vec::new);
+        }
+        levels[level].push(used);
+    }
+    levels
+}
+
 /// The calls among `live`, each with the results used, in order of the call.
-fn used_calls(graph: &Graph, live: &[Node]) -> Vec<(usize, Vec<(usize, Node)>)> {
+fn used_calls(graph: &Graph, live: &[Node]) -> Vec<UsedCall> {
     let mut calls: FxHashMap<usize, Vec<(usize, Node)>> = FxHashMap::default();
     for node in live {
         if let Expr::Call { call, result } = graph.expr(*node) {
@@ -318,7 +364,7 @@ impl<'g> Builder<'g> {
     }
 
     /// One batch per set and per length of results.
-    fn batches(&mut self, calls: &[(usize, Vec<(usize, Node)>)]) -> Vec<BatchPlan> {
+    fn batches(&mut self, calls: &[UsedCall]) -> Vec<BatchPlan> {
         let mut batches: Vec<BatchPlan> = Vec::new();
         let mut key_of: Vec<(usize, usize)> = Vec::new();
         for (call, used) in calls {

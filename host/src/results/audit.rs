@@ -2,6 +2,10 @@
 
 use serde::Serialize;
 
+/// Energies that move count at least this share of the energy that is stored: of a smaller one, round-off of the stored one
+/// would be an error.
+const RESOLVED: f64 = 1e-6;
+
 /// Largest violations and the energy balance over all accepted steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Audit {
@@ -9,7 +13,8 @@ pub struct Audit {
     pub position_violation: f64,
     /// Largest violation of the rate of any constraint row, over the largest speed.
     pub velocity_violation: f64,
-    /// Largest error of the energy balance, kinetic + potential - work done, over the largest energy that moved.
+    /// Largest error of the energy balance, kinetic + potential - work done, over the largest energy that moved (or a
+    /// millionth of the largest potential energy, if that is more).
     pub energy_error_relative: f64,
     /// Kinetic energy at the end, J.
     pub kinetic_energy: f64,
@@ -33,7 +38,8 @@ impl Audit {
         let [kinetic_start, potential_start] = *self.start.get_or_insert([kinetic, potential]);
         (self.kinetic_energy, self.potential_energy, self.work) = (kinetic, potential, work);
         let change = (kinetic - kinetic_start) + (potential - potential_start) - work;
-        self.largest = self.largest.max(kinetic).max((potential - potential_start).abs()).max(work.abs());
+        let stored = RESOLVED * potential.abs().max(potential_start.abs());
+        self.largest = self.largest.max(kinetic).max((potential - potential_start).abs()).max(work.abs()).max(stored);
         self.error = larger(self.error, change.abs());
         self.energy_error_relative = if self.largest > 0.0 { self.error / self.largest } else { 0.0 };
     }

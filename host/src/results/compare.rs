@@ -96,7 +96,7 @@ pub fn compare(a: &Path, b: &Path) -> Result<Comparison, ResultsError> {
 }
 
 /// Index pairs of rows with equal times. Both lists ascend, so one walk finds them.
-fn common_rows(a: &[f64], b: &[f64]) -> Vec<(usize, usize)> {
+pub(super) fn common_rows(a: &[f64], b: &[f64]) -> Vec<(usize, usize)> {
     let step = SHARE_OF_STEP * mean_step(a).min(mean_step(b));
     let step = if step.is_finite() { step } else { 0.0 };
     let mut pairs = Vec::new();

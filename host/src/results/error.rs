@@ -54,7 +54,7 @@ fn at_line(line: Option<u64>) -> String {
 
 impl ResultsError {
     /// A file or folder that cannot be written.
-    pub(super) fn write(path: &Path, cause: io::Error) -> Self {
+    pub(crate) fn write(path: &Path, cause: io::Error) -> Self {
         Self::Write { path: path.to_path_buf(), cause }
     }
 

@@ -1,9 +1,9 @@
 //! Results: channels, files, figures, the audit, and what is told at the end of a run.
 //!
 //! - **Takes**: numbers at sample times with the names, units and places of their channels; counters and times; paths of
-//!   tables to compare.
-//! - **Gives**: `results.csv`, `channels.json` and `summary.json` ([`Folder`]), the figures of a scene ([`Figure`]), the
-//!   end-of-run text ([`report`]), the comparison of two tables ([`compare`]).
+//!   tables to compare, or to check against.
+//! - **Gives**: `results.csv`, `channels.json` and `summary.json` ([`Folder`]), the figures of a scene ([`Figure`]), its
+//!   checks ([`Check`]), the end-of-run text ([`report`]), the comparison of two tables ([`compare`]).
 //! - **May touch**: files in the folder of results, and the tables it is asked to compare.
 //! - **Must not know**: how numbers were obtained: no models, plans, integrators, plugins; no terminals.
 //!
@@ -17,6 +17,7 @@
 //! | `channels.rs` | what each column is |
 //! | `summary.rs` | everything else about a run, as data |
 //! | `audit.rs` | what can be checked without knowing the solution |
+//! | `checks.rs` | values against those they should have |
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
 //! | `report.rs` | the text at the end of a run |
 //! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
@@ -24,6 +25,7 @@
 
 mod audit;
 mod channels;
+mod checks;
 mod compare;
 mod csv;
 mod error;
@@ -40,6 +42,7 @@ mod tests;
 
 pub use audit::Audit;
 pub use channels::ChannelInfo;
+pub use checks::{Check, CheckResult, Expected};
 pub use compare::{ColumnDifference, Comparison, compare};
 pub use csv::CsvWriter;
 pub use error::ResultsError;

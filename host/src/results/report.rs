@@ -3,18 +3,19 @@
 use std::path::Path;
 
 use super::text::{Side, aligned, count, duration, significant};
-use super::{CHANNELS_FILE, FigureResult, RESULTS_FILE, SUMMARY_FILE, Status, Summary};
+use super::{CHANNELS_FILE, CheckResult, FigureResult, RESULTS_FILE, SUMMARY_FILE, Status, Summary};
 
 /// Names of redundant rows printed before the rest is only counted.
 const MOST_NAMES: usize = 6;
 
-/// What a run says at its end: how it went, audit, figures beside published ones, work, times, files. `folder` is where
+/// What a run says at its end: how it went, audit, figures beside published ones, checks, work, times, files. `folder` is where
 /// the results are, if they were written; `color` adds terminal escapes.
 #[must_use]
 pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
     let mut out = outcome(summary, color);
     out.push_str(&audit(summary, color));
     out.push_str(&figures(&summary.figures));
+    out.push_str(&checks(&summary.checks, color));
     out.push_str(&work(summary));
     if let Some(folder) = folder {
         let table = folder.join(RESULTS_FILE);
@@ -104,6 +105,31 @@ fn figures(figures: &[FigureResult]) -> String {
         }
     }
     aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left], &rows) + &problems
+}
+
+/// The checks under each other, then why some could not be made.
+fn checks(checks: &[CheckResult], color: bool) -> String {
+    if checks.is_empty() {
+        return String::new();
+    }
+    let mut rows = vec![["check", "largest error", "tolerance", "at t", "", ""].map(String::from).to_vec()];
+    let mut problems = String::new();
+    for check in checks {
+        // Painted last: in between, escapes would count as characters of the column.
+        let verdict = if check.passed { "ok" } else { "FAILED" };
+        let cells = [significant(check.largest, 3), significant(check.tolerance, 3), significant(check.at, 7)];
+        let [largest, tolerance, at] = cells;
+        rows.push(vec![check.name.clone(), largest, tolerance, at, check.unit.clone(), verdict.into()]);
+        if let Some(problem) = &check.problem {
+            problems.push_str(&format!("  {}: {problem}\n", check.name));
+        }
+    }
+    let table = aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left, Side::Left], &rows);
+    let failed = |line: &str| match line.strip_suffix("FAILED") {
+        Some(front) => format!("{front}{}\n", painted("FAILED", Paint::Bad, color)),
+        None => format!("{line}\n"),
+    };
+    table.lines().map(failed).collect::<String>() + &problems
 }
 
 /// Counters and times.

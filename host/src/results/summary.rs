@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{Audit, ResultsError};
+use super::{Audit, CheckResult, ResultsError};
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -80,6 +80,8 @@ pub struct Summary {
     pub position_corrections: u64,
     /// Steps aimed anew so as to pass over a singular position.
     pub re_aimed: u64,
+    /// Iterations for forces that depend on reactions or accelerations.
+    pub coupling_iterations: u64,
     /// Reading the scene, loading libraries, resolving, assembly, s.
     pub load_time_s: f64,
     /// Recording, differentiating, compiling, s.
@@ -100,6 +102,8 @@ pub struct Summary {
     pub audit_tolerance: Option<f64>,
     /// Figures of the scene.
     pub figures: Vec<FigureResult>,
+    /// Checks of the scene, without their samples.
+    pub checks: Vec<CheckResult>,
     /// Libraries whose elements were used.
     pub libraries: Vec<LibraryUsed>,
     /// Warnings, one line each.
@@ -159,6 +163,12 @@ impl Summary {
     #[must_use]
     pub fn to_json(&self) -> String {
         json(self)
+    }
+
+    /// Whether all checks of the scene passed; true without checks.
+    #[must_use]
+    pub fn checks_passed(&self) -> bool {
+        self.checks.iter().all(|check| check.passed)
     }
 
     /// Whether the audit kept its limit; true without a limit.

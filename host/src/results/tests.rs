@@ -1,5 +1,6 @@
 //! Tests of the room, by file.
 
+mod checks;
 mod comparisons;
 mod figures;
 mod reports;

@@ -3,15 +3,29 @@
 use super::dimension::Dimension;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::reader::{NamesTaken, Reader, Record};
-use super::record::BodyRecord;
+use super::record::{BodyRecord, PointMass};
 use super::rotation;
 use crate::diagnostics::{Diagnostic, codes};
 
 /// The name of the ground, which no body may have.
 pub const GROUND: &str = "ground";
 
-const KEYS: &[&str] =
-    &["name", "mass", "inertia", "com", "position", "orientation", "velocity", "angular_velocity", "fixed"];
+const KEYS: &[&str] = &[
+    "name",
+    "mass",
+    "inertia",
+    "com",
+    "position",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "fixed",
+    "particle",
+    "point_masses",
+];
+
+/// Keys that a particle has not.
+const OF_RIGID_BODIES: [&str; 5] = ["inertia", "com", "orientation", "angular_velocity", "point_masses"];
 
 /// Keys of an inertia table in the order of the list.
 const INERTIA_KEYS: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
@@ -33,13 +47,18 @@ fn read_body(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<'_
         names.take(name, &mut reader.diagnostics);
     }
     let fixed = reader.flag(record, "fixed", false);
+    let particle = reader.flag(record, "particle", false);
     for key in ["mass", "inertia"] {
-        if !fixed && record.table.get(key).is_none() {
+        if !fixed && record.table.get(key).is_none() && !(particle && key == "inertia") {
             reader.missing(record, key);
         }
     }
+    for key in OF_RIGID_BODIES.iter().filter(|_| particle) {
+        reader.exclusive(record, key, "particle");
+    }
     let mass = reader.optional(record, "mass", Dimension::MASS);
     let inertia = record.table.get("inertia").and_then(|raw| read_inertia(raw, &record.what, reader));
+    let point_masses = read_point_masses(record, reader);
     let com = reader.vector_or_zero(record, "com", Dimension::LENGTH);
     let position = reader.vector_or_zero(record, "position", Dimension::LENGTH);
     let orientation = match record.table.get("orientation") {
@@ -59,7 +78,31 @@ fn read_body(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<'_
         velocity,
         angular_velocity,
         fixed,
+        particle,
+        point_masses,
     })
+}
+
+fn read_point_masses(record: &Record<'_>, reader: &mut Reader<'_>) -> Vec<PointMass> {
+    let Some(raw) = record.table.get("point_masses") else { return Vec::new() };
+    let form = "a list of tables such as `{ mass = 5, position = [1, 0, 0] }`";
+    let Some(items) = reader.list(raw, "point_masses", form) else { return Vec::new() };
+    let mut masses = Vec::new();
+    for (index, item) in items.iter().enumerate() {
+        let Some(table) = item.as_table() else {
+            reader.wrong_type("point_masses", form, item);
+            continue;
+        };
+        let point = Record { table, what: format!("point mass {} of {}", index + 1, record.what) };
+        reader.check_keys(&point, &["mass", "position"]);
+        if table.get("mass").is_none() {
+            reader.missing(&point, "mass");
+        }
+        let position = reader.vector_or_zero(&point, "position", Dimension::LENGTH);
+        let mass = reader.optional(&point, "mass", Dimension::MASS);
+        masses.extend(mass.map(|mass| PointMass { mass, position }));
+    }
+    masses
 }
 
 /// Reports a body or element that is called like the ground.

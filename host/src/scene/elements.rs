@@ -3,13 +3,17 @@
 
 use super::bodies::check_not_ground;
 use super::dimension::Dimension;
-use super::raw::{RawTable, RawValue, Spanned};
+use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::reader::{NamesTaken, Reader, Record};
-use super::record::{ElementKind, ElementRecord, LocalFrame, Placement};
+use super::record::{ElementKind, ElementRecord, InputRecord, InputSource, LocalFrame, Placement};
 use super::rotation::{are_parallel, parallel};
+use crate::diagnostics::{Diagnostic, codes};
 
 const KEYS: &[&str] =
     &["name", "type", "bodies", "point", "points", "axis", "axes", "x_axis", "x_axes", "frames", "params", "enabled"];
+
+/// Keys of elements that depend on signals or reactions, which no joint does.
+const SIGNAL_KEYS: [&str; 2] = ["inputs", "joints"];
 
 /// Keys that place an element in ground, each with the one that gives it per frame.
 const GLOBAL_KEYS: [(&str, &str); 3] = [("point", "points"), ("axis", "axes"), ("x_axis", "x_axes")];
@@ -31,7 +35,7 @@ fn read_element(
     names: &mut NamesTaken,
     reader: &mut Reader<'_>,
 ) -> Option<ElementRecord> {
-    reader.check_keys(record, KEYS);
+    check_keys(kind, record, reader);
     let name = reader.name(record, "");
     if let Some(name) = &name {
         check_not_ground(name, reader);
@@ -41,11 +45,21 @@ fn read_element(
     let bodies = match record.table.get("bodies") {
         Some(raw) => Spanned::new(reader.words(raw, "bodies"), raw.span.clone()),
         None => {
-            if kind != ElementKind::Control {
+            // A force that reads a joint's reaction acts between the bodies of that joint.
+            let follows = kind == ElementKind::Force && record.table.get("joints").is_some();
+            if kind != ElementKind::Control && !follows {
                 reader.missing(record, "bodies");
             }
             Spanned::new(Vec::new(), record.table.span.clone())
         }
+    };
+    let joints = match record.table.get("joints") {
+        Some(raw) if kind != ElementKind::Joint => reader.words(raw, "joints"),
+        _ => Vec::new(),
+    };
+    let inputs = match record.table.get("inputs") {
+        Some(raw) if kind != ElementKind::Joint => read_inputs(raw, reader),
+        _ => Vec::new(),
     };
     let placement = read_placement(record, reader);
     let params = read_params(record, reader);
@@ -55,11 +69,63 @@ fn read_element(
         name: name?,
         type_name: type_name?,
         bodies,
+        joints,
+        inputs,
         placement,
         params,
         span: record.table.span.clone(),
         enabled,
     })
+}
+
+fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
+    if kind != ElementKind::Joint {
+        let known: Vec<&str> = KEYS.iter().copied().chain(SIGNAL_KEYS).collect();
+        reader.check_keys(record, &known);
+        return;
+    }
+    let (misplaced, others): (Vec<_>, Vec<_>) =
+        record.table.entries.iter().cloned().partition(|(key, _)| SIGNAL_KEYS.contains(&key.value.as_str()));
+    for (key, _) in misplaced {
+        let message = format!("{} cannot have `{}`", record.what, key.value);
+        reader.diagnostics.push(
+            Diagnostic::error(codes::UNKNOWN_KEY, message)
+                .at(key.span, "")
+                .help("a joint depends on its bodies and the time only; `[[force]]` and `[[control]]` take signals"),
+        );
+    }
+    let table = RawTable { span: record.table.span.clone(), entries: others };
+    reader.check_keys(&Record { table: &table, what: record.what.clone() }, KEYS);
+}
+
+/// A text that could be the name of a signal is one, unless it has a value as an expression.
+fn read_inputs(raw: &RawValue, reader: &mut Reader<'_>) -> Vec<InputRecord> {
+    let Some(table) = raw.as_table() else {
+        reader.wrong_type("inputs", "a table such as `{ speed = \"omega\" }`", raw);
+        return Vec::new();
+    };
+    let mut inputs = Vec::new();
+    for (name, value) in &table.entries {
+        let source = match &value.kind {
+            RawKind::Number(_) | RawKind::Integer(_) => InputSource::Value(value.clone()),
+            RawKind::Text(text) if is_signal_name(text) && reader.scope.any_quantity(value).is_err() => {
+                InputSource::Reference(text.clone())
+            }
+            RawKind::Text(_) => InputSource::Value(value.clone()),
+            _ => {
+                reader.wrong_type(&name.value, "the name of a signal or a constant", value);
+                continue;
+            }
+        };
+        inputs.push(InputRecord { name: name.clone(), source: Spanned::new(source, value.span.clone()) });
+    }
+    inputs
+}
+
+/// Names of outputs and elements, and `ELEMENT.CHANNEL`, that start like a name and not like a number.
+fn is_signal_name(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'))
 }
 
 fn read_params(record: &Record<'_>, reader: &mut Reader<'_>) -> RawTable {

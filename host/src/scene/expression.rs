@@ -2,13 +2,15 @@
 //!
 //! ```text
 //! sum     = term { ( "+" | "-" ) term }
-//! term    = sign { ( "*" | "·" | "/" ) sign }
+//! term    = sign { ( "*" | "·" | "/" ) sign | power }    the latter: a product without its sign
 //! sign    = ( "-" | "+" ) sign | power
 //! power   = atom [ ( "^" | "**" ) sign ]                 so -2^2 = -4 and 2^3^2 = 2^9
 //! atom    = number [ unit ] | name [ "(" sum { "," sum } ")" ] | "(" sum ")"
 //! ```
-//! A number directly followed by a unit is one quantity: `3 mm^2` is an area of 3 mm^2. The operations are in
-//! the order of evaluation (operands first), so evaluation needs a stack and no recursion; parsing recurses
+//! A number directly followed by a unit is one quantity: `3 mm^2` is an area of 3 mm^2. The sign of a product may
+//! be left out in front of a parenthesis, a function, `pi` and a variable: `20 sin(2 pi t)`. Its precedence is that
+//! of `*`, so `1/2 t` is half of `t`. In functions and formulas it may also be left out in front of a parameter;
+//! elsewhere `2 crank.radius` is rather a mistake. The operations are in the order of evaluation (operands first), so evaluation needs a stack and no recursion; parsing recurses
 //! to a limited depth.
 
 use super::dimension::Dimension;
@@ -81,13 +83,14 @@ pub(super) enum Function {
     Atan2,
     Exp,
     Ln,
+    Tanh,
     Abs,
     Min,
     Max,
 }
 
 /// Functions by name, with the number of arguments allowed.
-pub(super) const FUNCTIONS: [(&str, Function, Range<usize>); 13] = [
+pub(super) const FUNCTIONS: [(&str, Function, Range<usize>); 14] = [
     ("sqrt", Function::Sqrt, 1..2),
     ("sin", Function::Sin, 1..2),
     ("cos", Function::Cos, 1..2),
@@ -98,6 +101,7 @@ pub(super) const FUNCTIONS: [(&str, Function, Range<usize>); 13] = [
     ("atan2", Function::Atan2, 2..3),
     ("exp", Function::Exp, 1..2),
     ("ln", Function::Ln, 1..2),
+    ("tanh", Function::Tanh, 1..2),
     ("abs", Function::Abs, 1..2),
     ("min", Function::Min, 2..usize::MAX),
     ("max", Function::Max, 2..usize::MAX),
@@ -146,9 +150,37 @@ impl From<UnitError> for ExpressionError {
     }
 }
 
-/// Parses a text; `is_parameter` tells which names are parameters (unknown ones are reported by evaluation).
+/// What names mean to the parser. Unknown ones are reported by evaluation.
+#[derive(Clone, Copy)]
+pub(super) struct Vocabulary<'a> {
+    /// Parameters. Behind a number, a unit of the same name goes first.
+    pub is_parameter: &'a dyn Fn(&str) -> bool,
+    /// Variables, which go before everything else of the same name. They are parsed as parameters.
+    pub is_variable: &'a dyn Fn(&str) -> bool,
+    /// Whether the sign of a product may be left out in front of a parameter.
+    pub products: bool,
+}
+
+impl Vocabulary<'_> {
+    /// Whether the word at `start` cannot continue a unit in front of it, but multiplies it.
+    pub(super) fn multiplies(&self, text: &str, start: usize) -> bool {
+        let name = name_at(text, start);
+        let called = text[start + name.len()..].trim_start().starts_with('(');
+        (self.is_variable)(name)
+            || name == "pi"
+            || called && is_function(name)
+            || self.products && (self.is_parameter)(name) && !is_unit(name)
+    }
+}
+
+/// Parses a text without variables; `is_parameter` tells which names are parameters.
 pub(super) fn parse(text: &str, is_parameter: &dyn Fn(&str) -> bool) -> Result<Expression, ExpressionError> {
-    let mut parser = Parser { text, position: 0, depth: 0, operations: Vec::new(), is_parameter };
+    parse_with(text, Vocabulary { is_parameter, is_variable: &|_| false, products: false })
+}
+
+/// Parses a text.
+pub(super) fn parse_with(text: &str, vocabulary: Vocabulary<'_>) -> Result<Expression, ExpressionError> {
+    let mut parser = Parser { text, position: 0, depth: 0, operations: Vec::new(), vocabulary };
     parser.sum()?;
     let rest = parser.rest();
     if !rest.is_empty() {
@@ -162,7 +194,7 @@ struct Parser<'a> {
     position: usize,
     depth: u32,
     operations: Vec<(Operation, Range<usize>)>,
-    is_parameter: &'a dyn Fn(&str) -> bool,
+    vocabulary: Vocabulary<'a>,
 }
 
 impl<'a> Parser<'a> {
@@ -188,6 +220,12 @@ impl<'a> Parser<'a> {
                 Some('*') if !rest.starts_with("**") => (Operation::Multiply, 1),
                 Some('·') => (Operation::Multiply, '·'.len_utf8()),
                 Some('/') => (Operation::Divide, 1),
+                _ if self.at_factor() => {
+                    let start = self.here();
+                    self.power()?;
+                    self.operations.push((Operation::Multiply, start..self.position));
+                    continue;
+                }
                 _ => return Ok(()),
             };
             let operator = self.advance(length);
@@ -196,10 +234,17 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// True if a factor follows whose product with the one in front needs no sign.
+    fn at_factor(&self) -> bool {
+        // An unknown name is better reported as such than as a missing sign.
+        let named = self.vocabulary.products && self.rest().starts_with(|c: char| c.is_alphabetic() || c == '_');
+        named || self.rest().starts_with('(') || self.vocabulary.multiplies(self.text, self.here())
+    }
+
     fn sign(&mut self) -> Result<(), ExpressionError> {
         // Every recursion of this grammar passes here.
         if self.depth == DEEPEST {
-            let start = self.text.len() - self.rest().len();
+            let start = self.here();
             return Err(ExpressionError::new(
                 codes::EXPRESSION_TOO_DEEP,
                 start..start,
@@ -265,7 +310,7 @@ impl<'a> Parser<'a> {
         }
         let rest = self.rest();
         let starts_unit = rest.chars().next().is_some_and(|c| c.is_alphabetic() || matches!(c, '%' | '°' | '1'));
-        if !starts_unit {
+        if !starts_unit || self.vocabulary.multiplies(self.text, self.here()) {
             self.operations.push((Operation::Number(number), range));
             return Ok(());
         }
@@ -274,10 +319,15 @@ impl<'a> Parser<'a> {
 
     /// A number whose unit starts at the current position.
     fn quantity(&mut self, number: f64, range: Range<usize>) -> Result<(), ExpressionError> {
-        let start = self.text.len() - self.rest().len();
-        // `2 crank.radius`: a product without its sign.
+        let start = self.here();
         let name = name_at(self.text, start);
-        if (self.is_parameter)(name) && !is_unit(name) {
+        if (self.vocabulary.is_parameter)(name) && is_unit(name) && self.vocabulary.products {
+            let message = format!("`{name}` is a unit as well as a parameter");
+            return Err(ExpressionError::new(codes::AMBIGUOUS, start..start + name.len(), message)
+                .advise(format!("write `{} * {name}` for the parameter, or rename it", &self.text[range])));
+        }
+        // `2 crank.radius`: a product without its sign.
+        if (self.vocabulary.is_parameter)(name) && !is_unit(name) {
             return Err(ExpressionError::new(
                 codes::EXPRESSION_SYNTAX,
                 range.start..start + name.len(),
@@ -285,7 +335,14 @@ impl<'a> Parser<'a> {
             )
             .advise(format!("write `{} * {name}`", &self.text[range])));
         }
-        let unit = read_unit(self.text, start, Context::Expression(self.is_parameter))?;
+        let unit = match read_unit(self.text, start, Context::Expression(self.vocabulary)) {
+            // `2 omga t`: rather a mistyped name than a unit.
+            Err(error) if self.vocabulary.products && error.code == codes::UNKNOWN_UNIT && error.help.is_none() => {
+                self.operations.push((Operation::Number(number), range));
+                return Ok(());
+            }
+            result => result?,
+        };
         // `50 1/s` has a unit; in `50 1` and `50 1/x` an operator is missing.
         if self.text[start..unit.end] == *"1" {
             return Err(self.unexpected());
@@ -298,16 +355,18 @@ impl<'a> Parser<'a> {
     }
 
     fn name(&mut self) -> Result<(), ExpressionError> {
-        let start = self.text.len() - self.rest().len();
+        let start = self.here();
         let name = name_at(self.text, start);
         if name.is_empty() {
             return Err(self.unit_alone(start).unwrap_or_else(|| self.unexpected()));
         }
         let range = self.advance(name.len());
-        if self.rest().starts_with('(') {
+        let Vocabulary { is_parameter, is_variable, products } = self.vocabulary;
+        let is_factor = is_variable(name) || name == "pi" || products && is_parameter(name);
+        if self.rest().starts_with('(') && (is_function(name) || !is_factor) {
             return self.call(name, range);
         }
-        if (self.is_parameter)(name) {
+        if is_variable(name) || is_parameter(name) {
             self.operations.push((Operation::Parameter(name.to_owned()), range));
             return Ok(());
         }
@@ -325,7 +384,7 @@ impl<'a> Parser<'a> {
 
     /// The error of a unit without a number, if a unit starts at `start`.
     fn unit_alone(&self, start: usize) -> Option<ExpressionError> {
-        let unit = read_unit(self.text, start, Context::Expression(self.is_parameter)).ok()?;
+        let unit = read_unit(self.text, start, Context::Expression(self.vocabulary)).ok()?;
         let written = &self.text[start..unit.end];
         let error = ExpressionError::new(
             codes::EXPRESSION_SYNTAX,
@@ -386,9 +445,14 @@ impl<'a> Parser<'a> {
         self.text[self.position..].trim_start()
     }
 
+    /// Offset of the next character that is not blank.
+    fn here(&self) -> usize {
+        self.text.len() - self.rest().len()
+    }
+
     /// Goes over the next `length` bytes behind blanks and returns their range.
     fn advance(&mut self, length: usize) -> Range<usize> {
-        let start = self.text.len() - self.rest().len();
+        let start = self.here();
         self.position = (start + length).min(self.text.len());
         start..self.position
     }
@@ -451,5 +515,9 @@ pub(super) fn is_parameter_name(name: &str) -> bool {
 
 /// True if the dotted name has a meaning of its own in expressions.
 pub(super) fn is_reserved(name: &str) -> bool {
-    name == "pi" || FUNCTIONS.iter().any(|(known, ..)| *known == name)
+    name == "pi" || is_function(name)
+}
+
+fn is_function(name: &str) -> bool {
+    FUNCTIONS.iter().any(|(known, ..)| *known == name)
 }

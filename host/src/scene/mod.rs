@@ -31,17 +31,30 @@
 //! bodies = ["ground", "rod"]
 //! point = [0, 0, 0]
 //! axis = [0, 0, 1]
+//! [[force]]                               # and [[control]]
+//! name = "motor"
+//! type = "torque"
+//! bodies = ["ground", "rod"]
+//! inputs = { command = "pid.output" }     # a signal by name, or a constant
 //! [[output]]
 //! name = "x"
 //! quantity = "position"
 //! of = "rod"
 //! component = "x"
+//! [[check]]                               # fails the run where it does not hold
+//! name = "swing"
+//! kind = "position"
+//! value = "x"
+//! reference = "rod.length/2 cos(3 t)"
+//! tolerance = 1e-9
 //! ```
 
 mod bodies;
 mod dimension;
 mod elements;
 mod expression;
+mod formula;
+mod function;
 mod outputs;
 mod overrides;
 mod parameters;
@@ -53,6 +66,7 @@ mod rotation;
 mod settings;
 mod unit_system;
 mod units;
+mod verification;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
@@ -60,13 +74,15 @@ mod tests;
 
 pub use bodies::GROUND;
 pub use dimension::Dimension;
+pub use formula::Formula;
 pub use overrides::Override;
 pub use parameters::{Parameter, Parameters};
 pub use quantity::Quantity;
 pub use raw::{RawKind, RawTable, RawValue, Spanned};
 pub use record::{
-    BodyRecord, Crossing, ElementKind, ElementRecord, FigureRecord, LocalFrame, OutputRecord, OutputTimes, Placement,
-    PluginRequest, SampleTime, Scene, Simulation, Take,
+    BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, FigureRecord, InputRecord, InputSource,
+    LocalFrame, OutputRecord, OutputTimes, Placement, PluginRequest, PointMass, Reference, SampleTime, Scene,
+    Simulation, Take, VerificationRecord,
 };
 pub use unit_system::UnitSystem;
 pub use units::{UnitError, parse_unit};
@@ -76,8 +92,21 @@ use reader::{NamesTaken, Reader, Record, Scope};
 use std::path::Path;
 
 /// Keys of a scene.
-const KEYS: &[&str] =
-    &["title", "units", "plugins", "parameters", "simulation", "body", "joint", "force", "control", "output", "figure"];
+const KEYS: &[&str] = &[
+    "title",
+    "units",
+    "plugins",
+    "parameters",
+    "simulation",
+    "body",
+    "joint",
+    "force",
+    "control",
+    "output",
+    "figure",
+    "check",
+    "verification",
+];
 
 /// A scene that could not be read: its text and everything that is wrong with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,6 +168,8 @@ pub fn parse(mut source: Source, overrides: &[Override]) -> Result<(Scene, Vec<D
         elements: parts.elements,
         outputs: parts.outputs,
         figures: parts.figures,
+        checks: parts.checks,
+        verification: parts.verification,
     };
     Ok((scene, parts.diagnostics))
 }
@@ -155,6 +186,8 @@ struct Parts {
     elements: Vec<ElementRecord>,
     outputs: Vec<OutputRecord>,
     figures: Vec<FigureRecord>,
+    checks: Vec<CheckRecord>,
+    verification: Option<VerificationRecord>,
 }
 
 fn read_parts(root: &RawTable, source: &Source, mut diagnostics: Vec<Diagnostic>) -> Parts {
@@ -182,6 +215,8 @@ fn read_parts(root: &RawTable, source: &Source, mut diagnostics: Vec<Diagnostic>
     let elements = elements::read(root, &mut names, &mut reader);
     let outputs = outputs::read_outputs(root, &mut reader);
     let figures = outputs::read_figures(root, &mut reader);
+    let checks = verification::read_checks(root, &outputs, &mut reader);
+    let verification = verification::read_verification(root, &mut reader);
     let mut diagnostics = reader.diagnostics;
     // In the order of the text; what points nowhere comes first.
     diagnostics.sort_by_key(|diagnostic| diagnostic.span().map(|span| span.start));
@@ -196,6 +231,8 @@ fn read_parts(root: &RawTable, source: &Source, mut diagnostics: Vec<Diagnostic>
         elements,
         outputs,
         figures,
+        checks,
+        verification,
     }
 }
 
@@ -210,5 +247,36 @@ impl Scene {
         scope
             .quantity(raw, expected)
             .map_err(|diagnostic| diagnostic.expect("the parameters of a scene that was accepted have values"))
+    }
+    /// The value of a raw value in SI with the dimension it has; a plain number is dimensionless.
+    ///
+    /// # Errors
+    /// The value is neither a number nor a text, or its expression is wrong.
+    pub fn any_quantity(&self, raw: &RawValue) -> Result<(f64, Dimension), Box<Diagnostic>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        let found = scope
+            .any_quantity(raw)
+            .map_err(|diagnostic| diagnostic.expect("the parameters of a scene that was accepted have values"))?;
+        Ok((found.si, found.dimension))
+    }
+    /// A function of one variable as `element_api::Function` reads it, in SI: a float, pairs, a table with `points`, or
+    /// `{ postfix = [...] }`. `argument` and `value` are the dimensions of the variable and of the values.
+    ///
+    /// An expression in which nothing has a dimension is in scene units throughout, with radians in trigonometric
+    /// functions; in any other one the variable is a quantity.
+    ///
+    /// # Errors
+    /// The value is none of these, an expression is wrong, or arguments don't increase.
+    pub fn function(
+        &self,
+        raw: &RawValue,
+        variable: &str,
+        argument: Dimension,
+        value: Dimension,
+    ) -> Result<toml::Value, Box<Diagnostic>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        function::read(raw, function::Wanted { variable, argument, value }, &scope).map_err(|diagnostic| {
+            Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
+        })
     }
 }

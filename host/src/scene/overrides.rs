@@ -20,7 +20,7 @@ impl Override {
 /// Tables whose keys can be set directly, even if the table is not there.
 const SECTIONS: [&str; 4] = ["parameters", "simulation", "units", "plugins"];
 /// Lists of named tables.
-const LISTS: [&str; 6] = ["body", "joint", "force", "control", "output", "figure"];
+const LISTS: [&str; 7] = ["body", "joint", "force", "control", "output", "figure", "check"];
 /// More levels than any key of a scene has.
 const MOST_SEGMENTS: usize = 16;
 

@@ -26,7 +26,8 @@ impl Quantity {
         Quantity { si: value, dimension: Dimension::DIMENSIONLESS, plain: true, cycles: false }
     }
 
-    fn derived(si: f64, dimension: Dimension) -> Self {
+    /// A value with a dimension to which a unit has contributed.
+    pub(super) fn derived(si: f64, dimension: Dimension) -> Self {
         Quantity { si, dimension, plain: false, cycles: false }
     }
 
@@ -99,41 +100,48 @@ pub(super) fn evaluate(
 ) -> Result<Quantity, ExpressionError> {
     let mut stack: Vec<Quantity> = Vec::new();
     for (operation, range) in &expression.operations {
-        let result = apply(operation, range, &mut stack, names, units)?;
-        if !result.si.is_finite() {
-            return Err(ExpressionError::new(
-                codes::NO_VALUE,
-                range.clone(),
-                "the result of this is not a finite number",
-            ));
-        }
-        stack.push(result);
+        let operands = stack.split_off(first_operand(operation, stack.len()));
+        let result = match operation {
+            Operation::Parameter(name) => parameter(name, range, names)?,
+            _ => apply(operation, range, &operands, units)?,
+        };
+        stack.push(finite(result, range)?);
     }
     Ok(stack.pop().expect("a parsed expression leaves one value"))
 }
 
-fn apply(
-    operation: &Operation,
-    range: &Range<usize>,
-    stack: &mut Vec<Quantity>,
-    names: &dyn Names,
-    units: &UnitSystem,
-) -> Result<Quantity, ExpressionError> {
+/// Where the operands of an operation begin on a stack of that many values.
+pub(super) fn first_operand(operation: &Operation, values: usize) -> usize {
     let operands = match operation {
         Operation::Number(_) | Operation::Quantity { .. } | Operation::Parameter(_) => 0,
         Operation::Negate => 1,
         Operation::Call(_, count) => *count,
         _ => 2,
     };
-    let first = stack.len().checked_sub(operands).expect("the parser puts operands first");
-    let arguments: Vec<Quantity> = stack.drain(first..).collect();
+    values.checked_sub(operands).expect("the parser puts operands first")
+}
+
+/// The quantity, unless it is no finite number.
+pub(super) fn finite(quantity: Quantity, range: &Range<usize>) -> Result<Quantity, ExpressionError> {
+    match quantity.si.is_finite() {
+        true => Ok(quantity),
+        false => Err(ExpressionError::new(codes::NO_VALUE, range.clone(), "the result of this is not a finite number")),
+    }
+}
+
+/// One operation on its operands, which are not looked up here.
+pub(super) fn apply(
+    operation: &Operation,
+    range: &Range<usize>,
+    operands: &[Quantity],
+    units: &UnitSystem,
+) -> Result<Quantity, ExpressionError> {
     let calculation = Calculation { range, units };
-    match (operation, arguments.as_slice()) {
+    match (operation, operands) {
         (Operation::Number(value), []) => Ok(Quantity::number(*value)),
         (Operation::Quantity { si, dimension, cycles }, []) => {
             Ok(Quantity { cycles: *cycles, ..Quantity::derived(*si, *dimension) })
         }
-        (Operation::Parameter(name), []) => parameter(name, range, names),
         (Operation::Negate, [a]) => Ok(Quantity { si: -a.si, ..*a }),
         (Operation::Add, [a, b]) => calculation.like("add", *a, *b, a.si + b.si),
         (Operation::Subtract, [a, b]) => calculation.like("subtract", *a, *b, a.si - b.si),
@@ -141,11 +149,12 @@ fn apply(
         (Operation::Divide, [a, b]) => calculation.scaled(*a, *b, a.si / b.si, a.dimension.over(b.dimension)),
         (Operation::Power, [a, b]) => calculation.power(*a, *b),
         (Operation::Call(function, _), arguments) => calculation.call(*function, arguments),
-        _ => unreachable!("the number of operands was taken from the operation"),
+        _ => unreachable!("names are looked up by the caller, and the operands are those of the operation"),
     }
 }
 
-fn parameter(name: &str, range: &Range<usize>, names: &dyn Names) -> Result<Quantity, ExpressionError> {
+/// The value of a parameter.
+pub(super) fn parameter(name: &str, range: &Range<usize>, names: &dyn Names) -> Result<Quantity, ExpressionError> {
     let error = |message: String| ExpressionError::new(codes::UNKNOWN_PARAMETER, range.clone(), message);
     match names.value(name) {
         Some(value) if value.si.is_nan() => {
@@ -232,6 +241,7 @@ impl Calculation<'_> {
             }
             Function::Exp => Ok(Quantity::number(self.value(a)?.exp())),
             Function::Ln => Ok(Quantity::number(self.value(a)?.ln())),
+            Function::Tanh => Ok(Quantity::number(self.value(a)?.tanh())),
             Function::Abs => Ok(Quantity { si: a.si.abs(), ..a }),
             Function::Min => self.fold(arguments, f64::min),
             Function::Max => self.fold(arguments, f64::max),

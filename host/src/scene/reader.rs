@@ -3,7 +3,7 @@
 use super::dimension::Dimension;
 use super::expression::{self, ExpressionError};
 use super::parameters::Parameters;
-use super::quantity::{Names, advice, evaluate};
+use super::quantity::{Names, Quantity, advice, evaluate};
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::unit_system::UnitSystem;
 use crate::diagnostics::{Diagnostic, Source, codes, help_for};
@@ -44,10 +44,31 @@ impl Scope<'_> {
         Err(Some(Diagnostic::error(codes::NOT_FINITE, "this number is too large").at(raw.span.clone(), "")))
     }
 
-    fn text(&self, text: &str, raw: &RawValue, expected: Dimension) -> Result<f64, Option<Diagnostic>> {
+    /// The value in SI with whatever dimension it has; a plain number is one. Errors as [`Scope::quantity`].
+    pub(super) fn any_quantity(&self, raw: &RawValue) -> Result<Quantity, Option<Diagnostic>> {
+        match &raw.kind {
+            RawKind::Number(value) => Ok(Quantity::number(*value)),
+            RawKind::Integer(value) => Ok(Quantity::number(*value as f64)),
+            RawKind::Text(text) => self
+                .evaluated(text)
+                .map_err(|error| (!error.reported).then(|| expression_diagnostic(&error, raw, self.source))),
+            other => {
+                let found = other.describe();
+                let message = format!("expected a number or a quantity, found {found}");
+                let diagnostic = Diagnostic::error(codes::WRONG_TYPE, message);
+                Err(Some(diagnostic.at(raw.span.clone(), format!("this is {found}"))))
+            }
+        }
+    }
+
+    fn evaluated(&self, text: &str) -> Result<Quantity, ExpressionError> {
         let is_parameter = |name: &str| self.parameters.value(name).is_some();
-        expression::parse(text, &is_parameter)
-            .and_then(|parsed| evaluate(&parsed, self.parameters, self.units))
+        let parsed = expression::parse(text, &is_parameter)?;
+        evaluate(&parsed, self.parameters, self.units)
+    }
+
+    fn text(&self, text: &str, raw: &RawValue, expected: Dimension) -> Result<f64, Option<Diagnostic>> {
+        self.evaluated(text)
             .and_then(|quantity| quantity.expect(expected, self.units, 0..text.len()))
             .and_then(|si| match si.is_finite() {
                 true => Ok(si),

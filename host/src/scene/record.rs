@@ -3,9 +3,10 @@
 
 use super::raw::{RawTable, RawValue, Spanned};
 use super::unit_system::UnitSystem;
-use super::{Dimension, Parameters};
+use super::{Dimension, Formula, Parameters};
 use crate::diagnostics::Source;
 use std::ops::Range;
+use std::path::PathBuf;
 
 /// A scene as written: what later rooms resolve and compute.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,10 @@ pub struct Scene {
     pub outputs: Vec<OutputRecord>,
     /// Derived figures, in the order of the text.
     pub figures: Vec<FigureRecord>,
+    /// Comparisons with known results, in the order of the text.
+    pub checks: Vec<CheckRecord>,
+    /// What the scene verifies, if it is a page of the verification manual.
+    pub verification: Option<VerificationRecord>,
 }
 
 /// `[plugins]`.
@@ -145,6 +150,19 @@ pub struct BodyRecord {
     pub angular_velocity: Spanned<[Option<f64>; 3]>,
     /// True for a body that is part of the ground.
     pub fixed: bool,
+    /// A point mass: no rotation, no inertia; no torque may act on it.
+    pub particle: bool,
+    /// Point masses that are part of the body: mass, kg, and position in the body frame, m.
+    pub point_masses: Vec<PointMass>,
+}
+
+/// A point mass on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointMass {
+    /// Mass, kg. Not checked here.
+    pub mass: Spanned<f64>,
+    /// Position in the body frame, m.
+    pub position: [f64; 3],
 }
 
 /// Which of the three tables an element stands in.
@@ -178,8 +196,13 @@ pub struct ElementRecord {
     pub name: Spanned<String>,
     /// `type`: a short or full type name.
     pub type_name: Spanned<String>,
-    /// Names of the bodies it connects, in order; the span is that of the list, or of the header.
+    /// Names of the bodies it connects, in order; the span is that of the list, or of the header. A force element
+    /// with [`ElementRecord::joints`] and any control element may have none.
     pub bodies: Spanned<Vec<Spanned<String>>>,
+    /// Joints whose reactions it depends on, in order; force and control elements only.
+    pub joints: Vec<Spanned<String>>,
+    /// Signals it receives, in the order of the text; force and control elements only.
+    pub inputs: Vec<InputRecord>,
     /// Where its frames are; the span is that of the decisive key, or of the header.
     pub placement: Spanned<Placement>,
     /// Parameters as written; its span is that of the value, or of the header.
@@ -188,6 +211,24 @@ pub struct ElementRecord {
     pub span: Range<usize>,
     /// False for an element that is to be left out.
     pub enabled: bool,
+}
+
+/// An entry of `inputs`: `set_point = "1500 rpm"`, `measured = "omega"`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputRecord {
+    /// Name of the element's input.
+    pub name: Spanned<String>,
+    /// What it is fed with.
+    pub source: Spanned<InputSource>,
+}
+
+/// What an input is fed with.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InputSource {
+    /// The signal of that name: an output, or `ELEMENT.CHANNEL`. Not resolved here.
+    Reference(String),
+    /// A constant: see [`Scene::quantity`] and [`Scene::any_quantity`].
+    Value(RawValue),
 }
 
 /// Where the frames of an element are. Directions are unit vectors.
@@ -302,4 +343,87 @@ pub struct Crossing {
     pub equals: RawValue,
     /// The value repeats with this period.
     pub period: Option<RawValue>,
+}
+
+/// `[verification]`: makes the scene a page of the verification manual.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerificationRecord {
+    /// Full names of the elements that it verifies.
+    pub elements: Vec<Spanned<String>>,
+    /// The problem, the derivation of its solution and its source, as Markdown.
+    pub text: String,
+    /// Byte range of the header.
+    pub span: Range<usize>,
+}
+
+/// `[[check]]`: a value that must agree with a known one at all samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckRecord {
+    /// Its name, free text.
+    pub name: Spanned<String>,
+    /// What kind of quantity is compared.
+    pub kind: CheckKind,
+    /// The value.
+    pub value: Formula,
+    /// What it should be.
+    pub reference: Reference,
+    /// Largest allowed magnitude of the difference, in the unit of the value; not negative.
+    pub tolerance: f64,
+    /// Earlier samples are left out; scene units.
+    pub from: Option<f64>,
+    /// Later samples are left out; scene units.
+    pub to: Option<f64>,
+    /// Byte range of the header.
+    pub span: Range<usize>,
+}
+
+/// What a check compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CheckKind {
+    /// `position`
+    Position,
+    /// `velocity`, also an angular one
+    Velocity,
+    /// `acceleration`, also an angular one
+    Acceleration,
+    /// `orientation`
+    Orientation,
+    /// `reaction-force`
+    ReactionForce,
+    /// `reaction-torque`
+    ReactionTorque,
+    /// `energy`
+    Energy,
+    /// `other`
+    Other,
+}
+
+impl CheckKind {
+    /// The word of the scene.
+    pub fn word(self) -> &'static str {
+        match self {
+            CheckKind::Position => "position",
+            CheckKind::Velocity => "velocity",
+            CheckKind::Acceleration => "acceleration",
+            CheckKind::Orientation => "orientation",
+            CheckKind::ReactionForce => "reaction-force",
+            CheckKind::ReactionTorque => "reaction-torque",
+            CheckKind::Energy => "energy",
+            CheckKind::Other => "other",
+        }
+    }
+}
+
+/// What a checked value should be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reference {
+    /// A closed form.
+    Formula(Formula),
+    /// A column of a table with times, in scene units. Not read here.
+    Csv {
+        /// The file, relative to the scene's folder.
+        path: Spanned<PathBuf>,
+        /// The column.
+        column: String,
+    },
 }

@@ -1,12 +1,15 @@
 //! Tests of the room, one drawer per subject.
 
 mod expressions;
+mod functions;
 mod hostile;
 mod messages;
 mod overrides;
 mod records;
 mod rotations;
+mod signals;
 mod units;
+mod verification;
 
 use super::*;
 use crate::diagnostics::{render, summary};

@@ -8,6 +8,7 @@
 //! `1` stands only in front of a quotient, as in `1/s`.
 
 use super::dimension::Dimension;
+use super::expression::Vocabulary;
 use crate::diagnostics::{Code, codes, suggest};
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -50,9 +51,8 @@ impl UnitError {
 pub(super) enum Context<'a> {
     /// The text is nothing but a unit.
     Alone,
-    /// The unit follows a number in an expression, in which these names are parameters. Reading stops
-    /// where the unit ends.
-    Expression(&'a dyn Fn(&str) -> bool),
+    /// The unit follows a number in an expression with these names. Reading stops where the unit ends.
+    Expression(Vocabulary<'a>),
 }
 
 /// A unit found in a text.
@@ -98,7 +98,7 @@ impl Reader<'_> {
                 Some('*') if !rest.starts_with("**") => Some('*'),
                 Some('·') => Some('·'),
                 Some('/') => Some('/'),
-                Some(c) if next > unit.end && starts_symbol(c) => None,
+                Some(c) if next > unit.end && starts_symbol(c) && !self.multiplies(next) => None,
                 _ => return Ok(unit),
             };
             if operator.is_none()
@@ -114,7 +114,7 @@ impl Reader<'_> {
             }
             let position = self.skip_blanks(next + operator.map_or(0, char::len_utf8));
             let factor = match (operator, self.context) {
-                (Some(_), Context::Expression(is_parameter)) => match self.continuation(position, is_parameter)? {
+                (Some(_), Context::Expression(vocabulary)) => match self.continuation(position, vocabulary)? {
                     Some(factor) => factor,
                     None => return Ok(unit),
                 },
@@ -135,20 +135,27 @@ impl Reader<'_> {
         }
     }
 
+    /// True if the word at `position` belongs to the expression around the unit.
+    fn multiplies(&self, position: usize) -> bool {
+        match self.context {
+            Context::Alone => false,
+            Context::Expression(vocabulary) => vocabulary.multiplies(self.text, position),
+        }
+    }
+
     /// In an expression: the factor at `position` if the operator in front of it belongs to the unit. It
     /// does if a known unit or a group of units follows.
-    fn continuation(
-        &mut self,
-        position: usize,
-        is_parameter: &dyn Fn(&str) -> bool,
-    ) -> Result<Option<Unit>, UnitError> {
+    fn continuation(&mut self, position: usize, vocabulary: Vocabulary<'_>) -> Result<Option<Unit>, UnitError> {
+        let Vocabulary { is_parameter, is_variable, .. } = vocabulary;
         if self.text[position..].starts_with('(') {
             let Ok(group) = self.factor(position, false) else {
                 return Ok(None);
             };
-            let named =
-                self.text[position..group.end].split(|c: char| !starts_symbol(c)).find(|word| is_parameter(word));
-            return match named {
+            let words = || self.text[position..group.end].split(|c: char| !starts_symbol(c));
+            if words().any(is_variable) {
+                return Ok(None);
+            }
+            return match words().find(|word| is_parameter(word)) {
                 Some(word) => Err(ambiguous(word, position..group.end)),
                 None => Ok(Some(group)),
             };
@@ -157,7 +164,7 @@ impl Reader<'_> {
         let end = position + symbol.len();
         let called = self.text[self.skip_blanks(end)..].starts_with('(');
         let dotted = self.text[end..].starts_with('.');
-        if symbol.is_empty() || called || dotted || !is_unit(symbol) {
+        if symbol.is_empty() || called || dotted || !is_unit(symbol) || is_variable(symbol) {
             return Ok(None);
         }
         if is_parameter(symbol) {

@@ -12,12 +12,16 @@
 //! | `open.rs` | everything before time starts |
 //! | `run.rs` | from the start to results |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
+//! | `restart.rs` | the state at the end of a run, from which another goes on |
+//! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
 //! | `error.rs` | why there is no result |
 
+mod checks;
 mod error;
 mod open;
 mod report;
+mod restart;
 mod run;
 mod simulation;
 
@@ -27,5 +31,6 @@ mod tests;
 pub use error::{Exit, SessionError};
 pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
+pub use restart::{Restart, STATE_FILE};
 pub use run::RunReport;
 pub use simulation::{Progress, Simulation, Sink};

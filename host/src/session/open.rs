@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
@@ -112,6 +113,7 @@ impl Session {
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
         let plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        warnings.extend(reaction_warnings(&plan, &model, &scene));
         let session = Self {
             warnings,
             libraries: catalog.libraries().cloned().collect(),
@@ -289,6 +291,40 @@ fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnosti
         );
     }
     Ok(warnings)
+}
+
+/// Elements that depend on reactions which redundant rows leave open.
+fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    for element in &model.elements {
+        for (k, joint) in element.joints.iter().enumerate() {
+            let last = model.elements[*joint].markers.len() - 1;
+            let open = |torque: bool| {
+                let used = |input: Input| match input {
+                    Input::ReactionForce { joint, .. } => !torque && joint as usize == k,
+                    Input::ReactionTorque { joint, .. } => torque && joint as usize == k,
+                    _ => false,
+                };
+                !plan.is_unique(*joint, last, torque, None) && element.uses_input(used)
+            };
+            let what = match (open(false), open(true)) {
+                (false, false) => continue,
+                (true, false) => "force",
+                (false, true) => "torque",
+                (true, true) => "force and torque",
+            };
+            let record = scene.elements.iter().find(|record| record.name.value == element.name);
+            let place = record.and_then(|record| record.joints.get(k)).map_or(0..0, |name| name.span.clone());
+            let joint = &model.elements[*joint].name;
+            let message = format!("`{}` depends on the reaction of `{joint}`, which is not unique", element.name);
+            warnings.push(
+                Diagnostic::warning(codes::REACTION_NOT_UNIQUE, message)
+                    .at(place, format!("redundant joint equations leave its {what} open; one of many is used"))
+                    .help("`odyn check` lists the redundant rows: free them with less restrictive joints"),
+            );
+        }
+    }
+    warnings
 }
 
 /// Where a body's name is written.

@@ -181,6 +181,9 @@ pub(super) fn note_skips(plan: &mut Plan, scene: &Scene, model: &Model, equation
     if !equations.rows.is_empty() && equations.rows.iter().all(|row| equations.graph.is_zero(row.time)) {
         plan.skip("derivatives with respect to time", "no constraint depends on it");
     }
+    if equations.coupling.is_empty() && !equations.rows.is_empty() {
+        plan.skip("iterations between forces and reactions", "no force depends on a reaction or an acceleration");
+    }
     let dynamics = model.channels.iter().any(|channel| needs_solver(&channel.quantity, model));
     if !dynamics && !model.channels.is_empty() {
         plan.skip("accelerations and reactions at output times", "no output asks for them");

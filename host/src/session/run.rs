@@ -13,8 +13,8 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
-    ChannelInfo, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status, Summary, Take,
-    significant,
+    ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status,
+    Summary, Take, significant,
 };
 use crate::scene::{Dimension, SampleTime};
 
@@ -39,6 +39,8 @@ pub struct RunReport {
     pub columns: Vec<Vec<f64>>,
     /// What each column is.
     pub channels: Vec<ChannelInfo>,
+    /// The checks of the scene with their samples, in its order.
+    pub checks: Vec<CheckResult>,
 }
 
 impl RunReport {
@@ -46,7 +48,7 @@ impl RunReport {
     #[must_use]
     pub fn exit_code(&self) -> i32 {
         match self.summary.status {
-            Status::Completed if !self.summary.audit_passed() => Exit::Audit as i32,
+            Status::Completed if !self.summary.audit_passed() || !self.summary.checks_passed() => Exit::Audit as i32,
             Status::Completed => 0,
             Status::StoppedEarly if self.summary.code == Some(codes::INTERRUPTED) => 130,
             _ => Exit::Integration as i32,
@@ -106,6 +108,7 @@ impl Session {
         let times = simulation.sample_times(&self.scene.units);
         let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
         let mut summary = self.summary(method.name(), formulation.name(), tolerance);
+        let path = folder;
         let folder = match folder {
             None => None,
             Some(path) => {
@@ -126,7 +129,7 @@ impl Session {
         let (t_start, t_end) = (simulation.t_start, simulation.t_end);
         let share = move |t: f64| (t - t_start) / (t_end - t_start);
         let mut reached = t_start;
-        let (outcome, audit, counters) = {
+        let (outcome, audit, counters, restart) = {
             let told: Progress<'_> = Box::new(|t| {
                 reached = t;
                 progress(share(t));
@@ -158,7 +161,13 @@ impl Session {
             let integrating = Instant::now();
             let outcome = method.integrate(&mut system, &mut state, &span, &options);
             summary.integration_time_s = integrating.elapsed().as_secs_f64();
-            (outcome, *system.audit(), system.counters())
+            let (audit, counters) = (*system.audit(), system.counters());
+            let end = match &outcome {
+                Ok(Outcome { status: integrate::Status::StoppedEarly { t, .. }, .. }) => *t,
+                _ => t_end,
+            };
+            let restart = outcome.is_ok().then(|| system.restart(&self.model, end, &state));
+            (outcome, audit, counters, restart)
         };
         summary.audit = audit;
         summary.evaluations = counters.evaluations;
@@ -166,19 +175,26 @@ impl Session {
         summary.rank_safe = counters.rank_safe;
         summary.position_corrections = counters.position_corrections;
         summary.re_aimed = counters.re_aimed;
+        summary.coupling_iterations = counters.coupling_iterations;
         summary.rows = samplings.taken.len() as u64;
         let unit = self.scene.units.factor(Dimension::TIME);
         summary.t_end_reached = reached / unit;
         let failed = self.conclude(&mut summary, outcome, &mut samplings.error);
         summary.figures = self.figures(&samplings);
+        let checks = self.checks(&samplings.taken, &samplings.columns);
+        summary.checks = checks.iter().map(CheckResult::without_samples).collect();
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
         if let Some(folder) = samplings.folder.take() {
             folder.finish(&summary).map_err(|e| self.files_error(&e))?;
+            if let (Some(path), Some(Ok(restart))) = (path, &restart) {
+                restart.write(path).map_err(|e| self.files_error(&e))?;
+            }
         }
         if let Some(error) = failed {
             return Err(error);
         }
-        Ok(RunReport { summary, times: samplings.taken, columns: samplings.columns, channels: samplings.channels })
+        let Samplings { taken: times, columns, channels, .. } = samplings;
+        Ok(RunReport { summary, times, columns, channels, checks })
     }
 
     /// The equations of motion in the form that the engine's name stands for.
@@ -308,12 +324,27 @@ impl Session {
                 }
                 let diagnostic = self
                     .element_fault(&error)
+                    .or_else(|| self.particle_fault(&error))
                     .unwrap_or_else(|| Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string()));
                 summary.code = Some(diagnostic.code);
                 let exit = if diagnostic.code.starts_with("ODY04") { Exit::Plugin } else { Exit::Integration };
                 Some(SessionError::one(exit, &self.scene.source, diagnostic.help("results up to this time are valid")))
             }
         }
+    }
+
+    /// A particle that was made to turn.
+    fn particle_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
+        let IntegrateError::System { cause, .. } = error else { return None };
+        let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
+        let crate::analysis::AnalysisError::TorqueOnParticle { body } = cause else { return None };
+        let record = self.scene.bodies.iter().find(|record| record.name.value == *body)?;
+        let diagnostic = Diagnostic::error(codes::TORQUE_ON_PARTICLE, cause.to_string());
+        let diagnostic = diagnostic.at(record.name.span.clone(), "has no rotation and no inertia");
+        Some(
+            diagnostic
+                .help("attach joints and forces at its position and so that they only push, or give it an inertia"),
+        )
     }
 
     /// The element behind a failure, with its place in the scene.

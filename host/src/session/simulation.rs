@@ -11,6 +11,8 @@ use crate::plan::Layout;
 use crate::program::{Equations, Node, Program, Workspace};
 use crate::results::Audit;
 
+use super::restart::Restart;
+
 /// An angle that has moved this far from its reference gets a new one, rad.
 const NEW_REFERENCE: f64 = 1.0;
 
@@ -25,6 +27,9 @@ const INTERPOLATION_MARGIN: f64 = 5.0;
 /// over the cubed distance there.
 const SINGULAR_TOLERANCE: f64 = 1e-10;
 
+/// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
+const PARTICLE_SPIN: f64 = 1e-6;
+
 /// Takes the channels at one sample time, in SI. An error ends the run.
 pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + 'a>;
 /// Told the time after each accepted step.
@@ -35,12 +40,15 @@ struct Part {
     program: Program,
     workspace: Workspace,
     outputs: Vec<f64>,
+    /// Whether accelerations or multipliers must be known.
+    needs_dynamics: bool,
 }
 
 impl Part {
-    fn new(equations: &Equations, nodes: &[Node]) -> Self {
+    fn new(equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
         let program = Program::compile(&equations.graph, nodes);
-        Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program }
+        let needs_dynamics = program.uses_inputs(layout.acceleration_slot()..layout.inputs());
+        Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program, needs_dynamics }
     }
 
     fn run(&mut self, inputs: &[f64], sets: &[Box<dyn element_api::ElementSet>]) -> Result<&[f64], AnalysisError> {
@@ -71,10 +79,11 @@ pub struct Simulation<'a> {
     accept: Part,
     told: Vec<Told>,
     report: Part,
-    report_needs_dynamics: bool,
     energy: Part,
     rows: Constraints,
     audit: Audit,
+    /// Bodies without rotation.
+    particles: Vec<(usize, String)>,
     sample_state: Vec<f64>,
     samples: usize,
     sink: Sink<'a>,
@@ -109,8 +118,7 @@ impl<'a> Simulation<'a> {
     ) -> Result<Self, AnalysisError> {
         let nodes: Vec<Node> =
             model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
-        let report = Part::new(equations, &nodes);
-        let report_needs_dynamics = report.program.uses_inputs(layout.acceleration_slot()..layout.inputs());
+        let report = Part::new(equations, &nodes, layout);
         let mut after: Vec<Node> = equations.angles.clone();
         after.extend(&equations.next_discrete);
         let told = equations.graph.calls.clone();
@@ -119,16 +127,15 @@ impl<'a> Simulation<'a> {
             .map(|call| Told {
                 set: call.set,
                 instance: call.instance as usize,
-                inputs: Part::new(equations, &call.arguments),
+                inputs: Part::new(equations, &call.arguments, layout),
             })
             .collect();
         let all: Vec<usize> = (0..layout.rows).collect();
         let rows = Constraints::new(equations, model, &all, &[|row| row.value, |row| row.time], &[])?;
         let mut simulation = Self {
-            accept: Part::new(equations, &after),
-            energy: Part::new(equations, &[equations.kinetic, equations.potential]),
+            accept: Part::new(equations, &after, layout),
+            energy: Part::new(equations, &[equations.kinetic, equations.potential], layout),
             report,
-            report_needs_dynamics,
             told,
             rows,
             formulation,
@@ -138,6 +145,7 @@ impl<'a> Simulation<'a> {
             references: assembly.references.clone(),
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
+            particles: particles(model),
             sample_state: Vec::new(),
             samples: 0,
             sink,
@@ -184,6 +192,29 @@ impl<'a> Simulation<'a> {
         Counters { re_aimed: self.re_aimed, relaxed: self.relaxed, ..self.formulation.counters() }
     }
 
+    /// Everything that changes during a run, as it is at an accepted state.
+    ///
+    /// # Errors
+    /// An opaque element that cannot save its memory.
+    pub fn restart(&mut self, model: &Model, t: f64, state: &[f64]) -> Result<Restart, AnalysisError> {
+        let inputs = self.formulation.observe(t, state, false)?.inputs;
+        let bodies = (0..self.layout.bodies).flat_map(|body| {
+            let slot = self.layout.body_slot(body, 0);
+            &inputs[slot..slot + 13]
+        });
+        let elements_and_work = &state[state.len() - self.layout.states - 1..];
+        let working = bodies.chain(elements_and_work).copied().collect();
+        let mut restart = Restart::new(model, t, working, &self.references, &self.discrete);
+        for element in model.elements.iter().filter(|element| element.class.opaque) {
+            let memory = self.formulation.sets()[element.set].save(element.index as usize);
+            let memory = memory.map_err(|fault| AnalysisError::Element { set: element.set, fault })?;
+            if !memory.is_empty() {
+                restart.memories.push((element.name.clone(), memory));
+            }
+        }
+        Ok(restart)
+    }
+
     /// The formulation, for its name.
     #[must_use]
     pub fn formulation(&self) -> &dyn Formulation {
@@ -199,13 +230,20 @@ impl<'a> Simulation<'a> {
     /// Violations and energies at an accepted state.
     fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         // Copied, since the formulation lends both its inputs and its element sets.
-        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        let inputs = self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs.to_vec();
         let sets = self.formulation.sets();
         let energies = self.energy.run(&inputs, sets)?;
         let (kinetic, potential) = (energies[0], energies[1]);
         for body in 0..self.layout.bodies {
             let slot = self.layout.body_slot(body, 0);
             self.scales.grow(&inputs[slot..slot + 13], 1);
+        }
+        for (body, name) in &self.particles {
+            let slot = self.layout.body_slot(*body, 10);
+            let spin = inputs[slot..slot + 3].iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+            if spin > PARTICLE_SPIN * self.scales.spin_scale() {
+                return Err(AnalysisError::TorqueOnParticle { body: name.clone() });
+            }
         }
         let work = state.last().copied().unwrap_or(0.0);
         self.audit.energy(kinetic, potential, work);
@@ -224,7 +262,7 @@ impl<'a> Simulation<'a> {
     fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
         let mut changed = Accepted::Unchanged;
         if !self.accept.outputs.is_empty() {
-            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+            let inputs = self.formulation.observe(t, state, self.accept.needs_dynamics)?.inputs.to_vec();
             let found = self.accept.run(&inputs, self.formulation.sets())?;
             let (angles, discrete) = found.split_at(self.references.len());
             for (reference, angle) in self.references.iter_mut().zip(angles) {
@@ -239,7 +277,8 @@ impl<'a> Simulation<'a> {
             }
         }
         if !self.told.is_empty() {
-            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+            let solve = self.told.iter().any(|told| told.inputs.needs_dynamics);
+            let inputs = self.formulation.observe(t, state, solve)?.inputs.to_vec();
             for told in &mut self.told {
                 let arguments = told.inputs.run(&inputs, self.formulation.sets())?;
                 self.formulation.sets_mut()[told.set]
@@ -272,7 +311,7 @@ impl<'a> Simulation<'a> {
     fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
         // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
         self.formulation.project(t, state).map_err(failure)?;
-        let inputs = self.formulation.observe(t, state, self.report_needs_dynamics).map_err(failure)?.inputs.to_vec();
+        let inputs = self.formulation.observe(t, state, self.report.needs_dynamics).map_err(failure)?.inputs.to_vec();
         let values = self.report.run(&inputs, self.formulation.sets()).map_err(failure)?;
         let number = self.samples;
         self.samples += 1;
@@ -280,10 +319,17 @@ impl<'a> Simulation<'a> {
     }
 }
 
+fn particles(model: &Model) -> Vec<(usize, String)> {
+    let bodies = model.bodies.iter().enumerate();
+    bodies.filter(|(_, body)| body.particle).map(|(index, body)| (index, body.name.clone())).collect()
+}
+
 /// A smaller step may help against bad numbers, never against a broken element.
 fn failure(error: AnalysisError) -> Failure {
     match &error {
-        AnalysisError::Element { .. } | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
+        AnalysisError::Element { .. }
+        | AnalysisError::TorqueOnParticle { .. }
+        | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
             Failure::Fatal(Box::new(error))
         }
         _ => Failure::Recoverable(Box::new(error)),

@@ -3,7 +3,11 @@
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
 mod bookkeeping;
+mod checks;
 mod motions;
+mod particles;
+mod restarts;
+mod signals;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

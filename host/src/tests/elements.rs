@@ -44,8 +44,8 @@ impl<const OPAQUE: bool> Constraint for Hinge<OPAQUE> {
         blocks::coincident(&at.frames[0], &at.frames[1], rows);
         blocks::parallel_z(&at.frames[0], &at.frames[1], rows);
     }
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
-        vec![at.angle_about_z(0, 0, 1)]
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.angle_about_z(0, 0, 1));
     }
 }
 
@@ -97,9 +97,10 @@ impl<const OPAQUE: bool> Constraint for Screw<OPAQUE> {
     fn uses_row(&self, row: usize) -> bool {
         self.held || row < 3
     }
-    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>) -> Vec<S> {
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
         let (i, j) = (&at.frames[0], &at.frames[1]);
-        vec![at.angle_about_z(0, 0, 1), i.z().dot(&(j.position - i.position))]
+        out.push(at.angle_about_z(0, 0, 1));
+        out.push(i.z().dot(&(j.position - i.position)));
     }
 }
 
@@ -199,9 +200,10 @@ impl<const OPAQUE: bool> Force for Strut<OPAQUE> {
         let (direction, elongation, rate) = self.line(at);
         out.force_pair(0, 1, direction * (-(elongation * self.stiffness + rate * self.damping)));
     }
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let (_, elongation, rate) = self.line(at);
-        vec![elongation * self.stiffness + rate * self.damping, rate]
+        out.push(elongation * self.stiffness + rate * self.damping);
+        out.push(rate);
     }
     fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
         Some(self.line(at).1.powi(2) * (0.5 * self.stiffness))
@@ -246,14 +248,14 @@ impl Force for Lag {
     const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("x", "1", "the state")];
     const STATES: &'static [ChannelSpec] = &[ChannelSpec::new("x", "1", "the state")];
     fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![at.states[0]]
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.states[0]);
     }
     fn initial_states(&self) -> Vec<f64> {
         vec![3.0]
     }
-    fn rates<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![(S::one() - at.states[0]) / self.tau]
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push((S::one() - at.states[0]) / self.tau);
     }
 }
 
@@ -264,14 +266,15 @@ impl Force for Tally {
     const CHANNELS: &'static [ChannelSpec] =
         &[ChannelSpec::new("steps", "1", "accepted"), ChannelSpec::new("top", "m", "largest y so far")];
     fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
-    fn channels<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        at.memory.to_vec()
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        at.memory.iter().for_each(|m| out.push(*m));
     }
     fn initial_memory(&self) -> Vec<f64> {
         vec![0.0, -1e3]
     }
-    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        vec![at.memory[0] + 1.0, at.memory[1].max(at.frames()[0].position.y)]
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.memory[0] + 1.0);
+        out.push(at.memory[1].max(at.frames()[0].position.y));
     }
 }
 
@@ -331,14 +334,14 @@ impl Force for Echo {
         ChannelSpec::new("curve", "N", "argument + 10 value of the last pair"),
     ];
     fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
-    fn channels<S: Scalar>(&self, _: &Motion<'_, S>) -> Vec<S> {
+    fn channels<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let p = &self.0;
         let vector = p.vector.map_or(-1.0, |v| v[0] + 10.0 * v[1] + 100.0 * v[2]);
         let curve = p.curve.as_ref().and_then(|c| c.last()).map_or(-1.0, |pair| pair[0] + 10.0 * pair[1]);
         let list = p.list.as_ref().map_or(-1.0, |l| l.iter().sum());
         let on = f64::from(u8::from(p.on));
         let numbers = [p.number, p.angle, p.count as f64, on, p.word.len() as f64, vector, list, curve];
-        numbers.map(S::from).to_vec()
+        numbers.into_iter().for_each(|x| out.push(S::from(x)));
     }
 }
 

@@ -64,6 +64,8 @@ fn every_quantity_has_a_channel_with_its_unit() {
         ("quantity = \"coordinate_rate\"; of = \"screw\"; channel = \"advance\"", "mm/s"),
         ("quantity = \"coordinate_acceleration\"; of = \"hinge\"", "rad/s^2"),
         ("quantity = \"value\"; of = \"strut\"; channel = \"rate\"", "mm/s"),
+        ("quantity = \"balance_force\"; of = \"a\"; component = \"x\"", "mN"),
+        ("quantity = \"balance_torque\"; of = \"a\"; component = \"x\"", "uN m"),
     ] {
         assert_eq!(channel(keys).unit, unit, "{keys}");
     }
@@ -73,7 +75,7 @@ fn every_quantity_has_a_channel_with_its_unit() {
         energies.map(|c| c.quantity),
         [Quantity::KineticEnergy, Quantity::PotentialEnergy, Quantity::TotalEnergy]
     );
-    assert_eq!(super::super::channels::QUANTITIES.len(), 17, "a new quantity needs a line here");
+    assert_eq!(super::super::channels::QUANTITIES.len(), 19, "a new quantity needs a line here");
 }
 
 #[test]

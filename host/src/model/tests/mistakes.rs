@@ -130,8 +130,8 @@ fn all_mistakes_are_found_at_once() {
 }
 
 #[test]
-fn control_elements_are_announced_as_missing() {
-    let text = with_body("") + "[[control]]\nname = \"c\"\ntype = \"pid\"\n";
+fn a_control_element_is_no_force() {
+    let text = with_body("") + "[[force]]\nname = \"c\"\ntype = \"amplifier\"\nbodies = []\n";
     let found = messages(&text);
     assert_eq!((found.len(), found[0].0, found[0].1), (1, codes::WRONG_KIND, Severity::Error));
 }

@@ -1,5 +1,7 @@
 //! What a scene writes is what the element is told, in SI units.
 
+use element_api::Function;
+use element_api::params::{ParamSpec, ParamType};
 use element_api::recording::{Op, Role};
 
 use super::*;
@@ -113,4 +115,54 @@ fn all_mistakes_of_an_element_are_reported_at_once() {
     ];
     expected.sort_unstable();
     assert_eq!(found, expected);
+}
+
+/// What a function parameter becomes, and the codes with their places.
+fn function(value: &str, spec: &ParamSpec) -> (Option<toml::Value>, Vec<(&'static str, String)>) {
+    let text = with_body("")
+        + &format!("[[force]]\nname = \"e\"\ntype = \"t\"\nbodies = [\"a\"]\nparams = {{ p = {value} }}\n");
+    let scene = crate::tests::scene(&text);
+    let mut found = Vec::new();
+    let table =
+        crate::model::parameters::resolve(&scene, &scene.elements[0], std::slice::from_ref(spec), "t", &mut found);
+    let place = |d: &Diagnostic| d.span().map_or(String::new(), |span| scene.source.text[span].to_string());
+    (table.get("p").cloned(), found.iter().map(|d| (d.code, place(d))).collect())
+}
+
+#[test]
+fn functions_are_read_in_their_variable_and_units() {
+    let spec = ParamSpec::new::<Function>("p", "s -> N", "A force.").variable("t").min(0.0);
+    let at = |value: &str, t: f64| {
+        let (value, found) = function(value, &spec);
+        assert_eq!(found, []);
+        Function::read_named(&value.unwrap(), "p").unwrap().at(t)
+    };
+    assert_eq!(at("\"3 kN/s t\"", 2.0), 6000.0);
+    assert_eq!(at("\"-3 t\"", 2.0), -6.0, "the range of an expression is nobody's to know");
+    assert_eq!(at("[[0, 0], [1, \"1 kN\"]]", 2.0), 1000.0);
+    let unnamed = ParamSpec::new::<Function>("p", "m -> N", "A force.");
+    let (value, _) = function("\"2 x\"", &unnamed);
+    assert_eq!(Function::read_named(&value.unwrap(), "p").unwrap().at(3.0), 6.0);
+}
+
+#[test]
+fn constants_and_points_of_functions_are_in_the_range() {
+    let spec = ParamSpec::new::<Function>("p", "s -> N", "A force.").variable("t").above(0.0);
+    for (value, place) in [
+        ("0", "0"),
+        ("\"-1 kN\"", "\"-1 kN\""),
+        ("[[0, 1], [1, -2]]", "[1, -2]"),
+        ("{ points = [[0, 1], [1, 0]] }", "[1, 0]"),
+    ] {
+        assert_eq!(function(value, &spec).1, [(codes::ELEMENT_PARAMETER_RANGE, place.to_string())], "{value}");
+    }
+    assert_eq!(function("\"3 mm t\"", &spec).1, [(codes::DIMENSION, "3 mm t".to_string())]);
+    assert_eq!(function("\"3 N\"", &spec).1, []);
+}
+
+#[test]
+fn words_are_one_of_the_choices() {
+    let spec = ParamSpec::new::<String>("p", "", "What it drives.").choices(&["rotation", "translation"]);
+    assert_eq!(function("\"rotation\"", &spec), (Some(toml::Value::String("rotation".into())), Vec::new()));
+    assert_eq!(function("\"rotaton\"", &spec).1, [(codes::UNKNOWN_WORD, "\"rotaton\"".to_string())]);
 }

@@ -1,0 +1,267 @@
+//! What is connected to the signal inputs of force and control elements.
+
+use element_api::Kind;
+use element_api::recording::{Input, Op, Role};
+use rustc_hash::FxHashMap;
+
+use super::bodies::quoted;
+use super::parameters::dimension_of;
+use super::types::{Channel, Instance, Level, Quantity, Source};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::scene::{Dimension, ElementRecord, InputSource, Scene, Spanned};
+
+type Found<T> = Result<T, Box<Diagnostic>>;
+
+/// Fills in [`Instance::inputs`]. Mistakes are added to `found`: unknown sources, dimensions, signals that depend on
+/// themselves.
+pub(super) fn connect(scene: &Scene, channels: &[Channel], instances: &mut [Instance], found: &mut Vec<Diagnostic>) {
+    let before = found.len();
+    for index in 0..instances.len() {
+        let name = instances[index].name.clone();
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == name) else { continue };
+        let (sources, mut mistakes) = sources_of(record, &instances[index], scene, channels, instances);
+        found.append(&mut mistakes);
+        instances[index].inputs = sources;
+    }
+    if found.len() == before
+        && let Some(round) = first_loop(instances)
+    {
+        found.push(loop_error(&round, instances, scene));
+    }
+}
+
+fn sources_of(
+    record: &ElementRecord,
+    instance: &Instance,
+    scene: &Scene,
+    channels: &[Channel],
+    instances: &[Instance],
+) -> (Vec<Source>, Vec<Diagnostic>) {
+    let class = &instance.class;
+    let names: Vec<&str> = class.inputs.iter().map(|input| input.name.as_str()).collect();
+    let mut mistakes = Vec::new();
+    for given in &record.inputs {
+        if names.contains(&given.name.value.as_str()) {
+            continue;
+        }
+        let help = match suggest(&given.name.value, names.iter().copied()) {
+            Some(nearest) => format!("did you mean `{nearest}`?"),
+            None if names.is_empty() => format!("`{}` takes no signals", class.name),
+            None => format!("its inputs are {}", quoted(&names)),
+        };
+        mistakes.push(
+            Diagnostic::error(
+                codes::UNKNOWN_ELEMENT_PARAMETER,
+                format!("unknown input `{}` for `{}`", given.name.value, class.name),
+            )
+            .at(given.name.span.clone(), format!("not an input of `{}`", class.name))
+            .help(help),
+        );
+    }
+    let mut sources = Vec::with_capacity(class.inputs.len());
+    for input in &class.inputs {
+        let unit = || if input.unit.is_empty() { Ok(None) } else { dimension_of(&input.unit).map(Some) };
+        let given = record.inputs.iter().find(|given| given.name.value == input.name);
+        let source = match (given, input.default) {
+            (Some(given), _) => unit().and_then(|unit| source(&given.source, unit, scene, channels, instances)),
+            (None, Some(default)) => Ok(Source::Constant(default)),
+            (None, None) => Err(Box::new(
+                Diagnostic::error(
+                    codes::MISSING_ELEMENT_PARAMETER,
+                    format!("nothing is connected to the input `{}` of `{}`", input.name, record.name.value),
+                )
+                .at(record.span.clone(), format!("`{}` needs this signal", class.name))
+                .help(format!("inputs.{} = \"...\"   # {}", input.name, input.doc)),
+            )),
+        };
+        match source {
+            Ok(source) => sources.push(source),
+            Err(diagnostic) => mistakes.push(*diagnostic),
+        }
+    }
+    (sources, mistakes)
+}
+
+/// What a source stands for; `dimension` is what is expected, if anything.
+fn source(
+    written: &Spanned<InputSource>,
+    dimension: Option<Dimension>,
+    scene: &Scene,
+    channels: &[Channel],
+    instances: &[Instance],
+) -> Found<Source> {
+    let name = match &written.value {
+        InputSource::Value(raw) => {
+            let value = match dimension {
+                Some(dimension) => scene.quantity(raw, dimension)?,
+                None => scene.any_quantity(raw)?.0,
+            };
+            return Ok(Source::Constant(value));
+        }
+        InputSource::Reference(name) => name,
+    };
+    let (quantity, given) = match channels.iter().find(|channel| channel.name == *name) {
+        Some(channel) => (channel.quantity.clone(), channel.dimension),
+        None => element_channel(name, written, channels, instances)?,
+    };
+    match dimension {
+        Some(expected) if !given.compatible(expected) => Err(Box::new(
+            Diagnostic::error(codes::DIMENSION, format!("expected {expected}, found {given}"))
+                .at(written.span.clone(), format!("`{name}` is {given}")),
+        )),
+        _ => Ok(Source::Quantity(quantity)),
+    }
+}
+
+/// `ELEMENT.CHANNEL`: a signal, a reported value, a joint coordinate.
+fn element_channel(
+    name: &str,
+    written: &Spanned<InputSource>,
+    channels: &[Channel],
+    instances: &[Instance],
+) -> Found<(Quantity, Dimension)> {
+    let owner = |e: &Instance| name.strip_prefix(e.name.as_str()).is_some_and(|rest| rest.starts_with('.'));
+    // The longest name wins where one is the beginning of another.
+    let element = (0..instances.len()).filter(|k| owner(&instances[*k])).max_by_key(|k| instances[*k].name.len());
+    if let Some(element) = element {
+        let instance = &instances[element];
+        let word = &name[instance.name.len() + 1..];
+        let known: Vec<&str> = instance.class.channels.iter().map(|channel| channel.name.as_str()).collect();
+        if let Some(channel) = known.iter().position(|known| *known == word) {
+            let quantity = match instance.class.kind {
+                Kind::Joint => Quantity::Coordinate { element, coordinate: channel, level: Level::Position },
+                Kind::Force | Kind::Control => Quantity::Value { element, channel },
+            };
+            return Ok((quantity, dimension_of(&instance.class.channels[channel].unit)?));
+        }
+        let message = format!("`{}` ({}) has no channel `{word}`", instance.name, instance.class.name);
+        let help = match suggest(word, known.iter().copied()) {
+            Some(nearest) => format!("did you mean `{}.{nearest}`?", instance.name),
+            None => format!("it has {}", quoted(&known)),
+        };
+        return Err(Box::new(
+            Diagnostic::error(codes::UNKNOWN_CHANNEL, message).at(written.span.clone(), "unknown").help(help),
+        ));
+    }
+    let mut known: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
+    for instance in instances {
+        known.extend(instance.class.channels.iter().map(|channel| format!("{}.{}", instance.name, channel.name)));
+    }
+    let nearest = suggest(name, known.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"));
+    Err(Box::new(
+        Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no signal `{name}`"))
+            .at(written.span.clone(), "unknown")
+            .help_if(nearest)
+            .help("a signal is the name of an `[[output]]`, or ELEMENT.CHANNEL, or a constant"),
+    ))
+}
+
+/// A result of an element.
+type Result_ = (usize, Role);
+
+/// The first elements found whose results depend on themselves, in order. States break such loops: their rates may depend
+/// on anything, but nothing depends on a rate at once. Reactions and accelerations are no part of it: they are solved for.
+fn first_loop(instances: &[Instance]) -> Option<Vec<usize>> {
+    let mut known: FxHashMap<Result_, bool> = FxHashMap::default();
+    for (index, instance) in instances.iter().enumerate() {
+        for output in instance.recording.outputs.iter().filter(|_| instance.class.kind != Kind::Joint) {
+            let mut path = Vec::new();
+            if visit((index, output.role), instances, &mut known, &mut path) {
+                let start = path.last().copied()?;
+                let from = path.iter().position(|result| *result == start)?;
+                let mut round: Vec<usize> = path[from..].iter().map(|(element, _)| *element).collect();
+                round.dedup();
+                return Some(round);
+            }
+        }
+    }
+    None
+}
+
+/// Depth first; true when `result` is reached again, which then ends the path.
+fn visit(
+    result: Result_,
+    instances: &[Instance],
+    known: &mut FxHashMap<Result_, bool>,
+    path: &mut Vec<Result_>,
+) -> bool {
+    path.push(result);
+    match known.get(&result) {
+        // Finished before.
+        Some(true) => {
+            path.pop();
+            return false;
+        }
+        // On the path.
+        Some(false) => return true,
+        None => {}
+    }
+    known.insert(result, false);
+    for input in signals_of(&instances[result.0], result.1) {
+        let Some(Source::Quantity(quantity)) = instances[result.0].inputs.get(input) else { continue };
+        for next in results_behind(quantity, instances) {
+            if visit(next, instances, known, path) {
+                return true;
+            }
+        }
+    }
+    known.insert(result, true);
+    path.pop();
+    false
+}
+
+/// The signals that a result of an element depends on.
+fn signals_of(instance: &Instance, role: Role) -> Vec<usize> {
+    if instance.class.opaque {
+        return (0..instance.class.inputs.len()).collect();
+    }
+    let recording = &instance.recording;
+    let Some(wanted) = recording.output(role) else { return Vec::new() };
+    let mut needed = vec![false; wanted as usize + 1];
+    needed[wanted as usize] = true;
+    let mut signals = Vec::new();
+    for k in (0..=wanted as usize).rev().filter(|k| recording.ops.get(*k).is_some()) {
+        if !needed[k] {
+            continue;
+        }
+        match Op::decode(recording.ops[k]) {
+            Some(Op::Input(Input::Signal(signal))) => signals.push(signal as usize),
+            Some(op) => op.operands().for_each(|a| needed[a as usize] = true),
+            None => {}
+        }
+    }
+    signals.sort_unstable();
+    signals.dedup();
+    signals
+}
+
+/// The results of elements that a quantity is made of.
+fn results_behind(quantity: &Quantity, instances: &[Instance]) -> Vec<Result_> {
+    match quantity {
+        Quantity::Value { element, channel } => vec![(*element, Role::Channel(*channel as u32))],
+        Quantity::Load { element, frame, torque, .. } if instances[*element].class.kind == Kind::Force => {
+            let role = |k: usize| {
+                let k = (3 * frame + k) as u32;
+                if *torque { Role::Torque(k) } else { Role::Force(k) }
+            };
+            (0..3).map(|k| (*element, role(k))).collect()
+        }
+        Quantity::PotentialEnergy | Quantity::TotalEnergy => {
+            let forces = (0..instances.len()).filter(|k| instances[*k].class.kind == Kind::Force);
+            forces.map(|k| (k, Role::Potential)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn loop_error(round: &[usize], instances: &[Instance], scene: &Scene) -> Diagnostic {
+    let names: Vec<&str> = round.iter().map(|k| instances[*k].name.as_str()).collect();
+    let place = |name: &str| {
+        let record = scene.elements.iter().find(|record| record.name.value == name);
+        record.map_or(0..0, |record| record.name.span.clone())
+    };
+    let first = names.first().copied().unwrap_or_default();
+    Diagnostic::error(codes::SIGNAL_LOOP, format!("the signal of `{first}` depends on itself at the same instant"))
+        .at(place(first), format!("by way of {}", names.join(" -> ")))
+        .help("put something with a state into the loop: a sensor with a time constant, a transfer function, a body")
+}

@@ -1,0 +1,236 @@
+//! Force and control elements: what they give, and whom they ask.
+//!
+//! An element's signals may come from another one's results, a reported quantity or a reaction. Results are therefore
+//! written down when they are first asked for, operation by operation: an output that does not depend on an input does not
+//! wait for it. The model has made sure that nothing depends on itself in this way. Reactions and accelerations do not
+//! count: they are inputs of the programs, which the analysis finds together with everything that depends on them.
+
+use element_api::Kind;
+use element_api::recording::{Input, Op, Role};
+use rustc_hash::FxHashMap;
+
+use super::equations::{Equations, FrameLoad, own_input};
+use super::graph::Node;
+use super::import::operation;
+use super::kinematics::FrameNodes;
+use super::opaque::{call_inputs, opaque_results};
+use super::vector::V3;
+use crate::model::{Model, Quantity, Source};
+use crate::plan::Layout;
+
+/// What is known of one element so far.
+#[derive(Default)]
+struct Import {
+    frames: Vec<FrameNodes>,
+    /// Node of each operation of its recording that was written down.
+    nodes: Vec<Option<Node>>,
+    /// Where its tables begin in the graph.
+    first_table: u32,
+    /// Results of an opaque element.
+    results: Option<Vec<(Role, Node)>>,
+}
+
+/// The elements of a model while they are written down.
+pub(super) struct Imports<'m> {
+    model: &'m Model,
+    layout: &'m Layout,
+    elements: Vec<Import>,
+    /// Potential energy of the bodies alone.
+    weight: Node,
+    reactions: FxHashMap<usize, (V3, V3)>,
+}
+
+impl Equations {
+    /// Writes down all force and control elements. Bodies and joints are there already.
+    pub(super) fn add_acting_elements(&mut self, model: &Model, layout: &Layout) {
+        let elements = model.elements.iter().map(|element| {
+            if element.class.kind == Kind::Joint {
+                return Import::default();
+            }
+            let first_table = self.graph.tables.len() as u32;
+            self.graph.tables.extend(element.recording.tables.iter().cloned());
+            let nodes = vec![None; element.recording.ops.len()];
+            Import { frames: self.frames(&element.markers), nodes, first_table, results: None }
+        });
+        let elements: Vec<Import> = elements.collect();
+        let mut imports = Imports { model, layout, elements, weight: self.potential, reactions: FxHashMap::default() };
+        for (index, element) in model.elements.iter().enumerate() {
+            if element.class.kind != Kind::Joint {
+                self.add_acting(index, &mut imports);
+            }
+        }
+    }
+
+    fn add_acting(&mut self, index: usize, imports: &mut Imports<'_>) {
+        let element = &imports.model.elements[index];
+        let layout = imports.layout;
+        let zero = self.graph.constant(0.0);
+        let missing = self.graph.constant(f64::NAN);
+        let mut power = zero;
+        if element.class.kind == Kind::Force {
+            for (f, marker) in element.markers.iter().enumerate() {
+                let load = self.load(index, f, imports);
+                self.elements[index].loads.push(load);
+                let frame = &imports.elements[index].frames[f];
+                let g = &mut self.graph;
+                let (p, q) = (g.dot3(load.force, frame.velocity), g.dot3(load.torque, frame.angular_velocity));
+                let both = g.add(p, q);
+                power = g.add(power, both);
+                if let Some(body) = marker.body {
+                    self.apply_load(body, load.force, load.torque, frame);
+                }
+            }
+        }
+        match (self.role(index, Role::Potential, imports), self.role(index, Role::Dissipation, imports)) {
+            (None, None) => self.power = self.graph.add(self.power, power),
+            (potential, dissipation) => {
+                self.potential = self.graph.add(self.potential, potential.unwrap_or(zero));
+                self.power = self.graph.sub(self.power, dissipation.unwrap_or(zero));
+            }
+        }
+        for k in 0..element.class.channels.len() {
+            let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
+            self.elements[index].channels.push(node);
+        }
+        for k in 0..element.recording.initial_states.len() {
+            let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
+            self.state_rates[layout.state_at[index] + k] = node;
+        }
+        for k in 0..element.recording.initial_discrete.len() {
+            let node = self.role(index, Role::NextDiscrete(k as u32), imports).unwrap_or(missing);
+            self.next_discrete[layout.discrete_at[index] + k] = node;
+        }
+        for k in 0..element.class.angles {
+            if let Some(node) = self.role(index, Role::Angle(k as u32), imports) {
+                self.angles[layout.reference_at[index] + k] = node;
+            }
+        }
+    }
+
+    /// What a force element does to one of its frames.
+    fn load(&mut self, element: usize, frame: usize, imports: &mut Imports<'_>) -> FrameLoad {
+        let zero = self.graph.constant(0.0);
+        let mut component =
+            |role: fn(u32) -> Role, k: usize| self.role(element, role((3 * frame + k) as u32), imports).unwrap_or(zero);
+        FrameLoad {
+            force: std::array::from_fn(|k| component(Role::Force, k)),
+            torque: std::array::from_fn(|k| component(Role::Torque, k)),
+        }
+    }
+
+    /// A result of an element; `None` when it does not give it.
+    fn role(&mut self, element: usize, role: Role, imports: &mut Imports<'_>) -> Option<Node> {
+        let instance = &imports.model.elements[element];
+        if !instance.class.opaque {
+            let wanted = instance.recording.output(role)?;
+            return Some(self.operation(element, wanted, imports));
+        }
+        if imports.elements[element].results.is_none() {
+            let inputs = call_inputs(instance);
+            let arguments: Vec<Node> = inputs.map(|input| self.input_node(element, input, imports)).collect();
+            let call = self.add_call(instance, arguments);
+            imports.elements[element].results = Some(opaque_results(&mut self.graph, instance, call));
+        }
+        let results = imports.elements[element].results.as_ref()?;
+        results.iter().find(|(known, _)| *known == role).map(|(_, node)| *node)
+    }
+
+    /// An operation of a recording, after everything it needs.
+    fn operation(&mut self, element: usize, wanted: u32, imports: &mut Imports<'_>) -> Node {
+        let recording = &imports.model.elements[element].recording;
+        let op =
+            |k: u32| Op::decode(recording.ops[k as usize]).expect("recordings are checked when the model is built");
+        for k in missing_operations(wanted, &imports.elements[element].nodes, op) {
+            let node = match op(k) {
+                Op::Input(input) => self.input_node(element, input, imports),
+                other => {
+                    let import = &imports.elements[element];
+                    let at = |k: u32| import.nodes[k as usize].expect("operands come before their operation");
+                    operation(&mut self.graph, recording, other, import.first_table, at)
+                }
+            };
+            imports.elements[element].nodes[k as usize] = Some(node);
+        }
+        imports.elements[element].nodes[wanted as usize].expect("written down above")
+    }
+
+    fn input_node(&mut self, element: usize, input: Input, imports: &mut Imports<'_>) -> Node {
+        let instance = &imports.model.elements[element];
+        match input {
+            Input::Signal(k) => {
+                let source = instance.inputs[k as usize].clone();
+                self.source(&source, imports)
+            }
+            Input::ReactionForce { joint, component } => {
+                self.joint_reaction(instance.joints[joint as usize], imports).0[component as usize]
+            }
+            Input::ReactionTorque { joint, component } => {
+                self.joint_reaction(instance.joints[joint as usize], imports).1[component as usize]
+            }
+            own => own_input(&mut self.graph, own, element, &imports.elements[element].frames, imports.layout),
+        }
+    }
+
+    fn source(&mut self, source: &Source, imports: &mut Imports<'_>) -> Node {
+        let quantity = match source {
+            Source::Constant(value) => return self.graph.constant(*value),
+            Source::Quantity(quantity) => quantity,
+        };
+        let missing = self.graph.constant(f64::NAN);
+        match quantity {
+            Quantity::Value { element, channel } => {
+                self.role(*element, Role::Channel(*channel as u32), imports).unwrap_or(missing)
+            }
+            Quantity::Load { element, frame, torque, axes, component }
+                if imports.model.elements[*element].class.kind == Kind::Force =>
+            {
+                let load = self.load(*element, *frame, imports);
+                self.component(if *torque { load.torque } else { load.force }, *axes, *component)
+            }
+            Quantity::PotentialEnergy => self.whole_potential(imports),
+            Quantity::TotalEnergy => {
+                let potential = self.whole_potential(imports);
+                self.graph.add(self.kinetic, potential)
+            }
+            other => self.observe(other, imports.model, imports.layout),
+        }
+    }
+
+    /// Potential energy of everything, also of elements that are not written down yet.
+    fn whole_potential(&mut self, imports: &mut Imports<'_>) -> Node {
+        let mut sum = imports.weight;
+        for element in 0..imports.model.elements.len() {
+            if imports.model.elements[element].class.kind == Kind::Force
+                && let Some(part) = self.role(element, Role::Potential, imports)
+            {
+                sum = self.graph.add(sum, part);
+            }
+        }
+        sum
+    }
+
+    /// The reaction of a joint on the last of its bodies, at the last frame, ground axes.
+    fn joint_reaction(&mut self, joint: usize, imports: &mut Imports<'_>) -> (V3, V3) {
+        if let Some(known) = imports.reactions.get(&joint) {
+            return *known;
+        }
+        let last = imports.model.elements[joint].markers.len() - 1;
+        let found = self.reaction(joint, last, imports.model, imports.layout);
+        imports.reactions.insert(joint, found);
+        found
+    }
+}
+
+/// Operations that `wanted` needs and that are not known yet, itself included, in ascending order.
+fn missing_operations(wanted: u32, known: &[Option<Node>], op: impl Fn(u32) -> Op) -> Vec<u32> {
+    let mut seen = rustc_hash::FxHashSet::default();
+    let mut open = vec![wanted];
+    while let Some(k) = open.pop() {
+        if known[k as usize].is_none() && seen.insert(k) {
+            open.extend(op(k).operands());
+        }
+    }
+    let mut list: Vec<u32> = seen.into_iter().collect();
+    list.sort_unstable();
+    list
+}

@@ -1,0 +1,60 @@
+//! Checks of a scene against closed forms.
+
+use super::*;
+use crate::results::CheckResult;
+
+/// A body in free fall: x = 3 t, y = -g t^2 / 2.
+fn falling(checks: &str) -> String {
+    "[units]\nlength = \"mm\"\n[parameters]\ng = \"2 m/s^2\"\n".to_owned()
+        + &settings("gravity = [0, \"-g\", 0]; t_end = 1; output_step = 0.125")
+        + "[[body]]\nname = \"stone\"\nmass = 1\ninertia = [1, 1, 1]\nvelocity = [3, 0, 0]\nangular_velocity = [0, 0, 0]\n"
+        + &output("x", "quantity = \"position\"; of = \"stone\"; component = \"x\"")
+        + &output("y", "quantity = \"position\"; of = \"stone\"; component = \"y\"")
+        + checks
+}
+
+fn check(name: &str, value: &str, reference: &str, more: &str) -> String {
+    format!(
+        "[[check]]\nname = \"{name}\"\nkind = \"position\"\nvalue = \"{value}\"\nreference = {reference}\n\
+         tolerance = 1e-9\n{more}\n"
+    )
+}
+
+fn found<'a>(report: &'a RunReport, name: &str) -> &'a CheckResult {
+    report.checks.iter().find(|check| check.name == name).unwrap()
+}
+
+#[test]
+fn a_run_is_checked_in_scene_units() {
+    let checks = check("x", "x", "\"3 t\"", "")
+        + &check("y", "y", "\"-g t^2/2\"", "")
+        + &check("parabola", "y + g/2 (x/3)^2", "0", "");
+    let report = run(&falling(&checks));
+    assert!(report.summary.checks_passed(), "{:?}", report.summary.checks);
+    assert_eq!((report.exit_code(), report.checks.len()), (0, 3));
+    let y = found(&report, "y");
+    assert_eq!((y.unit.as_str(), y.samples), ("mm", 9));
+    assert!(y.largest < 1e-11, "{:e}", y.largest);
+    let (t, value, reference) = y.series[8];
+    assert!(t == 1.0 && (value + 1000.0).abs() < 1e-9 && reference == -1000.0);
+    assert_eq!(found(&report, "parabola").unit, "");
+    assert!(report.summary.checks.iter().all(|check| check.series.is_empty()));
+}
+
+#[test]
+fn a_failed_check_ends_like_a_failed_audit() {
+    let report = run(&falling(&(check("good", "x", "\"3 t\"", "") + &check("bad", "x", "\"3.1 t\"", "to = 0.5"))));
+    assert_eq!(report.summary.status, Status::Completed);
+    assert!(!report.summary.checks_passed());
+    assert_eq!(report.exit_code(), Exit::Audit as i32);
+    let bad = found(&report, "bad");
+    assert!((bad.largest - 0.05).abs() < 1e-12 && bad.at == 0.5);
+}
+
+#[test]
+fn a_table_that_cannot_be_read_fails_the_check_and_keeps_the_run() {
+    let report = run(&falling(&check("x", "x", "{ csv = \"no-such-file.csv\", column = \"x\" }", "")));
+    assert_eq!(report.columns[0].len(), 9);
+    assert_eq!(report.exit_code(), Exit::Audit as i32);
+    assert!(found(&report, "x").problem.as_ref().is_some_and(|problem| problem.contains("no-such-file.csv")));
+}

@@ -1,0 +1,221 @@
+//! [`Verifier`]: runs scenes and judges them.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::balance::Reports;
+use super::case::{Case, Checked, Measured, Rung, Work};
+use super::coverage::{Element, collect};
+use crate::catalog::{Catalog, SearchPath};
+use crate::diagnostics::{Diagnostic, render};
+use crate::results::{CheckResult, Status, Summary};
+use crate::scene::{CheckRecord, Reference, Scene, read};
+use crate::session::{RunOptions, RunReport, Session};
+
+/// Relative tolerances at which a scene is run to show how its errors and its work depend on them, largest first.
+pub const LADDER: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
+
+/// How scenes are verified.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// Files and folders in which libraries are looked for first.
+    pub plugins: Vec<PathBuf>,
+    /// Folder for private copies of libraries; the user's cache folder where absent.
+    pub library_copies: Option<PathBuf>,
+    /// Runs each scene at the tolerances of [`LADDER`], too.
+    pub ladder: bool,
+}
+
+/// Runs scenes and judges them. Libraries are loaded once for all scenes that name the same ones.
+pub struct Verifier {
+    settings: Settings,
+    catalogs: Vec<(Vec<String>, Vec<PathBuf>, Rc<Catalog>)>,
+    elements: Vec<Element>,
+}
+
+/// The scene files of a folder, sorted; folders inside it are not looked into.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn scenes_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut scenes = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|ending| ending == "toml") && path.is_file() {
+            scenes.push(path);
+        }
+    }
+    scenes.sort();
+    Ok(scenes)
+}
+
+impl Verifier {
+    /// Nothing is loaded yet.
+    #[must_use]
+    pub fn new(settings: Settings) -> Self {
+        Self { settings, catalogs: Vec::new(), elements: Vec::new() }
+    }
+
+    /// The elements of all libraries loaded so far, by name.
+    #[must_use]
+    pub fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    /// Runs a scene and judges it. Whatever goes wrong is in the case.
+    pub fn verify(&mut self, path: &Path) -> Case {
+        let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let name = part(path.file_stem());
+        let mut case = Case {
+            title: name.clone(),
+            file: part(path.file_name()),
+            name,
+            elements: Vec::new(),
+            text: String::new(),
+            source: String::new(),
+            outcome: Err(String::new()),
+        };
+        let scene = match read(path, &[]) {
+            Ok((scene, _)) => scene,
+            Err(rejected) => {
+                case.source = rejected.source.text.clone();
+                case.outcome = Err(render(&rejected.diagnostics, &rejected.source, false));
+                return case;
+            }
+        };
+        case.source = scene.source.text.clone();
+        if !scene.title.is_empty() {
+            case.title = scene.title.clone();
+        }
+        if let Some(verification) = &scene.verification {
+            case.text = verification.text.clone();
+            case.elements = verification.elements.iter().map(|name| name.value.clone()).collect();
+        }
+        case.outcome = self.measure(path, &scene);
+        case
+    }
+
+    fn measure(&mut self, path: &Path, scene: &Scene) -> Result<Measured, String> {
+        if scene.checks.is_empty() {
+            return Err("the scene has no [[check]]".into());
+        }
+        let catalog = self.catalog(path, scene)?;
+        let session = open(scene, &catalog)?;
+        for name in scene.verification.iter().flat_map(|verification| &verification.elements) {
+            let named = |element: &crate::model::Instance| format!("{}/{}", element.library, element.class.name);
+            if !session.model.elements.iter().any(|element| named(element) == name.value) {
+                return Err(format!("[verification] names `{}`, but the scene has no such element", name.value));
+            }
+        }
+        let report = run(session)?;
+        let mut measured = Measured {
+            time_unit: report.summary.time_unit.clone(),
+            method: report.summary.method.clone(),
+            engine: report.summary.engine.clone(),
+            tolerance: report.summary.tolerance,
+            checks: scene.checks.iter().zip(&report.checks).map(|(record, result)| checked(record, result)).collect(),
+            balance: None,
+            work: work(&report.summary),
+            ladder: Vec::new(),
+        };
+        // A run of its own: what it reports in addition would be counted as work.
+        let mut session = open(scene, &catalog)?;
+        let reports = Reports::request(&mut session);
+        measured.balance = reports.judge(&run(session)?);
+        if self.settings.ladder {
+            let at = |tolerance| rung(scene, &catalog, tolerance);
+            // Tolerances beyond reach are left out: that is no failure of the scene, which is judged at its own.
+            measured.ladder = LADDER.into_iter().filter_map(at).collect();
+        }
+        Ok(measured)
+    }
+
+    /// The libraries that a scene names.
+    fn catalog(&mut self, path: &Path, scene: &Scene) -> Result<Rc<Catalog>, String> {
+        let requests: Vec<String> = scene.plugins.libraries.iter().map(|request| request.value.clone()).collect();
+        let base = path.parent().unwrap_or(Path::new(""));
+        let folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|folder| base.join(&folder.value)).collect();
+        if let Some((.., known)) = self.catalogs.iter().find(|(r, f, _)| *r == requests && *f == folders) {
+            return Ok(Rc::clone(known));
+        }
+        let mut catalog = match &self.settings.library_copies {
+            Some(folder) => Catalog::new().with_copies_in(folder),
+            None => Catalog::new(),
+        };
+        let search = SearchPath::standard(&self.settings.plugins, &folders);
+        let mut diagnostics: Vec<Diagnostic> = Vec::new();
+        for request in &scene.plugins.libraries {
+            if let Err(error) = catalog.add(&request.value, &search) {
+                diagnostics.push(error.diagnostic().at(request.span.clone(), "asked for here"));
+            }
+        }
+        if !diagnostics.is_empty() {
+            return Err(render(&diagnostics, &scene.source, false));
+        }
+        collect(&mut self.elements, &catalog);
+        let catalog = Rc::new(catalog);
+        self.catalogs.push((requests, folders, Rc::clone(&catalog)));
+        Ok(catalog)
+    }
+}
+
+fn open(scene: &Scene, catalog: &Catalog) -> Result<Session, String> {
+    Session::with_catalog(scene.clone(), Vec::new(), catalog, &RunOptions::default())
+        .map_err(|error| error.render(false))
+}
+
+/// Runs to the end, or tells why not.
+fn run(session: Session) -> Result<RunReport, String> {
+    let report = session.run(None, Box::new(|_| ()), &Arc::default()).map_err(|error| error.render(false))?;
+    let summary = &report.summary;
+    if summary.status != Status::Completed {
+        let (reached, unit) = (summary.t_end_reached, &summary.time_unit);
+        return Err(format!("{} at t = {reached} {unit}: {}", summary.status.words(), summary.reason));
+    }
+    if !summary.audit_passed() {
+        let (found, limit) = (summary.audit.worst(), summary.audit_tolerance.unwrap_or_default());
+        return Err(format!("the audit found {found:.1e}, more than the limit {limit:e} of the scene"));
+    }
+    Ok(report)
+}
+
+/// The scene at another tolerance; `None` where it does not reach its end.
+fn rung(scene: &Scene, catalog: &Catalog, tolerance: f64) -> Option<Rung> {
+    let mut scene = scene.clone();
+    scene.simulation.tolerance = Some(tolerance);
+    scene.simulation.audit_tolerance = None;
+    let report = run(open(&scene, catalog).ok()?).ok()?;
+    let largest = report.checks.iter().map(|check| check.largest).collect();
+    Some(Rung { tolerance, largest, work: work(&report.summary) })
+}
+
+fn checked(record: &CheckRecord, result: &CheckResult) -> Checked {
+    let reference = match &record.reference {
+        Reference::Formula(formula) => formula.text().to_string(),
+        Reference::Csv { path, column } => format!("{}: {column}", path.value.display()),
+    };
+    Checked {
+        name: result.name.clone(),
+        kind: result.kind.to_string(),
+        value: record.value.text().to_string(),
+        reference,
+        unit: result.unit.clone(),
+        tolerance: result.tolerance,
+        largest: result.largest,
+        at: result.at,
+        passed: result.passed,
+        problem: result.problem.clone(),
+        errors: result.series.iter().map(|(t, value, reference)| (*t, (value - reference).abs())).collect(),
+    }
+}
+
+fn work(summary: &Summary) -> Work {
+    Work {
+        steps: summary.steps,
+        rejected: summary.rejected,
+        evaluations: summary.evaluations,
+        factorisations: summary.factorisations,
+    }
+}
