@@ -1,4 +1,4 @@
-//! The standard joints. One file per joint: picture, equations, sign convention, singular cases, tests.
+//! The standard joints. One file per joint, whose documentation is the joint's page of the manual.
 //!
 //! Frame `i` is the first body's, frame `j` the second's; the joint axis is the frames' z axis. Equations follow Haug,
 //! Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), section 9.4; unlike there, rows that compare
@@ -6,32 +6,87 @@
 //!
 //! Row names: `x`, `y`, `z` hold the origin of `j` in that direction of frame `i`; `about x` etc. hold the rotation about
 //! that axis.
+//!
+//! Rows that relate an angle to something that goes on over many turns (driver, gear, rack, screw, coupler) are the
+//! difference of two angles within half a turn, [`element_api::blocks::ahead_of`].
 
 #![forbid(unsafe_code)]
 
+pub mod bracket;
+pub mod cam;
+pub mod constant_velocity;
+pub mod coupler;
 pub mod cylindrical;
-pub mod fixed;
+pub mod displacement_driver;
+pub mod distance_rod;
+pub mod gear;
+pub mod ground;
+pub mod parallel_axes;
+pub mod perpendicular_axes;
+pub mod planar;
+pub mod point;
+pub mod point_in_plane;
+pub mod point_on_curve;
+pub mod point_on_line;
+pub mod position;
+pub mod rack_and_pinion;
 pub mod revolute;
+pub mod rotation_driver;
+pub mod screw;
 pub mod spherical;
 pub mod translational;
+pub mod universal;
 
-use element_api::FrameSpec;
+use element_api::{ChannelSpec, FrameSpec};
 
 element_api::export_plugin! {
     about: "Standard joints",
     joints: [
-        fixed::Fixed,
+        ground::Ground,
+        bracket::Bracket,
+        position::Position,
+        point::Point,
+        point_in_plane::PointInPlane,
+        point_on_line::PointOnLine,
+        point_on_curve::PointOnCurve,
+        cam::Cam,
         revolute::Revolute,
         cylindrical::Cylindrical,
         translational::Translational,
         spherical::Spherical,
+        universal::Universal,
+        planar::Planar,
+        screw::Screw,
+        constant_velocity::ConstantVelocity,
+        distance_rod::DistanceRod,
+        parallel_axes::ParallelAxes,
+        perpendicular_axes::PerpendicularAxes,
+        gear::Gear,
+        rack_and_pinion::RackAndPinion,
+        coupler::Coupler,
+        rotation_driver::RotationDriver,
+        displacement_driver::DisplacementDriver,
     ],
 }
 
-/// The two frames of every joint of this library.
+/// The two frames of a joint with an axis.
 const FRAMES: &[FrameSpec] = &[
     FrameSpec::new("i", "on the first body; its z axis is the joint axis"),
     FrameSpec::new("j", "on the second body; on frame i when all joint coordinates are zero"),
+];
+
+/// The coordinate of a rotation about the joint axis.
+const ANGLE: ChannelSpec =
+    ChannelSpec::new("angle", "rad", "rotation of the second body about z, counted over many turns");
+
+/// The coordinate of a shift along the joint axis.
+const DISPLACEMENT: ChannelSpec = ChannelSpec::new("displacement", "m", "shift of the second body along z");
+
+/// The coordinates of a shift in the first frame's axes.
+const SHIFTS: [ChannelSpec; 3] = [
+    ChannelSpec::new("x", "m", "shift of the second frame along x of the first"),
+    ChannelSpec::new("y", "m", "shift of the second frame along y of the first"),
+    ChannelSpec::new("z", "m", "shift of the second frame along z of the first"),
 ];
 
 #[cfg(test)]

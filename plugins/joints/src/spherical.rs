@@ -1,9 +1,48 @@
 //! A ball in a socket: the bodies share a point and turn about it in all directions.
 //!
-//! Equations, with d = p_j - p_i (Haug 1989, section 9.4): A_i^T d = 0, the rows x, y and z. Nothing is singular.
+//! ## Equations
 //!
-//! No joint coordinates and no mobility: three angles, whichever they are, have a singular position somewhere in the range
-//! of motion (gimbal lock), and a mobility must reach every position.
+//! With d = p_j - p_i (Haug 1989, section 9.4): A_i^T d = 0, the rows x, y and z in the axes of frame `i`.
+//!
+//! ## Signs
+//!
+//! No joint coordinate. The reaction force acts at the common point; there is no reaction torque.
+//!
+//! ## Singular cases
+//!
+//! None. The joint offers no mobility: three angles, whichever they are, have a singular position somewhere in the range of
+//! motion (gimbal lock), and a mobility must reach every position.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [plugins]
+//! libraries = ["odyn-joints"]
+//!
+//! [simulation]
+//! gravity = [0, 0, -9.81]
+//! t_end = 0.1
+//! output_step = 0.05
+//!
+//! [[body]]
+//! name = "pendulum"
+//! mass = 1.0
+//! inertia = [0.1, 0.1, 0.1]
+//! position = [0.5, 0, 0]
+//! angular_velocity = [0, 0, 3]
+//!
+//! [[joint]]
+//! name = "ball"
+//! type = "spherical"
+//! bodies = ["ground", "pendulum"]
+//! point = [0, 0, 0]
+//!
+//! [[output]]
+//! name = "z"
+//! quantity = "position"
+//! of = "pendulum"
+//! component = "z"
+//! ```
 
 use element_api::prelude::*;
 
@@ -14,6 +53,7 @@ pub struct Spherical;
 impl Element for Spherical {
     const NAME: &'static str = "spherical";
     const SUMMARY: &'static str = "ball joint: rotation about a common point";
+    const DOC: &'static str = doc_of(include_str!("spherical.rs"));
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new("i", "on the first body; its origin is the common point"),
         FrameSpec::new("j", "on the second body; its origin is the common point"),

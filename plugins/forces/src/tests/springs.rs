@@ -1,7 +1,9 @@
-//! Closed-form values, power balance, action and reaction of the force elements.
+//! Springs and dampers.
 
-use element_api::testkit::{self, Probe, Random, Setting, on_common_axis, turn};
-use element_api::{Frame, Vec3};
+use element_api::Vec3;
+use element_api::testkit::{self, Probe, Setting, on_common_axis};
+
+use super::{assert_close, ground, pulled_apart, two_frames_anywhere, two_frames_turning_about_one_axis};
 
 use crate::rotational_spring_damper::RotationalSpringDamper;
 use crate::translational_spring_damper::TranslationalSpringDamper;
@@ -102,36 +104,36 @@ fn negative_stiffness_damping_and_length_are_out_of_range() {
     }
 }
 
-fn assert_close(value: f64, expected: f64) {
-    assert!((value - expected).abs() < 1e-13 * (1.0 + expected.abs()), "found {value}, expected {expected}");
+#[test]
+fn characteristics_add_to_the_linear_terms() {
+    let curves = "force_of_elongation = { postfix = [20.0, \"x\", 3.0, \"pow\", \"mul\"] }\n\
+                  force_of_speed = [[-1, -6], [0, 0], [1, 6]]";
+    let probe = Probe::force::<TranslationalSpringDamper>(&format!("{TRANSLATIONAL}\n{curves}")).expect("accepted");
+    let found = probe.force_values(&pulled_apart(2.0, Vec3::new(0.25, 7.0, 0.0)));
+    let tension = 30.0 * 1.5 + 4.0 * 0.25 + 1.5 + 20.0 * 1.5_f64.powi(3) + 6.0 * 0.25;
+    assert_close(found.channels[0], tension);
+    assert_close(found.forces[0].x, tension);
+    assert_eq!((found.potential, found.dissipation), (None, None), "no closed form");
+
+    let curves = "torque_of_deflection = [[-1, -3], [0, 0], [1, 3]]\n\
+                  torque_of_speed = { postfix = [0.5, \"x\", \"x\", \"abs\", \"mul\", \"mul\"] }";
+    let probe = Probe::force::<RotationalSpringDamper>(&format!("{ROTATIONAL}\n{curves}")).expect("accepted");
+    let mut setting = Setting::at_rest(vec![ground(), on_common_axis(&ground(), 0.75, 0.0)]);
+    setting.twists[1].angular_velocity = Vec3::new(0.0, 0.0, 2.0);
+    setting.references = vec![0.0];
+    let found = probe.force_values(&setting);
+    let torque = 30.0 * 0.25 + 4.0 * 2.0 + 1.5 + 3.0 * 0.25 + 0.5 * 4.0;
+    assert_close(found.channels[0], torque);
+    assert_close(found.torques[0].z, torque);
+    assert_eq!((found.potential, found.dissipation), (None, None), "no closed form");
 }
 
-fn ground() -> Frame<f64> {
-    Frame { position: Vec3::zeros(), rotation: turn(Vec3::zeros()) }
-}
-
-/// The second origin on the ground's x axis, moving with `velocity`.
-fn pulled_apart(distance: f64, velocity: Vec3<f64>) -> Setting {
-    let mut setting = Setting::at_rest(vec![ground(), Frame { position: Vec3::new(distance, 0.0, 0.0), ..ground() }]);
-    setting.twists[1].velocity = velocity;
-    setting
-}
-
-/// At least a metre apart: differences are inaccurate where the length is small.
-fn two_frames_anywhere(random: &mut Random) -> Setting {
-    let (i, mut j) = (random.frame(), random.frame());
-    j.position.x += 3.0;
-    let mut setting = Setting::at_rest(vec![i, j]);
-    setting.twists = vec![random.twist(), random.twist()];
-    setting
-}
-
-/// Frames with a common z axis, turning about it at different speeds.
-fn two_frames_turning_about_one_axis(random: &mut Random) -> Setting {
-    let i = random.frame();
-    let mut setting = Setting::at_rest(vec![i, on_common_axis(&i, random.between(-3.0, 3.0), 0.0)]);
-    setting.twists = vec![random.twist(), random.twist()];
-    setting.twists[0].angular_velocity = i.z() * random.between(-2.0, 2.0);
-    setting.twists[1].angular_velocity = i.z() * random.between(-2.0, 2.0);
-    setting
+#[test]
+fn characteristics_of_speed_alone_are_dissipated() {
+    let damper = "stiffness = 30.0\nforce_of_speed = [[-10, -60], [0, 0], [10, 60]]";
+    testkit::check_force::<TranslationalSpringDamper>(damper);
+    testkit::check_internal::<TranslationalSpringDamper>(damper);
+    testkit::check_power::<TranslationalSpringDamper>(damper, two_frames_anywhere);
+    let damper = "stiffness = 30.0\ntorque_of_speed = { postfix = [\"x\", 3.0, \"pow\"] }";
+    testkit::check_power::<RotationalSpringDamper>(damper, two_frames_turning_about_one_axis);
 }

@@ -1,0 +1,141 @@
+//! Elastic stops that end a rotation: nothing happens while frame j turns about z of frame i between `lower` and
+//! `upper`; beyond them a buffer turns it back.
+//!
+//! ## Equations
+//! With the multi-turn angle phi of frame j against frame i about z, phi' = z_i . (omega_j - omega_i), the depths x =
+//! phi - upper (x' = phi') and x = lower - phi (x' = -phi'),
+//!
+//! ```text
+//! T = T0 (x / d)^n (1 + lambda x')  where x > 0, else 0                        (1)
+//! torque on j about z_i: T of the lower stop - T of the upper stop             (2)
+//! V = T0 d (x / d)^(n+1) / (n + 1)      P_dissipated = T0 (x / d)^n lambda x'^2    (3)
+//! ```
+//!
+//! on i the opposite (Hunt & Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech.
+//! 42, 1975).
+//!
+//! ## Signs
+//! `torque` is the torque on body j about z of frame i: positive at the lower stop, negative at the upper one.
+//!
+//! ## Singular cases
+//! The z axes must be kept parallel by a joint (revolute, cylindrical). With exponent 1 the torque has a kink at the
+//! touch; above 1 it is smooth there.
+//!
+//! ## Example
+//! ```toml
+//! title = "Door stop"
+//!
+//! [plugins]
+//! libraries = ["odyn-joints", "odyn-forces"]
+//!
+//! [simulation]
+//! t_end = 0.5
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "door"
+//! mass = 20
+//! inertia = [8, 8, 1]
+//! position = [0.4, 0, 0]
+//! angular_velocity = [0, 0, 4]
+//!
+//! [[joint]]
+//! name = "hinge"
+//! type = "revolute"
+//! bodies = ["ground", "door"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//!
+//! [[force]]
+//! name = "stop"
+//! type = "rotational-bump-stop"
+//! bodies = ["ground", "door"]
+//! axis = [0, 0, 1]
+//! params.upper = "90 deg"
+//! params.torque = "100 N m"
+//! params.depth = "5 deg"
+//!
+//! [[output]]
+//! name = "phi"
+//! quantity = "coordinate"
+//! of = "hinge"
+//! channel = "angle"
+//! ```
+
+use element_api::prelude::*;
+
+use crate::contact::{Contact, Stops};
+
+/// The element.
+#[derive(Debug, Clone, Copy)]
+pub struct RotationalBumpStop(Stops);
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Copy, Parameters)]
+pub struct RotationalBumpStopParameters {
+    /// Angle at which the lower stop is touched; none: there is no lower stop.
+    #[param(unit = "rad")]
+    pub lower: Option<f64>,
+    /// Angle at which the upper stop is touched; none: there is no upper stop.
+    #[param(unit = "rad")]
+    pub upper: Option<f64>,
+    /// Torque at the depth `depth`, T0.
+    #[param(unit = "N m", above = 0.0)]
+    pub torque: f64,
+    /// Angle behind the touch at which the stop turns back with `torque`, d.
+    #[param(unit = "rad", above = 0.0)]
+    pub depth: f64,
+    /// Exponent of the torque over the depth, n.
+    #[param(min = 1.0, default = 1.5)]
+    pub exponent: f64,
+    /// Share by which the torque grows per speed of approach, lambda.
+    #[param(unit = "s/rad", min = 0.0, default = 0.0)]
+    pub damping: f64,
+}
+
+impl Element for RotationalBumpStop {
+    const NAME: &'static str = "rotational-bump-stop";
+    const SUMMARY: &'static str = "elastic stops of a rotation about the common z axis";
+    const DOC: &'static str = doc_of(include_str!("rotational_bump_stop.rs"));
+    const FRAMES: &'static [FrameSpec] = &[
+        FrameSpec::new("i", "on the first body; its z axis is the axis of rotation"),
+        FrameSpec::new("j", "on the second body; its z axis is kept parallel by a joint"),
+    ];
+    const ANGLES: usize = 1;
+    type Parameters = RotationalBumpStopParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        let contact = Contact { load: p.torque, depth: p.depth, exponent: p.exponent, damping: p.damping };
+        Stops::new(contact, p.lower, p.upper).map(Self)
+    }
+}
+
+impl RotationalBumpStop {
+    fn torque<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
+        self.0.force(at.configuration.angle_about_z(0, 0, 1), at.spin_about_z(0, 1))
+    }
+}
+
+impl Force for RotationalBumpStop {
+    const CHANNELS: &'static [ChannelSpec] = &[
+        ChannelSpec::new("torque", "N m", "torque on the second body about z"),
+        ChannelSpec::new("angle", "rad", "rotation of the second body about z, counted over many turns"),
+    ];
+
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+        out.torque_pair(0, 1, at.frames()[0].z() * self.torque(at));
+    }
+
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(self.torque(at));
+        out.push(at.configuration.angle_about_z(0, 0, 1));
+    }
+
+    fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        Some(self.0.potential(at.configuration.angle_about_z(0, 0, 1)))
+    }
+
+    fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        Some(self.0.dissipation(at.configuration.angle_about_z(0, 0, 1), at.spin_about_z(0, 1)))
+    }
+}

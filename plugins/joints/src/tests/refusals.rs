@@ -1,0 +1,57 @@
+//! Parameters that cannot be used.
+
+use element_api::Constraint;
+use element_api::set::CreateError;
+use element_api::testkit::Probe;
+
+use crate::cam::Cam;
+use crate::coupler::Coupler;
+use crate::gear::Gear;
+use crate::position::Position;
+
+/// The parameter that is refused, and why.
+fn refusal<T: Constraint>(params: &str) -> (String, String) {
+    match Probe::joint::<T>(params) {
+        Err(CreateError::Parameter(error)) => (error.path, error.message),
+        other => panic!("{params}: {other:?}"),
+    }
+}
+
+fn assert_refused<T: Constraint>(params: &str, path: &str, words: &str) {
+    let (found, message) = refusal::<T>(params);
+    assert!(found == path && message.contains(words), "{params}: `{found}` {message}");
+}
+
+#[test]
+fn gear_needs_either_both_radii_or_both_numbers_of_teeth() {
+    for params in ["", "radius_1 = 0.1", "teeth_2 = 20", "radius_1 = 0.1\nteeth_2 = 20"] {
+        assert_refused::<Gear>(params, "", "give `radius_1` and `radius_2`, or `teeth_1` and `teeth_2`");
+    }
+}
+
+#[test]
+fn coupler_needs_the_factor_of_its_kinds() {
+    assert_refused::<Coupler>("", "ratio", "must be given");
+    assert_refused::<Coupler>("ratio = 0.0", "ratio", "not be zero");
+    assert_refused::<Coupler>("lead = 1.0", "lead", "does not apply to rotation and rotation");
+    assert_refused::<Coupler>("first = 'translation'", "lead", "must be given");
+    let params = "second = 'translation'\nlead = 0.1\nangle_offset = 1.0";
+    assert_refused::<Coupler>(params, "angle_offset", "the second coordinate is a translation");
+    assert_refused::<Coupler>("ratio = 1.0\ndisplacement_offset = 1.0", "displacement_offset", "is a rotation");
+}
+
+#[test]
+fn position_must_prescribe_something() {
+    assert_refused::<Position>("", "", "at least one of");
+}
+
+#[test]
+fn cam_must_be_closed_and_around_its_pole() {
+    assert_refused::<Cam>("radius = 0.0", "radius", "above zero, at -180 deg it is 0");
+    // 1 + 0.1 phi has a step at half a turn, 1 + 0.1 phi^2 a kink.
+    let step = "radius = { postfix = [1, 0.1, 'x', 'mul', 'add'] }";
+    let kink = "radius = { postfix = [1, 0.1, 'x', 2, 'pow', 'mul', 'add'] }";
+    for params in [step, kink] {
+        assert_refused::<Cam>(params, "radius", "must repeat after a turn");
+    }
+}
