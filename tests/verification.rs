@@ -1,0 +1,100 @@
+//! The scenes of `verification/`: every check within its tolerance, every body in balance, every element of the standard
+//! libraries verified, and the work pinned.
+//!
+//! A new case is a scene file there; `odyn verify` shows it.
+
+use std::path::PathBuf;
+use std::thread;
+
+use insta::assert_snapshot;
+use odyn::verification::{Case, Coverage, Element, Settings, Verifier, scenes_in};
+
+use crate::support::{kept, root};
+
+/// The libraries whose elements must all be verified.
+const LIBRARIES: [&str; 4] = ["odyn-compressor", "odyn-controls", "odyn-forces", "odyn-joints"];
+
+/// Runs all scenes, each on one of a few threads; the cases are in the order of the scenes.
+fn verified() -> (Vec<Case>, Vec<Element>) {
+    let scenes = scenes_in(&root().join("verification")).unwrap();
+    let threads = thread::available_parallelism().map_or(1, usize::from).min(scenes.len());
+    let some = |first: usize| -> (Vec<(usize, Case)>, Vec<Element>) {
+        let settings = Settings { library_copies: Some(kept("library-copies")), ..Settings::default() };
+        let mut verifier = Verifier::new(settings);
+        let own = scenes.iter().enumerate().skip(first).step_by(threads);
+        let cases = own.map(|(k, scene): (usize, &PathBuf)| (k, verifier.verify(scene))).collect();
+        (cases, verifier.elements().to_vec())
+    };
+    let (mut cases, mut elements) = (Vec::new(), Vec::new());
+    thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
+        for one in running {
+            let (own_cases, own_elements) = one.join().unwrap();
+            cases.extend(own_cases);
+            elements.extend(own_elements);
+        }
+    });
+    cases.sort_by_key(|(k, _)| *k);
+    elements.sort_by(|a, b| a.name.cmp(&b.name));
+    elements.dedup_by(|a, b| a.name == b.name);
+    (cases.into_iter().map(|(_, case)| case).collect(), elements)
+}
+
+/// What is wrong with a case; empty if nothing is.
+fn complaints(case: &Case) -> String {
+    let measured = match &case.outcome {
+        Ok(measured) => measured,
+        Err(reason) => return format!("{}: {reason}\n", case.name),
+    };
+    let mut found = String::new();
+    for check in measured.checks.iter().filter(|check| !check.passed) {
+        let (off, at, tolerance) = (check.largest, check.at, check.tolerance);
+        let problem = check.problem.as_deref().unwrap_or_default();
+        found +=
+            &format!("{}: `{}` off by {off:.2e} at {at}, allowed {tolerance:e} {problem}\n", case.name, check.name);
+    }
+    if let Some(balance) = measured.balance.as_ref().filter(|balance| !balance.passed()) {
+        found += &format!("{}: {balance:?}\n", case.name);
+    }
+    found
+}
+
+/// One line per scene. A change here is a change of speed: say why in the commit.
+fn work(cases: &[Case]) -> String {
+    let mut table =
+        format!("{:34}{:>8}{:>10}{:>13}{:>16}\n", "scene", "steps", "rejected", "evaluations", "factorisations");
+    for case in cases {
+        let Ok(measured) = &case.outcome else { continue };
+        let work = &measured.work;
+        table += &format!(
+            "{:34}{:>8}{:>10}{:>13}{:>16}\n",
+            case.name, work.steps, work.rejected, work.evaluations, work.factorisations
+        );
+    }
+    table
+}
+
+#[test]
+fn every_element_is_verified_and_every_scene_passes_with_the_pinned_work() {
+    let (cases, elements) = verified();
+    let failed: String = cases.iter().map(complaints).collect();
+    assert!(failed.is_empty(), "\n{failed}");
+    let coverage = Coverage::of(&cases, &elements);
+    assert_eq!(coverage.libraries, LIBRARIES);
+    assert!(coverage.gaps.is_empty(), "no scene verifies {}", coverage.gaps.join(", "));
+    // Step counts depend on the last digits of the system's functions such as `sin`.
+    if cfg!(all(target_arch = "x86_64", target_os = "linux")) {
+        assert_snapshot!(work(&cases));
+    }
+}
+
+/// A page of the manual names its scene; a scene without elements has no page.
+#[test]
+fn every_scene_belongs_to_an_element() {
+    for path in scenes_in(&root().join("verification")).unwrap() {
+        let (scene, _) = odyn::scene::read(&path, &[]).unwrap_or_else(|r| panic!("{:?}", r.diagnostics));
+        let verification = scene.verification.unwrap_or_else(|| panic!("{}: no [verification]", path.display()));
+        assert!(!verification.elements.is_empty() && !verification.text.is_empty(), "{}", path.display());
+        assert!(!scene.title.is_empty(), "{}: no title", path.display());
+    }
+}
