@@ -24,7 +24,9 @@ const ROOMS: &[(&str, &[&str])] = &[
         &["diagnostics", "linalg", "scene", "catalog", "model", "plan", "program", "analysis", "integrate", "results"],
     ),
     ("verification", &["diagnostics", "scene", "catalog", "model", "results", "session"]),
-    ("manual", &["results", "verification"]),
+    ("page", &["results"]),
+    ("bench", &["integrate", "page", "results", "scene", "session"]),
+    ("manual", &["page", "results", "verification"]),
 ];
 
 /// The files of a folder and those below it.

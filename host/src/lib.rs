@@ -19,6 +19,8 @@
 //! | [`results`] | numbers -> files, figures, audit, report | how numbers were obtained |
 //! | [`session`] | all of them, in this order | |
 //! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
+//! | [`bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
+//! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases -> pages to read (feature `manual`) | how cases were run |
 //!
 //! Leaves that any room may use: [`diagnostics`] (messages with places) and [`linalg`] (linear systems, ranks). A room
@@ -28,6 +30,7 @@
 //! [`program::Program`] (constant), [`program::Workspace`] (scratch, allocated once).
 
 pub mod analysis;
+pub mod bench;
 pub mod catalog;
 pub mod diagnostics;
 pub mod integrate;
@@ -35,6 +38,8 @@ pub mod linalg;
 #[cfg(feature = "manual")]
 pub mod manual;
 pub mod model;
+#[cfg(feature = "manual")]
+mod page;
 pub mod plan;
 pub mod program;
 pub mod results;

@@ -3,7 +3,7 @@
 use super::formulation::AnalysisError;
 use crate::linalg::{KktStructure, LinalgError};
 use crate::model::Model;
-use crate::program::{Equations, Node, Program, Sets, Workspace};
+use crate::program::{Equations, Node, Program, Sets, Used, Workspace};
 
 /// A program that gives chosen functions of a choice of rows together with their Jacobian.
 pub struct Constraints {
@@ -72,6 +72,11 @@ impl Constraints {
     #[must_use]
     pub fn further(&self, functions: usize) -> &[f64] {
         &self.outputs[self.structure.jacobian.len() + functions * self.rows.len()..]
+    }
+
+    /// The program, with how often it was run.
+    pub fn used(&mut self, spare: bool) -> Used<'_> {
+        Used { runs: self.workspace.runs(), program: &mut self.program, spare }
     }
 
     /// The program, for its counts.

@@ -12,7 +12,7 @@ use element_api::ElementSet;
 use super::formulation::{AnalysisError, Counters};
 use crate::linalg::FullPivLu;
 use crate::plan::Layout;
-use crate::program::{Equations, Node, Program, Workspace};
+use crate::program::{Equations, Node, Program, Used, Workspace};
 
 /// Iterations before a scene counts as having no solution.
 pub(super) const MOST_ITERATIONS: usize = 60;
@@ -86,6 +86,11 @@ impl Coupling {
             side_multipliers: vec![0.0; layout.rows],
             started: false,
         })
+    }
+
+    /// The program, with how often it was run.
+    pub(super) fn used(&mut self) -> Used<'_> {
+        Used { runs: self.workspace.runs(), program: &mut self.program, spare: false }
     }
 
     /// Rates of the element states, then the power, as of the last solution.

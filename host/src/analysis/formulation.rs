@@ -3,6 +3,7 @@
 use element_api::set::Fault;
 
 use crate::linalg::LinalgError;
+use crate::program::{Equations, Used};
 
 /// What one entry of the state vector is; error control scales each group by its own size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,6 +137,23 @@ pub trait Formulation {
     /// # Errors
     /// See [`AnalysisError`].
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError>;
+    /// The programs that are run, for machine code to be made of them; always in the same order.
+    fn programs(&mut self) -> Vec<Used<'_>> {
+        Vec::new()
+    }
+    /// Keeps what [`Formulation::jacobian`] needs; for methods that ask for it.
+    fn offer_jacobian(&mut self, equations: &Equations) {
+        let _ = equations;
+    }
+    /// The exact derivatives of the rates with respect to the state, column by column. `false` where there are none to be
+    /// had.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
+        let _ = (t, state, matrix);
+        Ok(false)
+    }
     /// Work done so far.
     fn counters(&self) -> Counters;
     /// The opaque elements, for the call between steps.

@@ -14,12 +14,14 @@
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
+//! | `linearisation.rs` | exact derivatives of the working form's rates |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
 mod constraints;
 mod coupling;
 mod formulation;
+mod linearisation;
 mod reference;
 mod scales;
 mod working;

@@ -4,6 +4,7 @@
 
 mod assembly;
 mod dynamics;
+mod linearisation;
 mod projection;
 
 use nalgebra::{DMatrix, DVector};

@@ -5,6 +5,7 @@ use element_api::ElementSet;
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+use super::linearisation::Linearisation;
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
 use crate::plan::{Layout, Plan};
@@ -187,6 +188,8 @@ pub struct WorkingForm {
     counters: Counters,
     /// Forces that depend on what is solved for.
     coupling: Option<Coupling>,
+    /// Where the derivatives of the rates come from, until they are asked for; then the derivatives.
+    derivatives: Derivatives,
     /// Rates of the element states and power at the state solved last.
     rates: Vec<f64>,
 }
@@ -248,6 +251,7 @@ impl WorkingForm {
             row_names,
             length,
             coupling: Coupling::new(equations, &layout),
+            derivatives: Derivatives::Unknown,
             rates: vec![0.0; layout.states + 1],
             layout,
             counters: Counters::default(),
@@ -367,6 +371,21 @@ impl WorkingForm {
         health.rank < self.start.rank || health.smallest_pivot_ratio < share * self.start.smallest_pivot_ratio
     }
 
+    /// Accelerations and multipliers into the inputs.
+    fn publish(&mut self, used: Used) {
+        let slot = self.layout.acceleration_slot();
+        self.inputs[slot..slot + self.accelerations.len()].copy_from_slice(&self.accelerations);
+        let slot = self.layout.multiplier_slot();
+        self.inputs[slot..slot + self.layout.rows].fill(0.0);
+        let (rows, multipliers) = match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => (&engine.dynamics.rows, &engine.multipliers),
+            _ => (&self.safe.dynamics.rows, &self.safe.multipliers),
+        };
+        for (row, value) in rows.iter().zip(multipliers) {
+            self.inputs[slot + row] = *value;
+        }
+    }
+
     fn row_name(&self, row: Option<usize>) -> String {
         row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
     }
@@ -400,6 +419,13 @@ enum Watch {
     Loops,
     /// A choice of rows, which may become dependent while all of them together keep their rank.
     Rows,
+}
+
+/// The derivatives of the rates. They are written down when first asked for.
+enum Derivatives {
+    Unknown,
+    Possible(Box<Equations>),
+    Known(Box<Linearisation>),
 }
 
 /// Which engine solved.
@@ -479,6 +505,14 @@ fn groups(layout: &Layout) -> Vec<Group> {
     groups
 }
 
+/// One cluster per body, and one per joint.
+pub(super) fn clusters(layout: &Layout, rows: &[usize]) -> Clusters {
+    Clusters {
+        velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
+        rows: rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
+    }
+}
+
 /// The sparse engine for a choice of rows: one cluster per body and per joint.
 ///
 /// # Errors
@@ -490,16 +524,12 @@ pub fn sparse_engine(
     layout: &Layout,
 ) -> Result<SparseLdl, LinalgError> {
     let structure = structure(equations, model, rows)?;
-    let clusters = Clusters {
-        velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
-        rows: rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
-    };
-    SparseLdl::with_computed_order(&structure, Some(&clusters))
+    SparseLdl::with_computed_order(&structure, Some(&clusters(layout, rows)))
 }
 
 impl Formulation for WorkingForm {
     fn name(&self) -> &'static str {
-        if self.regular.is_some() { "interpreted, sparse" } else { "interpreted, rank-safe" }
+        if self.regular.is_some() { "sparse" } else { "rank-safe" }
     }
 
     fn groups(&self) -> &[Group] {
@@ -615,19 +645,48 @@ impl Formulation for WorkingForm {
         self.load(t, state);
         if dynamics {
             let used = self.solve_dynamics()?;
-            let slot = self.layout.acceleration_slot();
-            self.inputs[slot..slot + self.accelerations.len()].copy_from_slice(&self.accelerations);
-            let slot = self.layout.multiplier_slot();
-            self.inputs[slot..slot + self.layout.rows].fill(0.0);
-            let (rows, multipliers) = match (used, &self.regular) {
-                (Used::Regular, Some(engine)) => (&engine.dynamics.rows, &engine.multipliers),
-                _ => (&self.safe.dynamics.rows, &self.safe.multipliers),
-            };
-            for (row, value) in rows.iter().zip(multipliers) {
-                self.inputs[slot + row] = *value;
-            }
+            self.publish(used);
         }
         Ok(Observed { inputs: &self.inputs })
+    }
+
+    fn offer_jacobian(&mut self, equations: &Equations) {
+        self.derivatives = Derivatives::Possible(Box::new(equations.clone()));
+    }
+
+    fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
+        let Some(engine) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
+        if let Derivatives::Possible(equations) = &self.derivatives {
+            let linearisation = Linearisation::new(equations, &self.layout, &engine.dynamics.rows);
+            self.derivatives = linearisation.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known)));
+        }
+        if matches!(self.derivatives, Derivatives::Unknown) {
+            return Ok(false);
+        }
+        self.load(t, state);
+        let used = self.solve_dynamics()?;
+        self.publish(used);
+        let (Used::Regular, Some(engine), Derivatives::Known(known)) = (used, &mut self.regular, &mut self.derivatives)
+        else {
+            return Ok(false);
+        };
+        let solver = &mut engine.solver;
+        let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
+            Ok(solver.solve(loads, gammas, accelerations, multipliers)?)
+        };
+        known.fill(&self.inputs, &self.sets, state, engine.dynamics.function(1), &mut solve, matrix)?;
+        Ok(true)
+    }
+
+    fn programs(&mut self) -> Vec<crate::program::Used<'_>> {
+        let spare = self.regular.is_some();
+        let mut list = Vec::new();
+        if let Some(engine) = &mut self.regular {
+            list.extend([engine.dynamics.used(false), engine.geometry.used(false)]);
+        }
+        list.extend([self.safe.dynamics.used(spare), self.safe.geometry.used(spare)]);
+        list.extend(self.coupling.as_mut().map(Coupling::used));
+        list
     }
 
     fn counters(&self) -> Counters {

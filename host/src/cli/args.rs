@@ -77,6 +77,20 @@ Examples:
 
 The exit code is 7 if a scene fails or an element has no scene.")]
     Verify(VerifyArgs),
+    /// Measure error against time and work, for all methods and tolerances, and draw the curves
+    #[command(after_help = "\
+The scenes' [[check]]s tell what is measured: the error of a run is the largest difference of a check of kind `position` or
+`orientation` (of any check where there are none of these) from its reference. Times are medians. Writes bench.csv and
+index.html.
+
+Examples:
+  odyn bench
+  odyn bench --quick
+  odyn bench my-scenes --methods dop853 --tols 1e-6,1e-9 --repeats 9
+  odyn bench scenes/benchmarks/A04.toml --peers results/peers.csv -o results/a04
+
+Methods without error control get step sizes instead of tolerances. The exit code is 7 if no run of a scene reaches its end.")]
+    Bench(BenchArgs),
     /// Compare two tables of results: largest difference in each common column
     #[command(after_help = "\
 Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
@@ -222,6 +236,40 @@ pub(super) struct VerifyArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct BenchArgs {
+    /// Scene files, or folders of such
+    #[arg(value_name = "SCENE|DIR", default_value = "scenes/benchmarks")]
+    pub(super) scenes: Vec<PathBuf>,
+    /// Folder of the table and the page
+    #[arg(short, long, value_name = "DIR", default_value = "results/bench")]
+    pub(super) output: PathBuf,
+    /// Methods of integration; all if left out
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) methods: Vec<String>,
+    /// Relative tolerances; 1e-4 to 1e-12 if left out
+    #[arg(long, value_name = "X,...", value_delimiter = ',', value_parser = positive)]
+    pub(super) tols: Vec<f64>,
+    /// Runs of which times are the medians
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) repeats: u32,
+    /// A run that takes longer has failed
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
+    pub(super) limit: f64,
+    /// The default method at two tolerances, each run once
+    #[arg(long, conflicts_with_all = ["methods", "tols", "repeats"])]
+    pub(super) quick: bool,
+    /// Table of measurements of other programs, in the form of bench.csv; may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub(super) peers: Vec<PathBuf>,
+    /// Date to note in table and page
+    #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
+    pub(super) date: String,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct CompareArgs {
     /// Table to judge
     pub(super) a: PathBuf,
@@ -252,7 +300,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.json,
             Command::Compare(args) => args.json,
-            Command::Verify(_) | Command::Explain(_) => false,
+            Command::Verify(_) | Command::Bench(_) | Command::Explain(_) => false,
         }
     }
 }

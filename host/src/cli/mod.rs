@@ -11,11 +11,12 @@
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
-//! | `compare.rs`, `explain.rs`, `verify.rs` | the commands of these names |
+//! | `bench.rs`, `compare.rs`, `explain.rs`, `verify.rs` | the commands of these names |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
 mod args;
+mod bench;
 mod compare;
 mod elements;
 mod explain;
@@ -82,6 +83,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
+        Command::Bench(args) => bench::bench(args),
         Command::Explain(args) => explain::explain(args),
     }
 }

@@ -14,7 +14,7 @@ use super::terminal;
 
 /// Runs all scenes, judges them, writes the manual.
 pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
-    let (scenes, whole_folder) = scenes(&args.scenes)?;
+    let (scenes, whole_folder) = scenes("verify", &args.scenes)?;
     let settings = Settings { plugins: args.plugins.clone(), ladder: !args.quick, ..Settings::default() };
     let mut verifier = Verifier::new(settings);
     let mut cases = Vec::with_capacity(scenes.len());
@@ -43,25 +43,25 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
     Ok(if failed || (!coverage.gaps.is_empty() && !args.allow_gaps) { exit::AUDIT } else { exit::DONE })
 }
 
-/// The scenes that are meant, and whether a folder is among them.
-fn scenes(paths: &[PathBuf]) -> Result<(Vec<PathBuf>, bool), Failure> {
+/// The scenes that are meant, and whether a folder is among them; `purpose` is what is to be done with them.
+pub(super) fn scenes(purpose: &str, paths: &[PathBuf]) -> Result<(Vec<PathBuf>, bool), Failure> {
     let mut found: Vec<PathBuf> = Vec::new();
     for path in paths {
         let these = match path.is_dir() {
             true => scenes_in(path),
             false => std::fs::metadata(path).map(|_| vec![path.clone()]),
         };
-        let these = these.map_err(|cause| unreadable(path, &cause.to_string()))?;
+        let these = these.map_err(|cause| unreadable(purpose, path, &cause.to_string()))?;
         if these.is_empty() {
-            return Err(unreadable(path, "there is no scene in it"));
+            return Err(unreadable(purpose, path, "there is no scene in it"));
         }
         found.extend(these.into_iter().filter(|scene| !found.contains(scene)).collect::<Vec<_>>());
     }
     Ok((found, paths.iter().any(|path| path.is_dir())))
 }
 
-fn unreadable(path: &Path, why: &str) -> Failure {
-    let message = format!("cannot verify `{}`: {why}", path.display());
+fn unreadable(purpose: &str, path: &Path, why: &str) -> Failure {
+    let message = format!("cannot {purpose} `{}`: {why}", path.display());
     let diagnostic = Diagnostic::error(codes::UNREADABLE, message);
     Failure::new(exit::FILES, diagnostic.help("name scene files with [[check]], or a folder of such"))
 }

@@ -5,8 +5,7 @@
 //! is the derivative at the end of the step, stages 13 to 15 serve the dense output. Rows list
 //! `(stage, coefficient)` without the zeros; the tests check them against order conditions.
 
-/// A row of the tableau: `(stage, coefficient)`.
-pub(super) type Row = &'static [(usize, f64)];
+pub(super) use super::explicit::Row;
 
 /// Abscissae of all stages.
 pub(super) const C: [f64; 16] = [

@@ -8,7 +8,8 @@
 //! - **Must not know**: mechanics, plugins, channels, files.
 //!
 //! A method is one file with one implementation of [`Integrator`] and one line in
-//! [`by_name`]. What all methods share (sampling, counting, the end of a step) is in `run.rs`.
+//! [`by_name`]. What all methods share (sampling, counting, the end of a step) is in `run.rs`, what explicit pairs share
+//! in `explicit.rs`.
 //!
 //! # Life of a step
 //! In this order, and in no other:
@@ -23,19 +24,29 @@
 //! 5. `step_done`: progress, audit, the wish to stop.
 //!
 //! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
-//! Steps are not shortened to hit samples, only to hit `t_end`.
+//! Steps are not shortened to hit samples, only to hit `t_end`; except where the interpolation is known to be bad: where
+//! stability limits an explicit method, and where an implicit method's error test says so.
 
+mod auto;
 mod dop853;
 mod dop853_tableau;
+mod dopri5;
+mod explicit;
+mod lu;
+mod radau5;
 mod rk4;
 mod run;
+mod stiffness;
 
 #[cfg(test)]
 mod tests;
 
 use std::error::Error;
 
+pub use auto::Auto;
 pub use dop853::Dop853;
+pub use dopri5::Dopri5;
+pub use radau5::Radau5;
 pub use rk4::Rk4;
 
 /// A method of integration.
@@ -45,6 +56,11 @@ pub trait Integrator: Send {
 
     /// Whether the method has no error control, so that [`Options::fixed_step`] must be given.
     fn needs_fixed_step(&self) -> bool {
+        false
+    }
+
+    /// Whether the method may ask for [`System::jacobian`], so that preparing it is worth while.
+    fn may_use_jacobian(&self) -> bool {
         false
     }
 
@@ -66,10 +82,13 @@ pub trait Integrator: Send {
     ) -> Result<Outcome, IntegrateError>;
 }
 
-/// The method of a name; `auto` stands for the default.
+/// The method of a name; `auto` stands for the choice made while integrating.
 pub fn by_name(name: &str) -> Option<Box<dyn Integrator>> {
     match name {
-        "auto" | "dop853" => Some(Box::new(Dop853::default())),
+        "auto" => Some(Box::new(Auto::default())),
+        "dop853" => Some(Box::new(Dop853::default())),
+        "dopri5" => Some(Box::new(Dopri5::default())),
+        "radau5" => Some(Box::new(Radau5::default())),
         "rk4" => Some(Box::new(Rk4::default())),
         _ => None,
     }
@@ -77,7 +96,7 @@ pub fn by_name(name: &str) -> Option<Box<dyn Integrator>> {
 
 /// All names that [`by_name`] knows.
 pub fn names() -> &'static [&'static str] {
-    &["auto", "dop853", "rk4"]
+    &["auto", "dop853", "dopri5", "radau5", "rk4"]
 }
 
 /// What is integrated, with the hooks that watch it. Only `dim`, `rhs` and `error_norm` are
@@ -97,6 +116,28 @@ pub trait System {
     /// `y1` are the states at the ends of the step, for relative tolerances. It has to be a
     /// norm (homogeneous in `error`); the first step size relies on it too. `[hot]`
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
+
+    /// Size of a small difference of states at `y`, on any scale of its own, without regard to the step under way: ratios
+    /// of two of them tell how fast derivatives change.
+    fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
+        self.error_norm(y, y, difference)
+    }
+
+    /// The relative error that 1 in [`System::error_norm`] stands for, if it is known. Methods whose error estimate is of
+    /// a much lower order than their result (Radau IIA) need it to aim at the tolerance.
+    fn tolerance(&self) -> Option<f64> {
+        None
+    }
+
+    /// The exact derivatives of `rhs` with respect to `y`, column by column: entry `(i, j)` at `i + dim * j`, every entry.
+    /// `false` if there are none; implicit methods then take differences of `rhs`. Need not be the derivative of what
+    /// projections inside `rhs` do.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn jacobian(&mut self, _t: f64, _y: &[f64], _matrix: &mut [f64]) -> Result<bool, Failure> {
+        Ok(false)
+    }
 
     /// Brings a new state back to its manifold. `[hot]`
     ///
@@ -201,8 +242,8 @@ pub struct Options {
     /// See `min_factor`.
     pub max_factor: f64,
     /// Weight of the previous error in the choice of step size (Gustafsson's PI control), 0 to
-    /// about 0.04 / order; 0 = none, the usual choice for high orders.
-    pub beta: f64,
+    /// about 0.04; 0 = none, the usual choice for high orders. The method's own if absent; explicit methods only.
+    pub beta: Option<f64>,
 }
 
 impl Default for Options {
@@ -216,7 +257,7 @@ impl Default for Options {
             safety: 0.9,
             min_factor: 1.0 / 3.0,
             max_factor: 6.0,
-            beta: 0.0,
+            beta: None,
         }
     }
 }
@@ -268,6 +309,12 @@ pub enum StopReason {
         /// Last step size tried.
         step: f64,
     },
+    /// The equations of an implicit step have no solution that Newton's method finds, however small the step.
+    #[error("the equations of a step could not be solved (last step tried {step:e})")]
+    NoConvergence {
+        /// Last step size tried.
+        step: f64,
+    },
     /// The system called steps [`Failure::Unlucky`] until they were too small to advance the time.
     #[error("no step passes over t = {at} (last step tried {step:e}): {cause}")]
     Unlucky {
@@ -303,6 +350,14 @@ pub struct Counters {
     pub projections: usize,
     /// Calls of [`System::sample`].
     pub samples: usize,
+    /// Jacobians of the right side, by implicit methods.
+    pub jacobians: usize,
+    /// Factorisations of the matrices of an implicit step, a real and a complex one each.
+    pub factorisations: usize,
+    /// Iterations of Newton's method in implicit steps.
+    pub newton_iterations: usize,
+    /// From when on stability limited the steps of an explicit method.
+    pub stiff_from: Option<f64>,
     /// Smallest accepted step; 0 without any.
     pub h_min: f64,
     /// Largest accepted step; 0 without any.
@@ -320,6 +375,10 @@ pub struct Recoveries {
     pub re_aimed: usize,
     /// Steps tried again smaller because the result, or its error, was not finite.
     pub not_finite: usize,
+    /// Steps tried again smaller because Newton's method did not converge.
+    pub no_convergence: usize,
+    /// Steps tried again so that they end at a sample that could not be interpolated well.
+    pub sample_step: usize,
 }
 
 /// What ends a run without an outcome.

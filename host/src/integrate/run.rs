@@ -24,6 +24,8 @@ pub(super) struct Run<'a> {
 pub(super) enum Trouble {
     /// Smaller steps may help; the reason why the run stops if they cannot.
     Retry(StopReason),
+    /// The step had better end at this time, which lies inside it: a sample wanted there.
+    EndAt(f64),
     /// The run ends with an outcome.
     Stop(StopReason),
     /// The run ends with an error.
@@ -56,6 +58,10 @@ impl<'a> Run<'a> {
                 let t = self.t;
                 Ok(self.outcome(Status::StoppedEarly { t, reason }))
             }
+            Trouble::EndAt(_) => {
+                let (t, reason) = (self.t, StopReason::StepTooSmall { step: 0.0 });
+                Ok(self.outcome(Status::StoppedEarly { t, reason }))
+            }
             Trouble::Abort(error) => Err(error),
         }
     }
@@ -80,9 +86,20 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Whether a sample is wanted before `t`, not at it.
-    pub(super) fn wants_sample_before(&self, t: f64) -> bool {
-        self.pending_sample().is_some_and(|time| time < t)
+    /// The next sample wanted before `t`, not at it.
+    pub(super) fn sample_before(&self, t: f64) -> Option<f64> {
+        self.pending_sample().filter(|time| *time < t)
+    }
+
+    /// The first sample wanted after `from` and before `to`, not at them.
+    pub(super) fn sample_between(&self, from: f64, to: f64) -> Option<f64> {
+        let wanted = &self.span.sample_times[self.next_sample..];
+        wanted.iter().copied().find(|time| *time > from).filter(|time| *time < to)
+    }
+
+    /// `f_y(t, y)` at an accepted state, column by column, if the system offers it.
+    pub(super) fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Trouble> {
+        self.system.jacobian(t, y, matrix).map_err(|failure| trouble_of(failure, t, 0.0))
     }
 
     /// Finishes the step from the last accepted state to `t`, `y`: samples, `accept`,
@@ -122,6 +139,7 @@ impl<'a> Run<'a> {
             StopReason::Unlucky { .. } => self.counters.recoveries.re_aimed += 1,
             StopReason::Failed { .. } => self.counters.recoveries.smaller_step += 1,
             StopReason::NotFinite { .. } => self.counters.recoveries.not_finite += 1,
+            StopReason::NoConvergence { .. } => self.counters.recoveries.no_convergence += 1,
             _ => {}
         }
     }
@@ -244,8 +262,8 @@ fn fault_of(dim: usize, y: &[f64], span: &Span<'_>, options: &Options) -> Option
             return Some(format!("{what} = {value} is not above {low} and up to {high}"));
         }
     }
-    if !(0.0..1.0).contains(&options.beta) {
-        return Some(format!("beta = {} is not in 0..1", options.beta));
+    if let Some(beta) = options.beta.filter(|beta| !(0.0..1.0).contains(beta)) {
+        return Some(format!("beta = {beta} is not in 0..1"));
     }
     None
 }

@@ -1,7 +1,7 @@
 //! A case on a page.
 
-use super::html::{Side, code, escape, markdown, table, verdict};
 use super::plot;
+use crate::page::html::{Side, code, escape, markdown, table, verdict};
 use crate::results::significant;
 use crate::verification::{BALANCE_BOUND, Balance, Case, Checked, LADDER, Measured, Work};
 

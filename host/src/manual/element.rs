@@ -4,8 +4,8 @@ use element_api::descriptor::{Descriptor, Kind, Named};
 use element_api::documentation::manual_page;
 use element_api::params::ParamSpec;
 
-use super::html::{self, Side, code, escape, markdown, table};
 use super::{INDEX_FILE, Manual, case};
+use crate::page::html::{self, Side, code, escape, markdown, table};
 use crate::verification::Element;
 
 /// Name, summary, manual page, tables of what the descriptor says, cases.

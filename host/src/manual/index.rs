@@ -1,7 +1,7 @@
 //! The overview.
 
-use super::html::{self, Side, escape, table, verdict};
 use super::{Manual, case, page_name};
+use crate::page::html::{self, Side, escape, table, verdict};
 use crate::results::significant;
 use crate::verification::{Case, Element, Measured, Work};
 

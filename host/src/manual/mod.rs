@@ -12,11 +12,9 @@
 //! | `element.rs` | the page of an element: its manual page, its tables, its cases |
 //! | `case.rs` | a case on a page |
 //! | `plot.rs` | curves over time and tolerance, SVG |
-//! | `html.rs` | the frame of a page, tables, escaping, Markdown |
 
 mod case;
 mod element;
-mod html;
 mod index;
 mod plot;
 

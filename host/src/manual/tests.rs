@@ -3,8 +3,8 @@
 use element_api::params::ParamSpec;
 use element_api::{Descriptor, Kind, Named, NamedInput};
 
-use super::html::{escape, markdown};
 use super::{INDEX_FILE, Manual};
+use crate::page::html::{escape, markdown};
 use crate::verification::{Balance, Case, Checked, Coverage, Element, Measured, Rung, Work};
 
 fn element(name: &str, kind: Kind) -> Element {

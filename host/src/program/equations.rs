@@ -71,6 +71,7 @@ pub struct ElementEquations {
 }
 
 /// The scene as a graph, with the nodes that mean something.
+#[derive(Clone)]
 pub struct Equations {
     /// All operations.
     pub graph: Graph,

@@ -82,7 +82,7 @@ pub struct Call {
 }
 
 /// The operations of a scene.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Graph {
     exprs: Vec<Expr>,
     known: FxHashMap<Expr, Node>,

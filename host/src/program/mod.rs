@@ -21,14 +21,19 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
+//! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
+//! | `costs.rs` | what programs cost |
 
 mod acting;
+pub mod costs;
 mod coupling;
 mod derivative;
 mod equations;
 mod graph;
 mod import;
 mod kinematics;
+#[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
+mod machine;
 mod observe;
 mod opaque;
 mod tape;
@@ -37,9 +42,11 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
+pub use costs::MachineError;
 pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
 pub use kinematics::BodyNodes;
-pub use tape::{Program, Sets, Workspace};
+pub use machine::MachineCode;
+pub use tape::{Program, Sets, Used, Workspace};

@@ -1,17 +1,20 @@
 //! [`Program`]: a part of the graph in running order, and the interpreter that runs it.
 
+use std::sync::Arc;
+
 use element_api::Table;
 use element_api::set::{Batch, ElementSet, Fault, Wanted};
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
+use super::machine::MachineCode;
 
 /// A register: an index into the workspace's numbers.
-type Register = u32;
+pub(super) type Register = u32;
 
 /// One instruction: the register that receives the result, then the operands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Instruction {
+pub(super) enum Instruction {
     Add(Register, Register, Register),
     Sub(Register, Register, Register),
     Mul(Register, Register, Register),
@@ -30,22 +33,53 @@ enum Instruction {
     Table(Register, Register, u32, u32),
 }
 
+#[cfg(feature = "jit")]
+impl Instruction {
+    /// The register that receives the result.
+    pub(super) fn result(&self) -> Register {
+        match *self {
+            Self::Add(d, ..) | Self::Sub(d, ..) | Self::Mul(d, ..) | Self::Div(d, ..) | Self::Atan2(d, ..) => d,
+            Self::Neg(d, _) | Self::Sqrt(d, _) | Self::Sin(d, _) | Self::Cos(d, _) => d,
+            Self::Exp(d, _) | Self::Ln(d, _) | Self::Tanh(d, _) => d,
+            Self::Powi(d, ..) | Self::Powf(d, ..) | Self::Select(d, _) | Self::Table(d, ..) => d,
+        }
+    }
+
+    /// Tells the registers that are read.
+    pub(super) fn operands(&self, mut told: impl FnMut(Register)) {
+        match *self {
+            Self::Add(_, a, b)
+            | Self::Sub(_, a, b)
+            | Self::Mul(_, a, b)
+            | Self::Div(_, a, b)
+            | Self::Atan2(_, a, b) => {
+                told(a);
+                told(b);
+            }
+            Self::Neg(_, a) | Self::Sqrt(_, a) | Self::Sin(_, a) | Self::Cos(_, a) => told(a),
+            Self::Exp(_, a) | Self::Ln(_, a) | Self::Tanh(_, a) => told(a),
+            Self::Powi(_, a, _) | Self::Powf(_, a, _) | Self::Table(_, a, ..) => told(a),
+            Self::Select(_, all) => all.into_iter().for_each(told),
+        }
+    }
+}
+
 /// Opaque instances of one set that are evaluated in one call.
 #[derive(Debug, Clone)]
-struct BatchPlan {
+pub(super) struct BatchPlan {
     set: usize,
     instances: Vec<u32>,
     wanted: Wanted,
-    arguments: Vec<Register>,
+    pub(super) arguments: Vec<Register>,
     /// Register of each result of each instance; `None` where nothing uses it.
-    results: Vec<Option<Register>>,
+    pub(super) results: Vec<Option<Register>>,
 }
 
 /// Operations, then calls that need them and none of which needs another.
 #[derive(Debug, Clone)]
-struct Stage {
+pub(super) struct Stage {
     operations: Vec<Instruction>,
-    batches: Vec<BatchPlan>,
+    pub(super) batches: Vec<BatchPlan>,
 }
 
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
@@ -53,11 +87,13 @@ struct Stage {
 pub struct Program {
     constants: Vec<f64>,
     inputs: Vec<(u32, Register)>,
-    stages: Vec<Stage>,
+    pub(super) stages: Vec<Stage>,
     after_calls: Vec<Instruction>,
-    outputs: Vec<Register>,
-    registers: usize,
-    tables: Vec<Table>,
+    pub(super) outputs: Vec<Register>,
+    pub(super) registers: usize,
+    pub(super) tables: Vec<Table>,
+    /// What runs instead of the interpreter, once there is any.
+    code: Option<Arc<MachineCode>>,
 }
 
 /// The scratch numbers of one program.
@@ -66,6 +102,25 @@ pub struct Workspace {
     numbers: Vec<f64>,
     call_inputs: Vec<f64>,
     call_results: Vec<f64>,
+    runs: u64,
+}
+
+impl Workspace {
+    /// How often a program was run with it.
+    #[must_use]
+    pub fn runs(&self) -> u64 {
+        self.runs
+    }
+}
+
+/// A program in use.
+pub struct Used<'a> {
+    /// The program.
+    pub program: &'a mut Program,
+    /// How often it has been run.
+    pub runs: u64,
+    /// Whether it stands in for another one where that fails, and may never be run.
+    pub spare: bool,
 }
 
 /// Access to the opaque elements of a model while a program runs.
@@ -99,6 +154,7 @@ impl Program {
             after_calls,
             registers: builder.registers as usize,
             tables: graph.tables.clone(),
+            code: None,
         }
     }
 
@@ -112,6 +168,33 @@ impl Program {
             numbers,
             call_inputs: vec![0.0; largest(|b| b.arguments.len())],
             call_results: vec![0.0; largest(|b| b.results.len())],
+            runs: 0,
+        }
+    }
+
+    /// The lists of operations: one per stage, then the one after all calls.
+    #[cfg(feature = "jit")]
+    pub(super) fn lists(&self) -> impl Iterator<Item = &[Instruction]> {
+        self.stages.iter().map(|stage| &stage.operations[..]).chain([&self.after_calls[..]])
+    }
+
+    /// Runs machine code that was made from this program from now on, instead of interpreting it. Results stay the same,
+    /// bit for bit.
+    pub fn install(&mut self, code: Arc<MachineCode>) {
+        self.code = Some(code);
+    }
+
+    /// Whether machine code is run.
+    #[must_use]
+    pub fn is_machine_code(&self) -> bool {
+        self.code.is_some()
+    }
+
+    /// Runs list number `list`, by machine code where there is any.
+    fn run_list(&self, list: usize, operations: &[Instruction], numbers: &mut [f64]) {
+        match &self.code {
+            Some(code) => code.run(list, &self.tables, numbers),
+            None => interpret(operations, &self.tables, numbers),
         }
     }
 
@@ -160,12 +243,13 @@ impl Program {
         workspace: &mut Workspace,
         outputs: &mut [f64],
     ) -> Result<(), (usize, Fault)> {
+        workspace.runs += 1;
         let numbers = &mut workspace.numbers[..];
         for (slot, register) in &self.inputs {
             numbers[*register as usize] = inputs[*slot as usize];
         }
-        for stage in &self.stages {
-            interpret(&stage.operations, &self.tables, numbers);
+        for (list, stage) in self.stages.iter().enumerate() {
+            self.run_list(list, &stage.operations, numbers);
             for batch in &stage.batches {
                 let given = &mut workspace.call_inputs[..batch.arguments.len()];
                 for (slot, register) in given.iter_mut().zip(&batch.arguments) {
@@ -183,7 +267,7 @@ impl Program {
                 }
             }
         }
-        interpret(&self.after_calls, &self.tables, numbers);
+        self.run_list(self.stages.len(), &self.after_calls, numbers);
         for (slot, register) in outputs.iter_mut().zip(&self.outputs) {
             *slot = numbers[*register as usize];
         }

@@ -6,6 +6,8 @@
 mod derivatives;
 mod equations;
 mod graph;
+#[cfg(feature = "jit")]
+mod machine;
 mod reports;
 mod tape;
 

@@ -144,6 +144,13 @@ fn work(summary: &Summary) -> String {
     if summary.rank_safe > 0 {
         parts.push(format!("{} rank-safe", summary.rank_safe));
     }
+    if summary.jacobians > 0 {
+        parts.push(count(summary.jacobians, "Jacobian"));
+        parts.push(count(summary.newton_iterations, "Newton iteration"));
+    }
+    if let Some(time) = summary.stiff_from {
+        parts.push(format!("stiff from {}", with_unit(significant(time, 4), &summary.time_unit)));
+    }
     let how = [&summary.method, &summary.engine].map(String::as_str);
     let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
     let by = if how.is_empty() { String::new() } else { format!(" ({how})") };

@@ -72,6 +72,14 @@ pub struct Summary {
     pub evaluations: u64,
     /// Factorisations of the system for accelerations and multipliers.
     pub factorisations: u64,
+    /// Jacobians of the right side, by implicit methods.
+    pub jacobians: u64,
+    /// Factorisations of the matrices of implicit steps.
+    pub newton_factorisations: u64,
+    /// Iterations of Newton's method in implicit steps.
+    pub newton_iterations: u64,
+    /// Time from which on stability limited explicit steps, in `time_unit`; `auto` goes on with an implicit method there.
+    pub stiff_from: Option<f64>,
     /// Projections onto the constraints.
     pub projections: u64,
     /// Evaluations for which the rank-safe engine was called in.
@@ -86,6 +94,14 @@ pub struct Summary {
     pub load_time_s: f64,
     /// Recording, differentiating, compiling, s.
     pub compile_time_s: f64,
+    /// Programs that were turned into machine code, before the first step or during the run.
+    pub machine_code_programs: u64,
+    /// Size of the machine code, bytes.
+    pub machine_code_bytes: u64,
+    /// Making the machine code, s; part of `compile_time_s` if it was made before the first step, else beside the run.
+    pub machine_code_time_s: f64,
+    /// Time of the first step that ran machine code, in `time_unit`.
+    pub machine_code_from: Option<f64>,
     /// Integration with its samples, s.
     pub integration_time_s: f64,
     /// From start to end, s.

@@ -12,6 +12,7 @@
 //! | `open.rs` | everything before time starts |
 //! | `run.rs` | from the start to results |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
+//! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
@@ -24,6 +25,7 @@ mod report;
 mod restart;
 mod run;
 mod simulation;
+mod tier;
 
 #[cfg(test)]
 mod tests;
@@ -34,3 +36,4 @@ pub use report::{CheckReport, PlanReport};
 pub use restart::{Restart, STATE_FILE};
 pub use run::RunReport;
 pub use simulation::{Progress, Simulation, Sink};
+pub use tier::{Made, Tier};

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::open::Session;
 use crate::model::Model;
 use crate::plan::Plan;
-use crate::program::{Equations, Node, Program};
+use crate::program::{Equations, Node, Program, costs};
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -69,6 +69,12 @@ pub struct PlanReport {
     pub operations_distinct: usize,
     /// Operations per evaluation of the right side.
     pub operations_per_evaluation: usize,
+    /// Size of the machine code for the right side, if it is made, bytes (predicted).
+    pub machine_code_bytes: u64,
+    /// Time to make it, s (predicted).
+    pub machine_code_time_s: f64,
+    /// Evaluations after which it has paid for itself (predicted).
+    pub machine_code_pays_after: u64,
     /// Opaque elements, called at run time.
     pub opaque: Vec<String>,
     /// What is skipped.
@@ -138,13 +144,17 @@ impl Session {
             Some(why) => format!("rank-safe throughout: {why}"),
         };
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
+        let operations = Program::compile(&self.equations.graph, &nodes).operations();
         PlanReport {
             islands: islands.collect(),
             engine,
             unknowns: self.plan.layout.velocities() + self.plan.independent_rows.len(),
             operations_requested: self.equations.graph.requested,
             operations_distinct: self.equations.graph.len(),
-            operations_per_evaluation: Program::compile(&self.equations.graph, &nodes).operations(),
+            operations_per_evaluation: operations,
+            machine_code_bytes: (costs::CODE * operations as f64) as u64,
+            machine_code_time_s: costs::COMPILING * operations as f64,
+            machine_code_pays_after: costs::runs_that_pay() as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
             skipped: self
                 .plan
@@ -276,8 +286,15 @@ impl std::fmt::Display for PlanReport {
         writeln!(f, "solving: {}; {} unknowns", self.engine, self.unknowns)?;
         writeln!(
             f,
-            "operations: {} written, {} distinct after folding and sharing, {} per evaluation (interpreted)",
+            "operations: {} written, {} distinct after folding and sharing, {} per evaluation",
             self.operations_requested, self.operations_distinct, self.operations_per_evaluation
+        )?;
+        writeln!(
+            f,
+            "machine code: about {:.0} kB in {:.1} ms, which pays after {} evaluations; until then interpreted",
+            self.machine_code_bytes as f64 / 1e3,
+            self.machine_code_time_s * 1e3,
+            self.machine_code_pays_after
         )?;
         for element in &self.opaque {
             writeln!(f, "opaque: {element} is called at run time; slower than a recorded element")?;

@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::error::{Exit, SessionError};
 use super::open::Session;
 use super::simulation::{Progress, Simulation};
+use super::tier::{Made, Tier};
 use crate::analysis::{Formulation, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
@@ -23,8 +24,9 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 
 /// Engines and what each does.
 pub const ENGINES: &[(&str, &str)] = &[
-    ("auto", "the fastest that fits: interpreted"),
-    ("interpreted", "six velocities per body, pruned operations, sparse elimination"),
+    ("auto", "interpreted at first, machine code as soon as that pays; the same results, bit for bit"),
+    ("compiled", "machine code from the first step on: six velocities per body, pruned operations, sparse elimination"),
+    ("interpreted", "the same without machine code"),
     ("reference", "the paper's Eq. (6): seven coordinates per body, dense; slow, for comparison"),
 ];
 
@@ -102,7 +104,10 @@ impl Session {
         if method.needs_fixed_step() && self.scene.simulation.max_step.is_none() {
             return Err(self.no_step(method.name()));
         }
-        let formulation = self.formulation(&engine_name)?;
+        let mut formulation = self.formulation(&engine_name)?;
+        if method.may_use_jacobian() {
+            formulation.offer_jacobian(&self.equations);
+        }
         let simulation = self.scene.simulation.clone();
         let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
         let times = simulation.sample_times(&self.scene.units);
@@ -149,6 +154,15 @@ impl Session {
             )
             .map_err(|e| start_error(&self.scene, &e))?;
             let mut state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+            match engine_name.as_str() {
+                "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
+                "compiled" => {
+                    // What stands in for something else waits until it turns out to be run often.
+                    system.set_tier(Tier::automatic(t_start, t_end));
+                    system.compile_now(t_start).map_err(|e| self.no_machine_code(&e))?;
+                }
+                _ => {}
+            }
             summary.compile_time_s += started.elapsed().as_secs_f64();
             let options = Options {
                 first_step: simulation.first_step,
@@ -162,6 +176,7 @@ impl Session {
             let outcome = method.integrate(&mut system, &mut state, &span, &options);
             summary.integration_time_s = integrating.elapsed().as_secs_f64();
             let (audit, counters) = (*system.audit(), system.counters());
+            note_machine_code(&mut summary, system.tier().made(), self.scene.units.factor(Dimension::TIME));
             let end = match &outcome {
                 Ok(Outcome { status: integrate::Status::StoppedEarly { t, .. }, .. }) => *t,
                 _ => t_end,
@@ -201,7 +216,7 @@ impl Session {
     fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
         let length = self.assembly.scales.length;
         match engine {
-            "auto" | "interpreted" => {
+            "auto" | "compiled" | "interpreted" => {
                 let form = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
                     .map_err(|e| start_error(&self.scene, &e))?;
                 Ok(Box::new(form))
@@ -234,6 +249,14 @@ impl Session {
         }
         let help = "give it as `max_step` in [simulation], or use a method that chooses its steps: dop853";
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help(help))
+    }
+
+    fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
+        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no engine `compiled`: {error}"));
+        if let Some(written) = &self.scene.simulation.engine {
+            diagnostic = diagnostic.at(written.span.clone(), "asked for here");
+        }
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
     }
 
     fn files_error(&self, error: &ResultsError) -> SessionError {
@@ -305,6 +328,10 @@ impl Session {
                 summary.steps = counters.steps as u64;
                 summary.rejected = counters.rejected as u64;
                 summary.projections = counters.projections as u64;
+                summary.jacobians = counters.jacobians as u64;
+                summary.newton_iterations = counters.newton_iterations as u64;
+                summary.newton_factorisations = counters.factorisations as u64;
+                summary.stiff_from = counters.stiff_from.map(|t| t / self.scene.units.factor(Dimension::TIME));
                 match outcome.status {
                     integrate::Status::Completed => summary.status = Status::Completed,
                     integrate::Status::StoppedEarly { reason, .. } => {
@@ -425,6 +452,19 @@ impl Session {
     }
 }
 
+/// Writes into the summary what was compiled. `unit` is the scene's unit of time, s.
+fn note_machine_code(summary: &mut Summary, made: &Made, unit: f64) {
+    summary.machine_code_programs = made.programs;
+    summary.machine_code_bytes = made.bytes;
+    summary.machine_code_time_s = made.seconds;
+    summary.machine_code_from = made.since.map(|t| t / unit);
+    // The reference form's name says what counts there.
+    if !summary.engine.starts_with("reference") {
+        let how = if made.programs > 0 { "compiled" } else { "interpreted" };
+        summary.engine = format!("{how}, {}", summary.engine);
+    }
+}
+
 fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
     let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
         .help("check masses, inertias and the equations of the elements");
@@ -435,7 +475,7 @@ fn code_of(reason: &StopReason) -> &'static str {
     match reason {
         StopReason::Requested => codes::INTERRUPTED,
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
-        StopReason::StepTooSmall { .. } => codes::STEP_TOO_SMALL,
+        StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
         StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_not_finite(cause.as_ref()) => codes::MOTION_NOT_FINITE,
         StopReason::Failed { .. } | StopReason::Unlucky { .. } => codes::PROJECTION_FAILED,

@@ -8,10 +8,11 @@ use crate::integrate::{Accepted, Failure, Flow, System};
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, Node, Program, Workspace};
+use crate::program::{Equations, MachineError, Node, Program, Used, Workspace};
 use crate::results::Audit;
 
 use super::restart::Restart;
+use super::tier::Tier;
 
 /// An angle that has moved this far from its reference gets a new one, rad.
 const NEW_REFERENCE: f64 = 1.0;
@@ -49,6 +50,10 @@ impl Part {
         let program = Program::compile(&equations.graph, nodes);
         let needs_dynamics = program.uses_inputs(layout.acceleration_slot()..layout.inputs());
         Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program, needs_dynamics }
+    }
+
+    fn used(&mut self) -> Used<'_> {
+        Used { runs: self.workspace.runs(), program: &mut self.program, spare: false }
     }
 
     fn run(&mut self, inputs: &[f64], sets: &[Box<dyn element_api::ElementSet>]) -> Result<&[f64], AnalysisError> {
@@ -97,6 +102,7 @@ pub struct Simulation<'a> {
     re_aimed: u64,
     rank_safe_seen: u64,
     relaxed: u64,
+    tier: Tier,
 }
 
 impl<'a> Simulation<'a> {
@@ -157,6 +163,7 @@ impl<'a> Simulation<'a> {
             re_aimed: 0,
             rank_safe_seen: 0,
             relaxed: 0,
+            tier: Tier::fixed(),
             layout: layout.clone(),
         };
         simulation.formulation.set_discrete(&assembly.references, &assembly.discrete);
@@ -178,6 +185,36 @@ impl<'a> Simulation<'a> {
         self.formulation.next_step(t, &state, true)?;
         self.watch(t, &state)?;
         Ok(state)
+    }
+
+    /// Lets programs be compiled during the run.
+    pub fn set_tier(&mut self, tier: Tier) {
+        self.tier = tier;
+    }
+
+    /// Compiles the programs now, for a run from time `t`.
+    ///
+    /// # Errors
+    /// [`MachineError`] when there is no machine code to be had.
+    pub fn compile_now(&mut self, t: f64) -> Result<(), MachineError> {
+        let mut tier = std::mem::take(&mut self.tier);
+        let result = tier.compile_now(t, self.programs());
+        self.tier = tier;
+        result
+    }
+
+    /// The compiling of programs.
+    #[must_use]
+    pub fn tier(&self) -> &Tier {
+        &self.tier
+    }
+
+    /// Everything that is run again and again.
+    fn programs(&mut self) -> Vec<Used<'_>> {
+        let mut list = self.formulation.programs();
+        list.extend([self.rows.used(false), self.energy.used(), self.report.used(), self.accept.used()]);
+        list.extend(self.told.iter_mut().map(|told| told.inputs.used()));
+        list
     }
 
     /// The audit so far.
@@ -300,6 +337,32 @@ impl<'a> Simulation<'a> {
         Failure::Unlucky { at: t, cause: Box::new(AnalysisError::NextToSingular) }
     }
 
+    /// The largest entry of a difference of states, as a share of the size of its group.
+    fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
+        let states_at = y0.len() - self.state_sizes.len() - 1;
+        let mut worst = 0.0_f64;
+        for (k, group) in self.formulation.groups().iter().enumerate() {
+            let size = match group {
+                Group::Position => length,
+                Group::Parameter => 1.0,
+                Group::Velocity => speed,
+                Group::AngularVelocity => spin,
+                Group::State => {
+                    let size = &mut self.state_sizes[k - states_at];
+                    *size = size.max(y0[k].abs()).max(y1[k].abs());
+                    if *size > 0.0 { *size } else { 1.0 }
+                }
+                Group::Work => continue,
+            };
+            let share = error[k].abs() / size;
+            if share.is_nan() || share > worst {
+                worst = share;
+            }
+        }
+        worst
+    }
+
     fn take_sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
         let mut state = std::mem::take(&mut self.sample_state);
         state.copy_from_slice(y);
@@ -349,27 +412,7 @@ impl System for Simulation<'_> {
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
-        let states_at = y0.len() - self.state_sizes.len() - 1;
-        let mut worst = 0.0_f64;
-        for (k, group) in self.formulation.groups().iter().enumerate() {
-            let size = match group {
-                Group::Position => length,
-                Group::Parameter => 1.0,
-                Group::Velocity => speed,
-                Group::AngularVelocity => spin,
-                Group::State => {
-                    let size = &mut self.state_sizes[k - states_at];
-                    *size = size.max(y0[k].abs()).max(y1[k].abs());
-                    if *size > 0.0 { *size } else { 1.0 }
-                }
-                Group::Work => continue,
-            };
-            let share = error[k].abs() / size;
-            if share.is_nan() || share > worst {
-                worst = share;
-            }
-        }
+        let worst = self.largest_share(y0, y1, error);
         // Next to a singular position accelerations carry round-off over the squared distance from it. A tolerance below
         // that noise would drive the step size to zero instead of over the position.
         let rank_safe = self.formulation.counters().rank_safe;
@@ -381,6 +424,18 @@ impl System for Simulation<'_> {
             return worst / SINGULAR_TOLERANCE;
         }
         worst / tolerance
+    }
+
+    fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
+        self.largest_share(y, y, difference)
+    }
+
+    fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Failure> {
+        self.formulation.jacobian(t, y, matrix).map_err(failure)
+    }
+
+    fn tolerance(&self) -> Option<f64> {
+        Some(self.tolerance / INTERPOLATION_MARGIN)
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
@@ -425,6 +480,9 @@ impl System for Simulation<'_> {
 
     fn step_done(&mut self, t: f64, _: &[f64], _: f64) -> Flow {
         (self.progress)(t);
+        let mut tier = std::mem::take(&mut self.tier);
+        tier.between_steps(t, || self.programs());
+        self.tier = tier;
         if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
     }
 }

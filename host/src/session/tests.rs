@@ -8,6 +8,8 @@ mod motions;
 mod particles;
 mod restarts;
 mod signals;
+#[cfg(feature = "jit")]
+mod tiers;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -19,6 +19,10 @@ pub struct Probe {
     pub samples: Vec<(f64, Vec<f64>)>,
     pub steps: Vec<(f64, f64, Vec<f64>)>,
     pub accepts: usize,
+    /// The exact Jacobian, if it is known.
+    pub jacobian: Option<Rhs>,
+    /// Absolute tolerance as a share of the relative one.
+    pub absolute: f64,
 }
 
 impl Probe {
@@ -36,6 +40,8 @@ impl Probe {
             samples: Vec::new(),
             steps: Vec::new(),
             accepts: 0,
+            jacobian: None,
+            absolute: 1.0,
         }
     }
 
@@ -61,10 +67,20 @@ impl System for Probe {
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let mut sum = 0.0;
         for (i, e) in error.iter().enumerate() {
-            let scale = self.tolerance * (1.0 + y0[i].abs().max(y1[i].abs()));
+            let scale = self.tolerance * (self.absolute + y0[i].abs().max(y1[i].abs()));
             sum += (e / scale) * (e / scale);
         }
         (sum / error.len() as f64).sqrt()
+    }
+
+    fn tolerance(&self) -> Option<f64> {
+        Some(self.tolerance)
+    }
+
+    fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Failure> {
+        let Some(jacobian) = self.jacobian else { return Ok(false) };
+        jacobian(t, y, matrix);
+        Ok(true)
     }
 
     fn project(&mut self, _t: f64, y: &mut [f64]) -> Result<(), Failure> {

@@ -10,7 +10,7 @@ use crate::program::{Call, Expr, Graph, Node, Program};
 use crate::tests::Random;
 
 /// A large graph of random operations whose values may be anything, also infinite or not a number.
-fn random_graph(random: &mut Random, inputs: usize, operations: usize) -> (Graph, Vec<Node>) {
+pub(super) fn random_graph(random: &mut Random, inputs: usize, operations: usize) -> (Graph, Vec<Node>) {
     let mut g = Graph::default();
     g.tables.push(Table::clamped(&[[-1.0, 0.0], [0.2, 1.0], [1.0, 0.5]]).unwrap());
     let mut nodes: Vec<Node> = (0..inputs).map(|k| g.input(k)).collect();

@@ -20,7 +20,7 @@ figure{margin:1.2rem 0}figcaption{font-size:.875rem}svg{display:block;width:100%
 ";
 
 /// A whole page. `body` is HTML, `title` is text.
-pub(super) fn page(title: &str, body: &str) -> String {
+pub(crate) fn page(title: &str, body: &str) -> String {
     let title = escape(title);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -30,7 +30,7 @@ pub(super) fn page(title: &str, body: &str) -> String {
 }
 
 /// A text as HTML, also for the value of an attribute.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -46,18 +46,18 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// A text as code.
-pub(super) fn code(text: &str) -> String {
+pub(crate) fn code(text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("<code>{}</code>", escape(text)) }
 }
 
 /// `ok` or `FAILED`.
-pub(super) fn verdict(passed: bool) -> &'static str {
+pub(crate) fn verdict(passed: bool) -> &'static str {
     if passed { "<span class=\"good\">ok</span>" } else { "<span class=\"bad\">FAILED</span>" }
 }
 
 /// Which way the cells of a column are set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub(crate) enum Side {
     /// Words.
     Left,
     /// One word, not broken.
@@ -67,7 +67,7 @@ pub(super) enum Side {
 }
 
 /// A table of cells that are HTML already; empty without rows.
-pub(super) fn table(head: &[(&str, Side)], rows: &[Vec<String>]) -> String {
+pub(crate) fn table(head: &[(&str, Side)], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
     }
@@ -93,7 +93,7 @@ pub(super) fn table(head: &[(&str, Side)], rows: &[Vec<String>]) -> String {
 }
 
 /// Markdown as HTML, with its headings `lower` levels lower. HTML inside it is shown, not interpreted.
-pub(super) fn markdown(text: &str, lower: usize) -> String {
+pub(crate) fn markdown(text: &str, lower: usize) -> String {
     let events = Parser::new_ext(text, Options::ENABLE_TABLES);
     let moved = events.map(|event| match event {
         Event::Start(Tag::Heading { level, classes, attrs, id }) => {

@@ -1,0 +1,66 @@
+"""What the scripts for other programs share: references, the measure of error, the table that `odyn bench --peers` reads."""
+
+import csv
+import sys
+import time
+from pathlib import Path
+
+REFERENCES = Path(__file__).resolve().parents[2] / "tests" / "reference"
+COLUMNS = ["problem", "solver", "method", "setting", "value", "status", "error", "integrate_s", "steps", "repeats"]
+
+# Problem, its reference, measured columns, end (s).
+PROBLEMS = {
+    "A01": ("A01.csv", ["x", "y"], 10.0),
+    "A02_N2": ("A02_N2.csv", ["B0x", "B0y"], 10.0),
+    "A04": ("A04.csv", ["P3x", "P3y", "P3z"], 10.0),
+    "chain_N10": ("chain_N10.csv", ["tip_x", "tip_y"], 1.0),
+}
+
+
+def reference(problem):
+    """Times and measured coordinates at each of them."""
+    name, columns, end = PROBLEMS[problem]
+    lines = [line for line in (REFERENCES / name).read_text().splitlines() if not line.startswith("#")]
+    rows = [row for row in csv.DictReader(lines) if float(row["t"]) <= end + 1e-9]
+    return [float(row["t"]) for row in rows], [[float(row[c]) for c in columns] for row in rows]
+
+
+def steps_per_sample(problem, step):
+    """Whole steps between samples of the reference."""
+    times, _ = reference(problem)
+    return max(1, round((times[1] - times[0]) / step))
+
+
+def measure(problem, solver, method, step, run, repeats=3):
+    """A row of the table. `run()` gives the measured coordinates at all times of the reference, the seconds that took, and
+    the number of steps."""
+    row = {"problem": problem, "solver": solver, "method": method, "setting": "step", "value": repr(step)}
+    try:
+        seconds = []
+        for _ in range(repeats):
+            samples, spent, steps = run()
+            seconds.append(spent)
+        _, expected = reference(problem)
+        assert len(samples) == len(expected), f"{len(samples)} samples instead of {len(expected)}"
+        error = max(abs(a - b) for ours, theirs in zip(samples, expected) for a, b in zip(ours, theirs))
+        assert error == error, "the motion is not finite"
+        row |= {"status": "ok", "error": f"{error:e}", "integrate_s": f"{sorted(seconds)[repeats // 2]:e}"}
+        row |= {"steps": steps, "repeats": repeats}
+    except Exception as reason:  # whatever a program raises is its result
+        row["status"] = str(reason).splitlines()[0][:200] if str(reason) else type(reason).__name__
+    print(row["problem"], row["solver"], row["method"], row["value"], row["status"], row.get("error", ""),
+          row.get("integrate_s", ""), file=sys.stderr)
+    return row
+
+
+def write(rows, comment):
+    """The table, on standard output."""
+    print(f"# {comment}")
+    writer = csv.DictWriter(sys.stdout, COLUMNS, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+
+
+def clock():
+    """Seconds."""
+    return time.perf_counter()

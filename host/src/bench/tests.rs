@@ -1,0 +1,224 @@
+use std::fs;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::report::median;
+use super::runner::error_of;
+use super::*;
+use crate::results::CheckResult;
+
+/// Free fall, whose parabola every method follows exactly, and a body that nothing holds.
+const FALL: &str = "
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = \"stone\"
+mass = 1
+inertia = [1, 2, 3]
+velocity = [0, 0, 2]
+[[output]]
+name = \"z\"
+quantity = \"position\"
+of = \"stone\"
+component = \"z\"
+[[output]]
+name = \"v\"
+quantity = \"velocity\"
+of = \"stone\"
+component = \"z\"
+[[check]]
+name = \"speed\"
+kind = \"velocity\"
+value = \"v\"
+reference = \"5\"
+tolerance = 1
+";
+
+const HEIGHT: &str = "
+[[check]]
+name = \"height\"
+kind = \"position\"
+value = \"z\"
+reference = \"2 * t - 9.81 / 2 * t^2 + 0.25\"
+tolerance = 1
+";
+
+/// A file of its own for a test, removed at its end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str, text: &str) -> Self {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("odyn-bench-tests-{}-{number}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join(name);
+        fs::write(&path, text).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(self.0.parent().unwrap());
+    }
+}
+
+fn settings(methods: &[&str]) -> Settings {
+    Settings {
+        methods: methods.iter().map(ToString::to_string).collect(),
+        tolerances: vec![1e-4, 1e-9],
+        repeats: 3,
+        ..Settings::default()
+    }
+}
+
+fn measured(point: &Point) -> Measured {
+    *point.outcome.as_ref().unwrap_or_else(|reason| panic!("{reason}"))
+}
+
+#[test]
+fn coordinates_are_measured_before_anything_else() {
+    let scene = Scratch::new("fall.toml", &(FALL.to_string() + HEIGHT));
+    let problem = Runner::new(settings(&["auto"])).measure(&scene.0, |_| ());
+    assert_eq!((problem.name.as_str(), problem.measured.as_slice()), ("fall", ["z".to_string()].as_slice()));
+    assert_eq!((problem.unit.as_str(), problem.points.len()), ("m", 2));
+    for point in &problem.points {
+        // A quarter of a metre off, however the speed is off by more.
+        assert!((measured(point).error - 0.25).abs() < 1e-12, "{point:?}");
+    }
+    let scene = Scratch::new("speed.toml", FALL);
+    let problem = Runner::new(settings(&["auto"])).measure(&scene.0, |_| ());
+    assert!((measured(&problem.points[0]).error - 12.81).abs() < 1e-9, "5 against 2 - 9.81");
+}
+
+#[test]
+fn every_method_runs_and_the_work_is_that_of_the_run() {
+    let scene = Scratch::new("fall.toml", &(FALL.to_string() + HEIGHT));
+    let mut told = Vec::new();
+    let problem = Runner::new(settings(&["dop853", "rk4"])).measure(&scene.0, |point| told.push(point.clone()));
+    assert_eq!(problem.points, told);
+    let settings: Vec<Setting> = problem.points.iter().map(|point| point.setting).collect();
+    let steps = [Setting::Step(1.0 / 250.0), Setting::Step(1.0 / 1000.0)];
+    assert_eq!(settings, [Setting::Tolerance(1e-4), Setting::Tolerance(1e-9), steps[0], steps[1]]);
+    let fixed = measured(&problem.points[3]);
+    assert_eq!((fixed.work.steps, fixed.work.rejected, fixed.repeats), (Some(1000), Some(0), 3));
+    assert!(fixed.times.total >= fixed.times.integrate && fixed.times.integrate > 0.0);
+}
+
+#[test]
+fn what_cannot_be_measured_has_failed_with_a_reason() {
+    let reason = |name: &str, text: &str, settings: Settings| {
+        let scene = Scratch::new(name, text);
+        let problem = Runner::new(settings).measure(&scene.0, |_| ());
+        assert!(!problem.solved() && problem.points.len() == 2);
+        problem.points[0].outcome.clone().unwrap_err()
+    };
+    let none = reason("none.toml", &FALL[..FALL.find("[[check]]").unwrap()], settings(&["auto"]));
+    assert!(none.contains("no [[check]]"), "{none}");
+    let broken = reason("broken.toml", "[simulation]\nt_end = 1\noutput_step = 0.1\n[[bodi]]\n", settings(&["auto"]));
+    assert!(broken.contains("bodi"), "{broken}");
+    let csv = FALL.replace("reference = \"5\"", "reference = { csv = \"nowhere.csv\", column = \"v\" }");
+    let missing = reason("missing.toml", &csv, settings(&["auto"]));
+    assert!(missing.contains("nowhere.csv"), "{missing}");
+    let steps = "t_end = 1\nmax_step = 1e-6";
+    let slow = Settings { limit: std::time::Duration::from_millis(1), ..settings(&["auto"]) };
+    let late = reason("late.toml", &FALL.replace("t_end = 1", steps), slow);
+    assert!(late.contains("over the limit of 0.001 s"), "{late}");
+}
+
+#[test]
+fn errors_that_are_not_numbers_are_no_errors() {
+    let check = |kind, largest| CheckResult { kind, largest, unit: "m".into(), ..CheckResult::default() };
+    assert_eq!(error_of(&[check("position", 1e-3), check("position", 2e-3)]).unwrap(), (2e-3, "m".into()));
+    assert!(error_of(&[check("position", 1e-3), check("position", f64::NAN)]).is_err());
+    let angle = CheckResult { unit: "rad".into(), ..check("orientation", 5.0) };
+    assert_eq!(error_of(&[check("position", 1e-3), angle]).unwrap(), (5.0, String::new()));
+}
+
+#[test]
+fn medians() {
+    assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+    assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+    assert!(median(Vec::new()).is_nan());
+}
+
+/// A report with a run, a failed one and one of another program.
+fn report() -> Report {
+    let run = Measured {
+        error: 1.25e-7,
+        energy_error: 3e-9,
+        work: Work { steps: Some(10), rejected: Some(1), evaluations: Some(120), factorisations: Some(130) },
+        times: Times { load: 0.01, compile: 0.002, integrate: 0.0005, total: 0.0125 },
+        repeats: 5,
+    };
+    let times = Times { load: f64::NAN, compile: f64::NAN, integrate: 0.25, total: f64::NAN };
+    let peer = Measured { error: 1e-3, energy_error: f64::NAN, times, ..Measured::default() };
+    let point = |solver: &str, method: &str, setting, outcome| Point {
+        problem: "swing".into(),
+        solver: solver.into(),
+        method: method.into(),
+        setting,
+        outcome,
+    };
+    let problem = Problem {
+        name: "swing".into(),
+        title: "Swing <1>".into(),
+        measured: vec!["x".into()],
+        unit: "m".into(),
+        start_up: Some(0.03),
+        points: vec![
+            point("odyn", "one", Setting::Tolerance(1e-6), Ok(run)),
+            point("odyn", "one", Setting::Tolerance(1e-9), Err("stopped: a, \"b\"".into())),
+        ],
+    };
+    Report {
+        machine: Machine { processor: "P".into(), cores: 2, ..Machine::default() },
+        date: "today".into(),
+        problems: vec![problem],
+        peers: vec![point("other", "two", Setting::Step(1e-3), Ok(peer))],
+    }
+}
+
+#[test]
+fn tables_are_read_back_as_they_were_written() {
+    let report = report();
+    let text = write(&report);
+    assert!(text.contains("# today\n") && text.lines().filter(|line| line.starts_with('#')).count() == 2);
+    let file = Scratch::new("bench.csv", &text);
+    let points = read(&file.0).unwrap();
+    assert_eq!(points.len(), 3);
+    for (read, written) in points.iter().zip(report.points()) {
+        // NaN is not equal to itself: compare as text.
+        assert_eq!(format!("{read:?}"), format!("{written:?}"));
+    }
+    let few = Scratch::new("few.csv", "problem,solver,method,setting,value,status\nswing,o,m,step,0.1,too slow\n");
+    assert_eq!(read(&few.0).unwrap()[0].outcome, Err("too slow".into()));
+    for (text, told) in [
+        ("problem,solver\n", "no column is called `method`"),
+        ("problem,solver,method,setting,value,status\nswing,o,m,pace,1,ok\n", "line 2: `setting` is `pace`"),
+        ("problem,solver,method,setting,value,status\nswing,o,m,step,x,ok\n", "`value` is `x`, not a number"),
+    ] {
+        let file = Scratch::new("wrong.csv", text);
+        let message = read(&file.0).unwrap_err();
+        assert!(message.contains(told), "{message}");
+    }
+}
+
+#[cfg(feature = "manual")]
+#[test]
+fn the_page_has_curves_numbers_and_failures() {
+    let page = report().page();
+    assert!(page.contains("Swing &lt;1&gt;") && !page.contains("Swing <1>"));
+    // Two drawings of our one point, one of the peer's, which tells no evaluations.
+    assert_eq!(page.matches("<circle").count(), 3);
+    for text in ["odyn one", "other two", "1.25e-7", "<span class=\"bad\">failed</span> stopped", "today"] {
+        assert!(page.contains(text), "{text}");
+    }
+    let mut failed = report();
+    failed.problems[0].points.remove(0);
+    failed.peers.clear();
+    assert!(failed.page().contains("No run came to its end."));
+}

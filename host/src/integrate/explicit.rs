@@ -1,0 +1,500 @@
+//! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
+
+use super::run::{Run, Trouble, all_finite};
+use super::stiffness::Stiffness;
+use super::{Accepted, Options, StopReason};
+
+/// A row of a tableau: `(stage, coefficient)`, without the zeros.
+pub(super) type Row = &'static [(usize, f64)];
+
+/// Step sizes shrink by this factor when a step fails other than by its error.
+pub(super) const RECOVERY_FACTOR: f64 = 0.25;
+/// An aimed step may be longer than the one tried by this factor.
+const AIMED_STRETCH: f64 = 1.02;
+/// Least error that the PI control remembers.
+const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
+/// Share of the border of stability from which on it is stability that limits a step: the step control makes the sizes vary
+/// about a mean somewhat inside the border. Up to there the interpolation is trusted.
+const NEAR_BORDER: f64 = 0.75;
+
+/// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
+/// those after it serve the dense output.
+#[derive(Debug)]
+pub(super) struct Pair {
+    /// Abscissae of all stages.
+    pub(super) c: &'static [f64],
+    /// Arguments of the stages of the step: `y + h sum_j a_ij k_j`.
+    pub(super) a: &'static [Row],
+    /// Weights of the step.
+    pub(super) b: Row,
+    pub(super) error: Estimate,
+    /// Arguments of the stages for the dense output.
+    pub(super) a_dense: &'static [Row],
+    /// Coefficients of the interpolation polynomial from the fourth power on.
+    pub(super) d: &'static [Row],
+    /// The error estimate goes with `h^order`.
+    pub(super) order: f64,
+    /// Weight of the previous error in the step control where the options give none.
+    pub(super) beta: f64,
+    /// How much the exponent of the error falls by that weight.
+    pub(super) beta_share: f64,
+    /// Middles of the widest gaps between the nodes of the method, as shares of the step, ascending. A time to keep away
+    /// from is best passed there.
+    pub(super) gaps: &'static [f64],
+    /// The widest of them.
+    pub(super) widest_gap: f64,
+    /// `h |lambda|` at the border of the region of stability.
+    pub(super) stability: f64,
+}
+
+/// Differences of the weights from those of lower-order methods.
+#[derive(Debug)]
+pub(super) enum Estimate {
+    /// One, which uses the derivative at the end of the step.
+    Single(Row),
+    /// Orders 5 and 3, see [`Explicit::error_of_step`].
+    FiveAndThree(Row, Row),
+}
+
+impl Estimate {
+    fn uses_end(&self) -> bool {
+        matches!(self, Self::Single(_))
+    }
+}
+
+/// How an integration by an explicit method ended well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum End {
+    Completed,
+    /// Stability limits the steps; the size of the last one.
+    Stiff(f64),
+}
+
+/// The driver of a [`Pair`]. Deviations from the book: see [`super::Dop853`].
+#[derive(Debug, Clone)]
+pub(super) struct Explicit {
+    pair: &'static Pair,
+    /// Derivatives at the stages, one after the other.
+    stages: Vec<f64>,
+    /// Coefficients of the interpolation polynomial, one vector after the other.
+    polynomial: Vec<f64>,
+    /// After a step: the argument of its last stage.
+    argument: Vec<f64>,
+    y_new: Vec<f64>,
+    error: Vec<f64>,
+    stiffness: Stiffness,
+}
+
+impl Explicit {
+    pub(super) fn new(pair: &'static Pair) -> Self {
+        Self {
+            pair,
+            stages: Vec::new(),
+            polynomial: Vec::new(),
+            argument: Vec::new(),
+            y_new: Vec::new(),
+            error: Vec::new(),
+            stiffness: Stiffness::default(),
+        }
+    }
+
+    /// The whole run; with `until_stiff` only as long as accuracy, not stability, limits the steps.
+    pub(super) fn integrate(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+        self.allocate(y.len());
+        match run.options.fixed_step {
+            Some(h) => self.fixed_steps(run, y, h).map(|()| End::Completed),
+            None => self.adaptive_steps(run, y, until_stiff),
+        }
+    }
+
+    fn end(&self) -> usize {
+        self.pair.a.len()
+    }
+
+    fn allocate(&mut self, n: usize) {
+        self.stages.clear();
+        self.stages.resize(self.pair.c.len() * n, 0.0);
+        self.polynomial.clear();
+        self.polynomial.resize((4 + self.pair.d.len()) * n, 0.0);
+        self.stiffness = Stiffness::default();
+        for work in [&mut self.argument, &mut self.y_new, &mut self.error] {
+            work.clear();
+            work.resize(n, 0.0);
+        }
+    }
+
+    fn adaptive_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+        run.sample_start(y)?;
+        if run.t == run.span.t_end {
+            return Ok(End::Completed);
+        }
+        self.start_derivative(run, y)?;
+        let mut control = StepControl::new(run.options, self.pair);
+        let mut h = match run.options.first_step {
+            Some(h) => h,
+            None => self.first_step(run, y)?,
+        };
+        // The step after an aimed one, where that only prepares for it.
+        let mut then = None;
+        // Where the next step had better end.
+        let mut end_at = None;
+        while run.t < run.span.t_end {
+            run.check_step_limit()?;
+            h = h.min(run.longest_step(y));
+            let t_new = end_at.take().unwrap_or_else(|| run.step_end(h));
+            let tried = t_new - run.t;
+            if tried <= 0.0 {
+                return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
+            }
+            let reason = match self.try_step(run, y, t_new) {
+                Ok(error) if error <= 1.0 => {
+                    self.finish_step(run, y, t_new)?;
+                    h = tried * control.factor_after_acceptance(error);
+                    if let Some(aimed) = then.take() {
+                        h = aimed;
+                    }
+                    if self.stiffness.is_found() {
+                        run.counters.stiff_from.get_or_insert(run.t);
+                        if until_stiff && run.t < run.span.t_end {
+                            return Ok(End::Stiff(tried));
+                        }
+                    }
+                    continue;
+                }
+                Ok(error) => {
+                    then = None;
+                    h = tried * control.factor_after_rejection(error);
+                    StopReason::StepTooSmall { step: h }
+                }
+                Err(Trouble::EndAt(time)) => {
+                    run.counters.rejected += 1;
+                    run.counters.recoveries.sample_step += 1;
+                    end_at = Some(time);
+                    continue;
+                }
+                Err(Trouble::Retry(reason)) => {
+                    (h, then) = match &reason {
+                        StopReason::Unlucky { at, .. } => aim(self.pair, tried, at - run.t),
+                        _ => (tried * RECOVERY_FACTOR, None),
+                    };
+                    reason
+                }
+                Err(trouble) => return Err(trouble),
+            };
+            run.reject(&reason);
+            control.rejected();
+            if h < run.smallest_step() {
+                return Err(Trouble::Stop(reason));
+            }
+        }
+        Ok(End::Completed)
+    }
+
+    /// A step up to, but not including, what makes it final. Returns its error, 1 = tolerance;
+    /// the work beyond the error is spared where the step will be rejected.
+    fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
+        self.step(run, y, t_new)?;
+        if self.pair.error.uses_end() {
+            self.end_derivative(run, t_new)?;
+        }
+        let error = self.error_of_step(run, y, t_new - run.t)?;
+        if error <= 1.0 {
+            self.end_of_step(run, y, t_new)?;
+        }
+        Ok(error)
+    }
+
+    fn fixed_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], h: f64) -> Result<(), Trouble> {
+        run.sample_start(y)?;
+        let count = run.fixed_steps(h);
+        if count == 0 {
+            return Ok(());
+        }
+        self.start_derivative(run, y)?;
+        for k in 0..count {
+            run.check_step_limit()?;
+            let t_new = run.fixed_step_end(k, count);
+            let result = self.step(run, y, t_new).and_then(|()| self.end_of_step(run, y, t_new));
+            if let Err(trouble) = result {
+                run.counters.rejected += 1;
+                return Err(trouble);
+            }
+            self.finish_step(run, y, t_new)?;
+        }
+        Ok(())
+    }
+
+    /// `k_0 = f(t, y)`
+    fn start_derivative(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
+        let n = y.len();
+        run.rhs(run.t, y, &mut self.stages[..n], 0.0)?;
+        if all_finite(&self.stages[..n]) {
+            return Ok(());
+        }
+        Err(Trouble::Stop(StopReason::NotFinite { step: 0.0 }))
+    }
+
+    /// The stages of the step and the new state, not yet projected:
+    /// `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`, `y_new = y + h sum_i b_i k_i`.
+    fn step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+        let n = y.len();
+        let (t, h) = (run.t, t_new - run.t);
+        for i in 1..self.end() {
+            combine(self.pair.a[i], &self.stages, h, y, &mut self.argument);
+            let stage = &mut self.stages[i * n..(i + 1) * n];
+            run.rhs(t + self.pair.c[i] * h, &self.argument, stage, h)?;
+        }
+        combine(self.pair.b, &self.stages, h, y, &mut self.y_new);
+        if all_finite(&self.y_new) {
+            return Ok(());
+        }
+        Err(Trouble::Retry(StopReason::NotFinite { step: h }))
+    }
+
+    /// Error of the step, 1 = tolerance. With two estimates (program DOP853): that of order 5, damped by its ratio to that
+    /// of order 3, `e5^2 / sqrt(e5^2 + 0.01 e3^2)`.
+    fn error_of_step(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<f64, Trouble> {
+        let mut norm_of = |row: Row| {
+            self.error.fill(0.0);
+            add_combination(row, &self.stages, h, &mut self.error);
+            run.system.error_norm(y, &self.y_new, &self.error)
+        };
+        let (error, size) = match self.pair.error {
+            Estimate::Single(row) => {
+                let error = norm_of(row);
+                (error, error)
+            }
+            Estimate::FiveAndThree(row5, row3) => {
+                let (e5, e3) = (norm_of(row5), norm_of(row3));
+                let size = (e5 * e5 + 0.01 * e3 * e3).sqrt();
+                (if size == 0.0 { 0.0 } else { e5 * (e5 / size) }, size)
+            }
+        };
+        if size.is_finite() {
+            return Ok(error);
+        }
+        Err(Trouble::Retry(StopReason::NotFinite { step: h }))
+    }
+
+    /// The derivative at the end of the step, if the error test needs it.
+    fn end_derivative(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
+        let n = self.y_new.len();
+        let h = t_new - run.t;
+        let at = self.end() * n;
+        let end = &mut self.stages[at..at + n];
+        run.rhs(t_new, &self.y_new, end, h)?;
+        if all_finite(end) { Ok(()) } else { Err(Trouble::Retry(StopReason::NotFinite { step: h })) }
+    }
+
+    /// Projection, derivative at the end, and the interpolation if it will be needed.
+    fn end_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+        let h = t_new - run.t;
+        // The error's place is free by now.
+        self.error.copy_from_slice(&self.y_new);
+        run.project(t_new, &mut self.y_new, h)?;
+        if !all_finite(&self.y_new) {
+            return Err(Trouble::Retry(StopReason::NotFinite { step: h }));
+        }
+        if !self.pair.error.uses_end() || run.options.fixed_step.is_some() || self.error != self.y_new {
+            self.end_derivative(run, t_new)?;
+        }
+        let limited = run.options.fixed_step.is_none() && self.is_limited_by_stability(run, h);
+        if let Some(time) = run.sample_before(t_new) {
+            if limited {
+                return Err(Trouble::EndAt(time));
+            }
+            self.prepare_interpolation(run, y, t_new)?;
+        }
+        Ok(())
+    }
+
+    /// Estimates `h |lambda|` from the last two stages, both at the end of the step (Hairer & Wanner, "Solving Ordinary
+    /// Differential Equations II", 2nd ed. 1996, section IV.2). Where it comes near the border of stability, parts of the
+    /// solution that have died out keep errors which the error test tolerates but the interpolation amplifies.
+    fn is_limited_by_stability(&mut self, run: &mut Run<'_>, h: f64) -> bool {
+        let n = self.y_new.len();
+        let (last, end) = self.stages.split_at(self.end() * n);
+        let last = &last[(self.end() - 1) * n..];
+        for (i, error) in self.error.iter_mut().enumerate() {
+            *error = self.y_new[i] - self.argument[i];
+        }
+        let distance = run.system.size(&self.y_new, &self.error);
+        for (i, error) in self.error.iter_mut().enumerate() {
+            *error = end[i] - last[i];
+        }
+        let change = run.system.size(&self.y_new, &self.error);
+        let product = if distance > 0.0 { h * change / distance } else { 0.0 };
+        let limited = product > NEAR_BORDER * self.pair.stability;
+        self.stiffness.see(limited);
+        limited
+    }
+
+    /// Makes the step final: samples, `accept`, `step_done`, first stage of the next step.
+    fn finish_step(&mut self, run: &mut Run<'_>, y: &mut [f64], t_new: f64) -> Result<(), Trouble> {
+        let n = y.len();
+        let (t, h) = (run.t, t_new - run.t);
+        y.copy_from_slice(&self.y_new);
+        let polynomial = &self.polynomial;
+        let accepted = run.finish_step(t_new, y, &mut self.argument, |time, out| {
+            interpolate(polynomial, (time - t) / h, out);
+        })?;
+        if accepted == Accepted::Changed && t_new < run.span.t_end {
+            return self.start_derivative(run, y);
+        }
+        let end = self.end() * n;
+        self.stages.copy_within(end..end + n, 0);
+        Ok(())
+    }
+
+    /// Further stages and the polynomial through the step (Hairer, Norsett & Wanner, section II.6). With
+    /// `s = (t - t_old) / h` and the rows `r_k` of `polynomial` it reads
+    /// `r0 + s (r1 + (1-s) (r2 + s (r3 + (1-s) (r4 + s (r5 + ...)))))`.
+    fn prepare_interpolation(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+        let n = y.len();
+        let (t, h) = (run.t, t_new - run.t);
+        let end = self.end();
+        for (i, row) in self.pair.a_dense.iter().enumerate() {
+            let i = i + end + 1;
+            combine(row, &self.stages, h, y, &mut self.argument);
+            let stage = &mut self.stages[i * n..(i + 1) * n];
+            run.rhs(t + self.pair.c[i] * h, &self.argument, stage, h)?;
+        }
+        for (i, &start) in y.iter().enumerate() {
+            let rise = self.y_new[i] - start;
+            let bend = h * self.stages[i] - rise;
+            self.polynomial[i] = start;
+            self.polynomial[n + i] = rise;
+            self.polynomial[2 * n + i] = bend;
+            self.polynomial[3 * n + i] = rise - h * self.stages[end * n + i] - bend;
+        }
+        for (k, row) in self.pair.d.iter().enumerate() {
+            let coefficient = &mut self.polynomial[(4 + k) * n..(5 + k) * n];
+            coefficient.fill(0.0);
+            add_combination(row, &self.stages, h, coefficient);
+        }
+        Ok(())
+    }
+
+    /// Starting step size (section II.4): `h^order max(|y'|, |y''|) = 0.01`, with `y''` from one
+    /// explicit Euler step in which the state changes by a hundredth of its size.
+    fn first_step(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<f64, Trouble> {
+        let n = y.len();
+        let (t, length) = (run.t, run.span.t_end - run.span.t_start);
+        let longest = run.longest_step(y).min(length);
+        let (start, others) = self.stages.split_at_mut(n);
+
+        let size = run.system.error_norm(y, y, y);
+        let speed = run.system.error_norm(y, y, start);
+        let tiny = 1e-6 * length;
+        let guess = if size > 1e-5 && speed > 1e-5 { 0.01 * (size / speed) } else { tiny };
+        let h = if guess.is_finite() { guess.min(longest) } else { tiny };
+
+        for (i, argument) in self.argument.iter_mut().enumerate() {
+            *argument = y[i] + h * start[i];
+        }
+        match run.rhs(t + h, &self.argument, &mut others[..n], h) {
+            Ok(()) => {}
+            // The Euler step left the domain: start well inside.
+            Err(Trouble::Retry(_)) => return Ok(RECOVERY_FACTOR * h),
+            Err(trouble) => return Err(trouble),
+        }
+        for (i, error) in self.error.iter_mut().enumerate() {
+            *error = others[i] - start[i];
+        }
+        let acceleration = run.system.error_norm(y, y, &self.error) / h;
+        let largest = speed.max(acceleration);
+        let predicted =
+            if largest <= 1e-15 { tiny.max(h * 1e-3) } else { (0.01 / largest).powf(1.0 / self.pair.order) };
+        let step = predicted.min(100.0 * h).min(longest);
+        Ok(if step.is_finite() { step } else { h })
+    }
+}
+
+/// Step size control (section II.4, program DOP853).
+struct StepControl {
+    exponent: f64,
+    beta: f64,
+    safety: f64,
+    min_factor: f64,
+    max_factor: f64,
+    last_error: f64,
+    after_rejection: bool,
+}
+
+impl StepControl {
+    fn new(options: &Options, pair: &Pair) -> Self {
+        let beta = options.beta.unwrap_or(pair.beta);
+        Self {
+            exponent: 1.0 / pair.order - pair.beta_share * beta,
+            beta,
+            safety: options.safety,
+            min_factor: options.min_factor,
+            max_factor: options.max_factor,
+            last_error: LEAST_REMEMBERED_ERROR,
+            after_rejection: false,
+        }
+    }
+
+    /// Ratio of the next step size to the one just accepted; no growth right after a rejection.
+    fn factor_after_acceptance(&mut self, error: f64) -> f64 {
+        let factor = self.safety * self.last_error.powf(self.beta) / error.powf(self.exponent);
+        let most = if self.after_rejection { 1.0 } else { self.max_factor };
+        self.last_error = error.max(LEAST_REMEMBERED_ERROR);
+        self.after_rejection = false;
+        factor.max(self.min_factor).min(most)
+    }
+
+    /// Ratio of the next step size to the one just rejected.
+    fn factor_after_rejection(&self, error: f64) -> f64 {
+        (self.safety / error.powf(self.exponent)).max(self.min_factor)
+    }
+
+    fn rejected(&mut self) {
+        self.after_rejection = true;
+    }
+}
+
+/// The step that passes over a time at `distance` between two stages, about as long as the one tried; where there is none,
+/// a step that ends well before it, and the one to follow.
+fn aim(pair: &Pair, tried: f64, distance: f64) -> (f64, Option<f64>) {
+    let passing = pair.gaps.iter().map(|gap| distance / gap).find(|step| *step <= AIMED_STRETCH * tried);
+    match passing {
+        Some(step) if step > 0.0 => (step, None),
+        // At the very start of the step: no size helps, but a smaller one may.
+        Some(_) => (tried * RECOVERY_FACTOR, None),
+        None => ((distance - pair.widest_gap * tried).max(RECOVERY_FACTOR * tried), Some(tried)),
+    }
+}
+
+/// `out := y + h sum_j a_j k_j`
+fn combine(row: Row, stages: &[f64], h: f64, y: &[f64], out: &mut [f64]) {
+    out.copy_from_slice(y);
+    add_combination(row, stages, h, out);
+}
+
+/// `out += h sum_j a_j k_j`
+fn add_combination(row: Row, stages: &[f64], h: f64, out: &mut [f64]) {
+    let n = out.len();
+    for &(j, coefficient) in row {
+        let factor = h * coefficient;
+        let stage = &stages[j * n..(j + 1) * n];
+        for (value, &derivative) in out.iter_mut().zip(stage) {
+            *value += factor * derivative;
+        }
+    }
+}
+
+/// Evaluates the polynomial of [`Explicit::prepare_interpolation`] at the share `s` of the step.
+fn interpolate(polynomial: &[f64], s: f64, out: &mut [f64]) {
+    let n = out.len();
+    let coefficients = polynomial.len() / n.max(1);
+    for (i, value) in out.iter_mut().enumerate() {
+        let mut sum = 0.0;
+        for k in (1..coefficients).rev() {
+            // Factors alternate: s outside odd coefficients, 1 - s outside even ones.
+            let factor = if k % 2 == 1 { s } else { 1.0 - s };
+            sum = factor * (polynomial[k * n + i] + sum);
+        }
+        *value = polynomial[i] + sum;
+    }
+}

@@ -1,0 +1,426 @@
+//! [`MachineCode`]: a program as functions of the processor, made while the program runs.
+//!
+//! The same operations in the same order as the interpreter, none fused, and the same Rust functions for what is no single
+//! instruction: the results are the interpreter's, bit for bit. Long lists are cut into functions of [`PIECE`]
+//! operations, since the cost of compiling a function grows faster than its length; numbers that outlive a function stay in
+//! the workspace.
+//!
+//! With x the registers of the workspace, an operation reads a register from x only where the function has not computed it
+//! itself, and writes one back only if it is read after the function ends.
+
+#![allow(unsafe_code, reason = "the only way to call machine code; each use says why it holds")]
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlagsData, SigRef, Value, condcodes::FloatCC, types};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{FuncId, Module, ModuleError};
+use element_api::Table;
+
+use super::costs::MachineError;
+use super::tape::{Instruction, Program, Register};
+
+/// Operations per function. Measured on the right sides of the benchmark scenes (x86-64, 600 to 1800 operations): 64 cost
+/// as much to compile and run slower, 1024 take 1.4 times as long to compile and run equally fast.
+const PIECE: usize = 256;
+
+/// Cranelift's settings. `opt_level` speed takes 1.4 times as long to compile and its code is not faster: the graph has
+/// folded and shared already what could be. The single-pass register allocator saves no time and its code takes twice as
+/// long to run.
+const FLAGS: [(&str, &str); 3] =
+    [("opt_level", "none"), ("regalloc_algorithm", "backtracking"), ("enable_verifier", "false")];
+
+/// A part of a list of instructions: takes the registers and the tables.
+type Piece = unsafe extern "C" fn(*mut f64, *const Table);
+
+/// Functions that do what the lists of instructions of one program do.
+pub struct MachineCode {
+    /// For each list (one per stage, then the one after all calls) its functions in running order.
+    lists: Vec<Vec<Piece>>,
+    registers: usize,
+    tables: usize,
+    /// Size of the code, bytes.
+    bytes: usize,
+    /// The memory of the functions; taken when it is given back.
+    memory: Mutex<Option<JITModule>>,
+}
+
+impl MachineCode {
+    /// Makes the functions of a program. `cancel` is looked at between functions.
+    ///
+    /// # Errors
+    /// See [`MachineError`]; the program can always be interpreted instead.
+    pub fn compile(program: &Program, cancel: &AtomicBool) -> Result<Self, MachineError> {
+        Self::in_pieces(program, cancel, PIECE)
+    }
+
+    /// The same with functions of `piece` operations.
+    pub(super) fn in_pieces(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Self, MachineError> {
+        if !cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
+            return Err(MachineError::Unavailable);
+        }
+        let builder = JITBuilder::with_flags(&FLAGS, cranelift_module::default_libcall_names());
+        let mut maker = Maker {
+            module: JITModule::new(builder.map_err(refused)?),
+            frontend: FunctionBuilderContext::new(),
+            piece,
+            bytes: 0,
+        };
+        let functions = maker.functions(program, cancel);
+        let finished = functions.and_then(|lists| {
+            maker.module.finalize_definitions().map_err(refused)?;
+            Ok(lists)
+        });
+        let Maker { module, bytes, .. } = maker;
+        let functions = match finished {
+            Ok(functions) => functions,
+            Err(error) => {
+                // SAFETY: no function of this module has been handed out.
+                unsafe { module.free_memory() };
+                return Err(error);
+            }
+        };
+        let piece = |id: &FuncId| {
+            let address = module.get_finalized_function(*id);
+            // SAFETY: the function was made by `Maker::function` with just this signature and calling convention, and the
+            // memory it lies in lives as long as the `MachineCode`.
+            unsafe { std::mem::transmute::<*const u8, Piece>(address) }
+        };
+        let lists = functions.iter().map(|list| list.iter().map(piece).collect()).collect();
+        let (registers, tables) = (program.registers, program.tables.len());
+        Ok(Self { lists, registers, tables, bytes, memory: Mutex::new(Some(module)) })
+    }
+
+    /// Size of the code, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// Runs list number `list` of the program that this was made from. `[hot, no allocation]`
+    pub(super) fn run(&self, list: usize, tables: &[Table], x: &mut [f64]) {
+        assert!(x.len() >= self.registers && tables.len() >= self.tables, "registers and tables of another program");
+        for piece in &self.lists[list] {
+            // SAFETY: the functions read and write registers below `self.registers` and pass table numbers below
+            // `self.tables`, which `Maker::functions` checked and the assertion above finds within the slices; `x` is
+            // borrowed mutably, and nothing keeps the pointers.
+            unsafe { piece(x.as_mut_ptr(), tables.as_ptr()) };
+        }
+    }
+}
+
+impl Drop for MachineCode {
+    fn drop(&mut self) {
+        let module = self.memory.get_mut().ok().and_then(Option::take);
+        if let Some(module) = module {
+            // SAFETY: the functions are called through `self` only, which nobody holds any more.
+            unsafe { module.free_memory() };
+        }
+    }
+}
+
+impl std::fmt::Debug for MachineCode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MachineCode").field("bytes", &self.bytes).finish_non_exhaustive()
+    }
+}
+
+/// Makes functions.
+struct Maker {
+    module: JITModule,
+    frontend: FunctionBuilderContext,
+    /// Operations per function.
+    piece: usize,
+    bytes: usize,
+}
+
+impl Maker {
+    /// All functions of a program, by list.
+    fn functions(&mut self, program: &Program, cancel: &AtomicBool) -> Result<Vec<Vec<FuncId>>, MachineError> {
+        let lists: Vec<&[Instruction]> = program.lists().collect();
+        // What is read later, from the last instruction to the first.
+        let mut live = vec![false; program.registers];
+        program.outputs.iter().for_each(|register| live[*register as usize] = true);
+        let mut made: Vec<Vec<FuncId>> = vec![Vec::new(); lists.len()];
+        for (number, list) in lists.iter().enumerate().rev() {
+            // A stage's list is followed by its calls.
+            if let Some(stage) = program.stages.get(number) {
+                for batch in &stage.batches {
+                    batch.results.iter().flatten().for_each(|register| live[*register as usize] = false);
+                }
+                for batch in &stage.batches {
+                    batch.arguments.iter().for_each(|register| live[*register as usize] = true);
+                }
+            }
+            let mut functions: Vec<FuncId> = Vec::new();
+            for instructions in list.rchunks(self.piece) {
+                if cancel.load(Ordering::Relaxed) {
+                    return Err(MachineError::Cancelled);
+                }
+                check(instructions, program);
+                let stored = stored(instructions, &live);
+                functions.push(self.function(instructions, &stored, program.registers)?);
+                before(instructions, &mut live);
+            }
+            functions.reverse();
+            made[number] = functions;
+        }
+        Ok(made)
+    }
+
+    fn function(
+        &mut self,
+        instructions: &[Instruction],
+        stored: &[bool],
+        registers: usize,
+    ) -> Result<FuncId, MachineError> {
+        let pointer = self.module.target_config().pointer_type();
+        let mut context = self.module.make_context();
+        let parameters = [AbiParam::new(pointer), AbiParam::new(pointer)];
+        context.func.signature.params.extend(parameters);
+        let mut builder = FunctionBuilder::new(&mut context.func, &mut self.frontend);
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        builder.seal_block(block);
+        let (x, tables) = (builder.block_params(block)[0], builder.block_params(block)[1]);
+        let call_convention = self.module.target_config().default_call_conv;
+        let mut body =
+            Body { builder, x, tables, call_convention, pointer, values: vec![None; registers], signatures: [None; 4] };
+        for (instruction, stored) in instructions.iter().zip(stored) {
+            body.write(instruction, *stored);
+        }
+        body.builder.ins().return_(&[]);
+        body.builder.finalize(self.module.target_config());
+        let function = self.module.declare_anonymous_function(&context.func.signature).map_err(refused)?;
+        self.module.define_function(function, &mut context).map_err(refused)?;
+        self.bytes += context.compiled_code().map_or(0, |code| code.code_buffer().len());
+        Ok(function)
+    }
+}
+
+/// The instructions of a program are its own work; that they stay within it is what the machine code relies on.
+fn check(instructions: &[Instruction], program: &Program) {
+    let within = |register: Register| assert!((register as usize) < program.registers, "a register too many");
+    for instruction in instructions {
+        within(instruction.result());
+        instruction.operands(within);
+        if let Instruction::Table(_, _, table, _) = instruction {
+            assert!((*table as usize) < program.tables.len(), "a table too many");
+        }
+    }
+}
+
+/// Which instructions must leave their result in the workspace: the last ones to write a register that is read later.
+fn stored(instructions: &[Instruction], live_after: &[bool]) -> Vec<bool> {
+    let mut wanted = live_after.to_vec();
+    let mut stored: Vec<bool> = instructions
+        .iter()
+        .rev()
+        .map(|instruction| std::mem::take(&mut wanted[instruction.result() as usize]))
+        .collect();
+    stored.reverse();
+    stored
+}
+
+/// Turns the registers read after the instructions into those read by them or after.
+fn before(instructions: &[Instruction], live: &mut [bool]) {
+    for instruction in instructions.iter().rev() {
+        live[instruction.result() as usize] = false;
+        instruction.operands(|register| live[register as usize] = true);
+    }
+}
+
+/// Whole powers up to this are multiplied out.
+const INLINE_POWER: u32 = 8;
+
+/// The function being written.
+struct Body<'f> {
+    builder: FunctionBuilder<'f>,
+    x: Value,
+    tables: Value,
+    pointer: types::Type,
+    call_convention: cranelift_codegen::isa::CallConv,
+    /// Values of registers that this function has computed.
+    values: Vec<Option<Value>>,
+    signatures: [Option<SigRef>; 4],
+}
+
+/// Functions that are called, by what they take besides and return a number.
+#[derive(Clone, Copy)]
+enum Shape {
+    One,
+    Two,
+    Whole,
+    Table,
+}
+
+impl Body<'_> {
+    fn read(&mut self, register: Register) -> Value {
+        if let Some(value) = self.values[register as usize] {
+            return value;
+        }
+        // Read anew at each use: cheaper to compile, and no slower, than keeping it.
+        self.builder.ins().load(types::F64, MemFlagsData::trusted(), self.x, offset(register))
+    }
+
+    fn write(&mut self, instruction: &Instruction, stored: bool) {
+        let value = match *instruction {
+            Instruction::Add(_, a, b) => {
+                let (a, b) = (self.read(a), self.read(b));
+                self.builder.ins().fadd(a, b)
+            }
+            Instruction::Sub(_, a, b) => {
+                let (a, b) = (self.read(a), self.read(b));
+                self.builder.ins().fsub(a, b)
+            }
+            Instruction::Mul(_, a, b) => {
+                let (a, b) = (self.read(a), self.read(b));
+                self.builder.ins().fmul(a, b)
+            }
+            Instruction::Div(_, a, b) => {
+                let (a, b) = (self.read(a), self.read(b));
+                self.builder.ins().fdiv(a, b)
+            }
+            Instruction::Neg(_, a) => {
+                let a = self.read(a);
+                self.builder.ins().fneg(a)
+            }
+            Instruction::Sqrt(_, a) => {
+                let a = self.read(a);
+                self.builder.ins().sqrt(a)
+            }
+            Instruction::Select(_, [a, b, c, d]) => {
+                let (a, b, c, d) = (self.read(a), self.read(b), self.read(c), self.read(d));
+                // Ordered: false where one of them is not a number, as in Rust.
+                let less = self.builder.ins().fcmp(FloatCC::LessThan, a, b);
+                self.builder.ins().select(less, c, d)
+            }
+            Instruction::Sin(_, a) => self.call_one(sin, a),
+            Instruction::Cos(_, a) => self.call_one(cos, a),
+            Instruction::Exp(_, a) => self.call_one(exp, a),
+            Instruction::Ln(_, a) => self.call_one(ln, a),
+            Instruction::Tanh(_, a) => self.call_one(tanh, a),
+            Instruction::Atan2(_, a, b) => {
+                let arguments = [self.read(a), self.read(b)];
+                self.call(Shape::Two, atan2 as *const () as usize, &arguments)
+            }
+            Instruction::Powf(_, a, exponent) => {
+                let arguments = [self.read(a), self.builder.ins().f64const(exponent)];
+                self.call(Shape::Two, powf as *const () as usize, &arguments)
+            }
+            Instruction::Powi(_, a, n) if n.unsigned_abs() <= INLINE_POWER => self.power(a, n),
+            Instruction::Powi(_, a, n) => {
+                let arguments = [self.read(a), self.builder.ins().iconst(types::I32, i64::from(n as u32))];
+                self.call(Shape::Whole, powi as *const () as usize, &arguments)
+            }
+            Instruction::Table(_, a, table, order) => {
+                let whole = |body: &mut Self, n: u32| body.builder.ins().iconst(types::I32, i64::from(n));
+                let arguments = [self.read(a), self.tables, whole(self, table), whole(self, order)];
+                self.call(Shape::Table, look_up as *const () as usize, &arguments)
+            }
+        };
+        let register = instruction.result();
+        if stored {
+            self.builder.ins().store(MemFlagsData::trusted(), value, self.x, offset(register));
+        }
+        self.values[register as usize] = Some(value);
+    }
+
+    /// The products that `f64::powi` forms (`__powidf2` of the compiler's run time): squares, multiplied where the
+    /// exponent has a bit; then the reciprocal of a negative power.
+    fn power(&mut self, a: Register, n: i32) -> Value {
+        let mut square = self.read(a);
+        let mut product: Option<Value> = None;
+        let mut bits = n.unsigned_abs();
+        while bits != 0 {
+            if bits & 1 == 1 {
+                product = Some(product.map_or(square, |product| self.builder.ins().fmul(product, square)));
+            }
+            bits >>= 1;
+            if bits != 0 {
+                square = self.builder.ins().fmul(square, square);
+            }
+        }
+        let product = product.unwrap_or_else(|| self.builder.ins().f64const(1.0));
+        if n >= 0 {
+            return product;
+        }
+        let one = self.builder.ins().f64const(1.0);
+        self.builder.ins().fdiv(one, product)
+    }
+
+    fn call_one(&mut self, function: extern "C" fn(f64) -> f64, a: Register) -> Value {
+        let a = self.read(a);
+        self.call(Shape::One, function as *const () as usize, &[a])
+    }
+
+    fn call(&mut self, shape: Shape, address: usize, arguments: &[Value]) -> Value {
+        let signature = self.signature(shape);
+        let address = self.builder.ins().iconst(self.pointer, address as i64);
+        let call = self.builder.ins().call_indirect(signature, address, arguments);
+        self.builder.inst_results(call)[0]
+    }
+
+    fn signature(&mut self, shape: Shape) -> SigRef {
+        if let Some(signature) = self.signatures[shape as usize] {
+            return signature;
+        }
+        let mut signature = cranelift_codegen::ir::Signature::new(self.call_convention);
+        let parameters: &[types::Type] = match shape {
+            Shape::One => &[types::F64],
+            Shape::Two => &[types::F64, types::F64],
+            Shape::Whole => &[types::F64, types::I32],
+            Shape::Table => &[types::F64, self.pointer, types::I32, types::I32],
+        };
+        signature.params.extend(parameters.iter().map(|t| AbiParam::new(*t)));
+        signature.returns.push(AbiParam::new(types::F64));
+        let reference = self.builder.import_signature(signature);
+        self.signatures[shape as usize] = Some(reference);
+        reference
+    }
+}
+
+fn refused(error: ModuleError) -> MachineError {
+    MachineError::Refused(error.to_string())
+}
+
+/// Place of a register in the workspace, bytes.
+fn offset(register: Register) -> i32 {
+    i32::try_from(u64::from(register) * 8).expect("fewer than 2^28 registers")
+}
+
+// What the interpreter calls, as functions with an address.
+
+extern "C" fn sin(a: f64) -> f64 {
+    a.sin()
+}
+extern "C" fn cos(a: f64) -> f64 {
+    a.cos()
+}
+extern "C" fn exp(a: f64) -> f64 {
+    a.exp()
+}
+extern "C" fn ln(a: f64) -> f64 {
+    a.ln()
+}
+extern "C" fn tanh(a: f64) -> f64 {
+    a.tanh()
+}
+extern "C" fn atan2(a: f64, b: f64) -> f64 {
+    a.atan2(b)
+}
+extern "C" fn powf(a: f64, exponent: f64) -> f64 {
+    a.powf(exponent)
+}
+extern "C" fn powi(a: f64, n: i32) -> f64 {
+    a.powi(n)
+}
+extern "C" fn look_up(a: f64, tables: *const Table, table: u32, order: u32) -> f64 {
+    // SAFETY: called by machine code only, which passes the pointer to the program's tables that `MachineCode::run` was
+    // given and numbers that `check` found below their count.
+    let table = unsafe { &*tables.add(table as usize) };
+    table.derivative(a, order)
+}

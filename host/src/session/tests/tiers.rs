@@ -1,0 +1,133 @@
+//! Machine code and interpreter: the same run bit for bit, and machine code only where that pays.
+
+use std::thread::sleep;
+use std::time::Duration;
+
+use super::*;
+use crate::program::{Graph, Program, Used, Workspace, costs};
+use crate::session::Tier;
+
+/// A run of the scene with an engine, its step sizes and samples chosen for many steps.
+#[track_caller]
+fn with_engine(text: &str, engine: &str) -> RunReport {
+    let outputs = (0..3).map(|k| {
+        let axis = ["x", "y", "z"][k];
+        output(axis, &format!("quantity = \"position\"; of = \"{}\"; component = \"{axis}\"", body(text)))
+    });
+    let text = text.replace("t_end = 1\n", &format!("t_end = 1\nengine = \"{engine}\"\n"));
+    run(&(text + &outputs.collect::<String>()))
+}
+
+fn body(text: &str) -> &'static str {
+    if text.contains("\"coupler\"") { "coupler" } else { "b" }
+}
+
+#[test]
+fn every_engine_of_the_working_form_takes_the_same_steps_to_the_same_bits() {
+    for text in [scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1)] {
+        let interpreted = with_engine(&text, "interpreted");
+        assert_eq!(interpreted.summary.machine_code_programs, 0);
+        assert!(interpreted.summary.engine.starts_with("interpreted, "), "{}", interpreted.summary.engine);
+        for engine in ["auto", "compiled"] {
+            let other = with_engine(&text, engine);
+            assert_eq!(other.columns, interpreted.columns, "{engine}");
+            let work = |report: &RunReport| {
+                let s = &report.summary;
+                (s.steps, s.rejected, s.evaluations, s.factorisations, s.rank_safe, s.position_corrections)
+            };
+            assert_eq!((work(&other), other.summary.audit), (work(&interpreted), interpreted.summary.audit));
+            if engine == "compiled" {
+                let summary = &other.summary;
+                assert!(summary.engine.starts_with("compiled, "), "{}", summary.engine);
+                assert!(summary.machine_code_programs >= 2 && summary.machine_code_bytes > 1000);
+                assert_eq!(summary.machine_code_from, Some(0.0));
+                assert!(summary.machine_code_time_s <= summary.compile_time_s);
+            }
+        }
+    }
+}
+
+/// A program of one operation, and how often it is said to have run.
+struct Fake {
+    program: Program,
+    workspace: Workspace,
+    runs: u64,
+}
+
+impl Fake {
+    fn new() -> Self {
+        let mut graph = Graph::default();
+        let a = graph.input(0);
+        let node = graph.sin(a);
+        let program = Program::compile(&graph, &[node]);
+        Self { workspace: program.workspace(), program, runs: 0 }
+    }
+
+    fn value(&mut self, x: f64) -> f64 {
+        let mut found = [0.0];
+        self.program.run(&[x], &[], &mut self.workspace, &mut found).unwrap();
+        found[0]
+    }
+
+    fn used(&mut self, spare: bool) -> Vec<Used<'_>> {
+        vec![Used { program: &mut self.program, runs: self.runs, spare }]
+    }
+}
+
+/// Whether an automatic run of `steps` equal steps with ten runs of its program each would compile it, and after how many.
+fn compiles(steps: u32) -> Option<u32> {
+    let mut fake = Fake::new();
+    let mut tier = Tier::automatic(2.0, 4.0);
+    for step in 1..=steps {
+        fake.runs += 10;
+        let t = 2.0 + 2.0 * f64::from(step) / f64::from(steps);
+        tier.between_steps(t, || fake.used(false));
+        if tier.is_compiling() {
+            return Some(step);
+        }
+    }
+    None
+}
+
+#[test]
+fn only_what_pays_is_compiled() {
+    let paying = (costs::runs_that_pay() / 10.0) as u32;
+    // Not where compiling costs more than all runs, and not at a margin that a wrong prediction would eat up.
+    assert_eq!(compiles(paying / 2), None);
+    assert_eq!(compiles(2 * paying), None);
+    // As soon as there is proof, in a long run.
+    let begun = compiles(100 * paying).unwrap();
+    assert!((paying / 4..=paying).contains(&begun), "{begun} of {paying}");
+}
+
+#[test]
+fn a_compiled_program_is_taken_over_between_two_steps() {
+    let mut fake = Fake::new();
+    let before = fake.value(0.3);
+    let mut tier = Tier::automatic(0.0, 1e9);
+    fake.runs = 1_000_000;
+    let mut t = 0.0;
+    while tier.made().programs == 0 && t < 60_000.0 {
+        t += 1.0;
+        tier.between_steps(t, || fake.used(false));
+        sleep(Duration::from_millis(u64::from(tier.is_compiling())));
+    }
+    let made = *tier.made();
+    assert_eq!((made.programs, made.since), (1, Some(t)));
+    assert!(fake.program.is_machine_code() && made.bytes > 0 && made.seconds > 0.0);
+    assert_eq!(fake.value(0.3).to_bits(), before.to_bits());
+    // Nothing is compiled twice.
+    (0..100).for_each(|_| tier.between_steps(t, || fake.used(false)));
+    assert_eq!(*tier.made(), made);
+}
+
+#[test]
+fn what_stands_in_is_compiled_only_when_it_is_run_often() {
+    let mut fake = Fake::new();
+    let mut tier = Tier::fixed();
+    tier.compile_now(0.0, fake.used(true)).unwrap();
+    assert!(!fake.program.is_machine_code());
+    tier.between_steps(0.5, || unreachable!("a fixed tier decides nothing"));
+    tier.compile_now(0.0, fake.used(false)).unwrap();
+    assert!(fake.program.is_machine_code());
+}

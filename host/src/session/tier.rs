@@ -1,0 +1,188 @@
+//! [`Tier`]: when programs turn from interpreted ones into machine code.
+//!
+//! A run starts interpreted, at once. When the work still to come, predicted from the work done so far, pays for making
+//! machine code, another thread makes it, and the run takes it over between two steps. Both give the same results bit for
+//! bit, so that nothing depends on when that happens.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Instant;
+
+use crate::program::{MachineCode, MachineError, Program, Used, costs};
+
+/// Predicted savings over the cost of compiling from which on it is done. Compiling takes a processor that the run itself
+/// might have had, the run goes on interpreted meanwhile, and predictions err.
+const MARGIN: f64 = 2.0;
+/// Share of the runs that pay for compiling that must have been done before anything is predicted from them: the first
+/// steps are short and say little about those to come, and a wrong guess costs no multiple of what was spent already.
+const PROOF: f64 = 0.25;
+/// Accepted steps before the first prediction; doubled for each further one.
+const FIRST_LOOK: u64 = 8;
+
+/// Machine code of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Made {
+    /// Programs that were compiled.
+    pub programs: u64,
+    /// Size of their code, bytes.
+    pub bytes: u64,
+    /// Time it took to make it, s: before the first step, or beside the run.
+    pub seconds: f64,
+    /// Time of the first step that ran it, s.
+    pub since: Option<f64>,
+}
+
+/// Programs, by number, with their code; and the time that took, s.
+type Codes = (Vec<(usize, MachineCode)>, f64);
+
+/// A thread that compiles.
+struct Job {
+    cancel: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Codes>>,
+}
+
+impl Job {
+    fn is_finished(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// What it made; nothing where it failed.
+    fn codes(mut self) -> Codes {
+        self.thread.take().and_then(|thread| thread.join().ok()).unwrap_or_default()
+    }
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        // Nobody waits for it: it ends after the function under way.
+        self.cancel.store(true, Ordering::Relaxed);
+    }
+}
+
+/// See the module documentation.
+#[derive(Default)]
+pub struct Tier {
+    /// Start and end of the run, if programs may be compiled during it.
+    span: Option<(f64, f64)>,
+    steps: u64,
+    next_look: u64,
+    job: Option<Job>,
+    made: Made,
+}
+
+impl Tier {
+    /// Programs stay what they are.
+    #[must_use]
+    pub fn fixed() -> Self {
+        Self::default()
+    }
+
+    /// Programs are compiled during a run from `start` to `end` (s) when that pays.
+    #[must_use]
+    pub fn automatic(start: f64, end: f64) -> Self {
+        Self { span: Some((start, end)), next_look: FIRST_LOOK, ..Self::default() }
+    }
+
+    /// Compiles all programs but the spare ones now.
+    ///
+    /// # Errors
+    /// [`MachineError`] when there is no machine code to be had.
+    pub fn compile_now(&mut self, t: f64, mut programs: Vec<Used<'_>>) -> Result<(), MachineError> {
+        let started = Instant::now();
+        for used in programs.iter_mut().filter(|used| is_open(used) && !used.spare) {
+            let code = MachineCode::compile(used.program, &AtomicBool::new(false))?;
+            self.install(t, used, code);
+        }
+        self.made.seconds += started.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// To be called between steps, at time `t` (s) of an accepted state. `programs` are asked for when something is to be
+    /// decided; their order must not change.
+    pub fn between_steps<'p>(&mut self, t: f64, programs: impl FnOnce() -> Vec<Used<'p>>) {
+        let Some((start, end)) = self.span else { return };
+        self.steps += 1;
+        if let Some(job) = &self.job {
+            if job.is_finished() {
+                self.take_over(t, programs());
+            }
+            return;
+        }
+        if self.steps < self.next_look {
+            return;
+        }
+        self.next_look = 2 * self.steps;
+        let to_come = (end - t) / (t - start);
+        let list: Vec<(usize, Program)> = programs()
+            .into_iter()
+            .enumerate()
+            .filter(|(_, used)| is_open(used) && pays(used.runs as f64, to_come))
+            .map(|(number, used)| (number, used.program.clone()))
+            .collect();
+        if !list.is_empty() {
+            self.job = begin(list);
+            self.span = self.span.filter(|_| self.job.is_some());
+        }
+    }
+
+    /// Installs what the thread has made.
+    fn take_over(&mut self, t: f64, mut programs: Vec<Used<'_>>) {
+        let Some(job) = self.job.take() else { return };
+        let (codes, seconds) = job.codes();
+        self.made.seconds += seconds;
+        if codes.is_empty() {
+            // A compiler that fails is a reason to go on without it.
+            self.span = None;
+        }
+        for (number, code) in codes {
+            self.install(t, &mut programs[number], code);
+        }
+    }
+
+    fn install(&mut self, t: f64, used: &mut Used<'_>, code: MachineCode) {
+        self.made.programs += 1;
+        self.made.bytes += code.bytes() as u64;
+        self.made.since.get_or_insert(t);
+        used.program.install(Arc::new(code));
+    }
+
+    /// Whether a thread is compiling.
+    #[must_use]
+    pub fn is_compiling(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// What was compiled so far.
+    #[must_use]
+    pub fn made(&self) -> &Made {
+        &self.made
+    }
+}
+
+/// Whether there is something to compile.
+fn is_open(used: &Used<'_>) -> bool {
+    !used.program.is_machine_code() && used.program.operations() > 0
+}
+
+/// Whether compiling a program that has been run `runs` times pays, if `to_come` times as many runs follow. The length of
+/// the program does not matter: both its cost and what it saves grow with it.
+fn pays(runs: f64, to_come: f64) -> bool {
+    let paying = costs::runs_that_pay();
+    runs >= PROOF * paying && runs * to_come >= MARGIN * paying
+}
+
+/// Starts a thread that compiles; none where there are no threads.
+fn begin(list: Vec<(usize, Program)>) -> Option<Job> {
+    let cancel = Arc::new(AtomicBool::new(false));
+    let told = Arc::clone(&cancel);
+    let work = move || {
+        let started = Instant::now();
+        let codes =
+            list.iter().map_while(|(number, program)| Some((*number, MachineCode::compile(program, &told).ok()?)));
+        let codes: Vec<_> = codes.collect();
+        (codes, started.elapsed().as_secs_f64())
+    };
+    let thread = thread::Builder::new().name("compiler".into()).spawn(work).ok()?;
+    Some(Job { cancel, thread: Some(thread) })
+}
