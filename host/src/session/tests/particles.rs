@@ -13,6 +13,7 @@ fn a_particle_moves_without_an_inertia() {
         + STRUT
         + &output("x", "quantity = \"position\"; of = \"p\"; component = \"x\"")
         + &output("spin", "quantity = \"angular_velocity\"; of = \"p\"; component = \"z\"");
+    assert_eq!(open(&text).plan.mobility, 3);
     let report = run(&text);
     // 2 x'' = 50 (1 - x).
     assert!(off(&report, "x", |t| 1.0 + 0.5 * (5.0 * t).cos()) < 1e-9);
