@@ -3,8 +3,8 @@
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::scales::Scales;
-use super::working::{BODY_STATES, move_body};
-use crate::linalg::{DenseQr, KktSolver, KktStructure};
+use super::working::{BODY_STATES, clusters, move_body};
+use crate::linalg::{KktSolver, KktStructure, SparseFirst};
 use crate::model::{Model, rotation, skew};
 use crate::plan::Layout;
 use crate::program::{Equations, Program};
@@ -165,7 +165,9 @@ fn positions(
     }
     let all: Vec<usize> = (0..layout.rows).collect();
     let mut rows = Constraints::new(equations, model, &all, &[|row| row.value], &[])?;
-    let mut solver = DenseQr::new(&rows.structure, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
+    let clusters = clusters(layout, &all);
+    let mut solver =
+        SparseFirst::new(&rows.structure, &clusters, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
     solver.set_mass(&mass_values(model)).map_err(AnalysisError::from)?;
     let n = layout.velocities();
     let (mut step, mut multipliers, zero) = (vec![0.0; n], vec![0.0; layout.rows], vec![0.0; n]);
@@ -275,7 +277,7 @@ fn velocities(
     let mut pattern = rows.structure.jacobian.clone();
     let mut values = rows.jacobian().to_vec();
     let mut right: Vec<f64> = rows.function(0).iter().map(|x| -x).collect();
-    let mut asked: Vec<(&String, bool, usize, f64)> = Vec::new();
+    let mut asked: Vec<(usize, bool, usize, f64)> = Vec::new();
     for (index, body) in model.bodies.iter().enumerate() {
         let y = &state[BODY_STATES * index..BODY_STATES * index + 7];
         let a = rotation(&[y[3], y[4], y[5], y[6]]);
@@ -290,7 +292,7 @@ fn velocities(
                     values.push(*entry);
                 }
                 right.push(value);
-                asked.push((&body.name, angular, k, value));
+                asked.push((index, angular, k, value));
             };
             let turning = [(3, swept[(k, 0)]), (4, swept[(k, 1)]), (5, swept[(k, 2)])];
             let mut entries = vec![(k, 1.0)];
@@ -303,10 +305,13 @@ fn velocities(
     let count = right.len();
     let n = layout.velocities();
     let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern)?;
-    let mut solver = DenseQr::new(&structure, ASSEMBLY_RANK_TOLERANCE)?;
+    // What is asked of a body is a cluster of its own.
+    let mut clusters = clusters(layout, &all);
+    clusters.rows.extend(asked.iter().map(|(body, ..)| model.elements.len() + body));
+    let mut solver = SparseFirst::new(&structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
     solver.set_mass(&mass_values(model))?;
     // The joints come first; what the scene asks for is met as far as they leave it open.
-    solver.set_first_rows(&all)?;
+    solver.set_first_rows(&all);
     solver.refactor(&values)?;
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
     solver.solve(&vec![0.0; n], &right, &mut v, &mut multipliers)?;
@@ -323,7 +328,8 @@ fn velocities(
     for (row, (body, angular, component, given)) in asked.into_iter().enumerate() {
         let found = reached[layout.rows + row];
         if (found - given).abs() > VELOCITY_MISS * largest {
-            misses.push(VelocityMiss { body: body.clone(), angular, component, given, found });
+            let body = model.bodies[body].name.clone();
+            misses.push(VelocityMiss { body, angular, component, given, found });
         }
     }
     Ok(misses)

@@ -479,6 +479,14 @@ fn groups(layout: &Layout) -> Vec<Group> {
     groups
 }
 
+/// One cluster per body, and one per joint.
+pub(super) fn clusters(layout: &Layout, rows: &[usize]) -> Clusters {
+    Clusters {
+        velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
+        rows: rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
+    }
+}
+
 /// The sparse engine for a choice of rows: one cluster per body and per joint.
 ///
 /// # Errors
@@ -490,11 +498,7 @@ pub fn sparse_engine(
     layout: &Layout,
 ) -> Result<SparseLdl, LinalgError> {
     let structure = structure(equations, model, rows)?;
-    let clusters = Clusters {
-        velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
-        rows: rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
-    };
-    SparseLdl::with_computed_order(&structure, Some(&clusters))
+    SparseLdl::with_computed_order(&structure, Some(&clusters(layout, rows)))
 }
 
 impl Formulation for WorkingForm {

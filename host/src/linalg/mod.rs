@@ -21,6 +21,7 @@
 //! | file | content |
 //! |---|---|
 //! | `dense_qr.rs` | rank-safe engine, the plain twin of everything faster |
+//! | `sparse_first.rs` | the sparse engine where it can be trusted, the rank-safe one where not |
 //! | `sparse_ldl.rs` | engine whose cost grows like the size of a chain or tree |
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
 //! | `pivoted_qr.rs` | Householder QR with column pivoting: rank, least squares, minimum norm |
@@ -32,6 +33,7 @@ mod constraint_order;
 mod dense;
 mod dense_qr;
 mod pivoted_qr;
+mod sparse_first;
 mod sparse_ldl;
 
 #[cfg(test)]
@@ -42,6 +44,7 @@ pub use constraint_order::{Clusters, constraint_order};
 pub use dense::FullPivLu;
 pub use dense_qr::DenseQr;
 pub use pivoted_qr::PivotedQr;
+pub use sparse_first::{SparseFirst, TRUSTED};
 pub use sparse_ldl::SparseLdl;
 
 /// Rank tolerance of the dense factorisations: a pivot at or below this share of the largest

@@ -59,7 +59,7 @@ impl PivotedQr {
             tolerance,
             rank_limit: usize::MAX,
             in_first_group: vec![true; columns],
-            entries: vec![0.0; rows * columns],
+            entries: Vec::new(),
             tau: vec![0.0; rows.min(columns)],
             scale: vec![1.0; columns],
             order: (0..columns).collect(),
@@ -93,9 +93,11 @@ impl PivotedQr {
     }
 
     /// Storage of `A`, column-major: entry `(i, j)` at `i + rows * j`. It is consumed by
-    /// [`PivotedQr::factor`], so every entry has to be written before each factorisation.
+    /// [`PivotedQr::factor`], so every entry has to be written before each factorisation. Allocated by the first call:
+    /// a large matrix that is never needed costs nothing.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         self.factored = false;
+        self.entries.resize(self.rows * self.columns, 0.0);
         &mut self.entries
     }
 

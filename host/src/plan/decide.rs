@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::layout::Layout;
 use super::topology::Topology;
-use crate::linalg::{DenseQr, Health, KktSolver, KktStructure, LinalgError};
+use crate::linalg::{DenseQr, Health, KktSolver, KktStructure, LinalgError, TRUSTED};
 use crate::model::Model;
 
 /// Share of the largest pivot below which a constraint row counts as dependent on others at the assembled position.
@@ -100,14 +100,25 @@ impl Plan {
         model: &Model,
         layout: &Layout,
         probe: &Probe<'_>,
-        sparse_health: impl FnOnce(&[usize]) -> Result<Health, LinalgError>,
+        sparse_health: impl FnMut(&[usize]) -> Result<Health, LinalgError>,
     ) -> Result<Self, LinalgError> {
-        let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
-        qr.set_mass(probe.mass)?;
-        let health = qr.refactor(probe.jacobian)?;
-        let mut independent_rows = qr.independent_rows().to_vec();
+        let topology = Topology::new(model);
+        let all: Vec<usize> = (0..layout.rows).collect();
+        let mut sparse_health = sparse_health;
+        // Trees with pivots beyond doubt have no dependent rows; only other scenes need the dense rank.
+        let tree = topology.islands.iter().all(|island| island.loops == 0);
+        let sound = if tree { sparse_health(&all).ok().filter(|h| h.smallest_pivot_ratio >= TRUSTED) } else { None };
+        let (health, mut independent_rows, mut dependent, null_space) = match sound {
+            // The rank-safe engine's pivots are not known; nothing is compared with them.
+            Some(_) => (Health { rank: layout.rows, smallest_pivot_ratio: 0.0 }, all, Vec::new(), Vec::new()),
+            None => {
+                let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
+                qr.set_mass(probe.mass)?;
+                let health = qr.refactor(probe.jacobian)?;
+                (health, qr.independent_rows().to_vec(), qr.dependent_rows().to_vec(), qr.null_space()?)
+            }
+        };
         independent_rows.sort_unstable();
-        let mut dependent = qr.dependent_rows().to_vec();
         dependent.sort_unstable();
         let redundant_rows = dependent
             .into_iter()
@@ -116,7 +127,7 @@ impl Plan {
                 RedundantRow { row, name: model.elements[element].row_name(k) }
             })
             .collect();
-        let reactions = unique_reactions(model, layout, probe, &qr.null_space()?);
+        let reactions = unique_reactions(model, layout, probe, &null_space);
         let always_rank_safe = match sparse_health(&independent_rows) {
             Ok(health) if health.smallest_pivot_ratio >= LEAST_HEALTH => None,
             Ok(health) => Some(format!(
@@ -127,7 +138,7 @@ impl Plan {
         };
         let mut plan = Self {
             layout: layout.clone(),
-            topology: Topology::new(model),
+            topology,
             independent_rows,
             redundant_rows,
             // The three rotations of a particle are none. Joints that hold them all the same fail later, with a name.
