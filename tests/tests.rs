@@ -9,6 +9,7 @@
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
+//! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
 //! | `interleaved.rs` | models share nothing |
@@ -19,6 +20,7 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
+mod allocations;
 mod benchmarks;
 mod broken_scenes;
 mod compressor;

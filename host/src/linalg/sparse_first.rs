@@ -39,6 +39,12 @@ impl SparseFirst {
         self.first_rows = Some(rows.to_vec());
     }
 
+    /// Whether the values factored last are left to the dense engine.
+    #[must_use]
+    pub fn uses_dense(&self) -> bool {
+        self.uses_dense
+    }
+
     fn dense(&mut self) -> Result<&mut DenseQr, LinalgError> {
         if self.dense.is_none() {
             let mut dense = DenseQr::new(&self.structure, self.tolerance)?;

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod factorisations;
+mod sparse_first;
 
 use nalgebra::{DMatrix, DVector};
 

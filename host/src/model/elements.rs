@@ -46,7 +46,7 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             Some(joint) => elements.markers_of(*joint, record, &handle),
             None => {
                 check_bodies(record, &handle, &targets, found);
-                if found.len() > before { Ok(Vec::new()) } else { markers(record, &targets, scene) }
+                if found.len() > before { Ok(Vec::new()) } else { markers(record, &targets, scene, bodies) }
             }
         };
         let markers = match markers {
@@ -125,7 +125,12 @@ fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Targ
 }
 
 /// Where the element's frames are on their bodies.
-fn markers(record: &ElementRecord, targets: &[&Target], scene: &Scene) -> Result<Vec<Marker>, Box<Diagnostic>> {
+fn markers(
+    record: &ElementRecord,
+    targets: &[&Target],
+    scene: &Scene,
+    bodies: &Bodies,
+) -> Result<Vec<Marker>, Box<Diagnostic>> {
     let count = targets.len();
     let span = record.placement.span.clone();
     let poses: Vec<(Vector3<f64>, Matrix3<f64>)> = match &record.placement.value {
@@ -174,8 +179,9 @@ fn markers(record: &ElementRecord, targets: &[&Target], scene: &Scene) -> Result
     };
     let marker = |((position, triad), target): ((Vector3<f64>, Matrix3<f64>), &&Target)| match target {
         Target::Movable(body) => {
-            let com = Vector3::from(scene_body(scene, *body).com);
-            Marker { body: Some(*body), position: position - com, rotation: triad }
+            // That of the whole body, its point masses included.
+            let position = position - bodies.movable[*body].center_of_mass;
+            Marker { body: Some(*body), position, rotation: triad }
         }
         Target::Fixed { origin, rotation } => {
             Marker { body: None, position: origin + rotation * position, rotation: rotation * triad }

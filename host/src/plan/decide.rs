@@ -141,7 +141,9 @@ impl Plan {
             topology,
             independent_rows,
             redundant_rows,
-            mobility: layout.velocities() - health.rank,
+            // The three rotations of a particle are none. Joints that hold them all the same fail later, with a name.
+            mobility: (layout.velocities() - health.rank)
+                .saturating_sub(3 * model.bodies.iter().filter(|body| body.particle).count()),
             health,
             reactions,
             always_rank_safe,
