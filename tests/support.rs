@@ -90,7 +90,8 @@ pub fn run_linked(text: &str, library: Library) -> RunReport {
 #[track_caller]
 fn finish(session: Session) -> RunReport {
     let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(report.exit_code(), 0, "{}", report.summary.reason);
+    let summary = &report.summary;
+    assert_eq!(report.exit_code(), 0, "{} {:?}", summary.reason, summary.audit);
     report
 }
 
