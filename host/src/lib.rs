@@ -19,7 +19,7 @@
 //! | [`results`] | numbers -> files, figures, audit, report | how numbers were obtained |
 //! | [`session`] | all of them, in this order | |
 //! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
-//! | [`bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
+//! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases -> pages to read (feature `manual`) | how cases were run |
 //!
