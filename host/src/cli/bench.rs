@@ -7,6 +7,7 @@ use odyn::bench::{Machine, Point, Report, Runner, Setting, Settings, read, write
 use odyn::diagnostics::{Diagnostic, codes, suggest};
 use odyn::integrate;
 use odyn::results::significant;
+use odyn::session::DEFAULT_METHOD;
 
 use super::args::BenchArgs;
 use super::exit;
@@ -62,7 +63,7 @@ fn settings(args: &BenchArgs) -> Result<Settings, Failure> {
         ..Settings::default()
     };
     if args.quick {
-        settings.methods = vec!["auto".into()];
+        settings.methods = vec![DEFAULT_METHOD.into()];
         settings.tolerances = vec![1e-6, 1e-9];
         settings.repeats = 1;
         settings.program = None;
