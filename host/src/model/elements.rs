@@ -187,7 +187,23 @@ fn markers(
             Marker { body: None, position: origin + rotation * position, rotation: rotation * triad }
         }
     };
-    Ok(poses.into_iter().zip(targets).map(marker).collect())
+    Ok(poses.into_iter().zip(targets).map(marker).map(without_round_off).collect())
+}
+
+/// Zeros and ones that round-off has blurred are zeros and ones again: where an axis lies along another one, whole terms of
+/// the equations are known to vanish.
+fn without_round_off(mut marker: Marker) -> Marker {
+    const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+    for entry in marker.rotation.iter_mut() {
+        if entry.abs() <= ROUND_OFF {
+            *entry = 0.0;
+        } else if (entry.abs() - 1.0).abs() <= ROUND_OFF {
+            *entry = entry.signum();
+        }
+    }
+    let least = ROUND_OFF * marker.position.norm();
+    marker.position.iter_mut().filter(|entry| entry.abs() <= least).for_each(|entry| *entry = 0.0);
+    marker
 }
 
 fn parallel_axes(record: &ElementRecord, span: std::ops::Range<usize>) -> Box<Diagnostic> {
