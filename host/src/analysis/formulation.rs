@@ -105,7 +105,7 @@ pub trait Formulation {
     fn groups(&self) -> &[Group];
     /// The state for positions and velocities in working coordinates (per body r, p, v, omega'; then element states; then
     /// work).
-    fn state_of(&self, working: &[f64], state: &mut [f64]);
+    fn state_of(&mut self, working: &[f64], state: &mut [f64]);
     /// Angle references and discrete element states, which stay as they are during a step.
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]);
     /// The rates of the state. `[hot, no allocation]`

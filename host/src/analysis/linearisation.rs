@@ -1,21 +1,19 @@
-//! [`Linearisation`]: exact derivatives of the rates of the working form with respect to its state.
+//! [`Linearisation`]: exact derivatives of the rates of a formulation with respect to its state.
 //!
-//! Accelerations a and multipliers lambda follow from M a = r1 with r1 = Q - Phi_q^T lambda, and 0 = r2 with
-//! r2 = gamma - Phi_q a. M is constant in the working form. Along a direction of the state, with a and lambda held in r1
-//! and r2,
+//! Accelerations a and multipliers lambda follow from 0 = r1 with r1 = Q - M a - Phi_q^T lambda, and 0 = r2 with
+//! r2 = gamma - Phi_q a. Along a direction of the state, with a and lambda held in r1 and r2,
 //!
 //! [M Phi_q^T; Phi_q 0] [da; dlambda] = [dr1; dr2]:
 //!
 //! the matrix of the equations of motion once more, so that its factorisation is used again. The derivatives on the right
-//! are nodes of the graph. Directions are (dr, dpi', dv, domega') per body, then the element states.
+//! are nodes of the graph. Directions are those of the velocities for positions (a rotation turns about the axes of what
+//! turns), the velocities themselves, then the element states.
 
 use super::formulation::AnalysisError;
-use super::working::{BODY_STATES, parameter_rates};
-use crate::plan::Layout;
-use crate::program::{Equations, Graph, Node, Program, Seeds, Sets, Workspace, derivatives};
+use super::working::parameter_rates;
+use crate::plan::{Coordinates, Layout};
+use crate::program::{Equations, Graph, JointEquations, Node, Program, Row, Seeds, Sets, Used, Workspace, derivatives};
 
-/// Directions per body.
-const DIRECTIONS: usize = 12;
 /// Directions times operations up to which derivatives are written down. Finding them takes about 50 ns each.
 const MOST_WORK: usize = 20_000_000;
 
@@ -23,9 +21,62 @@ const MOST_WORK: usize = 20_000_000;
 /// multipliers).
 pub(super) type SolveMotion<'a> = dyn FnMut(&[f64], &[f64], &mut [f64], &mut [f64]) -> Result<(), AnalysisError> + 'a;
 
+/// The rotation matrix of something, as nodes.
+type Matrix = [[Node; 3]; 3];
+
+/// Equations of motion in some coordinates.
+pub(super) struct Terms<'a> {
+    graph: &'a Graph,
+    coordinates: Coordinates,
+    /// Rotation matrices of the coordinates' rotations.
+    rotations: Vec<Matrix>,
+    /// Lower triangle of the mass matrix, if it is not constant.
+    mass: &'a [(usize, usize, Node)],
+    rows: &'a [Row],
+    loads: &'a [Node],
+    state_rates: &'a [Node],
+    power: Node,
+}
+
+impl<'a> Terms<'a> {
+    /// In the coordinates of bodies; `None` where derivatives are not known (opaque elements, forces that depend on
+    /// accelerations or reactions).
+    pub(super) fn of_bodies(equations: &'a Equations, layout: &Layout) -> Option<Self> {
+        let unknown = !equations.graph.calls.is_empty()
+            || !equations.coupling.is_empty()
+            || equations.rates_need_solution(layout);
+        (!unknown).then(|| Self {
+            graph: &equations.graph,
+            coordinates: Coordinates::of_bodies(layout),
+            rotations: equations.bodies.iter().map(|body| body.a).collect(),
+            mass: &[],
+            rows: &equations.rows,
+            loads: &equations.loads,
+            state_rates: &equations.state_rates,
+            power: equations.power,
+        })
+    }
+
+    /// In the coordinates of joints; `None` where derivatives are not known (opaque elements).
+    pub(super) fn of_joints(joint: &'a JointEquations) -> Option<Self> {
+        joint.graph.calls.is_empty().then(|| Self {
+            graph: &joint.graph,
+            coordinates: joint.coordinates.clone(),
+            rotations: joint.rotations.clone(),
+            mass: &joint.mass,
+            rows: &joint.rows,
+            loads: &joint.loads,
+            state_rates: &joint.state_rates,
+            power: joint.power,
+        })
+    }
+}
+
 /// See the module documentation.
 pub(super) struct Linearisation {
-    layout: Layout,
+    coordinates: Coordinates,
+    /// Element states.
+    states: usize,
     /// Rows in use.
     rows: usize,
     program: Program,
@@ -40,22 +91,17 @@ pub(super) struct Linearisation {
 }
 
 impl Linearisation {
-    /// Writes down the derivatives for the rows in use; `None` where they are not known (opaque elements, forces that
-    /// depend on accelerations or reactions) or too many.
-    pub(super) fn new(equations: &Equations, layout: &Layout, rows: &[usize]) -> Option<Self> {
-        let directions = DIRECTIONS * layout.bodies + layout.states;
-        let unknown = !equations.graph.calls.is_empty()
-            || !equations.coupling.is_empty()
-            || equations.rates_need_solution(layout)
-            || directions * equations.graph.len() > MOST_WORK;
-        if unknown {
+    /// Writes down the derivatives for the rows in use; `None` where they are too many.
+    pub(super) fn new(terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Option<Self> {
+        let directions = 2 * terms.coordinates.columns + layout.states;
+        if directions * terms.graph.len() > MOST_WORK {
             return None;
         }
-        let mut graph = equations.graph.clone();
-        let residuals = residuals(&mut graph, equations, layout, rows);
+        let mut graph = terms.graph.clone();
+        let residuals = residuals(&mut graph, terms, layout, rows);
         let (mut nodes, mut entries) = (Vec::new(), Vec::new());
         for direction in 0..directions {
-            let seeds = seeds(&mut graph, equations, layout, direction);
+            let seeds = seeds(&mut graph, terms, layout, direction);
             for (function, slope) in derivatives(&mut graph, &residuals, &seeds).into_iter().enumerate() {
                 if !graph.is_zero(slope) {
                     nodes.push(slope);
@@ -66,15 +112,21 @@ impl Linearisation {
         let program = Program::compile(&graph, &nodes);
         Some(Self {
             rows: rows.len(),
+            states: layout.states,
             workspace: program.workspace(),
             outputs: vec![0.0; nodes.len()],
             program,
             entries,
             columns: vec![0.0; residuals.len() * directions],
-            right: vec![0.0; layout.velocities() + rows.len()],
+            right: vec![0.0; terms.coordinates.columns + rows.len()],
             multipliers: vec![0.0; rows.len()],
-            layout: layout.clone(),
+            coordinates: terms.coordinates.clone(),
         })
+    }
+
+    /// The program, with how often it was run.
+    pub(super) fn used(&mut self) -> Used<'_> {
+        Used { runs: self.workspace.runs(), program: &mut self.program, spare: true }
     }
 
     /// Fills `matrix` (column by column) with the derivatives of the rates at `state`. `inputs` holds the state and its
@@ -92,11 +144,12 @@ impl Linearisation {
             .run(inputs, sets, &mut self.workspace, &mut self.outputs)
             .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
         self.columns.fill(0.0);
-        let height = self.layout.velocities() + self.rows + self.layout.states + 1;
+        let velocities = self.coordinates.columns;
+        let solved = velocities + self.rows;
+        let height = solved + self.states + 1;
         for ((function, direction), value) in self.entries.iter().zip(&self.outputs) {
             self.columns[height * direction + function] = *value;
         }
-        let (velocities, solved) = (self.layout.velocities(), self.layout.velocities() + self.rows);
         for column in self.columns.chunks_exact_mut(height) {
             if column[..solved].iter().all(|value| *value == 0.0) {
                 continue;
@@ -114,65 +167,71 @@ impl Linearisation {
 
     /// From directions to the entries of the state.
     fn assemble(&self, state: &[f64], height: usize, matrix: &mut [f64]) {
-        let n = BODY_STATES * self.layout.bodies + self.layout.states + 1;
+        let motion = self.coordinates.motion;
+        let n = motion + self.states + 1;
+        let velocities = self.coordinates.columns;
+        let direction = |k: usize| &self.columns[height * k..][..height];
         matrix.fill(0.0);
-        for body in 0..self.layout.bodies {
-            let at = BODY_STATES * body;
-            let y = &state[at..at + BODY_STATES];
-            let p = [y[3], y[4], y[5], y[6]];
-            let w = [y[10], y[11], y[12]];
-            let direction = |k: usize| &self.columns[height * (DIRECTIONS * body + k)..][..height];
+        for line in &self.coordinates.lines {
+            self.add(direction(line.column), 1.0, &mut matrix[n * line.position..][..n]);
+            let column = &mut matrix[n * line.velocity..][..n];
+            self.add(direction(velocities + line.column), 1.0, column);
+            column[line.position] = 1.0;
+        }
+        for rotation in &self.coordinates.rotations {
+            let (at, spin_at) = (rotation.position, rotation.velocity);
+            let p = [state[at], state[at + 1], state[at + 2], state[at + 3]];
+            let w = [state[spin_at], state[spin_at + 1], state[spin_at + 2]];
             for k in 0..3 {
-                self.add(direction(k), 1.0, &mut matrix[n * (at + k)..][..n]);
                 let axis = std::array::from_fn(|i| f64::from(u8::from(i == k)));
                 // p' = G^T omega' / 2, dpi' = 2 G dp.
                 let turn = parameter_rates(p, axis);
                 for (e, factor) in turn.iter().enumerate() {
-                    self.add(direction(3 + k), 4.0 * factor, &mut matrix[n * (at + 3 + e)..][..n]);
+                    self.add(direction(rotation.column + k), 4.0 * factor, &mut matrix[n * (at + e)..][..n]);
                 }
-                let column = &mut matrix[n * (at + 7 + k)..][..n];
-                self.add(direction(6 + k), 1.0, column);
-                column[at + k] = 1.0;
-                let column = &mut matrix[n * (at + 10 + k)..][..n];
-                self.add(direction(9 + k), 1.0, column);
-                column[at + 3..at + 7].copy_from_slice(&turn);
+                let column = &mut matrix[n * (spin_at + k)..][..n];
+                self.add(direction(velocities + rotation.column + k), 1.0, column);
+                column[at..at + 4].copy_from_slice(&turn);
             }
             for e in 0..4 {
                 let axis = std::array::from_fn(|i| f64::from(u8::from(i == e)));
-                matrix[n * (at + 3 + e)..][..n][at + 3..at + 7].copy_from_slice(&parameter_rates(axis, w));
+                matrix[n * (at + e)..][..n][at..at + 4].copy_from_slice(&parameter_rates(axis, w));
             }
         }
-        for k in 0..self.layout.states {
-            let column = &self.columns[height * (DIRECTIONS * self.layout.bodies + k)..][..height];
-            self.add(column, 1.0, &mut matrix[n * (BODY_STATES * self.layout.bodies + k)..][..n]);
+        for k in 0..self.states {
+            self.add(direction(2 * velocities + k), 1.0, &mut matrix[n * (motion + k)..][..n]);
         }
     }
 
     /// Adds a direction's derivatives to a column of the matrix.
     fn add(&self, direction: &[f64], factor: f64, column: &mut [f64]) {
-        let (accelerations, others) = direction.split_at(self.layout.velocities());
-        for (body, part) in accelerations.chunks_exact(6).enumerate() {
-            let at = BODY_STATES * body + 7;
-            column[at..at + 6].iter_mut().zip(part).for_each(|(entry, value)| *entry += factor * value);
+        for line in &self.coordinates.lines {
+            column[line.velocity] += factor * direction[line.column];
         }
-        let rates = &others[self.rows..];
-        let from = BODY_STATES * self.layout.bodies;
+        for rotation in &self.coordinates.rotations {
+            for k in 0..3 {
+                column[rotation.velocity + k] += factor * direction[rotation.column + k];
+            }
+        }
+        let rates = &direction[self.coordinates.columns + self.rows..];
+        let from = self.coordinates.motion;
         column[from..].iter_mut().zip(rates).for_each(|(entry, value)| *entry += factor * value);
     }
 }
 
 /// r1, r2 of the rows in use, state rates, power with that of the constraints.
-fn residuals(g: &mut Graph, equations: &Equations, layout: &Layout, rows: &[usize]) -> Vec<Node> {
-    let mut functions = equations.loads.clone();
-    let (mut gammas, mut power) = (Vec::with_capacity(rows.len()), equations.power);
+fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Vec<Node> {
+    let mut functions = terms.loads.to_vec();
+    let (mut gammas, mut power) = (Vec::with_capacity(rows.len()), terms.power);
+    let acceleration_slot = terms.coordinates.acceleration_slot;
     for index in rows {
-        let row = &equations.rows[*index];
+        let row = &terms.rows[*index];
         let multiplier = g.input(layout.multiplier_slot() + index);
         let mut gamma = row.gamma;
         for (column, slope) in &row.jacobian {
             let reaction = g.mul(*slope, multiplier);
             functions[*column] = g.sub(functions[*column], reaction);
-            let acceleration = g.input(layout.acceleration_slot() + column);
+            let acceleration = g.input(acceleration_slot + column);
             let part = g.mul(*slope, acceleration);
             gamma = g.sub(gamma, part);
         }
@@ -180,36 +239,52 @@ fn residuals(g: &mut Graph, equations: &Equations, layout: &Layout, rows: &[usiz
         let driven = g.mul(row.time, multiplier);
         power = g.add(power, driven);
     }
+    for (row, column, entry) in terms.mass {
+        let mut carry = |function: usize, acceleration: usize| {
+            let acceleration = g.input(acceleration_slot + acceleration);
+            let part = g.mul(*entry, acceleration);
+            functions[function] = g.sub(functions[function], part);
+        };
+        carry(*row, *column);
+        if row != column {
+            carry(*column, *row);
+        }
+    }
     functions.extend(gammas);
-    functions.extend(&equations.state_rates);
+    functions.extend(terms.state_rates);
     functions.push(power);
     functions
 }
 
 /// What changes along a direction.
-fn seeds(g: &mut Graph, equations: &Equations, layout: &Layout, direction: usize) -> Seeds {
+fn seeds(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, direction: usize) -> Seeds {
     let one = g.constant(1.0);
-    let body = direction / DIRECTIONS;
-    if body >= layout.bodies {
-        let state = g.input(layout.state_slot() + direction - DIRECTIONS * layout.bodies);
+    let coordinates = &terms.coordinates;
+    let velocities = coordinates.columns;
+    if direction >= 2 * velocities {
+        let state = g.input(layout.state_slot() + direction - 2 * velocities);
         return Seeds::from_iter([(state, one)]);
     }
-    let nodes = &equations.bodies[body];
-    match direction % DIRECTIONS {
-        k @ 0..3 => Seeds::from_iter([(nodes.r[k], one)]),
-        k @ 3..6 => {
-            // dA = A e_k~: two columns change places, one with its sign turned.
-            let (next, last) = ((k - 2) % 3, (k - 1) % 3);
-            let zero = g.constant(0.0);
-            let mut seeds = Seeds::default();
-            for row in &nodes.a {
-                seeds.insert(row[next], row[last]);
-                seeds.insert(row[last], g.neg(row[next]));
-                seeds.insert(row[k - 3], zero);
-            }
-            seeds
-        }
-        k @ 6..9 => Seeds::from_iter([(nodes.v[k - 6], one)]),
-        k => Seeds::from_iter([(nodes.w[k - 9], one)]),
+    if direction >= velocities {
+        let velocity = g.input(coordinates.velocity_slots[direction - velocities]);
+        return Seeds::from_iter([(velocity, one)]);
     }
+    if let Some(line) = coordinates.lines.iter().find(|line| line.column == direction) {
+        let position = g.input(coordinates.slot_of(line.position));
+        return Seeds::from_iter([(position, one)]);
+    }
+    // dA = A e_k~: two columns change places, one with its sign turned.
+    let turning = coordinates.rotations.iter().zip(&terms.rotations);
+    let mut seeds = Seeds::default();
+    for (rotation, a) in turning {
+        let Some(k) = direction.checked_sub(rotation.column).filter(|k| *k < 3) else { continue };
+        let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+        let zero = g.constant(0.0);
+        for row in a {
+            seeds.insert(row[next], row[last]);
+            seeds.insert(row[last], g.neg(row[next]));
+            seeds.insert(row[k], zero);
+        }
+    }
+    seeds
 }

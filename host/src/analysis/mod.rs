@@ -10,17 +10,23 @@
 //! |---|---|
 //! | `formulation.rs` | what a way of writing the equations of motion offers to a simulation |
 //! | `working.rs` | six velocities per body, sparse elimination, rank-safe where needed |
+//! | `joint.rs` | coordinates of joints along a spanning tree, eliminated operation by operation |
+//! | `joint_start.rs` | from bodies to the coordinates of joints |
+//! | `evaluator.rs` | a program with its scratch and results |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
-//! | `linearisation.rs` | exact derivatives of the working form's rates |
+//! | `linearisation.rs` | exact derivatives of a formulation's rates |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
 mod constraints;
 mod coupling;
+mod evaluator;
 mod formulation;
+mod joint;
+mod joint_start;
 mod linearisation;
 mod reference;
 mod scales;
@@ -32,6 +38,7 @@ mod tests;
 pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+pub use joint::{JointForm, JointSizes};
 pub use reference::ReferenceForm;
 pub use scales::Scales;
 pub use working::{WorkingForm, sparse_engine};

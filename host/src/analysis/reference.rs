@@ -334,7 +334,7 @@ impl Formulation for ReferenceForm {
         &self.groups
     }
 
-    fn state_of(&self, working: &[f64], state: &mut [f64]) {
+    fn state_of(&mut self, working: &[f64], state: &mut [f64]) {
         for body in 0..self.layout.bodies {
             let from = &working[BODY_STATES * body..BODY_STATES * (body + 1)];
             let to = &mut state[STATES * body..STATES * (body + 1)];

@@ -5,7 +5,7 @@ use element_api::ElementSet;
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
-use super::linearisation::Linearisation;
+use super::linearisation::{Linearisation, Terms};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
 use crate::plan::{Layout, Plan};
@@ -16,27 +16,27 @@ pub const BODY_STATES: usize = 13;
 
 /// Where the pivot ratio falls below this share of its value at the start, the sparse engine is not trusted: its choice of
 /// rows, or all of them, are close to dependent. The ratio goes with a squared singular value: 2.5e-3 stands for 0.05.
-const SICK_SHARE: f64 = 2.5e-3;
+pub(super) const SICK_SHARE: f64 = 2.5e-3;
 /// The same for scenes that cannot lose rank, as a plain ratio.
-const SICK_TREE: f64 = 1e-12;
+pub(super) const SICK_TREE: f64 = 1e-12;
 /// Share of the rank-safe engine's pivot ratio at the start below which a step had better not end: next to a singular
 /// position.
-const NEAR_SINGULAR: f64 = 0.05;
+pub(super) const NEAR_SINGULAR: f64 = 0.05;
 /// The same for evaluations. Round-off in the positions reaches the accelerations divided by the cube of the distance.
-const TOO_NEAR: f64 = 0.01;
+pub(super) const TOO_NEAR: f64 = 0.01;
 /// Share of the smallest singular value at the start below which steps are taken with care: with the rank-safe engine, and
 /// with stages brought to the constraints before they are evaluated. Two reasons, both about states off the constraints,
 /// where the stages of a method are by its local error. At a singular position the acceleration there has a pole,
 /// (offset) / (distance), which a method would approach with ever smaller steps. And redundant rows contradict each other
 /// there, so that it makes a difference which of them the rank-safe engine picks. On the constraints neither is the case.
-const APPROACH: f64 = 0.5;
+pub(super) const APPROACH: f64 = 0.5;
 /// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
 /// where they really vanish.
-const MOTION_RANK_TOLERANCE: f64 = 1e-11;
+pub(super) const MOTION_RANK_TOLERANCE: f64 = 1e-11;
 /// Violations below this share of the scene's size are round-off.
-const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+pub(super) const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Newton corrections per projection before the constraints count as lost.
-const MOST_CORRECTIONS: usize = 12;
+pub(super) const MOST_CORRECTIONS: usize = 12;
 
 /// A choice of rows with the engine that solves for them.
 struct Engine<S> {
@@ -386,6 +386,11 @@ impl WorkingForm {
         }
     }
 
+    /// Names of all rows.
+    pub(super) fn row_names(&self) -> &[String] {
+        &self.row_names
+    }
+
     fn row_name(&self, row: Option<usize>) -> String {
         row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
     }
@@ -536,7 +541,7 @@ impl Formulation for WorkingForm {
         &self.groups
     }
 
-    fn state_of(&self, working: &[f64], state: &mut [f64]) {
+    fn state_of(&mut self, working: &[f64], state: &mut [f64]) {
         state.copy_from_slice(working);
     }
 
@@ -657,7 +662,9 @@ impl Formulation for WorkingForm {
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
         let Some(engine) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
         if let Derivatives::Possible(equations) = &self.derivatives {
-            let linearisation = Linearisation::new(equations, &self.layout, &engine.dynamics.rows);
+            let terms = Terms::of_bodies(equations, &self.layout);
+            let linearisation =
+                terms.and_then(|terms| Linearisation::new(&terms, &self.layout, &engine.dynamics.rows));
             self.derivatives = linearisation.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known)));
         }
         if matches!(self.derivatives, Derivatives::Unknown) {

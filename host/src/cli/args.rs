@@ -156,6 +156,9 @@ pub(super) struct SceneArgs {
     /// How the equations of motion are written and evaluated
     #[arg(long, value_name = "NAME")]
     pub(super) engine: Option<String>,
+    /// Coordinates of the equations of motion: auto, cartesian or joint
+    #[arg(long, value_name = "NAME")]
+    pub(super) formulation: Option<String>,
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
@@ -315,6 +318,7 @@ impl SceneArgs {
             ("t_end", self.t_end.as_ref()),
             ("method", self.method.as_ref()),
             ("engine", self.engine.as_ref()),
+            ("formulation", self.formulation.as_ref()),
         ];
         for (key, value) in settings {
             overrides.extend(value.map(|value| Override::new(format!("simulation.{key}={value}"))));

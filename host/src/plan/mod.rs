@@ -6,13 +6,17 @@
 //! - **May touch**: linear algebra for ranks.
 //! - **Must not know**: integrators, values of the coordinates at run time, how the Jacobian was computed.
 
+mod coordinates;
 mod decide;
 mod layout;
 mod topology;
+mod tree;
 
 #[cfg(test)]
 mod tests;
 
+pub use coordinates::{Coordinates, Line, Measure, Rotation};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip};
 pub use layout::Layout;
 pub use topology::{Island, Topology};
+pub use tree::{SpanningTree, TreeJoint};

@@ -170,7 +170,20 @@ impl Graph {
             }
             (Expr::Neg(x), _) => self.sub(b, x),
             (_, Expr::Neg(y)) => self.sub(a, y),
+            _ if self.is_unit_circle(a, b) => self.constant(1.0),
             _ => self.intern(Expr::Add(a, b)),
+        }
+    }
+
+    /// Whether a and b are the squares of sine and cosine of the same angle.
+    fn is_unit_circle(&self, a: Node, b: Node) -> bool {
+        let square_of = |node: Node| match self.expr(node) {
+            Expr::Mul(x, y) if x == y => Some(self.expr(x)),
+            _ => None,
+        };
+        match (square_of(a), square_of(b)) {
+            (Some(Expr::Sin(x)), Some(Expr::Cos(y))) | (Some(Expr::Cos(x)), Some(Expr::Sin(y))) => x == y,
+            _ => false,
         }
     }
 

@@ -90,7 +90,7 @@ pub(super) fn body_nodes(g: &mut Graph, layout: &Layout, body: usize, form: Form
 ///
 /// Reference form: Haug 1989, eq. 9.3.7, 2 [(e0^2 - 1/2) I + e e^T + e0 e~], as printed. Working form: the homogeneous
 /// one divided by p.p, which is a rotation for any p, so that nothing depends on the length of p between normalisations.
-fn rotation_nodes(g: &mut Graph, p: &[Node; 4], form: Form) -> M3 {
+pub(super) fn rotation_nodes(g: &mut Graph, p: &[Node; 4], form: Form) -> M3 {
     let square = p.map(|e| g.mul(e, e));
     let two = g.constant(2.0);
     let scale = match form {

@@ -19,6 +19,9 @@
 //! | `equations.rs` | bodies and joints: rows, Jacobians, gamma, loads, energies |
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
+//! | `joint.rs` | the equations of motion in the coordinates of joints |
+//! | `rewrite.rs` | nodes of one graph carried over to another |
+//! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
@@ -28,14 +31,17 @@ mod acting;
 pub mod costs;
 mod coupling;
 mod derivative;
+mod eliminate;
 mod equations;
 mod graph;
 mod import;
+mod joint;
 mod kinematics;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
 mod observe;
 mod opaque;
+mod rewrite;
 mod tape;
 mod vector;
 
@@ -45,8 +51,10 @@ mod tests;
 pub use costs::MachineError;
 pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
+pub use eliminate::{Elimination, Pivot};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
+pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use machine::MachineCode;
 pub use tape::{Program, Sets, Used, Workspace};

@@ -65,6 +65,8 @@ pub struct Simulation {
     pub method: Option<Spanned<String>>,
     /// How the equations are evaluated.
     pub engine: Option<Spanned<String>>,
+    /// Which coordinates the equations of motion are written in.
+    pub formulation: Option<Spanned<String>>,
     /// Largest step, s, positive.
     pub max_step: Option<f64>,
     /// First step, s, positive.

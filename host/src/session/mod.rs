@@ -10,6 +10,7 @@
 //! | file | content |
 //! |---|---|
 //! | `open.rs` | everything before time starts |
+//! | `formulation.rs` | which coordinates the equations of motion are written in |
 //! | `run.rs` | from the start to results |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `tier.rs` | when programs turn into machine code |
@@ -20,6 +21,7 @@
 
 mod checks;
 mod error;
+mod formulation;
 mod open;
 mod report;
 mod restart;
@@ -31,6 +33,7 @@ mod tier;
 mod tests;
 
 pub use error::{Exit, SessionError};
+pub use formulation::FORMULATIONS;
 pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
 pub use restart::{Restart, STATE_FILE};

@@ -9,7 +9,6 @@ use super::error::{Exit, SessionError};
 use super::open::Session;
 use super::simulation::{Progress, Simulation};
 use super::tier::{Made, Tier};
-use crate::analysis::{Formulation, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
@@ -217,21 +216,7 @@ impl Session {
         Ok(RunReport { summary, times, columns, channels, checks })
     }
 
-    /// The equations of motion in the form that the engine's name stands for.
-    fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
-        let length = self.assembly.scales.length;
-        match engine {
-            "auto" | "compiled" | "interpreted" => {
-                let form = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
-                    .map_err(|e| start_error(&self.scene, &e))?;
-                Ok(Box::new(form))
-            }
-            "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
-            other => Err(self.unknown_word(other, false)),
-        }
-    }
-
-    fn unknown_word(&self, word: &str, method: bool) -> SessionError {
+    pub(super) fn unknown_word(&self, word: &str, method: bool) -> SessionError {
         let (what, names, written): (_, Vec<&str>, _) = if method {
             ("method", integrate::names().to_vec(), &self.scene.simulation.method)
         } else {
@@ -470,7 +455,7 @@ fn note_machine_code(summary: &mut Summary, made: &Made, unit: f64) {
     }
 }
 
-fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
+pub(super) fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
     let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
         .help("check masses, inertias and the equations of the elements");
     SessionError::one(Exit::Integration, &scene.source, diagnostic)

@@ -1,0 +1,242 @@
+//! [`JointStart`]: from positions and velocities of bodies to the coordinates of the joints that carry them.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+use crate::model::{Marker, Model, rotation};
+use crate::plan::{SpanningTree, TreeJoint};
+use crate::program::JointPose;
+
+/// Largest mismatch of a pose, positions as a share of the scene's length.
+const TOLERANCE: f64 = 1e-9;
+/// Newton steps from each guess.
+const MOST_STEPS: usize = 40;
+/// Guesses per angle, a turn apart together.
+const GUESSES: usize = 8;
+/// Guesses in all.
+const MOST_GUESSES: usize = 512;
+
+/// Position and rotation of a frame with the velocities of both, ground axes.
+struct Placed {
+    position: Vector3<f64>,
+    axes: Matrix3<f64>,
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
+}
+
+/// Coordinates and velocities of one joint, in the order of the state.
+#[derive(Debug, Clone, Default)]
+pub(super) struct JointState {
+    pub(super) positions: Vec<f64>,
+    pub(super) velocities: Vec<f64>,
+}
+
+/// See the module documentation.
+pub(super) struct JointStart {
+    markers: Vec<[Marker; 2]>,
+    joints: Vec<TreeJoint>,
+    poses: Vec<Option<JointPose>>,
+    length: f64,
+}
+
+impl JointStart {
+    pub(super) fn new(model: &Model, tree: &SpanningTree, length: f64) -> Self {
+        let centre = |body: Option<usize>| Marker { body, position: Vector3::zeros(), rotation: Matrix3::identity() };
+        let markers = tree.joints.iter().map(|joint| match joint.element {
+            Some(element) => {
+                let markers = &model.elements[element].markers;
+                [markers[0].clone(), markers[1].clone()]
+            }
+            None => [centre(None), centre(Some(joint.child))],
+        });
+        let poses = tree.joints.iter().map(|joint| Some(JointPose::new(model, joint.element?, joint.coordinates)));
+        Self { markers: markers.collect(), poses: poses.collect(), joints: tree.joints.clone(), length }
+    }
+
+    /// The coordinates of all joints for a working state; `None` for a joint whose pose does not reach the bodies'.
+    pub(super) fn find(&mut self, working: &[f64]) -> Vec<Option<JointState>> {
+        (0..self.joints.len()).map(|joint| self.find_joint(joint, working)).collect()
+    }
+
+    fn find_joint(&mut self, number: usize, working: &[f64]) -> Option<JointState> {
+        let [first, second] = &self.markers[number];
+        let (i, j) = (placed(first, working), placed(second, working));
+        let joint = &self.joints[number];
+        let Some(pose) = &mut self.poses[number] else { return Some(floating(&j, joint)) };
+        let position = i.axes.tr_mul(&(j.position - i.position));
+        let turn = i.axes.tr_mul(&j.axes);
+        let q = match joint.coordinates {
+            0 => Vec::new(),
+            _ => find_pose(pose, joint, &position, &turn, self.length)?,
+        };
+        if mismatch(pose.at(&q), joint, &position, &turn, self.length) > TOLERANCE {
+            return None;
+        }
+        let outputs = pose.at(&q);
+        let reached = matrix(&outputs[3..12]);
+        // Position and angular velocity of j in i, axes of i.
+        let rate = i.axes.tr_mul(&(j.velocity - i.velocity - i.spin.cross(&(j.position - i.position))));
+        let spin = i.axes.tr_mul(&(j.spin - i.spin));
+        let n = joint.coordinates;
+        let height = if joint.rotates { 3 } else { 6 };
+        let mut slopes = DMatrix::zeros(height, n);
+        let mut axes = Vec::with_capacity(n);
+        for k in 0..n {
+            let slope = &outputs[12 * (k + 1)..12 * (k + 2)];
+            let axis = vee(&(matrix(&slope[3..12]) * reached.transpose()));
+            axes.push(axis);
+            for c in 0..3 {
+                slopes[(c, k)] = slope[c] / self.length;
+                if !joint.rotates {
+                    slopes[(3 + c, k)] = axis[c];
+                }
+            }
+        }
+        let mut right = DVector::zeros(height);
+        for c in 0..3 {
+            right[c] = rate[c] / self.length;
+            if !joint.rotates {
+                right[3 + c] = spin[c];
+            }
+        }
+        let mut state = JointState { positions: q, velocities: least_squares(slopes, &right)? };
+        if joint.rotates {
+            let own: Vector3<f64> = axes.iter().zip(&state.velocities).map(|(axis, rate)| axis * *rate).sum();
+            let free = reached.transpose() * turn;
+            state.positions.extend(parameters(&free));
+            state.velocities.extend((turn.transpose() * (spin - own)).iter());
+        }
+        Some(state)
+    }
+}
+
+/// A body that floats, by its own centre of mass.
+fn floating(body: &Placed, joint: &TreeJoint) -> JointState {
+    let mut state =
+        JointState { positions: body.position.iter().copied().collect(), velocities: body.velocity.iter().copied().collect() };
+    if joint.rotates {
+        state.positions.extend(parameters(&body.axes));
+        state.velocities.extend((body.axes.transpose() * body.spin).iter());
+    }
+    state
+}
+
+/// Joint coordinates that give a pose, by Gauss-Newton steps from several guesses.
+fn find_pose(
+    pose: &mut JointPose,
+    joint: &TreeJoint,
+    position: &Vector3<f64>,
+    turn: &Matrix3<f64>,
+    length: f64,
+) -> Option<Vec<f64>> {
+    let n = joint.coordinates;
+    // Where a coordinate moves the frame, the position alone tells it, but for what the others do.
+    let start = pose.at(&vec![0.0; n]).to_vec();
+    let mut slopes = DMatrix::zeros(3, n);
+    for k in 0..n {
+        (0..3).for_each(|c| slopes[(c, k)] = start[12 * (k + 1) + c]);
+    }
+    let away = DVector::from_fn(3, |c, _| position[c] - start[c]);
+    let base = least_squares(slopes, &away).unwrap_or_else(|| vec![0.0; n]);
+    let guesses = GUESSES.checked_pow(n as u32).map_or(MOST_GUESSES, |all| all.min(MOST_GUESSES));
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for guess in 0..guesses {
+        let mut digits = guess;
+        let mut q = base.clone();
+        for value in &mut q {
+            // 0, 1, -1, 2, -2, ... eighths of a turn.
+            let digit = digits % GUESSES;
+            let steps = digit.div_ceil(2) as f64 * if digit % 2 == 1 { 1.0 } else { -1.0 };
+            *value += steps * std::f64::consts::TAU / GUESSES as f64;
+            digits /= GUESSES;
+        }
+        let off = refine(pose, joint, position, turn, length, &mut q);
+        if best.as_ref().is_none_or(|(least, _)| off < *least) {
+            best = Some((off, q));
+        }
+        if best.as_ref().is_some_and(|(least, _)| *least <= TOLERANCE) {
+            break;
+        }
+    }
+    best.map(|(_, q)| q)
+}
+
+/// Gauss-Newton steps; gives the mismatch reached.
+fn refine(
+    pose: &mut JointPose,
+    joint: &TreeJoint,
+    position: &Vector3<f64>,
+    turn: &Matrix3<f64>,
+    length: f64,
+    q: &mut [f64],
+) -> f64 {
+    let n = q.len();
+    let height = if joint.rotates { 3 } else { 12 };
+    let mut least = f64::INFINITY;
+    for _ in 0..MOST_STEPS {
+        let outputs = pose.at(q);
+        let mut right = DVector::zeros(height);
+        let mut slopes = DMatrix::zeros(height, n);
+        for c in 0..height {
+            let (wanted, scale) = if c < 3 { (position[c], length) } else { (turn[((c - 3) / 3, (c - 3) % 3)], 1.0) };
+            right[c] = (wanted - outputs[c]) / scale;
+            (0..n).for_each(|k| slopes[(c, k)] = outputs[12 * (k + 1) + c] / scale);
+        }
+        let off = right.amax();
+        // Quadratic near a solution: what no longer gets smaller is round-off.
+        if !off.is_finite() || (off <= 1e-13 && off >= least) || off == 0.0 {
+            return off.min(least);
+        }
+        least = least.min(off);
+        let Some(step) = least_squares(slopes, &right) else { return off };
+        q.iter_mut().zip(step).for_each(|(value, step)| *value += step);
+    }
+    least
+}
+
+/// How far a pose is from the wanted one.
+fn mismatch(
+    outputs: &[f64],
+    joint: &TreeJoint,
+    position: &Vector3<f64>,
+    turn: &Matrix3<f64>,
+    length: f64,
+) -> f64 {
+    let off = (0..3).map(|c| (outputs[c] - position[c]).abs() / length).fold(0.0, f64::max);
+    if joint.rotates { off } else { off.max((matrix(&outputs[3..12]) - turn).amax()) }
+}
+
+fn least_squares(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<Vec<f64>> {
+    if matrix.is_empty() {
+        return Some(Vec::new());
+    }
+    let svd = matrix.svd(true, true);
+    let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
+    let solution = svd.solve(right, 1e-12 * largest).ok()?;
+    Some(solution.iter().copied().collect())
+}
+
+fn placed(marker: &Marker, working: &[f64]) -> Placed {
+    let Some(body) = marker.body else {
+        let still = Vector3::zeros();
+        return Placed { position: marker.position, axes: marker.rotation, velocity: still, spin: still };
+    };
+    let y = &working[13 * body..13 * (body + 1)];
+    let a = rotation(&[y[3], y[4], y[5], y[6]]);
+    let (r, v, w) = (Vector3::from_column_slice(&y[..3]), Vector3::from_column_slice(&y[7..10]), Vector3::from_column_slice(&y[10..13]));
+    let (arm, spin) = (a * marker.position, a * w);
+    Placed { position: r + arm, axes: a * marker.rotation, velocity: v + spin.cross(&arm), spin }
+}
+
+fn matrix(rows: &[f64]) -> Matrix3<f64> {
+    Matrix3::from_row_slice(rows)
+}
+
+fn vee(m: &Matrix3<f64>) -> Vector3<f64> {
+    Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]) * 0.5
+}
+
+/// Euler parameters of a rotation matrix, scalar first.
+pub(super) fn parameters(a: &Matrix3<f64>) -> [f64; 4] {
+    let turn: Quaternion<f64> = UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*a)).into_inner();
+    [turn.w, turn.i, turn.j, turn.k]
+}

@@ -1,0 +1,132 @@
+//! [`Coordinates`]: what the entries of a state mean, and where they lie.
+
+use std::ops::Range;
+
+use super::layout::Layout;
+
+/// What the unit of a coordinate is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// m
+    Length,
+    /// rad
+    Angle,
+}
+
+/// A coordinate whose rate is its velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Line {
+    /// Place in the state.
+    pub position: usize,
+    /// Place of its velocity in the state.
+    pub velocity: usize,
+    /// Number of its velocity among all.
+    pub column: usize,
+    /// What it is.
+    pub measure: Measure,
+}
+
+/// A rotation by Euler parameters, with three components of the angular velocity in the axes of what turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rotation {
+    /// Place of the four Euler parameters in the state, scalar first.
+    pub position: usize,
+    /// Place of the angular velocity in the state.
+    pub velocity: usize,
+    /// Number of the first component among all velocities.
+    pub column: usize,
+}
+
+/// The coordinates that equations of motion are written in. A state holds positions and velocities in whatever order, then
+/// the states of elements, then the work done.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Coordinates {
+    /// Coordinates whose rate is their velocity.
+    pub lines: Vec<Line>,
+    /// Rotations in all directions.
+    pub rotations: Vec<Rotation>,
+    /// Number of velocities.
+    pub columns: usize,
+    /// Entries of the state before the states of elements.
+    pub motion: usize,
+    /// Parts of the state and where they lie among the inputs of programs.
+    pub inputs: Vec<(Range<usize>, usize)>,
+    /// Input slot of each velocity, by column.
+    pub velocity_slots: Vec<usize>,
+    /// First input slot of the accelerations.
+    pub acceleration_slot: usize,
+    /// Length of the input vector of every program.
+    pub input_count: usize,
+}
+
+impl Coordinates {
+    /// Position and Euler parameters of every body.
+    #[must_use]
+    pub fn of_bodies(layout: &Layout) -> Self {
+        let mut coordinates = Self {
+            columns: layout.velocities(),
+            motion: 13 * layout.bodies,
+            acceleration_slot: layout.acceleration_slot(),
+            input_count: layout.inputs(),
+            lines: Vec::new(),
+            rotations: Vec::new(),
+            inputs: Vec::new(),
+            velocity_slots: Vec::new(),
+        };
+        for body in 0..layout.bodies {
+            let (at, column) = (13 * body, 6 * body);
+            let line = |k| Line { position: at + k, velocity: at + 7 + k, column: column + k, measure: Measure::Length };
+            coordinates.lines.extend((0..3).map(line));
+            coordinates.rotations.push(Rotation { position: at + 3, velocity: at + 10, column: column + 3 });
+            coordinates.inputs.push((at..at + 13, layout.body_slot(body, 0)));
+            coordinates.velocity_slots.extend((0..6).map(|k| layout.body_slot(body, 7 + k)));
+        }
+        coordinates
+    }
+
+    /// Coordinates of joints: for each joint the measures of its coordinates, and whether a rotation follows. Their inputs
+    /// follow those of the layout: positions, velocities, accelerations.
+    #[must_use]
+    pub fn of_joints(joints: &[(Vec<Measure>, bool)], layout: &Layout) -> Self {
+        let numbers = |f: fn(usize, bool) -> usize| joints.iter().map(|(m, rotates)| f(m.len(), *rotates)).sum::<usize>();
+        let positions = numbers(|lines, rotates| lines + 4 * usize::from(rotates));
+        let columns = numbers(|lines, rotates| lines + 3 * usize::from(rotates));
+        let first = layout.inputs();
+        let motion = positions + columns;
+        let mut coordinates = Self {
+            columns,
+            motion,
+            acceleration_slot: first + motion,
+            input_count: first + motion + columns,
+            lines: Vec::new(),
+            rotations: Vec::new(),
+            inputs: vec![(0..motion, first)],
+            velocity_slots: (0..columns).map(|column| first + positions + column).collect(),
+        };
+        let (mut position, mut column) = (0, 0);
+        for (measures, rotates) in joints {
+            for measure in measures {
+                let velocity = positions + column;
+                coordinates.lines.push(Line { position, velocity, column, measure: *measure });
+                position += 1;
+                column += 1;
+            }
+            if *rotates {
+                coordinates.rotations.push(Rotation { position, velocity: positions + column, column });
+                position += 4;
+                column += 3;
+            }
+        }
+        coordinates
+    }
+
+    /// The input slot of an entry of the state.
+    ///
+    /// # Panics
+    /// For a state of an element.
+    #[must_use]
+    pub fn slot_of(&self, entry: usize) -> usize {
+        let part = self.inputs.iter().find(|(range, _)| range.contains(&entry));
+        part.map(|(range, slot)| slot + entry - range.start).expect("an entry of the motion")
+    }
+}

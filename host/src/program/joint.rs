@@ -1,0 +1,567 @@
+//! [`JointEquations`]: the equations of motion in the coordinates of joints.
+//!
+//! Bodies hang on the joints of a spanning tree; each joint tells the pose of its second frame in its first for its own
+//! coordinates q. So positions, rotations and velocities of all bodies are functions of q and q', and with the partial
+//! velocities T (Kane) per body, [v; omega'] = T u and [v'; omega''] = T u' + b,
+//!
+//! sum T^T M T u' + (Phi_q T)^T lambda = sum T^T (Q - M b),   (Phi_q T) u' = gamma - Phi_q b
+//!
+//! with M, Q, Phi_q, gamma of the working form. The rows of the tree's joints hold by themselves; those of all other joints
+//! stay. Operations on what folds to a constant vanish: of planar mechanisms nothing spatial is left, and rows that hold
+//! wherever the tree is have no derivative and are dropped.
+
+use element_api::recording::{Input, Role};
+use rustc_hash::FxHashMap;
+
+use super::derivative::{Seeds, derivatives};
+use super::equations::{Equations, Form, Row};
+use super::graph::{Graph, Node};
+use super::import::import;
+use super::kinematics::{BodyNodes, entries, rotation_nodes};
+use super::rewrite::Rewriting;
+use super::tape::{Program, Workspace};
+use super::vector::{M3, V3};
+use crate::model::{Model, rotation};
+use crate::plan::{Coordinates, Layout, Measure, SpanningTree, TreeJoint};
+
+/// See the module documentation.
+pub struct JointEquations {
+    /// All operations.
+    pub graph: Graph,
+    /// Where coordinates lie.
+    pub coordinates: Coordinates,
+    /// Rotation matrices of [`Coordinates::rotations`].
+    pub rotations: Vec<M3>,
+    /// Positions, rotations and velocities of the bodies.
+    pub bodies: Vec<BodyNodes>,
+    /// Lower triangle of the mass matrix: (row, column, node), by columns, then rows; entries that vanish are left out.
+    pub mass: Vec<(usize, usize, Node)>,
+    /// The rows of the scene; those of the tree's joints are empty.
+    pub rows: Vec<Row>,
+    /// Right side of the equations of motion, one per velocity.
+    pub loads: Vec<Node>,
+    /// Rates of the continuous element states.
+    pub state_rates: Vec<Node>,
+    /// Power of everything that has no potential, without that of constraints, W.
+    pub power: Node,
+}
+
+/// Twelve numbers that tell how a body moves with one velocity: along (ground axes) and about (body axes).
+#[derive(Debug, Clone, Copy)]
+struct Partial {
+    column: usize,
+    along: V3,
+    about: V3,
+}
+
+/// A body on its tree.
+#[derive(Clone)]
+struct Carried {
+    nodes: BodyNodes,
+    /// From the tree's reference point to the centre of mass.
+    d: V3,
+    /// Angular velocity, ground axes.
+    spin: V3,
+    partials: Vec<Partial>,
+    /// Acceleration of the centre of mass with all u' zero, ground axes.
+    bias: V3,
+    /// Angular acceleration with all u' zero, body axes.
+    spin_bias: V3,
+    /// The same, ground axes.
+    spin_bias_ground: V3,
+    /// The reference point.
+    reference: V3,
+}
+
+impl JointEquations {
+    /// Writes the equations of motion of the working form in the coordinates of a tree.
+    #[must_use]
+    pub fn build(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Self {
+        let measures: Vec<(Vec<Measure>, bool)> =
+            tree.joints.iter().map(|joint| (measures(model, joint), joint.rotates)).collect();
+        let coordinates = Coordinates::of_joints(&measures, layout);
+        let mut writer = Writer::new(coordinates, model);
+        for joint in &tree.joints {
+            writer.hang(joint, model);
+        }
+        let bodies: Vec<Carried> = writer.carried.into_iter().flatten().collect();
+        let (mut g, coordinates, rotations) = (writer.g, writer.coordinates, writer.rotations);
+        let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
+        for (old, new) in cartesian.bodies.iter().zip(&bodies) {
+            replaced.extend(old.r.into_iter().zip(new.nodes.r));
+            replaced.extend(entries(&old.a).zip(entries(&new.nodes.a)));
+            replaced.extend(old.v.into_iter().zip(new.nodes.v));
+            replaced.extend(old.w.into_iter().zip(new.nodes.w));
+        }
+        let mut rewriting = Rewriting::new(&cartesian.graph, &mut g, replaced);
+        let zero = g.constant(0.0);
+        let mut rows = Vec::with_capacity(cartesian.rows.len());
+        for (number, row) in cartesian.rows.iter().enumerate() {
+            let of_tree = tree.uses(layout.element_of_row(number).0);
+            rows.push(match of_tree {
+                true => Row { value: zero, time: zero, gamma: zero, jacobian: Vec::new() },
+                false => row_in_joints(&mut g, &mut rewriting, row, &bodies),
+            });
+        }
+        let body_loads = rewriting.carry_all(&mut g, &cartesian.loads);
+        let (mass, loads) = project(&mut g, model, &bodies, &body_loads, coordinates.columns);
+        let state_rates = rewriting.carry_all(&mut g, &cartesian.state_rates);
+        let power = rewriting.carry(&mut g, cartesian.power);
+        let bodies = bodies.into_iter().map(|body| body.nodes).collect();
+        Self { graph: g, coordinates, rotations, bodies, mass, rows, loads, state_rates, power }
+    }
+}
+
+/// What the coordinates of a tree joint are: a length where the pose does not turn with it.
+fn measures(model: &Model, joint: &TreeJoint) -> Vec<Measure> {
+    let Some(element) = joint.element else { return vec![Measure::Length; joint.coordinates] };
+    let mut g = Graph::default();
+    let q: Vec<Node> = (0..joint.coordinates).map(|k| g.input(k)).collect();
+    let pose = pose_nodes(&mut g, model, element, &q);
+    let turn: Vec<Node> = entries(&pose.1).collect();
+    let measure = |at: &Node| {
+        let one = g.constant(1.0);
+        let slopes = derivatives(&mut g, &turn, &Seeds::from_iter([(*at, one)]));
+        if slopes.iter().all(|slope| g.is_zero(*slope)) { Measure::Length } else { Measure::Angle }
+    };
+    q.iter().map(measure).collect()
+}
+
+/// The pose of a joint's second frame in its first.
+pub(super) fn pose_nodes(g: &mut Graph, model: &Model, element: usize, q: &[Node]) -> (V3, M3) {
+    let recording = &model.elements[element].recording;
+    let provide = |g: &mut Graph, input: Input| match input {
+        Input::Coordinate(k) => q[k as usize],
+        _ => g.constant(0.0),
+    };
+    let nodes = import(g, recording, provide);
+    let missing = g.constant(f64::NAN);
+    let (mut position, mut turn) = ([missing; 3], [[missing; 3]; 3]);
+    for output in &recording.outputs {
+        let node = nodes[output.node as usize];
+        match output.role {
+            Role::PosePosition(k) => position[k as usize] = node,
+            Role::PoseRotation(k) => turn[k as usize / 3][k as usize % 3] = node,
+            _ => {}
+        }
+    }
+    (position, turn)
+}
+
+/// A row of the working form in joint coordinates.
+fn row_in_joints(g: &mut Graph, rewriting: &mut Rewriting<'_>, row: &Row, bodies: &[Carried]) -> Row {
+    let value = rewriting.carry(g, row.value);
+    let time = rewriting.carry(g, row.time);
+    let mut gamma = rewriting.carry(g, row.gamma);
+    let mut slopes: FxHashMap<usize, Node> = FxHashMap::default();
+    for (column, slope) in &row.jacobian {
+        let slope = rewriting.carry(g, *slope);
+        let (body, k) = (&bodies[column / 6], column % 6);
+        let of = |along: V3, about: V3| if k < 3 { along[k] } else { about[k - 3] };
+        let part = g.mul(slope, of(body.bias, body.spin_bias));
+        gamma = g.sub(gamma, part);
+        for partial in &body.partials {
+            let part = g.mul(slope, of(partial.along, partial.about));
+            let sum = slopes.get(&partial.column).copied();
+            let sum = sum.map_or(part, |sum| g.add(sum, part));
+            slopes.insert(partial.column, sum);
+        }
+    }
+    let mut jacobian: Vec<(usize, Node)> = slopes.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect();
+    jacobian.sort_unstable_by_key(|(column, _)| *column);
+    Row { value, time, gamma, jacobian }
+}
+
+/// Mass matrix and right side.
+fn project(
+    g: &mut Graph,
+    model: &Model,
+    bodies: &[Carried],
+    body_loads: &[Node],
+    columns: usize,
+) -> (Vec<(usize, usize, Node)>, Vec<Node>) {
+    let zero = g.constant(0.0);
+    let mut loads = vec![zero; columns];
+    let mut entries: FxHashMap<(usize, usize), Node> = FxHashMap::default();
+    for (b, (body, carried)) in model.bodies.iter().zip(bodies).enumerate() {
+        let inertia = g.matrix(&body.inertia);
+        let mass = g.constant(body.mass);
+        let turning = !body.particle;
+        let force: V3 = std::array::from_fn(|k| body_loads[6 * b + k]);
+        let moment: V3 = std::array::from_fn(|k| body_loads[6 * b + 3 + k]);
+        let carry = g.scale3(mass, carried.bias);
+        let force = g.sub3(force, carry);
+        let turn = g.apply(&inertia, carried.spin_bias);
+        let moment = g.sub3(moment, turn);
+        let momenta: Vec<(V3, V3)> = carried
+            .partials
+            .iter()
+            .map(|partial| (g.scale3(mass, partial.along), g.apply(&inertia, partial.about)))
+            .collect();
+        for (i, left) in carried.partials.iter().enumerate() {
+            let push = g.dot3(left.along, force);
+            loads[left.column] = g.add(loads[left.column], push);
+            if turning {
+                let twist = g.dot3(left.about, moment);
+                loads[left.column] = g.add(loads[left.column], twist);
+            }
+            for (right, (linear, angular)) in carried.partials.iter().zip(&momenta).take(i + 1) {
+                let mut entry = g.dot3(left.along, *linear);
+                if turning {
+                    let turned = g.dot3(left.about, *angular);
+                    entry = g.add(entry, turned);
+                }
+                let at = (left.column.min(right.column), left.column.max(right.column));
+                let sum = entries.get(&at).copied();
+                let sum = sum.map_or(entry, |sum| g.add(sum, entry));
+                entries.insert(at, sum);
+            }
+        }
+    }
+    let mut mass: Vec<(usize, usize, Node)> = entries
+        .into_iter()
+        .filter(|((column, row), node)| column == row || !g.is_zero(*node))
+        .map(|((column, row), node)| (row, column, node))
+        .collect();
+    mass.sort_unstable_by_key(|(row, column, _)| (*column, *row));
+    (mass, loads)
+}
+
+/// What a joint does by its own coordinates.
+struct Motion {
+    /// Pose of the second frame in the first, without the free rotation.
+    position: V3,
+    turn: M3,
+    /// The free rotation, after the pose.
+    free: Option<M3>,
+    /// Columns of the coordinates, and their velocities.
+    columns: Vec<usize>,
+    velocities: Vec<Node>,
+    q: Vec<Node>,
+    /// Column of the free rotation, and its angular velocity in the axes of the second frame.
+    spin_column: usize,
+    spin: V3,
+}
+
+/// Writes bodies onto their trees.
+struct Writer {
+    g: Graph,
+    coordinates: Coordinates,
+    rotations: Vec<M3>,
+    carried: Vec<Option<Carried>>,
+    lines: usize,
+}
+
+impl Writer {
+    fn new(coordinates: Coordinates, model: &Model) -> Self {
+        let carried = vec![None; model.bodies.len()];
+        Self { g: Graph::default(), coordinates, rotations: Vec::new(), carried, lines: 0 }
+    }
+
+    /// The joint's next coordinates.
+    fn motion(&mut self, joint: &TreeJoint, model: &Model) -> Motion {
+        let g = &mut self.g;
+        let lines = &self.coordinates.lines[self.lines..self.lines + joint.coordinates];
+        self.lines += joint.coordinates;
+        let q: Vec<Node> = lines.iter().map(|line| g.input(self.coordinates.slot_of(line.position))).collect();
+        let velocities = lines.iter().map(|line| g.input(self.coordinates.slot_of(line.velocity))).collect();
+        let columns = lines.iter().map(|line| line.column).collect();
+        let (zero, one) = (g.constant(0.0), g.constant(1.0));
+        let unit: M3 = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { one } else { zero }));
+        let (position, turn) = match joint.element {
+            Some(element) => pose_nodes(g, model, element, &q),
+            None => ([q[0], q[1], q[2]], unit),
+        };
+        let (mut free, mut spin, mut spin_column) = (None, [zero; 3], 0);
+        if joint.rotates {
+            let rotation = self.coordinates.rotations[self.rotations.len()];
+            let p = std::array::from_fn(|k| g.input(self.coordinates.slot_of(rotation.position + k)));
+            let matrix = rotation_nodes(g, &p, Form::Working);
+            self.rotations.push(matrix);
+            free = Some(matrix);
+            spin = std::array::from_fn(|k| g.input(self.coordinates.slot_of(rotation.velocity + k)));
+            spin_column = rotation.column;
+        }
+        Motion { position, turn, free, columns, velocities, q, spin_column, spin }
+    }
+
+    fn hang(&mut self, joint: &TreeJoint, model: &Model) {
+        let motion = self.motion(joint, model);
+        let child = joint.child;
+        self.carried[child] = Some(match joint.element {
+            None => self.floating(&motion, model, child),
+            Some(element) => self.jointed(joint, &motion, model, element),
+        });
+    }
+
+    /// A body that floats: its own centre of mass is the reference point.
+    fn floating(&mut self, motion: &Motion, model: &Model, child: usize) -> Carried {
+        let g = &mut self.g;
+        let (zero, one) = (g.constant(0.0), g.constant(1.0));
+        let nothing = [zero; 3];
+        let unit = |k: usize| -> V3 { std::array::from_fn(|i| if i == k { one } else { zero }) };
+        let a = motion.free.unwrap_or_else(|| g.matrix(&rotation(&model.bodies[child].orientation)));
+        let mut partials: Vec<Partial> = motion
+            .columns
+            .iter()
+            .enumerate()
+            .map(|(k, column)| Partial { column: *column, along: unit(k), about: nothing })
+            .collect();
+        if motion.free.is_some() {
+            let about = |k| Partial { column: motion.spin_column + k, along: nothing, about: unit(k) };
+            partials.extend((0..3).map(about));
+        }
+        let v = [motion.velocities[0], motion.velocities[1], motion.velocities[2]];
+        let spin = g.apply(&a, motion.spin);
+        Carried {
+            nodes: BodyNodes { r: motion.position, p: [zero; 4], a, v, w: motion.spin, p_rate: [zero; 4] },
+            d: nothing,
+            spin,
+            partials,
+            bias: nothing,
+            spin_bias: nothing,
+            spin_bias_ground: nothing,
+            reference: motion.position,
+        }
+    }
+
+    /// The ground as a body: the reference point is where the joint sits on it.
+    fn ground(&mut self, reference: V3) -> Carried {
+        let g = &mut self.g;
+        let (zero, one) = (g.constant(0.0), g.constant(1.0));
+        let nothing = [zero; 3];
+        let a = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { one } else { zero }));
+        Carried {
+            nodes: BodyNodes { r: reference, p: [zero; 4], a, v: nothing, w: nothing, p_rate: [zero; 4] },
+            d: nothing,
+            spin: nothing,
+            partials: Vec::new(),
+            bias: nothing,
+            spin_bias: nothing,
+            spin_bias_ground: nothing,
+            reference,
+        }
+    }
+
+    /// A body on a joint. Suffixes: i and j are the joint's first and second frame, a the parent, b the child.
+    fn jointed(&mut self, joint: &TreeJoint, motion: &Motion, model: &Model, element: usize) -> Carried {
+        let markers = &model.elements[element].markers;
+        let (near, far) = if joint.reversed { (&markers[1], &markers[0]) } else { (&markers[0], &markers[1]) };
+        let (arm_near, arm_far);
+        let parent = match joint.parent {
+            Some(parent) => {
+                arm_near = self.g.vector(&near.position);
+                self.carried[parent].clone().expect("parents come before children")
+            }
+            None => {
+                let reference = self.g.vector(&near.position);
+                let zero = self.g.constant(0.0);
+                arm_near = [zero; 3];
+                self.ground(reference)
+            }
+        };
+        let g = &mut self.g;
+        arm_far = g.vector(&far.position);
+        let (mount_near, mount_far) = (g.matrix(&near.rotation), g.matrix(&far.rotation));
+        // Rotation frame j -> frame i, and child -> parent.
+        let turn = match &motion.free {
+            Some(free) => g.product(&motion.turn, free),
+            None => motion.turn,
+        };
+        let across = if joint.reversed { transposed(&turn) } else { turn };
+        let relative = g.product(&mount_near, &across);
+        let relative = g.product(&relative, &transposed(&mount_far));
+        let a = g.product(&parent.nodes.a, &relative);
+        // The first frame's axes in ground, through the body that carries it.
+        let axes_i = match joint.reversed {
+            false => g.product(&parent.nodes.a, &mount_near),
+            true => g.product(&a, &mount_far),
+        };
+        let slide = g.apply(&axes_i, motion.position);
+        let arm_a = g.apply(&parent.nodes.a, arm_near);
+        let arm_b = g.apply(&a, arm_far);
+        // From the parent's centre of mass to frame j's origin (z), from there to the child's (y).
+        let back = g.neg3(arm_b);
+        let (z, y) = match joint.reversed {
+            false => (g.add3(arm_a, slide), back),
+            true => (arm_a, g.sub3(back, slide)),
+        };
+        let at_joint = g.add3(parent.d, z);
+        let d = g.add3(at_joint, y);
+        let own = own_partials(g, motion, &turn, &axes_i, &mount_far, joint.reversed);
+        // Angular velocity and its bias, body axes of the child.
+        let carried_w = g.apply_transposed(&relative, parent.nodes.w);
+        let zero = g.constant(0.0);
+        let (mut own_w, mut v_own) = ([zero; 3], [zero; 3]);
+        let rates = motion.velocities.iter().chain(if motion.free.is_some() { &motion.spin[..] } else { &[] });
+        for (partial, rate) in own.iter().zip(rates) {
+            let part = g.scale3(*rate, partial.about);
+            own_w = g.add3(own_w, part);
+            let part = g.scale3(*rate, partial.along);
+            v_own = g.add3(v_own, part);
+        }
+        let w = g.add3(carried_w, own_w);
+        let spin = g.apply(&a, w);
+        let seeds = motion_seeds(g, motion);
+        let own_bias = derivatives(g, &own_w, &seeds);
+        let carried_bias = g.apply_transposed(&relative, parent.spin_bias);
+        let crossed = g.cross(carried_w, own_w);
+        let spin_bias = g.add3(carried_bias, crossed);
+        let spin_bias = g.add3(spin_bias, [own_bias[0], own_bias[1], own_bias[2]]);
+        let spin_bias_ground = g.apply(&a, spin_bias);
+        // Velocity and acceleration of the child's point at frame j's origin, then of its centre of mass.
+        let swept = g.cross(parent.spin, z);
+        let v_joint = g.add3(parent.nodes.v, swept);
+        let v_joint = g.add3(v_joint, v_own);
+        let swept = g.cross(spin, y);
+        let v = g.add3(v_joint, swept);
+        let slide_bias = slide_bias(g, motion, &seeds, &axes_i, joint.reversed);
+        let carrier = if joint.reversed { spin } else { parent.spin };
+        let coriolis = g.cross(carrier, v_own);
+        let two = g.constant(2.0);
+        let coriolis = g.scale3(two, coriolis);
+        let swept = swept_acceleration(g, parent.spin_bias_ground, parent.spin, z);
+        let bias = g.add3(parent.bias, swept);
+        let bias = g.add3(bias, coriolis);
+        let bias = g.add3(bias, slide_bias);
+        let swept = swept_acceleration(g, spin_bias_ground, spin, y);
+        let bias = g.add3(bias, swept);
+        // Partial velocities: those of the parent, carried on, and the joint's own.
+        let way = g.add3(z, y);
+        let mut partials = Vec::with_capacity(parent.partials.len() + own.len());
+        for partial in &parent.partials {
+            let axis = g.apply(&parent.nodes.a, partial.about);
+            let swept = g.cross(axis, way);
+            let along = g.add3(partial.along, swept);
+            partials.push(Partial { column: partial.column, along, about: g.apply_transposed(&relative, partial.about) });
+        }
+        for partial in own {
+            let axis = g.apply(&a, partial.about);
+            let swept = g.cross(axis, y);
+            partials.push(Partial { along: g.add3(partial.along, swept), ..partial });
+        }
+        let r = g.add3(parent.reference, d);
+        Carried {
+            nodes: BodyNodes { r, p: [zero; 4], a, v, w, p_rate: [zero; 4] },
+            d,
+            spin,
+            partials,
+            bias,
+            spin_bias,
+            spin_bias_ground,
+            reference: parent.reference,
+        }
+    }
+}
+
+/// The joint's own partial velocities of the child's point at frame j's origin.
+fn own_partials(
+    g: &mut Graph,
+    motion: &Motion,
+    turn: &M3,
+    axes_i: &M3,
+    mount_far: &M3,
+    reversed: bool,
+) -> Vec<Partial> {
+    let one = g.constant(1.0);
+    let mut own = Vec::with_capacity(motion.columns.len() + 3);
+    for (q, column) in motion.q.iter().zip(&motion.columns) {
+        let seeds = Seeds::from_iter([(*q, one)]);
+        let slide = derivatives(g, &motion.position, &seeds);
+        let flat: Vec<Node> = entries(&motion.turn).collect();
+        let slopes = derivatives(g, &flat, &seeds);
+        let slopes: M3 = std::array::from_fn(|i| std::array::from_fn(|j| slopes[3 * i + j]));
+        // R' R^T is the matrix of the axis, in the axes of frame i.
+        let spin = g.product(&slopes, &transposed(&motion.turn));
+        let axis = [spin[2][1], spin[0][2], spin[1][0]];
+        let along = g.apply(axes_i, [slide[0], slide[1], slide[2]]);
+        own.push(match reversed {
+            false => {
+                let axis = g.apply_transposed(turn, axis);
+                Partial { column: *column, along, about: g.apply(mount_far, axis) }
+            }
+            true => {
+                let about = g.apply(mount_far, axis);
+                Partial { column: *column, along: g.neg3(along), about: g.neg3(about) }
+            }
+        });
+    }
+    if motion.free.is_some() {
+        let zero = g.constant(0.0);
+        for k in 0..3 {
+            let axis: V3 = std::array::from_fn(|i| if i == k { one } else { zero });
+            let about = match reversed {
+                false => g.apply(mount_far, axis),
+                true => {
+                    let axis = g.apply(turn, axis);
+                    let about = g.apply(mount_far, axis);
+                    g.neg3(about)
+                }
+            };
+            own.push(Partial { column: motion.spin_column + k, along: [zero; 3], about });
+        }
+    }
+    own
+}
+
+/// The direction of the joint's own motion.
+fn motion_seeds(g: &mut Graph, motion: &Motion) -> Seeds {
+    let mut seeds: Seeds = motion.q.iter().copied().zip(motion.velocities.iter().copied()).collect();
+    if let Some(free) = &motion.free {
+        let rate = g.times_skew(free, motion.spin);
+        seeds.extend(entries(free).zip(entries(&rate)));
+    }
+    seeds
+}
+
+/// Second derivative of the pose's position along the motion, ground axes, as seen by the child.
+fn slide_bias(g: &mut Graph, motion: &Motion, seeds: &Seeds, axes_i: &M3, reversed: bool) -> V3 {
+    let rate = derivatives(g, &motion.position, seeds);
+    let second = derivatives(g, &rate, seeds);
+    let bias = g.apply(axes_i, [second[0], second[1], second[2]]);
+    if reversed { g.neg3(bias) } else { bias }
+}
+
+/// alpha x s + omega x (omega x s)
+fn swept_acceleration(g: &mut Graph, alpha: V3, omega: V3, s: V3) -> V3 {
+    let turned = g.cross(alpha, s);
+    let swept = g.cross(omega, s);
+    let inward = g.cross(omega, swept);
+    g.add3(turned, inward)
+}
+
+fn transposed(m: &M3) -> M3 {
+    std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
+}
+
+/// The pose of a joint as a program of its own, with its derivatives.
+pub struct JointPose {
+    program: Program,
+    workspace: Workspace,
+    outputs: Vec<f64>,
+}
+
+impl JointPose {
+    /// The pose that an element's mobility with so many coordinates tells.
+    #[must_use]
+    pub fn new(model: &Model, element: usize, coordinates: usize) -> Self {
+        let mut g = Graph::default();
+        let q: Vec<Node> = (0..coordinates).map(|k| g.input(k)).collect();
+        let (position, turn) = pose_nodes(&mut g, model, element, &q);
+        let values: Vec<Node> = position.into_iter().chain(entries(&turn)).collect();
+        let mut nodes = values.clone();
+        let one = g.constant(1.0);
+        for at in &q {
+            nodes.extend(derivatives(&mut g, &values, &Seeds::from_iter([(*at, one)])));
+        }
+        let program = Program::compile(&g, &nodes);
+        Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program }
+    }
+
+    /// Position (3) and rotation (9, by rows) at `q`, then their derivatives along each coordinate, twelve each.
+    pub fn at(&mut self, q: &[f64]) -> &[f64] {
+        // Mobilities are recorded, so that there are no calls that could fail.
+        let _ = self.program.run(q, &[], &mut self.workspace, &mut self.outputs);
+        &self.outputs
+    }
+}

@@ -1,0 +1,118 @@
+//! Which coordinates the equations of motion are written in.
+
+use super::error::{Exit, SessionError};
+use super::open::Session;
+use super::run::start_error;
+use crate::analysis::{Formulation, JointForm, ReferenceForm, WorkingForm};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::plan::SpanningTree;
+use crate::program::JointEquations;
+
+/// Formulations and what each does.
+pub const FORMULATIONS: &[(&str, &str)] = &[
+    ("auto", "the one with fewer operations per evaluation, as predicted"),
+    ("cartesian", "six velocities per body, every joint as constraint rows, sparse elimination"),
+    ("joint", "the joints' own coordinates along a spanning tree; rows only for what closes loops"),
+];
+
+/// Operations of a body's share in the working form, with its joint and its elimination: what was counted on chains.
+const CARTESIAN_BODY: usize = 1000;
+/// Operations of a pair of partial velocities in the mass matrix.
+const PAIR: usize = 10;
+/// Operations per body besides that.
+const JOINT_BODY: usize = 150;
+/// Operations beyond which nothing is written down as one program.
+const LARGEST_PROGRAM: usize = 200_000;
+
+/// A choice, with the reason.
+pub(super) struct Choice {
+    /// The tree, if joint coordinates are used.
+    pub(super) tree: Option<SpanningTree>,
+    /// Why.
+    pub(super) why: String,
+}
+
+impl Session {
+    /// Chooses coordinates.
+    ///
+    /// # Errors
+    /// An unknown name; joint coordinates asked for where they can't be had.
+    pub(super) fn choose_formulation(&self) -> Result<Choice, SessionError> {
+        let written = self.scene.simulation.formulation.as_ref();
+        let name = written.map_or("auto", |word| word.value.as_str());
+        if !FORMULATIONS.iter().any(|(known, _)| *known == name) {
+            return Err(self.unknown_formulation(name));
+        }
+        let cartesian = |why: &str| Choice { tree: None, why: why.to_string() };
+        if name == "cartesian" {
+            return Ok(cartesian("asked for"));
+        }
+        let tree = JointForm::tree(&self.equations, &self.model, &self.assembly.working, self.assembly.scales.length);
+        let Some(tree) = tree else {
+            let why = "forces depend on accelerations or on reactions, which joint coordinates do not know";
+            if name == "joint" {
+                let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no formulation `joint`: {why}"));
+                if let Some(written) = written {
+                    diagnostic = diagnostic.at(written.span.clone(), "asked for here");
+                }
+                let diagnostic = diagnostic.help("`auto` chooses what the scene allows");
+                return Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic));
+            }
+            return Ok(cartesian(why));
+        };
+        if name == "joint" {
+            return Ok(Choice { tree: Some(tree), why: "asked for".into() });
+        }
+        let (joint, bodies) = (predicted(&tree, self.model.bodies.len()), CARTESIAN_BODY * self.model.bodies.len());
+        if joint <= bodies && joint <= LARGEST_PROGRAM {
+            let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
+            return Ok(Choice { tree: Some(tree), why });
+        }
+        Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
+    }
+
+    /// The equations of motion in the form that the engine's name stands for.
+    pub(super) fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
+        let length = self.assembly.scales.length;
+        match engine {
+            "auto" | "compiled" | "interpreted" => {
+                let choice = self.choose_formulation()?;
+                let bodies = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
+                    .map_err(|e| start_error(&self.scene, &e))?;
+                let Some(tree) = choice.tree else { return Ok(Box::new(bodies)) };
+                let joint = JointEquations::build(&self.equations, &self.model, &self.plan.layout, &tree);
+                let start = (self.scene.simulation.t_start, self.assembly.working.as_slice());
+                let form =
+                    JointForm::new(&self.equations, &self.model, &self.plan, &tree, joint, bodies, length, start)
+                        .map_err(|e| start_error(&self.scene, &e))?;
+                Ok(Box::new(form))
+            }
+            "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
+            other => Err(self.unknown_word(other, false)),
+        }
+    }
+
+    fn unknown_formulation(&self, word: &str) -> SessionError {
+        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no formulation `{word}`"));
+        if let Some(written) = &self.scene.simulation.formulation {
+            diagnostic = diagnostic.at(written.span.clone(), "unknown");
+        }
+        let names = || FORMULATIONS.iter().map(|(name, _)| *name);
+        let nearest = suggest(word, names()).map(|nearest| format!("did you mean `{nearest}`?"));
+        let known = format!("known are {}", names().collect::<Vec<_>>().join(", "));
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
+    }
+}
+
+/// Operations per evaluation in the coordinates of a tree, without those of elements: pairs of partial velocities that meet
+/// in a body.
+fn predicted(tree: &SpanningTree, bodies: usize) -> usize {
+    let mut path = vec![0_usize; bodies];
+    let mut operations = 0;
+    for joint in &tree.joints {
+        let own = joint.coordinates + 3 * usize::from(joint.rotates);
+        path[joint.child] = own + joint.parent.map_or(0, |parent| path[parent]);
+        operations += JOINT_BODY + PAIR * path[joint.child] * (path[joint.child] + 1) / 2;
+    }
+    operations
+}
