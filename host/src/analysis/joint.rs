@@ -37,10 +37,12 @@ struct Unrolled {
     /// Correction of velocities; then pivots.
     velocity: Evaluator,
     rows: Vec<usize>,
+    /// Squared lengths of the rows in the coordinates of bodies, in the metric of M^-1.
+    squares: Vec<f64>,
 }
 
 impl Unrolled {
-    fn new(joint: &JointEquations, rows: &[usize]) -> Self {
+    fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>) -> Self {
         let mut g = joint.graph.clone();
         let columns = joint.coordinates.columns;
         let chosen = || rows.iter().map(|row| &joint.rows[*row]);
@@ -54,8 +56,7 @@ impl Unrolled {
             power = g.add(power, driven);
         }
         let mut pivots = elimination.mass_pivots.clone();
-        pivots.extend(elimination.row_pivots.iter().map(|pivot| pivot.left));
-        pivots.extend(elimination.row_pivots.iter().map(|pivot| pivot.whole));
+        pivots.extend(&elimination.row_pivots);
         let mut outputs = accelerations;
         outputs.extend(multipliers);
         outputs.extend(&joint.state_rates);
@@ -84,19 +85,18 @@ impl Unrolled {
         let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
         outputs.extend(&pivots);
         let velocity = Evaluator::new(&g, &outputs);
-        Self { motion, position, velocity, rows: rows.to_vec() }
+        Self { motion, position, velocity, rows: rows.to_vec(), squares }
     }
 }
 
-/// The smallest ratio among the pivots at the end of the outputs of one of the programs of [`Unrolled`]; zero where the mass
-/// matrix is not positive definite or something is not a number.
-fn pivot_ratio(outputs: &[f64], columns: usize, rows: usize) -> f64 {
-    let (mass, pivots) = outputs[outputs.len() - columns - 2 * rows..].split_at(columns);
-    let (left, whole) = pivots.split_at(rows);
+/// The smallest pivot of a row at the end of the outputs of one of the programs of [`Unrolled`], as a share of the squared
+/// length of the row; zero where the mass matrix is not positive definite or something is not a number.
+fn pivot_ratio(outputs: &[f64], columns: usize, squares: &[f64]) -> f64 {
+    let (mass, rows) = outputs[outputs.len() - columns - squares.len()..].split_at(columns);
     if mass.iter().any(|pivot| pivot.is_nan() || *pivot <= 0.0) {
         return 0.0;
     }
-    let ratios = left.iter().zip(whole).map(|(left, whole)| left / whole);
+    let ratios = rows.iter().zip(squares).map(|(left, whole)| left / whole);
     ratios.fold(1.0, |least, ratio| if ratio >= least { least } else if ratio.is_nan() { 0.0 } else { ratio })
 }
 
@@ -122,7 +122,14 @@ enum Function {
 }
 
 impl Safe {
-    fn new(joint: &JointEquations, rows: &[usize], tolerance: f64) -> Result<Self, AnalysisError> {
+    /// `lengths` are those of the rows in the coordinates of bodies, in the metric of M^-1: what vanishes in the coordinates of
+    /// joints is noticed.
+    fn new(
+        joint: &JointEquations,
+        rows: &[usize],
+        lengths: &[f64],
+        tolerance: f64,
+    ) -> Result<Self, AnalysisError> {
         let columns = joint.coordinates.columns;
         let mut nodes: Vec<Node> = joint.mass.iter().map(|(_, _, node)| *node).collect();
         let chosen = || rows.iter().map(|row| &joint.rows[*row]);
@@ -137,9 +144,11 @@ impl Safe {
         let jacobian =
             chosen().enumerate().flat_map(|(k, row)| row.jacobian.iter().map(move |(column, _)| (k, *column))).collect();
         let structure = KktStructure::new(columns, rows.len(), mass, jacobian)?;
+        let mut solver = DenseQr::new(&structure, tolerance)?;
+        solver.set_row_lengths(lengths)?;
         Ok(Self {
             terms: Evaluator::new(&joint.graph, &nodes),
-            solver: DenseQr::new(&structure, tolerance)?,
+            solver,
             structure,
             rows: rows.to_vec(),
             accelerations: vec![0.0; columns],
@@ -313,8 +322,8 @@ impl JointForm {
             rates: vec![0.0; layout.states + 1],
             row_names: bodies.row_names().to_vec(),
             stage: vec![0.0; coordinates.motion + layout.states + 1],
-            safe: Safe::new(&joint, &[], RANK_TOLERANCE)?,
-            direct: Safe::new(&joint, &[], RANK_TOLERANCE)?,
+            safe: Safe::new(&joint, &[], &[], RANK_TOLERANCE)?,
+            direct: Safe::new(&joint, &[], &[], RANK_TOLERANCE)?,
             regular: None,
             row_sizes: Vec::new(),
             choice: false,
@@ -336,7 +345,7 @@ impl JointForm {
         };
         let mut state = form.stage.clone();
         form.state_of(working, &mut state);
-        form.load(t, &state);
+        form.move_bodies(t, &state)?;
         form.choose_rows(equations, model, &state)?;
         Ok(form)
     }
@@ -350,8 +359,8 @@ impl JointForm {
     ) -> Result<(), AnalysisError> {
         let joint = &self.equations;
         let candidates: Vec<usize> = (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
-        let sizes = self.row_sizes(equations, model, &candidates)?;
-        let mut probe = Safe::new(joint, &candidates, RANK_TOLERANCE)?;
+        let (sizes, lengths) = self.row_sizes(equations, model, &candidates)?;
+        let mut probe = Safe::new(joint, &candidates, &lengths, RANK_TOLERANCE)?;
         let mut share = vec![0.0_f64; candidates.len()];
         for place in 0..=PROBES {
             let mut inputs = self.inputs.clone();
@@ -374,21 +383,24 @@ impl JointForm {
         let kept: Vec<usize> = (0..candidates.len()).filter(needed).collect();
         let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
         self.row_sizes = kept.iter().map(|k| sizes[*k]).collect();
+        let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
 
-        let mut at_start = Safe::new(joint, &rows, RANK_TOLERANCE)?;
+        let mut at_start = Safe::new(joint, &rows, &lengths, RANK_TOLERANCE)?;
         let health = at_start.factor(&self.inputs, self.bodies.sets(), &mut Counters::default())?;
-        let mut independent: Vec<usize> = at_start.solver.independent_rows().iter().map(|k| rows[*k]).collect();
+        let mut independent: Vec<usize> = at_start.solver.independent_rows().to_vec();
         independent.sort_unstable();
         self.choice = independent.len() < rows.len();
         self.at_start = health;
-        self.safe = Safe::new(joint, &rows, MOTION_RANK_TOLERANCE)?;
+        self.safe = Safe::new(joint, &rows, &lengths, MOTION_RANK_TOLERANCE)?;
         self.safe.solver.set_rank_limit(health.rank);
-        let mut regular = Unrolled::new(joint, &independent);
+        let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
+        let lengths: Vec<f64> = independent.iter().map(|k| lengths[*k]).collect();
+        let mut regular = Unrolled::new(joint, &chosen, lengths.iter().map(|length| length * length).collect());
         let outputs = regular.velocity.run(&self.inputs, self.bodies.sets())?.to_vec();
-        self.start_health = pivot_ratio(&outputs, self.coordinates.columns, regular.rows.len());
+        self.start_health = pivot_ratio(&outputs, self.coordinates.columns, &regular.squares);
         // Rows close to dependent at the start are for the rank-safe engine throughout.
         if self.start_health >= LEAST_HEALTH {
-            self.direct = Safe::new(joint, &regular.rows, MOTION_RANK_TOLERANCE)?;
+            self.direct = Safe::new(joint, &regular.rows, &lengths, MOTION_RANK_TOLERANCE)?;
             self.regular = Some(regular);
         }
         self.least_health = if independent.is_empty() { SICK_TREE } else { self.start_health * SICK_SHARE };
@@ -396,16 +408,35 @@ impl JointForm {
         Ok(())
     }
 
-    /// Lengths of the gradients of rows along the bodies' coordinates, rotations taken on the scene's length.
-    fn row_sizes(&self, equations: &Equations, model: &Model, rows: &[usize]) -> Result<Vec<f64>, AnalysisError> {
+    /// Lengths of the gradients of rows along the bodies' coordinates: with rotations taken on the scene's length, and in the
+    /// metric of M^-1.
+    fn row_sizes(
+        &self,
+        equations: &Equations,
+        model: &Model,
+        rows: &[usize],
+    ) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
         let mut constraints = Constraints::new(equations, model, rows, &[], &[])?;
-        constraints.evaluate(&self.inputs[..self.layout.inputs()], self.bodies.sets())?;
-        let mut squares = vec![0.0_f64; rows.len()];
+        constraints.evaluate(&self.bodies_inputs(), self.bodies.sets())?;
+        let mut gradients: Vec<Vec<(usize, f64)>> = vec![Vec::new(); rows.len()];
         for ((row, column), slope) in constraints.structure.jacobian.iter().zip(constraints.jacobian()) {
-            let scale = if column % 6 < 3 { 1.0 } else { 1.0 / self.length };
-            squares[*row] += (slope * scale).powi(2);
+            gradients[*row].push((*column, *slope));
         }
-        Ok(squares.iter().map(|square| if *square > 0.0 { square.sqrt() } else { 1.0 }).collect())
+        let length_or_one = |square: f64| if square > 0.0 { square.sqrt() } else { 1.0 };
+        let size = |gradient: &Vec<(usize, f64)>| {
+            let scale = |column: usize| if column % 6 < 3 { 1.0 } else { 1.0 / self.length };
+            length_or_one(gradient.iter().map(|(column, slope)| (slope * scale(*column)).powi(2)).sum())
+        };
+        let metric = |gradient: &Vec<(usize, f64)>| {
+            let along = |(column, slope): &(usize, f64)| {
+                let body = &model.bodies[column / 6];
+                // The inertia's own axes do not matter for a size.
+                let inertia = if column % 6 < 3 { body.mass } else { body.inertia[(column % 6 - 3, column % 6 - 3)] };
+                if inertia > 0.0 { slope * slope / inertia } else { 0.0 }
+            };
+            length_or_one(gradient.iter().map(along).sum())
+        };
+        Ok((gradients.iter().map(size).collect(), gradients.iter().map(metric).collect()))
     }
 
     /// One over the length that a unit of a velocity stands for.
@@ -445,7 +476,7 @@ impl JointForm {
         if let Some(regular) = self.regular.as_mut().filter(|_| !self.careful) {
             regular.motion.run(&self.inputs, self.bodies.sets())?;
             let outputs = regular.motion.outputs();
-            if pivot_ratio(outputs, columns, regular.rows.len()) >= self.least_health {
+            if pivot_ratio(outputs, columns, &regular.squares) >= self.least_health {
                 self.accelerations.copy_from_slice(&outputs[..columns]);
                 let from = columns + regular.rows.len();
                 self.rates.copy_from_slice(&outputs[from..from + self.layout.states + 1]);
@@ -475,7 +506,7 @@ impl JointForm {
             if worst.0 <= ROUND_OFF * self.length || !worst.0.is_finite() {
                 return Ok(worst);
             }
-            if pivot_ratio(outputs, columns, regular.rows.len()) >= self.least_health {
+            if pivot_ratio(outputs, columns, &regular.squares) >= self.least_health {
                 self.accelerations.copy_from_slice(&outputs[..columns]);
                 self.corrected_safely = false;
                 return Ok(worst);
@@ -501,7 +532,7 @@ impl JointForm {
         if let Some(regular) = self.regular.as_mut().filter(|_| !self.careful) {
             regular.velocity.run(&self.inputs, self.bodies.sets())?;
             let outputs = regular.velocity.outputs();
-            self.last_health = pivot_ratio(outputs, columns, regular.rows.len());
+            self.last_health = pivot_ratio(outputs, columns, &regular.squares);
             if self.last_health >= self.least_health {
                 self.accelerations.copy_from_slice(&outputs[..columns]);
                 self.corrected_safely = false;
@@ -577,6 +608,16 @@ impl JointForm {
 
     fn row_name(&self, row: Option<usize>) -> String {
         row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
+    }
+
+    /// The inputs of programs in the coordinates of bodies.
+    fn bodies_inputs(&self) -> Vec<f64> {
+        let mut inputs = self.inputs[..self.layout.inputs()].to_vec();
+        for body in 0..self.layout.bodies {
+            let (from, to) = (BODY_STATES * body, self.layout.body_slot(body, 0));
+            inputs[to..to + BODY_STATES].copy_from_slice(&self.body_state[from..from + BODY_STATES]);
+        }
+        inputs
     }
 
     /// Accelerations and multipliers of the regular engine into the inputs.
@@ -758,7 +799,7 @@ impl Formulation for JointForm {
                 if was_careful {
                     // Positions were brought to the constraints without the regular engine.
                     let outputs = regular.velocity.run(&self.inputs, self.bodies.sets())?;
-                    self.last_health = pivot_ratio(outputs, self.coordinates.columns, regular.rows.len());
+                    self.last_health = pivot_ratio(outputs, self.coordinates.columns, &regular.squares);
                 }
                 self.last_health < APPROACH * APPROACH * self.start_health
             }

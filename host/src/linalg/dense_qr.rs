@@ -75,6 +75,15 @@ impl DenseQr {
         self.qr.set_rank_limit(limit);
     }
 
+    /// Judges each row of `J` by the length given for it in the metric of `M^-1`, instead of its own, see
+    /// [`PivotedQr::set_lengths`].
+    ///
+    /// # Errors
+    /// A slice of the wrong length.
+    pub fn set_row_lengths(&mut self, lengths: &[f64]) -> Result<(), LinalgError> {
+        self.qr.set_lengths(lengths)
+    }
+
     /// Rows of `J` found independent, in pivot order.
     pub fn independent_rows(&self) -> &[usize] {
         self.qr.independent_columns()

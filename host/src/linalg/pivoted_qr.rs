@@ -32,6 +32,8 @@ pub struct PivotedQr {
     entries: Vec<f64>,
     /// Factor of each reflector `I - tau v v^T`.
     tau: Vec<f64>,
+    /// Lengths that columns are scaled by; their own where empty.
+    lengths: Vec<f64>,
     /// `D`, by column of `A`.
     scale: Vec<f64>,
     /// `P`: column of `A` at each place.
@@ -61,6 +63,7 @@ impl PivotedQr {
             in_first_group: vec![true; columns],
             entries: Vec::new(),
             tau: vec![0.0; rows.min(columns)],
+            lengths: Vec::new(),
             scale: vec![1.0; columns],
             order: (0..columns).collect(),
             remainder: vec![0.0; columns],
@@ -106,6 +109,16 @@ impl PivotedQr {
         self.rank_limit = limit;
     }
 
+    /// Scales each column by the length given for it (positive) instead of its own, so that columns that vanish are noticed.
+    ///
+    /// # Errors
+    /// A slice of the wrong length.
+    pub fn set_lengths(&mut self, lengths: &[f64]) -> Result<(), LinalgError> {
+        check_length("lengths", self.columns, lengths.len())?;
+        self.lengths = lengths.to_vec();
+        Ok(())
+    }
+
     /// Factors what [`PivotedQr::entries_mut`] was filled with. Allocates nothing.
     ///
     /// # Errors
@@ -119,7 +132,7 @@ impl PivotedQr {
         self.rank = 0;
         self.smallest_pivot = 1.0;
 
-        // All columns have length one (or zero), so the largest pivot is one too.
+        // Columns have length one (or zero) unless lengths were given, so the largest pivot is one too, or near one.
         while self.rank < self.rows.min(self.columns).min(self.rank_limit) {
             let k = self.rank;
             let Some(place) = self.choose_pivot(k) else {
@@ -309,7 +322,7 @@ impl PivotedQr {
         Err(LinalgError::NotFactored)
     }
 
-    /// Scales columns to unit length, negligible ones to zero.
+    /// Scales columns to unit length, or by the lengths given; negligible ones to zero.
     fn scale_columns(&mut self) -> Result<(), LinalgError> {
         let mut longest = 0.0_f64;
         for column in 0..self.columns {
@@ -322,16 +335,17 @@ impl PivotedQr {
         }
         for column in 0..self.columns {
             let length = self.remainder[column];
+            let (unit, longest) = self.lengths.get(column).map_or((length, longest), |given| (*given, *given));
             let negligible = length <= NEGLIGIBLE_COLUMN * longest;
             let first = column * self.rows;
             let entries = &mut self.entries[first..first + self.rows];
             if negligible {
                 entries.fill(0.0);
             } else {
-                entries.iter_mut().for_each(|value| *value /= length);
+                entries.iter_mut().for_each(|value| *value /= unit);
             }
-            self.scale[column] = if negligible { 1.0 } else { 1.0 / length };
-            self.remainder[column] = if negligible { 0.0 } else { 1.0 };
+            self.scale[column] = if negligible { 1.0 } else { 1.0 / unit };
+            self.remainder[column] = if negligible { 0.0 } else { length / unit };
             self.remainder_computed[column] = self.remainder[column];
             self.order[column] = column;
         }

@@ -9,15 +9,6 @@ use rustc_hash::FxHashMap;
 
 use super::graph::{Graph, Node};
 
-/// A pivot, and what it was before other rows took their share: their quotient tells how independent a row is.
-#[derive(Debug, Clone, Copy)]
-pub struct Pivot {
-    /// What is left, positive.
-    pub left: Node,
-    /// What there was.
-    pub whole: Node,
-}
-
 /// See the module documentation.
 pub struct Elimination {
     order: Vec<usize>,
@@ -29,8 +20,8 @@ pub struct Elimination {
     columns: usize,
     /// Pivots of the columns of M.
     pub mass_pivots: Vec<Node>,
-    /// Pivots of the rows of J, in the order of rows.
-    pub row_pivots: Vec<Pivot>,
+    /// What is left of each row of J across those that went before: squared length in the metric of M^-1.
+    pub row_pivots: Vec<Node>,
 }
 
 impl Elimination {
@@ -60,10 +51,8 @@ impl Elimination {
             factors: vec![Vec::new(); unknowns],
             columns,
             mass_pivots: Vec::with_capacity(columns),
-            row_pivots: vec![Pivot { left: zero, whole: zero }; jacobian.len()],
+            row_pivots: vec![zero; jacobian.len()],
         };
-        // What the columns have contributed to the pivot of each row.
-        let mut whole = vec![zero; jacobian.len()];
         let mut open: Vec<usize> = (0..unknowns).collect();
         while let Some(pivot) = next(&matrix, &open, columns) {
             open.retain(|unknown| *unknown != pivot);
@@ -76,8 +65,7 @@ impl Elimination {
             if pivot < columns {
                 elimination.mass_pivots.push(diagonal);
             } else {
-                let left = g.neg(diagonal);
-                elimination.row_pivots[pivot - columns] = Pivot { left, whole: whole[pivot - columns] };
+                elimination.row_pivots[pivot - columns] = g.neg(diagonal);
             }
             for (unknown, _) in &below {
                 matrix.entries[*unknown].remove(&pivot);
@@ -86,9 +74,6 @@ impl Elimination {
             for (at, (i, factor)) in scaled.iter().enumerate() {
                 for (j, entry) in &below[at..] {
                     let product = g.mul(*factor, *entry);
-                    if i == j && *i >= columns && pivot < columns {
-                        whole[i - columns] = g.add(whole[i - columns], product);
-                    }
                     matrix.subtract(g, *i, *j, product);
                 }
             }

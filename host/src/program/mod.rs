@@ -51,7 +51,7 @@ mod tests;
 pub use costs::MachineError;
 pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
-pub use eliminate::{Elimination, Pivot};
+pub use eliminate::Elimination;
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
 pub use joint::{JointEquations, JointPose};
