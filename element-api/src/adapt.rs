@@ -28,6 +28,7 @@ pub fn joint<T: Constraint>() -> Box<dyn ElementClass> {
     let mut descriptor = describe::<T>(Kind::Joint, T::COORDINATES, &[]);
     descriptor.rows = T::ROWS.iter().map(ToString::to_string).collect();
     descriptor.mobility = T::MOBILITY;
+    descriptor.turns_freely = T::TURNS_FREELY;
     Box::new(Class::<T, JointSet<T>> { descriptor, marker: PhantomData })
 }
 
@@ -60,6 +61,7 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         opaque: T::OPAQUE,
         angles: T::ANGLES,
         mobility: None,
+        turns_freely: false,
         frames: frames(T::FRAMES),
         rows: Vec::new(),
         inputs: Vec::new(),

@@ -80,6 +80,9 @@ pub struct Descriptor {
     /// Number of mobility coordinates of a joint that offers them.
     #[serde(default)]
     pub mobility: Option<usize>,
+    /// Whether the second frame turns freely on top of the mobility's pose.
+    #[serde(default)]
+    pub turns_freely: bool,
     /// Frames it connects.
     #[serde(default)]
     pub frames: Vec<Named>,

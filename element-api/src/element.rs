@@ -59,6 +59,9 @@ pub trait Constraint: Element {
     const COORDINATES: &'static [ChannelSpec] = &[];
     /// Number of joint coordinates of [`Constraint::pose`]; `None`: the joint offers no mobility.
     const MOBILITY: Option<usize> = None;
+    /// Whether frame 1 turns freely in all directions on top of [`Constraint::pose`]. The host describes that rotation itself,
+    /// without singular positions; the freedoms are the coordinates and three more.
+    const TURNS_FREELY: bool = false;
 
     /// `[record; hot when opaque]` The constraint equations, one value per row, in m or rad-like units. Rows that
     /// [`Constraint::uses_row`] leaves out are not asked for and must not be set.
@@ -76,7 +79,8 @@ pub trait Constraint: Element {
     }
 
     /// `[record]` Pose of frame 1 in frame 0 for joint coordinates `q`. Velocities follow. Every pose must satisfy
-    /// [`Constraint::residual`], and every configuration that satisfies it must be such a pose.
+    /// [`Constraint::residual`], and every configuration that satisfies it must be such a pose, with
+    /// [`Constraint::TURNS_FREELY`] followed by any rotation of frame 1.
     fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
         let _ = q;
         Pose::identity()

@@ -73,7 +73,7 @@ pub(super) fn examine(x: &mut Examination<'_>, mobility: Option<&Mobility>) {
     let scleronomic = x.options.scleronomic.unwrap_or(mobility.is_some());
     x.each_setting(&[Check::PowerBalance], |x, setting| power_balance(x, setting, scleronomic));
     let two_frames = x.probe.descriptor.frames.len() == 2;
-    if two_frames && x.options.symmetric.unwrap_or(mobility.is_some()) {
+    if two_frames && x.options.symmetric.unwrap_or(mobility.is_some() && !x.probe.descriptor.turns_freely) {
         x.fenced(&[Check::BodySwap], |x| each_assembled(x, Check::BodySwap, body_swap));
     }
     match mobility {
@@ -238,7 +238,12 @@ fn free_poses(x: &mut Examination<'_>, mobility: &Mobility) {
     for _ in 0..x.options.tries {
         let base = x.random.frame();
         let q: Vec<f64> = (0..count).map(|_| x.random.between(-3.0, 3.0)).collect();
-        let mut setting = Setting::at_rest(vec![base, mobility.place(&base, &q)]);
+        let mut carried = mobility.place(&base, &q);
+        let turns_freely = x.probe.descriptor.turns_freely;
+        if turns_freely {
+            carried.rotation *= x.random.frame().rotation;
+        }
+        let mut setting = Setting::at_rest(vec![base, carried]);
         setting.time = x.random.between(0.0, 1.0);
         x.probe.settle(&mut setting);
         let found = x.probe.joint_values(&setting);
@@ -249,6 +254,7 @@ fn free_poses(x: &mut Examination<'_>, mobility: &Mobility) {
         // The freedoms the rows leave to frame 1.
         let rows: Vec<Vec<f64>> = found.jacobian[..found.rows].iter().map(|row| row[6..12].to_vec()).collect();
         let rank = rank(&rows);
+        let count = if turns_freely { count + 3 } else { count };
         if rank + count != 6 {
             let text = format!("the rows leave {} freedoms, the mobility has {count}", 6 - rank);
             x.report.add(Check::MobilityRank, text);

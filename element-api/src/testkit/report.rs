@@ -166,7 +166,7 @@ pub type CountAllocations<'a> = &'a dyn Fn(&mut dyn FnMut()) -> usize;
 /// What an author says about an element, as far as it differs from what is usual.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
-    /// Whether the two frames may be exchanged ([`Check::BodySwap`]). `None`: expected of joints with a mobility between
+    /// Whether the two frames may be exchanged ([`Check::BodySwap`]). `None`: expected of joints with a mobility (that do not turn freely) between
     /// two frames, and not examined otherwise.
     pub symmetric: Option<bool>,
     /// Whether action equals reaction ([`Check::ThirdLaw`]). Not so for a force that comes from outside.

@@ -4,206 +4,20 @@
 use element_api::ElementSet;
 use nalgebra::Matrix3;
 
-use super::constraints::Constraints;
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+use super::joint_engines::{Function, Safe, Unrolled, pivot_ratio};
+use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms};
 use super::working::{
     APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE, SICK_TREE,
     TOO_NEAR, WorkingForm, normalise, parameter_rates,
 };
-use crate::linalg::{DenseQr, Health, KktSolver, KktStructure};
+use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
-use crate::plan::{Coordinates, Layout, Measure, Plan, SpanningTree};
-use crate::program::{Elimination, Equations, JointEquations, Node, Used as Compiled};
-
-/// Share of its gradient along the bodies' own coordinates below which the gradient of a row along the joints' is round-off:
-/// the row holds wherever the joints are.
-const NO_GRADIENT: f64 = 1e-11;
-/// Places where that is looked at, besides the start.
-const PROBES: usize = 3;
-/// Share of the largest pivot below which a row counts as dependent at the start.
-const RANK_TOLERANCE: f64 = 1e-9;
-/// Below this pivot ratio at the start, elimination without pivoting is not trusted with a scene at all.
-const LEAST_HEALTH: f64 = 1e-8;
-
-/// The equations of motion solved operation by operation.
-struct Unrolled {
-    /// Accelerations, multipliers, rates of states, power; then pivots.
-    motion: Evaluator,
-    /// Correction of positions, values of the rows; then pivots.
-    position: Evaluator,
-    /// Correction of velocities; then pivots.
-    velocity: Evaluator,
-    rows: Vec<usize>,
-    /// Squared lengths of the rows in the coordinates of bodies, in the metric of M^-1.
-    squares: Vec<f64>,
-}
-
-impl Unrolled {
-    fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>) -> Self {
-        let mut g = joint.graph.clone();
-        let columns = joint.coordinates.columns;
-        let chosen = || rows.iter().map(|row| &joint.rows[*row]);
-        let jacobian: Vec<Vec<(usize, Node)>> = chosen().map(|row| row.jacobian.clone()).collect();
-        let elimination = Elimination::new(&mut g, columns, &joint.mass, &jacobian);
-        let gammas: Vec<Node> = chosen().map(|row| row.gamma).collect();
-        let (accelerations, multipliers) = elimination.solve(&mut g, &joint.loads, &gammas);
-        let mut power = joint.power;
-        for (row, multiplier) in chosen().zip(&multipliers) {
-            let driven = g.mul(row.time, *multiplier);
-            power = g.add(power, driven);
-        }
-        let mut pivots = elimination.mass_pivots.clone();
-        pivots.extend(&elimination.row_pivots);
-        let mut outputs = accelerations;
-        outputs.extend(multipliers);
-        outputs.extend(&joint.state_rates);
-        outputs.push(power);
-        outputs.extend(&pivots);
-        let motion = Evaluator::new(&g, &outputs);
-
-        let still = vec![g.constant(0.0); columns];
-        let values: Vec<Node> = chosen().map(|row| row.value).collect();
-        let right: Vec<Node> = values.iter().map(|value| g.neg(*value)).collect();
-        let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
-        outputs.extend(values);
-        outputs.extend(&pivots);
-        let position = Evaluator::new(&g, &outputs);
-
-        let mut right = Vec::with_capacity(rows.len());
-        for row in chosen() {
-            let mut rate = row.time;
-            for (column, slope) in &row.jacobian {
-                let velocity = g.input(joint.coordinates.velocity_slots[*column]);
-                let part = g.mul(*slope, velocity);
-                rate = g.add(rate, part);
-            }
-            right.push(g.neg(rate));
-        }
-        let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
-        outputs.extend(&pivots);
-        let velocity = Evaluator::new(&g, &outputs);
-        Self { motion, position, velocity, rows: rows.to_vec(), squares }
-    }
-}
-
-/// The smallest pivot of a row at the end of the outputs of one of the programs of [`Unrolled`], as a share of the squared
-/// length of the row; zero where the mass matrix is not positive definite or something is not a number.
-fn pivot_ratio(outputs: &[f64], columns: usize, squares: &[f64]) -> f64 {
-    let (mass, rows) = outputs[outputs.len() - columns - squares.len()..].split_at(columns);
-    if mass.iter().any(|pivot| pivot.is_nan() || *pivot <= 0.0) {
-        return 0.0;
-    }
-    let ratios = rows.iter().zip(squares).map(|(left, whole)| left / whole);
-    ratios.fold(1.0, |least, ratio| if ratio >= least { least } else if ratio.is_nan() { 0.0 } else { ratio })
-}
-
-/// All rows by a rank-revealing factorisation.
-struct Safe {
-    /// Mass matrix, Jacobian, then gamma, time derivative and value of each row, loads, rates of states, power.
-    terms: Evaluator,
-    solver: DenseQr,
-    structure: KktStructure,
-    rows: Vec<usize>,
-    accelerations: Vec<f64>,
-    multipliers: Vec<f64>,
-    right: Vec<f64>,
-    still: Vec<f64>,
-    health: Health,
-}
-
-/// What follows the Jacobian and gamma in [`Safe::terms`], per row.
-#[derive(Clone, Copy)]
-enum Function {
-    Time = 1,
-    Value,
-}
-
-impl Safe {
-    /// `lengths` are those of the rows in the coordinates of bodies, in the metric of M^-1: what vanishes in the coordinates of
-    /// joints is noticed.
-    fn new(
-        joint: &JointEquations,
-        rows: &[usize],
-        lengths: &[f64],
-        tolerance: f64,
-    ) -> Result<Self, AnalysisError> {
-        let columns = joint.coordinates.columns;
-        let mut nodes: Vec<Node> = joint.mass.iter().map(|(_, _, node)| *node).collect();
-        let chosen = || rows.iter().map(|row| &joint.rows[*row]);
-        nodes.extend(chosen().flat_map(|row| row.jacobian.iter().map(|(_, node)| *node)));
-        nodes.extend(chosen().map(|row| row.gamma));
-        nodes.extend(chosen().map(|row| row.time));
-        nodes.extend(chosen().map(|row| row.value));
-        nodes.extend(&joint.loads);
-        nodes.extend(&joint.state_rates);
-        nodes.push(joint.power);
-        let mass = joint.mass.iter().map(|(row, column, _)| (*row, *column)).collect();
-        let jacobian =
-            chosen().enumerate().flat_map(|(k, row)| row.jacobian.iter().map(move |(column, _)| (k, *column))).collect();
-        let structure = KktStructure::new(columns, rows.len(), mass, jacobian)?;
-        let mut solver = DenseQr::new(&structure, tolerance)?;
-        solver.set_row_lengths(lengths)?;
-        Ok(Self {
-            terms: Evaluator::new(&joint.graph, &nodes),
-            solver,
-            structure,
-            rows: rows.to_vec(),
-            accelerations: vec![0.0; columns],
-            multipliers: vec![0.0; rows.len()],
-            right: vec![0.0; rows.len()],
-            still: vec![0.0; columns],
-            health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
-        })
-    }
-
-    fn jacobian(&self) -> &[f64] {
-        &self.terms.outputs()[self.structure.mass.len()..][..self.structure.jacobian.len()]
-    }
-
-    fn function(&self, function: Function) -> &[f64] {
-        let m = self.rows.len();
-        let from = self.structure.mass.len() + self.structure.jacobian.len() + function as usize * m;
-        &self.terms.outputs()[from..from + m]
-    }
-
-    /// Loads; then rates of states and power.
-    fn loads(&self) -> (&[f64], &[f64]) {
-        let from = self.structure.mass.len() + self.structure.jacobian.len() + 3 * self.rows.len();
-        self.terms.outputs()[from..].split_at(self.structure.n)
-    }
-
-    /// Evaluates and factors.
-    fn factor(
-        &mut self,
-        inputs: &[f64],
-        sets: &[Box<dyn ElementSet>],
-        counters: &mut Counters,
-    ) -> Result<Health, AnalysisError> {
-        self.terms.run(inputs, sets)?;
-        counters.factorisations += 1;
-        let (mass, rest) = self.terms.outputs().split_at(self.structure.mass.len());
-        self.solver.set_mass(mass)?;
-        self.health = self.solver.refactor(&rest[..self.structure.jacobian.len()])?;
-        Ok(self.health)
-    }
-
-    /// Accelerations and multipliers for a motion, or with `right` the smallest change that makes it.
-    fn solve_motion(&mut self) -> Result<(), AnalysisError> {
-        let from = self.structure.mass.len() + self.structure.jacobian.len();
-        let m = self.rows.len();
-        let outputs = self.terms.outputs();
-        let loads = &outputs[from + 3 * m..from + 3 * m + self.structure.n];
-        self.solver.solve(loads, &outputs[from..from + m], &mut self.accelerations, &mut self.multipliers)?;
-        Ok(())
-    }
-
-    fn solve_correction(&mut self) -> Result<(), AnalysisError> {
-        Ok(self.solver.solve(&self.still, &self.right, &mut self.accelerations, &mut self.multipliers)?)
-    }
-}
+use crate::plan::{Coordinates, Layout, Measure};
+use crate::program::{JointEquations, Node, Used as Compiled};
 
 /// Which engine solved.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -259,205 +73,51 @@ enum Derivatives {
     Known(Box<Linearisation>),
 }
 
-/// What a joint formulation would consist of, for the choice of one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct JointSizes {
-    /// Velocities.
-    pub velocities: usize,
-    /// Rows in use.
-    pub rows: usize,
-    /// Rows that hold wherever the joints are.
-    pub met: usize,
-    /// Operations per evaluation, the solution of the equations included.
-    pub operations: usize,
-}
-
 impl JointForm {
-    /// The tree for a model at its assembled position; `None` where the equations of motion can't be written on one: forces
-    /// depend on accelerations or reactions.
-    #[must_use]
-    pub fn tree(equations: &Equations, model: &Model, working: &[f64], length: f64) -> Option<SpanningTree> {
-        if !equations.coupling.is_empty() {
-            return None;
-        }
-        let mut refused: Vec<usize> = Vec::new();
-        loop {
-            let tree = SpanningTree::new(model, |element| !refused.contains(&element));
-            let found = JointStart::new(model, &tree, length).find(working);
-            let failed = tree.joints.iter().zip(&found).filter(|(_, state)| state.is_none());
-            let before = refused.len();
-            refused.extend(failed.filter_map(|(joint, _)| joint.element));
-            if refused.len() == before {
-                return Some(tree);
-            }
-        }
-    }
-
     /// Prepares programs and engines around the form in the coordinates of bodies, which holds the opaque elements.
-    /// `working` is the assembled state at time `t`.
     ///
     /// # Errors
     /// When the linear algebra refuses the model.
-    #[expect(clippy::too_many_arguments, reason = "called once, where everything is at hand")]
-    pub fn new(
-        equations: &Equations,
-        model: &Model,
-        plan: &Plan,
-        tree: &SpanningTree,
-        joint: JointEquations,
-        bodies: WorkingForm,
-        length: f64,
-        (t, working): (f64, &[f64]),
-    ) -> Result<Self, AnalysisError> {
-        let layout = plan.layout.clone();
+    pub fn new(plan: JointPlan, model: &Model, layout: &Layout, bodies: WorkingForm) -> Result<Self, AnalysisError> {
+        let joint = plan.equations;
         let coordinates = joint.coordinates.clone();
-        let mut inputs = vec![0.0; coordinates.input_count];
-        inputs[Layout::TIME] = t;
-        let mut form = Self {
-            groups: groups(&coordinates, &layout),
-            start: JointStart::new(model, tree, length),
+        let mut safe = Safe::new(&joint, &plan.rows, &plan.lengths, MOTION_RANK_TOLERANCE)?;
+        safe.solver.set_rank_limit(plan.at_start.rank);
+        let squares = || plan.independent.iter().map(|k| plan.lengths[*k] * plan.lengths[*k]).collect();
+        let chosen: Vec<usize> = plan.independent.iter().map(|k| plan.rows[*k]).collect();
+        let lengths: Vec<f64> = plan.independent.iter().map(|k| plan.lengths[*k]).collect();
+        // Rows close to dependent at the start are for the rank-safe engine throughout.
+        let regular = (plan.start_health >= LEAST_HEALTH).then(|| Unrolled::new(&joint, &chosen, squares()));
+        Ok(Self {
+            groups: groups(&coordinates, layout),
+            start: JointStart::new(model, &plan.tree, plan.length),
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             accelerations: vec![0.0; coordinates.columns],
             rates: vec![0.0; layout.states + 1],
             row_names: bodies.row_names().to_vec(),
             stage: vec![0.0; coordinates.motion + layout.states + 1],
-            safe: Safe::new(&joint, &[], &[], RANK_TOLERANCE)?,
-            direct: Safe::new(&joint, &[], &[], RANK_TOLERANCE)?,
-            regular: None,
-            row_sizes: Vec::new(),
-            choice: false,
-            least_health: SICK_TREE,
-            start_health: 1.0,
-            at_start: Health { rank: 0, smallest_pivot_ratio: 0.0 },
-            last_health: 1.0,
+            choice: plan.independent.len() < plan.rows.len(),
+            least_health: if chosen.is_empty() { SICK_TREE } else { plan.start_health * SICK_SHARE },
+            start_health: plan.start_health,
+            last_health: plan.start_health,
+            at_start: plan.at_start,
+            row_sizes: plan.sizes,
+            length: plan.length,
+            direct: Safe::new(&joint, &chosen, &lengths, MOTION_RANK_TOLERANCE)?,
+            inputs: vec![0.0; coordinates.input_count],
             corrected_safely: false,
             careful: false,
             keep_away: false,
             counters: Counters::default(),
             derivatives: Derivatives::Possible,
+            layout: layout.clone(),
             equations: joint,
-            inputs,
-            length,
-            bodies,
             coordinates,
-            layout,
-        };
-        let mut state = form.stage.clone();
-        form.state_of(working, &mut state);
-        form.move_bodies(t, &state)?;
-        form.choose_rows(equations, model, &state)?;
-        Ok(form)
-    }
-
-    /// Finds out which rows are needed, and which of them are independent at the start.
-    fn choose_rows(
-        &mut self,
-        equations: &Equations,
-        model: &Model,
-        state: &[f64],
-    ) -> Result<(), AnalysisError> {
-        let joint = &self.equations;
-        let candidates: Vec<usize> = (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
-        let (sizes, lengths) = self.row_sizes(equations, model, &candidates)?;
-        let mut probe = Safe::new(joint, &candidates, &lengths, RANK_TOLERANCE)?;
-        let mut share = vec![0.0_f64; candidates.len()];
-        for place in 0..=PROBES {
-            let mut inputs = self.inputs.clone();
-            for line in &self.coordinates.lines {
-                let scale = if line.measure == Measure::Length { self.length } else { 1.0 };
-                // Anywhere near the start, but the same at each call.
-                let away = place as f64 * 0.1 * (1.0 + 3.0 * line.column as f64).sin();
-                inputs[self.coordinates.slot_of(line.position)] = state[line.position] + scale * away;
-            }
-            probe.terms.run(&inputs, self.bodies.sets())?;
-            let mut norms = vec![0.0_f64; candidates.len()];
-            for ((row, column), slope) in probe.structure.jacobian.iter().zip(probe.jacobian()) {
-                norms[*row] += (slope * self.column_scale(*column)).powi(2);
-            }
-            for (share, (norm, size)) in share.iter_mut().zip(norms.iter().zip(&sizes)) {
-                *share = share.max(norm.sqrt() / size);
-            }
-        }
-        let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
-        let kept: Vec<usize> = (0..candidates.len()).filter(needed).collect();
-        let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
-        self.row_sizes = kept.iter().map(|k| sizes[*k]).collect();
-        let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
-
-        let mut at_start = Safe::new(joint, &rows, &lengths, RANK_TOLERANCE)?;
-        let health = at_start.factor(&self.inputs, self.bodies.sets(), &mut Counters::default())?;
-        let mut independent: Vec<usize> = at_start.solver.independent_rows().to_vec();
-        independent.sort_unstable();
-        self.choice = independent.len() < rows.len();
-        self.at_start = health;
-        self.safe = Safe::new(joint, &rows, &lengths, MOTION_RANK_TOLERANCE)?;
-        self.safe.solver.set_rank_limit(health.rank);
-        let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
-        let lengths: Vec<f64> = independent.iter().map(|k| lengths[*k]).collect();
-        let mut regular = Unrolled::new(joint, &chosen, lengths.iter().map(|length| length * length).collect());
-        let outputs = regular.velocity.run(&self.inputs, self.bodies.sets())?.to_vec();
-        self.start_health = pivot_ratio(&outputs, self.coordinates.columns, &regular.squares);
-        // Rows close to dependent at the start are for the rank-safe engine throughout.
-        if self.start_health >= LEAST_HEALTH {
-            self.direct = Safe::new(joint, &regular.rows, &lengths, MOTION_RANK_TOLERANCE)?;
-            self.regular = Some(regular);
-        }
-        self.least_health = if independent.is_empty() { SICK_TREE } else { self.start_health * SICK_SHARE };
-        self.last_health = self.start_health;
-        Ok(())
-    }
-
-    /// Lengths of the gradients of rows along the bodies' coordinates: with rotations taken on the scene's length, and in the
-    /// metric of M^-1.
-    fn row_sizes(
-        &self,
-        equations: &Equations,
-        model: &Model,
-        rows: &[usize],
-    ) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
-        let mut constraints = Constraints::new(equations, model, rows, &[], &[])?;
-        constraints.evaluate(&self.bodies_inputs(), self.bodies.sets())?;
-        let mut gradients: Vec<Vec<(usize, f64)>> = vec![Vec::new(); rows.len()];
-        for ((row, column), slope) in constraints.structure.jacobian.iter().zip(constraints.jacobian()) {
-            gradients[*row].push((*column, *slope));
-        }
-        let length_or_one = |square: f64| if square > 0.0 { square.sqrt() } else { 1.0 };
-        let size = |gradient: &Vec<(usize, f64)>| {
-            let scale = |column: usize| if column % 6 < 3 { 1.0 } else { 1.0 / self.length };
-            length_or_one(gradient.iter().map(|(column, slope)| (slope * scale(*column)).powi(2)).sum())
-        };
-        let metric = |gradient: &Vec<(usize, f64)>| {
-            let along = |(column, slope): &(usize, f64)| {
-                let body = &model.bodies[column / 6];
-                // The inertia's own axes do not matter for a size.
-                let inertia = if column % 6 < 3 { body.mass } else { body.inertia[(column % 6 - 3, column % 6 - 3)] };
-                if inertia > 0.0 { slope * slope / inertia } else { 0.0 }
-            };
-            length_or_one(gradient.iter().map(along).sum())
-        };
-        Ok((gradients.iter().map(size).collect(), gradients.iter().map(metric).collect()))
-    }
-
-    /// One over the length that a unit of a velocity stands for.
-    fn column_scale(&self, column: usize) -> f64 {
-        let line = self.coordinates.lines.iter().find(|line| line.column == column);
-        match line.map(|line| line.measure) {
-            Some(Measure::Length) => 1.0,
-            _ => 1.0 / self.length,
-        }
-    }
-
-    /// Sizes, for the choice of a formulation.
-    #[must_use]
-    pub fn sizes(&self, tree: &SpanningTree) -> JointSizes {
-        let of_tree = (0..self.layout.rows).filter(|row| tree.uses(self.layout.element_of_row(*row).0)).count();
-        JointSizes {
-            velocities: self.coordinates.columns,
-            rows: self.regular.as_ref().map_or(self.safe.rows.len(), |regular| regular.rows.len()),
-            met: self.layout.rows - of_tree - self.safe.rows.len(),
-            operations: self.regular.as_ref().map_or(0, |regular| regular.motion.program().operations()),
-        }
+            regular,
+            safe,
+            bodies,
+        })
     }
 
     fn load(&mut self, t: f64, state: &[f64]) {
@@ -608,16 +268,6 @@ impl JointForm {
 
     fn row_name(&self, row: Option<usize>) -> String {
         row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
-    }
-
-    /// The inputs of programs in the coordinates of bodies.
-    fn bodies_inputs(&self) -> Vec<f64> {
-        let mut inputs = self.inputs[..self.layout.inputs()].to_vec();
-        for body in 0..self.layout.bodies {
-            let (from, to) = (BODY_STATES * body, self.layout.body_slot(body, 0));
-            inputs[to..to + BODY_STATES].copy_from_slice(&self.body_state[from..from + BODY_STATES]);
-        }
-        inputs
     }
 
     /// Accelerations and multipliers of the regular engine into the inputs.

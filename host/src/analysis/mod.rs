@@ -11,6 +11,8 @@
 //! | `formulation.rs` | what a way of writing the equations of motion offers to a simulation |
 //! | `working.rs` | six velocities per body, sparse elimination, rank-safe where needed |
 //! | `joint.rs` | coordinates of joints along a spanning tree, eliminated operation by operation |
+//! | `joint_plan.rs` | which rows are needed in the coordinates of joints |
+//! | `joint_engines.rs` | their elimination, and the rank-safe factorisation |
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
@@ -26,6 +28,8 @@ mod coupling;
 mod evaluator;
 mod formulation;
 mod joint;
+mod joint_engines;
+mod joint_plan;
 mod joint_start;
 mod linearisation;
 mod reference;
@@ -38,7 +42,8 @@ mod tests;
 pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
-pub use joint::{JointForm, JointSizes};
+pub use joint::JointForm;
+pub use joint_plan::JointPlan;
 pub use reference::ReferenceForm;
 pub use scales::Scales;
 pub use working::{WorkingForm, sparse_engine};

@@ -4,6 +4,7 @@
 
 mod assembly;
 mod dynamics;
+mod joint;
 mod linearisation;
 mod projection;
 

@@ -118,7 +118,7 @@ impl Edge {
         if !offered || first.body == second.body || particle(first.body) || particle(second.body) {
             return None;
         }
-        let rotates = false;
+        let rotates = instance.class.turns_freely;
         let freedoms = coordinates + 3 * usize::from(rotates);
         Some(Self { element, bodies: [first.body, second.body], coordinates, rotates, freedoms })
     }

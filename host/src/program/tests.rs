@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
 mod derivatives;
+mod eliminate;
 mod equations;
 mod graph;
 #[cfg(feature = "jit")]

@@ -3,10 +3,9 @@
 use super::error::{Exit, SessionError};
 use super::open::Session;
 use super::run::start_error;
-use crate::analysis::{Formulation, JointForm, ReferenceForm, WorkingForm};
+use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
-use crate::program::JointEquations;
 
 /// Formulations and what each does.
 pub const FORMULATIONS: &[(&str, &str)] = &[
@@ -26,8 +25,8 @@ const LARGEST_PROGRAM: usize = 200_000;
 
 /// A choice, with the reason.
 pub(super) struct Choice {
-    /// The tree, if joint coordinates are used.
-    pub(super) tree: Option<SpanningTree>,
+    /// The equations in joint coordinates, if these are used.
+    pub(super) joint: Option<JointPlan>,
     /// Why.
     pub(super) why: String,
 }
@@ -43,11 +42,11 @@ impl Session {
         if !FORMULATIONS.iter().any(|(known, _)| *known == name) {
             return Err(self.unknown_formulation(name));
         }
-        let cartesian = |why: &str| Choice { tree: None, why: why.to_string() };
+        let cartesian = |why: &str| Choice { joint: None, why: why.to_string() };
         if name == "cartesian" {
             return Ok(cartesian("asked for"));
         }
-        let tree = JointForm::tree(&self.equations, &self.model, &self.assembly.working, self.assembly.scales.length);
+        let tree = JointPlan::tree(&self.equations, &self.model, &self.assembly);
         let Some(tree) = tree else {
             let why = "forces depend on accelerations or on reactions, which joint coordinates do not know";
             if name == "joint" {
@@ -61,14 +60,20 @@ impl Session {
             return Ok(cartesian(why));
         };
         if name == "joint" {
-            return Ok(Choice { tree: Some(tree), why: "asked for".into() });
+            return Ok(Choice { joint: Some(self.joint_plan(tree)?), why: "asked for".into() });
         }
         let (joint, bodies) = (predicted(&tree, self.model.bodies.len()), CARTESIAN_BODY * self.model.bodies.len());
         if joint <= bodies && joint <= LARGEST_PROGRAM {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
-            return Ok(Choice { tree: Some(tree), why });
+            return Ok(Choice { joint: Some(self.joint_plan(tree)?), why });
         }
         Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
+    }
+
+    fn joint_plan(&self, tree: SpanningTree) -> Result<JointPlan, SessionError> {
+        let t = self.scene.simulation.t_start;
+        JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, &self.assembly, t)
+            .map_err(|e| start_error(&self.scene, &e))
     }
 
     /// The equations of motion in the form that the engine's name stands for.
@@ -79,13 +84,9 @@ impl Session {
                 let choice = self.choose_formulation()?;
                 let bodies = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
                     .map_err(|e| start_error(&self.scene, &e))?;
-                let Some(tree) = choice.tree else { return Ok(Box::new(bodies)) };
-                let joint = JointEquations::build(&self.equations, &self.model, &self.plan.layout, &tree);
-                let start = (self.scene.simulation.t_start, self.assembly.working.as_slice());
-                let form =
-                    JointForm::new(&self.equations, &self.model, &self.plan, &tree, joint, bodies, length, start)
-                        .map_err(|e| start_error(&self.scene, &e))?;
-                Ok(Box::new(form))
+                let Some(joint) = choice.joint else { return Ok(Box::new(bodies)) };
+                let form = JointForm::new(joint, &self.model, &self.plan.layout, bodies);
+                Ok(Box::new(form.map_err(|e| start_error(&self.scene, &e))?))
             }
             "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
             other => Err(self.unknown_word(other, false)),

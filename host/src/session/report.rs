@@ -61,8 +61,18 @@ pub struct PlanReport {
     pub islands: Vec<String>,
     /// How accelerations are solved for.
     pub engine: String,
+    /// The coordinates of the equations of motion: `cartesian` or `joint`.
+    pub formulation: String,
+    /// Why these.
+    pub formulation_why: String,
+    /// In the coordinates of joints: the joints of the tree, or the bodies that float.
+    pub tree: Vec<String>,
+    /// Velocities.
+    pub velocities: usize,
     /// Unknowns of the system for accelerations and multipliers.
     pub unknowns: usize,
+    /// Rows that hold wherever the joints of the tree are.
+    pub rows_met: usize,
     /// Operations written down before simplification, for all equations and derivatives.
     pub operations_requested: usize,
     /// Distinct operations that remained.
@@ -79,6 +89,18 @@ pub struct PlanReport {
     pub opaque: Vec<String>,
     /// What is skipped.
     pub skipped: Vec<Decision>,
+}
+
+/// The part of [`PlanReport`] that the formulation decides.
+struct Solving {
+    engine: String,
+    formulation: String,
+    why: String,
+    tree: Vec<String>,
+    velocities: usize,
+    unknowns: usize,
+    rows_met: usize,
+    operations: usize,
 }
 
 impl Session {
@@ -119,16 +141,53 @@ impl Session {
         list
     }
 
-    /// What `odyn plan` tells.
-    #[must_use]
-    pub fn plan_report(&self) -> PlanReport {
-        let rows = self.plan.independent_rows.iter().map(|row| &self.equations.rows[*row]);
+    /// How accelerations are solved for.
+    fn solving(&self) -> Solving {
+        let choice = self.choose_formulation();
+        let why = choice.as_ref().map_or_else(|error| error.to_string(), |choice| choice.why.clone());
+        if let Ok(super::formulation::Choice { joint: Some(joint), .. }) = choice {
+            let body = |number: usize| self.model.bodies[number].name.as_str();
+            let carried = |hung: &crate::plan::TreeJoint| match hung.element {
+                Some(element) => format!("{} by {}", body(hung.child), self.model.elements[element].name),
+                None => format!("{} floats", body(hung.child)),
+            };
+            let velocities = joint.equations.coordinates.columns;
+            return Solving {
+                engine: "elimination operation by operation; rank-safe where the rank falls".into(),
+                formulation: "joint".into(),
+                why,
+                tree: joint.tree.joints.iter().map(carried).collect(),
+                velocities,
+                unknowns: velocities + joint.independent.len(),
+                rows_met: joint.met.len(),
+                operations: joint.operations,
+            };
+        }
         let mut nodes: Vec<Node> = self.equations.loads.clone();
         nodes.extend(&self.equations.state_rates);
-        for row in rows {
+        for row in self.plan.independent_rows.iter().map(|row| &self.equations.rows[*row]) {
             nodes.push(row.gamma);
             nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
         }
+        let velocities = self.plan.layout.velocities();
+        Solving {
+            engine: match &self.plan.always_rank_safe {
+                None => "sparse elimination along the topology; rank-safe where the rank falls".into(),
+                Some(why) => format!("rank-safe throughout: {why}"),
+            },
+            formulation: "cartesian".into(),
+            why,
+            tree: Vec::new(),
+            velocities,
+            unknowns: velocities + self.plan.independent_rows.len(),
+            rows_met: 0,
+            operations: Program::compile(&self.equations.graph, &nodes).operations(),
+        }
+    }
+
+    /// What `odyn plan` tells.
+    #[must_use]
+    pub fn plan_report(&self) -> PlanReport {
         let islands = self.plan.topology.islands.iter().map(|island| {
             let names: Vec<&str> = island.bodies.iter().map(|b| self.model.bodies[*b].name.as_str()).collect();
             format!(
@@ -139,16 +198,18 @@ impl Session {
                 plural(island.loops, "closed loop", "closed loops")
             )
         });
-        let engine = match &self.plan.always_rank_safe {
-            None => "sparse elimination along the topology; rank-safe where the rank falls".into(),
-            Some(why) => format!("rank-safe throughout: {why}"),
-        };
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
-        let operations = Program::compile(&self.equations.graph, &nodes).operations();
+        let solving = self.solving();
+        let operations = solving.operations;
         PlanReport {
             islands: islands.collect(),
-            engine,
-            unknowns: self.plan.layout.velocities() + self.plan.independent_rows.len(),
+            engine: solving.engine,
+            formulation: solving.formulation,
+            formulation_why: solving.why,
+            tree: solving.tree,
+            velocities: solving.velocities,
+            unknowns: solving.unknowns,
+            rows_met: solving.rows_met,
             operations_requested: self.equations.graph.requested,
             operations_distinct: self.equations.graph.len(),
             operations_per_evaluation: operations,
@@ -282,6 +343,14 @@ impl std::fmt::Display for PlanReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (k, island) in self.islands.iter().enumerate() {
             writeln!(f, "island {}: {island}", k + 1)?;
+        }
+        writeln!(f, "coordinates: {}, {} velocities ({})", self.formulation, self.velocities, self.formulation_why)?;
+        if !self.tree.is_empty() {
+            writeln!(f, "    tree: {}", self.tree.join(", "))?;
+        }
+        if self.rows_met > 0 {
+            let rows = plural(self.rows_met, "row", "rows");
+            writeln!(f, "    {rows} of other joints hold wherever the tree is, and are left out")?;
         }
         writeln!(f, "solving: {}; {} unknowns", self.engine, self.unknowns)?;
         writeln!(

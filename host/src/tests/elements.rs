@@ -40,9 +40,13 @@ impl<const OPAQUE: bool> Element for Hinge<OPAQUE> {
 impl<const OPAQUE: bool> Constraint for Hinge<OPAQUE> {
     const ROWS: &'static [&'static str] = &["x", "y", "z", "about y", "about x"];
     const COORDINATES: &'static [ChannelSpec] = ANGLE;
+    const MOBILITY: Option<usize> = Some(1);
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         blocks::coincident(&at.frames[0], &at.frames[1], rows);
         blocks::parallel_z(&at.frames[0], &at.frames[1], rows);
+    }
+    fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
+        Pose::screw_z(q[0], S::zero())
     }
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
         out.push(at.angle_about_z(0, 0, 1));
@@ -108,6 +112,8 @@ plain_element!(Ball, "ball", PAIR);
 
 impl Constraint for Ball {
     const ROWS: &'static [&'static str] = &["x", "y", "z"];
+    const MOBILITY: Option<usize> = Some(0);
+    const TURNS_FREELY: bool = true;
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         blocks::coincident(&at.frames[0], &at.frames[1], rows);
     }
@@ -117,9 +123,13 @@ plain_element!(Slide, "slide", PAIR);
 
 impl Constraint for Slide {
     const ROWS: &'static [&'static str] = &["x", "y", "about y", "about x", "about z"];
+    const MOBILITY: Option<usize> = Some(1);
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         blocks::on_z_axis(&at.frames[0], &at.frames[1], rows);
         blocks::same_orientation(&at.frames[0], &at.frames[1], rows);
+    }
+    fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
+        Pose::screw_z(S::zero(), q[0])
     }
 }
 

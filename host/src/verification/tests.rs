@@ -104,6 +104,7 @@ fn element(name: &str) -> Element {
         opaque: false,
         angles: 0,
         mobility: None,
+        turns_freely: false,
         frames: Vec::new(),
         rows: Vec::new(),
         inputs: Vec::new(),

@@ -82,8 +82,16 @@ impl Element for PointInPlane {
 
 impl Constraint for PointInPlane {
     const ROWS: &'static [&'static str] = &["z"];
+    const MOBILITY: Option<usize> = Some(2);
+    const TURNS_FREELY: bool = true;
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         rows.push(blocks::displacement_along_z(&at.frames[0], &at.frames[1]) - self.0.distance);
+    }
+
+    fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
+        let mut pose = Pose::identity();
+        pose.position = Vec3::new(q[0], q[1], S::zero() + self.0.distance);
+        pose
     }
 }

@@ -72,6 +72,8 @@ impl Element for PointOnLine {
 impl Constraint for PointOnLine {
     const ROWS: &'static [&'static str] = &["x", "y"];
     const COORDINATES: &'static [ChannelSpec] = &[crate::DISPLACEMENT];
+    const MOBILITY: Option<usize> = Some(1);
+    const TURNS_FREELY: bool = true;
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         blocks::on_z_axis(&at.frames[0], &at.frames[1], rows);
@@ -79,5 +81,9 @@ impl Constraint for PointOnLine {
 
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
         out.push(blocks::displacement_along_z(&at.frames[0], &at.frames[1]));
+    }
+
+    fn pose<S: Scalar>(&self, q: &[S]) -> Pose<S> {
+        Pose::screw_z(S::zero(), q[0])
     }
 }

@@ -10,8 +10,8 @@
 //!
 //! ## Singular cases
 //!
-//! None. The joint offers no mobility: three angles, whichever they are, have a singular position somewhere in the range of
-//! motion (gimbal lock), and a mobility must reach every position.
+//! None. Three angles, whichever they are, would have a singular position somewhere in the range of motion (gimbal lock); the
+//! mobility of this joint is a free rotation, which the host describes by Euler parameters.
 //!
 //! ## Example
 //!
@@ -67,6 +67,8 @@ impl Element for Spherical {
 
 impl Constraint for Spherical {
     const ROWS: &'static [&'static str] = &["x", "y", "z"];
+    const MOBILITY: Option<usize> = Some(0);
+    const TURNS_FREELY: bool = true;
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         blocks::coincident(&at.frames[0], &at.frames[1], rows);

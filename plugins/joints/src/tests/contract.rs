@@ -177,7 +177,8 @@ fn point_on_curve() {
 #[test]
 fn rows_and_mobility_add_up_to_six() {
     fn check<T: Constraint>() {
-        assert_eq!(T::ROWS.len() + T::MOBILITY.expect("offered"), 6, "{}", T::NAME);
+        let freedoms = T::MOBILITY.expect("offered") + if T::TURNS_FREELY { 3 } else { 0 };
+        assert_eq!(T::ROWS.len() + freedoms, 6, "{}", T::NAME);
     }
     check::<Ground>();
     check::<Bracket>();
@@ -187,6 +188,9 @@ fn rows_and_mobility_add_up_to_six() {
     check::<Universal>();
     check::<Planar>();
     check::<Screw>();
+    check::<Spherical>();
+    check::<PointOnLine>();
+    check::<PointInPlane>();
 }
 
 #[test]

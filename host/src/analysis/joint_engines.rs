@@ -1,0 +1,186 @@
+//! The two engines of [`super::JointForm`]: the equations of motion eliminated operation by operation, and a rank-revealing
+//! factorisation of all rows.
+
+use element_api::ElementSet;
+
+use super::evaluator::Evaluator;
+use super::formulation::{AnalysisError, Counters};
+use crate::linalg::{DenseQr, Health, KktSolver, KktStructure};
+use crate::program::{Elimination, JointEquations, Node};
+
+/// The equations of motion solved operation by operation.
+pub(super) struct Unrolled {
+    /// Accelerations, multipliers, rates of states, power; then pivots.
+    pub(super) motion: Evaluator,
+    /// Correction of positions, values of the rows; then pivots.
+    pub(super) position: Evaluator,
+    /// Correction of velocities; then pivots.
+    pub(super) velocity: Evaluator,
+    pub(super) rows: Vec<usize>,
+    /// Squared lengths of the rows in the coordinates of bodies, in the metric of M^-1.
+    pub(super) squares: Vec<f64>,
+}
+
+impl Unrolled {
+    pub(super) fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>) -> Self {
+        let mut g = joint.graph.clone();
+        let columns = joint.coordinates.columns;
+        let chosen = || rows.iter().map(|row| &joint.rows[*row]);
+        let jacobian: Vec<Vec<(usize, Node)>> = chosen().map(|row| row.jacobian.clone()).collect();
+        let elimination = Elimination::new(&mut g, columns, &joint.mass, &jacobian);
+        let gammas: Vec<Node> = chosen().map(|row| row.gamma).collect();
+        let (accelerations, multipliers) = elimination.solve(&mut g, &joint.loads, &gammas);
+        let mut power = joint.power;
+        for (row, multiplier) in chosen().zip(&multipliers) {
+            let driven = g.mul(row.time, *multiplier);
+            power = g.add(power, driven);
+        }
+        let mut pivots = elimination.mass_pivots.clone();
+        pivots.extend(&elimination.row_pivots);
+        let mut outputs = accelerations;
+        outputs.extend(multipliers);
+        outputs.extend(&joint.state_rates);
+        outputs.push(power);
+        outputs.extend(&pivots);
+        let motion = Evaluator::new(&g, &outputs);
+
+        let still = vec![g.constant(0.0); columns];
+        let values: Vec<Node> = chosen().map(|row| row.value).collect();
+        let right: Vec<Node> = values.iter().map(|value| g.neg(*value)).collect();
+        let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
+        outputs.extend(values);
+        outputs.extend(&pivots);
+        let position = Evaluator::new(&g, &outputs);
+
+        let mut right = Vec::with_capacity(rows.len());
+        for row in chosen() {
+            let mut rate = row.time;
+            for (column, slope) in &row.jacobian {
+                let velocity = g.input(joint.coordinates.velocity_slots[*column]);
+                let part = g.mul(*slope, velocity);
+                rate = g.add(rate, part);
+            }
+            right.push(g.neg(rate));
+        }
+        let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
+        outputs.extend(&pivots);
+        let velocity = Evaluator::new(&g, &outputs);
+        Self { motion, position, velocity, rows: rows.to_vec(), squares }
+    }
+}
+
+/// The smallest pivot of a row at the end of the outputs of one of the programs of [`Unrolled`], as a share of the squared
+/// length of the row; zero where the mass matrix is not positive definite or something is not a number.
+pub(super) fn pivot_ratio(outputs: &[f64], columns: usize, squares: &[f64]) -> f64 {
+    let (mass, rows) = outputs[outputs.len() - columns - squares.len()..].split_at(columns);
+    if mass.iter().any(|pivot| pivot.is_nan() || *pivot <= 0.0) {
+        return 0.0;
+    }
+    let ratios = rows.iter().zip(squares).map(|(left, whole)| left / whole);
+    ratios.fold(1.0, |least, ratio| if ratio >= least { least } else if ratio.is_nan() { 0.0 } else { ratio })
+}
+
+/// All rows by a rank-revealing factorisation.
+pub(super) struct Safe {
+    /// Mass matrix, Jacobian, then gamma, time derivative and value of each row, loads, rates of states, power.
+    pub(super) terms: Evaluator,
+    pub(super) solver: DenseQr,
+    pub(super) structure: KktStructure,
+    pub(super) rows: Vec<usize>,
+    pub(super) accelerations: Vec<f64>,
+    pub(super) multipliers: Vec<f64>,
+    pub(super) right: Vec<f64>,
+    pub(super) still: Vec<f64>,
+    pub(super) health: Health,
+}
+
+/// What follows the Jacobian and gamma in [`Safe::terms`], per row.
+#[derive(Clone, Copy)]
+pub(super) enum Function {
+    Time = 1,
+    Value,
+}
+
+impl Safe {
+    /// `lengths` are those of the rows in the coordinates of bodies, in the metric of M^-1: what vanishes in the coordinates of
+    /// joints is noticed.
+    pub(super) fn new(
+        joint: &JointEquations,
+        rows: &[usize],
+        lengths: &[f64],
+        tolerance: f64,
+    ) -> Result<Self, AnalysisError> {
+        let columns = joint.coordinates.columns;
+        let mut nodes: Vec<Node> = joint.mass.iter().map(|(_, _, node)| *node).collect();
+        let chosen = || rows.iter().map(|row| &joint.rows[*row]);
+        nodes.extend(chosen().flat_map(|row| row.jacobian.iter().map(|(_, node)| *node)));
+        nodes.extend(chosen().map(|row| row.gamma));
+        nodes.extend(chosen().map(|row| row.time));
+        nodes.extend(chosen().map(|row| row.value));
+        nodes.extend(&joint.loads);
+        nodes.extend(&joint.state_rates);
+        nodes.push(joint.power);
+        let mass = joint.mass.iter().map(|(row, column, _)| (*row, *column)).collect();
+        let jacobian =
+            chosen().enumerate().flat_map(|(k, row)| row.jacobian.iter().map(move |(column, _)| (k, *column))).collect();
+        let structure = KktStructure::new(columns, rows.len(), mass, jacobian)?;
+        let mut solver = DenseQr::new(&structure, tolerance)?;
+        solver.set_row_lengths(lengths)?;
+        Ok(Self {
+            terms: Evaluator::new(&joint.graph, &nodes),
+            solver,
+            structure,
+            rows: rows.to_vec(),
+            accelerations: vec![0.0; columns],
+            multipliers: vec![0.0; rows.len()],
+            right: vec![0.0; rows.len()],
+            still: vec![0.0; columns],
+            health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
+        })
+    }
+
+    pub(super) fn jacobian(&self) -> &[f64] {
+        &self.terms.outputs()[self.structure.mass.len()..][..self.structure.jacobian.len()]
+    }
+
+    pub(super) fn function(&self, function: Function) -> &[f64] {
+        let m = self.rows.len();
+        let from = self.structure.mass.len() + self.structure.jacobian.len() + function as usize * m;
+        &self.terms.outputs()[from..from + m]
+    }
+
+    /// Loads; then rates of states and power.
+    pub(super) fn loads(&self) -> (&[f64], &[f64]) {
+        let from = self.structure.mass.len() + self.structure.jacobian.len() + 3 * self.rows.len();
+        self.terms.outputs()[from..].split_at(self.structure.n)
+    }
+
+    /// Evaluates and factors.
+    pub(super) fn factor(
+        &mut self,
+        inputs: &[f64],
+        sets: &[Box<dyn ElementSet>],
+        counters: &mut Counters,
+    ) -> Result<Health, AnalysisError> {
+        self.terms.run(inputs, sets)?;
+        counters.factorisations += 1;
+        let (mass, rest) = self.terms.outputs().split_at(self.structure.mass.len());
+        self.solver.set_mass(mass)?;
+        self.health = self.solver.refactor(&rest[..self.structure.jacobian.len()])?;
+        Ok(self.health)
+    }
+
+    /// Accelerations and multipliers for a motion, or with `right` the smallest change that makes it.
+    pub(super) fn solve_motion(&mut self) -> Result<(), AnalysisError> {
+        let from = self.structure.mass.len() + self.structure.jacobian.len();
+        let m = self.rows.len();
+        let outputs = self.terms.outputs();
+        let loads = &outputs[from + 3 * m..from + 3 * m + self.structure.n];
+        self.solver.solve(loads, &outputs[from..from + m], &mut self.accelerations, &mut self.multipliers)?;
+        Ok(())
+    }
+
+    pub(super) fn solve_correction(&mut self) -> Result<(), AnalysisError> {
+        Ok(self.solver.solve(&self.still, &self.right, &mut self.accelerations, &mut self.multipliers)?)
+    }
+}

@@ -1,0 +1,204 @@
+//! [`JointPlan`]: the equations of motion in the coordinates of joints, and which of their rows are needed.
+
+use super::assembly::{Assembly, start_inputs};
+use super::constraints::Constraints;
+use super::formulation::{AnalysisError, Counters};
+use super::joint_engines::{Safe, Unrolled, pivot_ratio};
+use super::joint_start::JointStart;
+use crate::linalg::Health;
+use crate::model::Model;
+use crate::plan::{Layout, Measure, SpanningTree};
+use crate::program::{Equations, JointEquations};
+
+/// Share of its gradient along the bodies' own coordinates below which the gradient of a row along the joints' is round-off:
+/// the row holds wherever the joints are.
+const NO_GRADIENT: f64 = 1e-11;
+/// Places where that is looked at, besides the start.
+const PROBES: usize = 3;
+/// Share of the largest pivot below which a row counts as dependent at the start.
+const RANK_TOLERANCE: f64 = 1e-9;
+/// Below this pivot ratio at the start, elimination without pivoting is not trusted with a scene at all.
+pub(super) const LEAST_HEALTH: f64 = 1e-8;
+
+/// See the module documentation.
+pub struct JointPlan {
+    /// The tree.
+    pub tree: SpanningTree,
+    /// The equations.
+    pub equations: JointEquations,
+    /// Rows that close loops.
+    pub rows: Vec<usize>,
+    /// Rows beyond those of the tree's joints that hold wherever the joints are.
+    pub met: Vec<usize>,
+    /// Which of [`JointPlan::rows`] are independent at the start, as places in that list.
+    pub independent: Vec<usize>,
+    /// Operations per evaluation, the solution of the equations included.
+    pub operations: usize,
+    /// Gradients of [`JointPlan::rows`] along the bodies' coordinates, rotations taken on the scene's length.
+    pub(super) sizes: Vec<f64>,
+    /// The same in the metric of M^-1.
+    pub(super) lengths: Vec<f64>,
+    /// Rank and pivot ratio of the rank-revealing factorisation at the start.
+    pub(super) at_start: Health,
+    /// Pivot ratio of the elimination at the start.
+    pub(super) start_health: f64,
+    pub(super) length: f64,
+}
+
+impl JointPlan {
+    /// The tree for a model at its assembled position; `None` where the equations of motion can't be written on one: forces
+    /// depend on accelerations or reactions.
+    #[must_use]
+    pub fn tree(equations: &Equations, model: &Model, assembly: &Assembly) -> Option<SpanningTree> {
+        if !equations.coupling.is_empty() {
+            return None;
+        }
+        let mut refused: Vec<usize> = Vec::new();
+        loop {
+            let tree = SpanningTree::new(model, |element| !refused.contains(&element));
+            let found = JointStart::new(model, &tree, assembly.scales.length).find(&assembly.working);
+            let failed = tree.joints.iter().zip(&found).filter(|(_, state)| state.is_none());
+            let before = refused.len();
+            refused.extend(failed.filter_map(|(joint, _)| joint.element));
+            if refused.len() == before {
+                return Some(tree);
+            }
+        }
+    }
+
+    /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
+    /// assembled position at time `t`.
+    ///
+    /// # Errors
+    /// When the linear algebra refuses the model, or an opaque element fails.
+    pub fn new(
+        equations: &Equations,
+        model: &Model,
+        layout: &Layout,
+        tree: SpanningTree,
+        assembly: &Assembly,
+        t: f64,
+    ) -> Result<Self, AnalysisError> {
+        let joint = JointEquations::build(equations, model, layout, &tree);
+        let length = assembly.scales.length;
+        let inputs = inputs_at_start(&joint, model, layout, &tree, assembly, t);
+        let of_tree = |row: usize| tree.uses(layout.element_of_row(row).0);
+        let candidates: Vec<usize> = (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
+        let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
+        let share = shares(&joint, model, &candidates, &sizes, &lengths, &inputs, length)?;
+        let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
+        let kept: Vec<usize> = (0..candidates.len()).filter(needed).collect();
+        let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
+        let sizes: Vec<f64> = kept.iter().map(|k| sizes[*k]).collect();
+        let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
+
+        let mut all = Safe::new(&joint, &rows, &lengths, RANK_TOLERANCE)?;
+        let at_start = all.factor(&inputs, &model.sets, &mut Counters::default())?;
+        let mut independent: Vec<usize> = all.solver.independent_rows().to_vec();
+        independent.sort_unstable();
+        let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
+        let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
+        let mut regular = Unrolled::new(&joint, &chosen, squares);
+        let outputs = regular.velocity.run(&inputs, &model.sets)?;
+        let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
+        Ok(Self {
+            met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),
+            operations: regular.motion.program().operations(),
+            start_health,
+            at_start,
+            independent,
+            lengths,
+            sizes,
+            rows,
+            length,
+            equations: joint,
+            tree,
+        })
+    }
+}
+
+/// The inputs of programs in the coordinates of joints.
+fn inputs_at_start(
+    joint: &JointEquations,
+    model: &Model,
+    layout: &Layout,
+    tree: &SpanningTree,
+    assembly: &Assembly,
+    t: f64,
+) -> Vec<f64> {
+    let coordinates = &joint.coordinates;
+    let mut inputs = start_inputs(layout, t, assembly);
+    inputs.resize(coordinates.input_count, 0.0);
+    let found = JointStart::new(model, tree, assembly.scales.length).find(&assembly.working);
+    let (mut position, mut velocity) = (0, coordinates.motion - coordinates.columns);
+    for state in found.into_iter().map(Option::unwrap_or_default) {
+        for (at, values) in [(&mut position, state.positions), (&mut velocity, state.velocities)] {
+            for value in values {
+                inputs[coordinates.slot_of(*at)] = value;
+                *at += 1;
+            }
+        }
+    }
+    inputs
+}
+
+/// Lengths of the gradients of rows along the bodies' coordinates: with rotations taken on the scene's length, and in the
+/// metric of M^-1.
+fn gradients(
+    equations: &Equations,
+    model: &Model,
+    rows: &[usize],
+    inputs: &[f64],
+    length: f64,
+) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
+    let mut constraints = Constraints::new(equations, model, rows, &[], &[])?;
+    constraints.evaluate(inputs, &model.sets)?;
+    let (mut sizes, mut lengths) = (vec![0.0_f64; rows.len()], vec![0.0_f64; rows.len()]);
+    for ((row, column), slope) in constraints.structure.jacobian.iter().zip(constraints.jacobian()) {
+        let (body, k) = (&model.bodies[column / 6], column % 6);
+        sizes[*row] += if k < 3 { slope * slope } else { (slope / length).powi(2) };
+        // The inertia's own axes do not matter for a size.
+        let inertia = if k < 3 { body.mass } else { body.inertia[(k - 3, k - 3)] };
+        lengths[*row] += if inertia > 0.0 { slope * slope / inertia } else { 0.0 };
+    }
+    let root = |square: &f64| if *square > 0.0 { square.sqrt() } else { 1.0 };
+    Ok((sizes.iter().map(root).collect(), lengths.iter().map(root).collect()))
+}
+
+/// The largest share of its gradient along the bodies' coordinates that each row has along the joints', at the start and at
+/// some places around it.
+fn shares(
+    joint: &JointEquations,
+    model: &Model,
+    rows: &[usize],
+    sizes: &[f64],
+    lengths: &[f64],
+    start: &[f64],
+    length: f64,
+) -> Result<Vec<f64>, AnalysisError> {
+    let coordinates = &joint.coordinates;
+    let mut scales = vec![1.0 / length; coordinates.columns];
+    for line in coordinates.lines.iter().filter(|line| line.measure == Measure::Length) {
+        scales[line.column] = 1.0;
+    }
+    let mut probe = Safe::new(joint, rows, lengths, RANK_TOLERANCE)?;
+    let mut shares = vec![0.0_f64; rows.len()];
+    for place in 0..=PROBES {
+        let mut inputs = start.to_vec();
+        for line in &coordinates.lines {
+            // Anywhere near the start, but the same at each call.
+            let away = place as f64 * 0.1 * (1.0 + 3.0 * line.column as f64).sin();
+            let size = if line.measure == Measure::Length { length } else { 1.0 };
+            inputs[coordinates.slot_of(line.position)] += away * size;
+        }
+        probe.terms.run(&inputs, &model.sets)?;
+        let mut squares = vec![0.0_f64; rows.len()];
+        for ((row, column), slope) in probe.structure.jacobian.iter().zip(probe.jacobian()) {
+            squares[*row] += (slope * scales[*column]).powi(2);
+        }
+        for (share, (square, size)) in shares.iter_mut().zip(squares.iter().zip(sizes)) {
+            *share = share.max(square.sqrt() / size);
+        }
+    }
+    Ok(shares)
+}

@@ -1,0 +1,214 @@
+//! The coordinates of joints against those of bodies.
+
+use super::*;
+
+/// A body on a ball joint that carries one on a slide by its first frame, and a free body held by a strut: all kinds of
+/// coordinates, a joint that is met from its second frame, and a tree of two parts.
+fn branches() -> String {
+    let body = |name: &str, at: [f64; 3]| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1.3\ninertia = [0.11, 0.13, 0.17, 0.01, -0.02, 0.015]\n\
+             com = [0.1, -0.05, 0.02]\nposition = {at:?}\norientation = {{ axis = [1, 2, 3], angle = 0.7 }}\n"
+        )
+    };
+    let joint = |name: &str, kind: &str, i: &str, j: &str, at: [f64; 3]| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = [\"{i}\", \"{j}\"]\npoint = {at:?}\n\
+             axis = [0.2, 1, -0.4]\n"
+        )
+    };
+    [
+        "[simulation]\ngravity = [0.3, -9.81, 0.5]\nt_end = 1\noutput_step = 0.1\n".to_string(),
+        body("a", [0.3, 0.2, -0.1]),
+        body("b", [0.9, 0.1, 0.4]),
+        body("c", [-0.5, 0.3, 0.2]),
+        body("d", [2.0, 0.3, 0.2]),
+        joint("ball", "ball", "ground", "a", [0.1, 0.1, 0.0]),
+        joint("way", "slide", "b", "a", [0.6, 0.2, 0.1]),
+        joint("pin", "hinge", "c", "a", [-0.2, 0.2, 0.1]),
+        "[[force]]\nname = \"stay\"\ntype = \"strut\"\nbodies = [\"a\", \"d\"]\n\
+         points = [[0.4, 1, 0], [1.8, 0.3, 0.5]]\nparams = { stiffness = 50, damping = 3, free_length = 0.8 }\n"
+            .to_string(),
+    ]
+    .concat()
+}
+
+/// A pendulum whose angle is prescribed: a row that depends on time stays.
+fn driven() -> String {
+    scenes::pendulum("[simulation]\ngravity = [0, -9.81, 0]\nt_end = 1\noutput_step = 0.1\n")
+        + "[[joint]]\nname = \"motor\"\ntype = \"drive\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\n\
+           axis = [0, 0, 1]\nparams = { speed = 2 }\n"
+}
+
+fn all_scenes() -> Vec<String> {
+    vec![scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1), branches(), driven()]
+}
+
+/// A scene in the coordinates of joints, planned.
+fn joint_plan(text: &str) -> (Prepared, JointPlan) {
+    let prepared = prepared(text);
+    let Prepared { model, equations, assembly, plan, .. } = &prepared;
+    let tree = JointPlan::tree(equations, model, assembly).unwrap();
+    let planned = JointPlan::new(equations, model, &plan.layout, tree, assembly, 0.0).unwrap();
+    (prepared, planned)
+}
+
+fn joint_form(text: &str) -> JointForm {
+    let (Prepared { mut model, equations, assembly, plan, start_health }, planned) = joint_plan(text);
+    let length = assembly.scales.length;
+    let bodies = WorkingForm::new(&equations, &mut model, &plan, length, start_health).unwrap();
+    let mut form = JointForm::new(planned, &model, &plan.layout, bodies).unwrap();
+    form.set_discrete(&assembly.references, &assembly.discrete);
+    form
+}
+
+/// Positions and velocities of all bodies at a state of the joints.
+fn bodies_at(form: &mut JointForm, state: &[f64], bodies: usize, layout: &Layout) -> Vec<f64> {
+    let inputs = form.observe(TIME, state, false).unwrap().inputs;
+    (0..bodies).flat_map(|body| inputs[layout.body_slot(body, 0)..][..13].to_vec()).collect()
+}
+
+/// Euler parameters of either sign mean the same.
+fn same_sign(ours: &mut [f64], theirs: &[f64]) {
+    for (y, other) in ours.chunks_exact_mut(13).zip(theirs.chunks_exact(13)) {
+        if y[3..7].iter().zip(&other[3..7]).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
+            y[3..7].iter_mut().for_each(|e| *e = -*e);
+        }
+    }
+}
+
+#[test]
+fn bodies_come_back_from_the_coordinates_of_their_joints() {
+    let mut random = Random(401);
+    for text in all_scenes() {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        for _ in 0..10 {
+            let working = stand.consistent(&mut random, 0.2);
+            let mut state = vec![f64::NAN; form.groups().len()];
+            form.state_of(&working, &mut state);
+            let bodies = stand.layout.bodies;
+            let mut found = bodies_at(&mut form, &state, bodies, &stand.layout);
+            same_sign(&mut found, &working[..13 * bodies]);
+            let off = difference(&found, &working[..13 * bodies]);
+            assert!(off < 1e-11, "{off:e}");
+        }
+    }
+}
+
+#[test]
+fn the_bodies_accelerate_as_in_their_own_coordinates() {
+    let mut random = Random(403);
+    for text in all_scenes() {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        let bodies = stand.layout.bodies;
+        for _ in 0..10 {
+            let working = stand.consistent(&mut random, 0.1);
+            let inputs = stand.inputs(&working);
+            let expected = stand.accelerations(&inputs);
+            let mut state = vec![f64::NAN; form.groups().len()];
+            form.state_of(&working, &mut state);
+            let mut rates = vec![f64::NAN; state.len()];
+            form.rates(TIME, &state, &mut rates).unwrap();
+            // Velocities of the bodies a little later and a little earlier.
+            let step = 1e-5;
+            let mut velocities = |sign: f64| -> Vec<f64> {
+                let moved: Vec<f64> = state.iter().zip(&rates).map(|(y, rate)| y + sign * step * rate).collect();
+                let found = bodies_at(&mut form, &moved, bodies, &stand.layout);
+                found.chunks_exact(13).flat_map(|y| y[7..13].to_vec()).collect()
+            };
+            let (after, before) = (velocities(1.0), velocities(-1.0));
+            let found: Vec<f64> = after.iter().zip(&before).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+            let off = difference(&found, expected.as_slice());
+            assert!(off < 1e-7, "{off:e}");
+            // Rates of element states and power need no differences.
+            let from = state.len() - stand.layout.states - 1;
+            let mut theirs = vec![f64::NAN; working.len()];
+            stand.form.rates(TIME, &working, &mut theirs).unwrap();
+            let off = difference(&rates[from..], &theirs[13 * bodies..]);
+            assert!(off < 1e-11, "{off:e}");
+        }
+    }
+}
+
+#[test]
+fn projection_closes_loops_and_keeps_them_closed() {
+    let mut random = Random(405);
+    for text in [scenes::four_bar(1.1), driven()] {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        let mut start = vec![0.0; form.groups().len()];
+        let working = stand.consistent(&mut random, 0.0);
+        form.state_of(&working, &mut start);
+        for _ in 0..10 {
+            let mut state: Vec<f64> = start.iter().map(|x| x + 0.05 * random.next()).collect();
+            form.project(TIME, &mut state).unwrap();
+            let bodies = bodies_at(&mut form, &state, stand.layout.bodies, &stand.layout);
+            let mut working = working.clone();
+            working[..bodies.len()].copy_from_slice(&bodies);
+            let inputs = stand.form.observe(TIME, &working, false).unwrap().inputs.to_vec();
+            let values: Vec<Node> = stand.equations.rows.iter().map(|row| row.value).collect();
+            assert!(stand.values(&values, &inputs).amax() < 1e-14);
+            let times: Vec<Node> = stand.equations.rows.iter().map(|row| row.time).collect();
+            let rates = stand.jacobian(&inputs) * stand.velocities(&working) + stand.values(&times, &inputs);
+            assert!(rates.amax() < 1e-13, "{:e}", rates.amax());
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_the_rates_are_what_differences_say() {
+    let mut random = Random(407);
+    for text in [scenes::tangle(), scenes::four_bar(1.1), branches(), driven()] {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        let n = form.groups().len();
+        for _ in 0..5 {
+            let working = stand.consistent(&mut random, 0.05);
+            let mut state = vec![f64::NAN; n];
+            form.state_of(&working, &mut state);
+            let mut matrix = vec![f64::NAN; n * n];
+            assert!(form.jacobian(TIME, &state, &mut matrix).unwrap());
+            for _ in 0..5 {
+                let direction: Vec<f64> = (0..n).map(|_| random.next()).collect();
+                let step = 1e-5;
+                let mut rates = |sign: f64| {
+                    // Rates do not depend on the lengths of Euler parameters, but those of the parameters themselves do.
+                    let moved: Vec<f64> = state.iter().zip(&direction).map(|(y, d)| y + sign * step * d).collect();
+                    let mut rates = vec![0.0; n];
+                    form.rates(TIME, &moved, &mut rates).unwrap();
+                    rates
+                };
+                let (after, before) = (rates(1.0), rates(-1.0));
+                let found: Vec<f64> = after.iter().zip(&before).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+                let exact: Vec<f64> = (0..n).map(|i| (0..n).map(|j| matrix[i + n * j] * direction[j]).sum()).collect();
+                assert!(difference(&exact, &found) < 1e-6, "{:e}", difference(&exact, &found));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_tree_takes_what_offers_coordinates_and_leaves_the_rest() {
+    let named = |text: &str| -> Vec<(Option<String>, bool)> {
+        let (prepared, planned) = joint_plan(text);
+        let name = |element: usize| prepared.model.elements[element].name.clone();
+        planned.tree.joints.iter().map(|joint| (joint.element.map(name), joint.reversed)).collect()
+    };
+    let some = |name: &str, reversed: bool| (Some(name.to_string()), reversed);
+    // The screw's mobility is not offered; its body floats and keeps the rows.
+    assert_eq!(named(&scenes::tangle()), [some("base", false), (None, false)]);
+    assert_eq!(named(&scenes::opaque_tangle()), [(None, false), (None, false)]);
+    // The joint furthest from the ground closes the loop.
+    assert_eq!(named(&scenes::four_bar(1.1)), [some("A", false), some("B", false), some("C", false)]);
+    assert_eq!(named(&branches()), [some("ball", false), some("way", true), some("pin", true), (None, false)]);
+}
+
+#[test]
+fn rows_that_hold_wherever_the_joints_are_are_left_out() {
+    let (_, planned) = joint_plan(&scenes::four_bar(1.1));
+    // One hinge of five rows closes the loop; out of the plane three of them always hold.
+    let velocities = planned.equations.coordinates.columns;
+    assert_eq!((velocities, planned.rows.len(), planned.independent.len(), planned.met.len()), (3, 2, 2, 3));
+}
