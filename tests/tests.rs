@@ -12,6 +12,7 @@
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
+//! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
@@ -26,6 +27,7 @@ mod broken_scenes;
 mod compressor;
 mod examples;
 mod fixtures;
+mod formulations;
 mod interleaved;
 mod opaque;
 mod plugins;

@@ -162,7 +162,8 @@ impl JointForm {
         if let Some(regular) = self.regular.as_mut().filter(|_| !self.careful) {
             regular.position.run(&self.inputs, self.bodies.sets())?;
             let outputs = regular.position.outputs();
-            let worst = worst(&outputs[columns..columns + regular.rows.len()], &regular.rows, &self.safe.rows, &self.row_sizes);
+            let worst =
+                worst(&outputs[columns..columns + regular.rows.len()], &regular.rows, &self.safe.rows, &self.row_sizes);
             if worst.0 <= ROUND_OFF * self.length || !worst.0.is_finite() {
                 return Ok(worst);
             }
@@ -491,7 +492,9 @@ impl Formulation for JointForm {
             return Ok(false);
         }
         self.publish();
-        let (Some(regular), Derivatives::Known(known)) = (&self.regular, &mut self.derivatives) else { return Ok(false) };
+        let (Some(regular), Derivatives::Known(known)) = (&self.regular, &mut self.derivatives) else {
+            return Ok(false);
+        };
         let solver = &mut self.direct;
         solver.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
         let times: Vec<f64> = solver.function(Function::Time).to_vec();

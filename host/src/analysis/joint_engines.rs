@@ -77,7 +77,15 @@ pub(super) fn pivot_ratio(outputs: &[f64], columns: usize, squares: &[f64]) -> f
         return 0.0;
     }
     let ratios = rows.iter().zip(squares).map(|(left, whole)| left / whole);
-    ratios.fold(1.0, |least, ratio| if ratio >= least { least } else if ratio.is_nan() { 0.0 } else { ratio })
+    ratios.fold(1.0, |least, ratio| {
+        if ratio >= least {
+            least
+        } else if ratio.is_nan() {
+            0.0
+        } else {
+            ratio
+        }
+    })
 }
 
 /// All rows by a rank-revealing factorisation.
@@ -121,8 +129,10 @@ impl Safe {
         nodes.extend(&joint.state_rates);
         nodes.push(joint.power);
         let mass = joint.mass.iter().map(|(row, column, _)| (*row, *column)).collect();
-        let jacobian =
-            chosen().enumerate().flat_map(|(k, row)| row.jacobian.iter().map(move |(column, _)| (k, *column))).collect();
+        let jacobian = chosen()
+            .enumerate()
+            .flat_map(|(k, row)| row.jacobian.iter().map(move |(column, _)| (k, *column)))
+            .collect();
         let structure = KktStructure::new(columns, rows.len(), mass, jacobian)?;
         let mut solver = DenseQr::new(&structure, tolerance)?;
         solver.set_row_lengths(lengths)?;

@@ -47,10 +47,10 @@ pub struct JointPlan {
 
 impl JointPlan {
     /// The tree for a model at its assembled position; `None` where the equations of motion can't be written on one: forces
-    /// depend on accelerations or reactions.
+    /// depend on accelerations or reactions, or something might turn a particle.
     #[must_use]
     pub fn tree(equations: &Equations, model: &Model, assembly: &Assembly) -> Option<SpanningTree> {
-        if !equations.coupling.is_empty() {
+        if !equations.coupling.is_empty() || turns_particles(equations, model) {
             return None;
         }
         let mut refused: Vec<usize> = Vec::new();
@@ -83,7 +83,8 @@ impl JointPlan {
         let length = assembly.scales.length;
         let inputs = inputs_at_start(&joint, model, layout, &tree, assembly, t);
         let of_tree = |row: usize| tree.uses(layout.element_of_row(row).0);
-        let candidates: Vec<usize> = (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
+        let candidates: Vec<usize> =
+            (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
         let share = shares(&joint, model, &candidates, &sizes, &lengths, &inputs, length)?;
         let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
@@ -115,6 +116,21 @@ impl JointPlan {
             tree,
         })
     }
+}
+
+/// Whether a row or a force acts on the rotation of a body that has none.
+fn turns_particles(equations: &Equations, model: &Model) -> bool {
+    let particle = |body: usize| model.bodies[body].particle;
+    let by_row =
+        |row: &crate::program::Row| row.jacobian.iter().any(|(column, _)| column % 6 >= 3 && particle(column / 6));
+    let by_force = model.elements.iter().zip(&equations.elements).any(|(element, found)| {
+        element.markers.iter().zip(&found.loads).any(|(marker, load)| {
+            let zero = |nodes: &[crate::program::Node; 3]| nodes.iter().all(|node| equations.graph.is_zero(*node));
+            let off_centre = marker.position.amax() > 0.0 && !zero(&load.force);
+            marker.body.is_some_and(particle) && (off_centre || !zero(&load.torque))
+        })
+    });
+    equations.rows.iter().any(by_row) || by_force
 }
 
 /// The inputs of programs in the coordinates of joints.

@@ -111,8 +111,10 @@ impl JointStart {
 
 /// A body that floats, by its own centre of mass.
 fn floating(body: &Placed, joint: &TreeJoint) -> JointState {
-    let mut state =
-        JointState { positions: body.position.iter().copied().collect(), velocities: body.velocity.iter().copied().collect() };
+    let mut state = JointState {
+        positions: body.position.iter().copied().collect(),
+        velocities: body.velocity.iter().copied().collect(),
+    };
     if joint.rotates {
         state.positions.extend(parameters(&body.axes));
         state.velocities.extend((body.axes.transpose() * body.spin).iter());
@@ -194,13 +196,7 @@ fn refine(
 }
 
 /// How far a pose is from the wanted one.
-fn mismatch(
-    outputs: &[f64],
-    joint: &TreeJoint,
-    position: &Vector3<f64>,
-    turn: &Matrix3<f64>,
-    length: f64,
-) -> f64 {
+fn mismatch(outputs: &[f64], joint: &TreeJoint, position: &Vector3<f64>, turn: &Matrix3<f64>, length: f64) -> f64 {
     let off = (0..3).map(|c| (outputs[c] - position[c]).abs() / length).fold(0.0, f64::max);
     if joint.rotates { off } else { off.max((matrix(&outputs[3..12]) - turn).amax()) }
 }
@@ -222,7 +218,11 @@ fn placed(marker: &Marker, working: &[f64]) -> Placed {
     };
     let y = &working[13 * body..13 * (body + 1)];
     let a = rotation(&[y[3], y[4], y[5], y[6]]);
-    let (r, v, w) = (Vector3::from_column_slice(&y[..3]), Vector3::from_column_slice(&y[7..10]), Vector3::from_column_slice(&y[10..13]));
+    let (r, v, w) = (
+        Vector3::from_column_slice(&y[..3]),
+        Vector3::from_column_slice(&y[7..10]),
+        Vector3::from_column_slice(&y[10..13]),
+    );
     let (arm, spin) = (a * marker.position, a * w);
     Placed { position: r + arm, axes: a * marker.rotation, velocity: v + spin.cross(&arm), spin }
 }
@@ -237,6 +237,7 @@ fn vee(m: &Matrix3<f64>) -> Vector3<f64> {
 
 /// Euler parameters of a rotation matrix, scalar first.
 pub(super) fn parameters(a: &Matrix3<f64>) -> [f64; 4] {
-    let turn: Quaternion<f64> = UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*a)).into_inner();
+    let turn: Quaternion<f64> =
+        UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*a)).into_inner();
     [turn.w, turn.i, turn.j, turn.k]
 }

@@ -663,8 +663,7 @@ impl Formulation for WorkingForm {
         let Some(engine) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
         if let Derivatives::Possible(equations) = &self.derivatives {
             let terms = Terms::of_bodies(equations, &self.layout);
-            let linearisation =
-                terms.and_then(|terms| Linearisation::new(&terms, &self.layout, &engine.dynamics.rows));
+            let linearisation = terms.and_then(|terms| Linearisation::new(&terms, &self.layout, &engine.dynamics.rows));
             self.derivatives = linearisation.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known)));
         }
         if matches!(self.derivatives, Derivatives::Unknown) {

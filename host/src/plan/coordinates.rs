@@ -75,7 +75,8 @@ impl Coordinates {
         };
         for body in 0..layout.bodies {
             let (at, column) = (13 * body, 6 * body);
-            let line = |k| Line { position: at + k, velocity: at + 7 + k, column: column + k, measure: Measure::Length };
+            let line =
+                |k| Line { position: at + k, velocity: at + 7 + k, column: column + k, measure: Measure::Length };
             coordinates.lines.extend((0..3).map(line));
             coordinates.rotations.push(Rotation { position: at + 3, velocity: at + 10, column: column + 3 });
             coordinates.inputs.push((at..at + 13, layout.body_slot(body, 0)));
@@ -88,7 +89,8 @@ impl Coordinates {
     /// follow those of the layout: positions, velocities, accelerations.
     #[must_use]
     pub fn of_joints(joints: &[(Vec<Measure>, bool)], layout: &Layout) -> Self {
-        let numbers = |f: fn(usize, bool) -> usize| joints.iter().map(|(m, rotates)| f(m.len(), *rotates)).sum::<usize>();
+        let numbers =
+            |f: fn(usize, bool) -> usize| joints.iter().map(|(m, rotates)| f(m.len(), *rotates)).sum::<usize>();
         let positions = numbers(|lines, rotates| lines + 4 * usize::from(rotates));
         let columns = numbers(|lines, rotates| lines + 3 * usize::from(rotates));
         let first = layout.inputs();

@@ -36,7 +36,8 @@ impl SpanningTree {
     /// connects with the ground floats by its first body.
     #[must_use]
     pub fn new(model: &Model, usable: impl Fn(usize) -> bool) -> Self {
-        let edges: Vec<Edge> = (0..model.elements.len()).filter_map(|e| Edge::new(model, e)).filter(|e| usable(e.element)).collect();
+        let edges: Vec<Edge> =
+            (0..model.elements.len()).filter_map(|e| Edge::new(model, e)).filter(|e| usable(e.element)).collect();
         let mut tree = Self::default();
         let mut depth: Vec<Option<usize>> = vec![None; model.bodies.len()];
         loop {
@@ -66,7 +67,8 @@ impl SpanningTree {
                     _ => None,
                 }
             });
-            let Some((_, near, _, edge, reversed)) = open.min_by_key(|(freedoms, near, element, ..)| (*freedoms, *near, *element))
+            let Some((_, near, _, edge, reversed)) =
+                open.min_by_key(|(freedoms, near, element, ..)| (*freedoms, *near, *element))
             else {
                 return;
             };

@@ -27,12 +27,7 @@ pub struct Elimination {
 impl Elimination {
     /// Factors. `mass` is the lower triangle of M (row, column, node); `jacobian` gives for each row of J its entries
     /// (column, node).
-    pub fn new(
-        g: &mut Graph,
-        columns: usize,
-        mass: &[(usize, usize, Node)],
-        jacobian: &[Vec<(usize, Node)>],
-    ) -> Self {
+    pub fn new(g: &mut Graph, columns: usize, mass: &[(usize, usize, Node)], jacobian: &[Vec<(usize, Node)>]) -> Self {
         let unknowns = columns + jacobian.len();
         let mut matrix = Symmetric { entries: vec![FxHashMap::default(); unknowns] };
         for (row, column, node) in mass {
@@ -136,9 +131,8 @@ impl Symmetric {
 /// The unknown to eliminate next: of those that may go, the one with the fewest entries; the last of them, so that the ends
 /// of branches go before their roots.
 fn next(matrix: &Symmetric, open: &[usize], columns: usize) -> Option<usize> {
-    let may_go = |unknown: &&usize| {
-        **unknown < columns || matrix.entries[**unknown].keys().all(|other| *other >= columns)
-    };
+    let may_go =
+        |unknown: &&usize| **unknown < columns || matrix.entries[**unknown].keys().all(|other| *other >= columns);
     let fewest = open.iter().filter(may_go).map(|unknown| matrix.entries[*unknown].len()).min()?;
     open.iter().filter(may_go).copied().filter(|unknown| matrix.entries[*unknown].len() == fewest).next_back()
 }

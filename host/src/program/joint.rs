@@ -433,7 +433,11 @@ impl Writer {
             let axis = g.apply(&parent.nodes.a, partial.about);
             let swept = g.cross(axis, way);
             let along = g.add3(partial.along, swept);
-            partials.push(Partial { column: partial.column, along, about: g.apply_transposed(&relative, partial.about) });
+            partials.push(Partial {
+                column: partial.column,
+                along,
+                about: g.apply_transposed(&relative, partial.about),
+            });
         }
         for partial in own {
             let axis = g.apply(&a, partial.about);

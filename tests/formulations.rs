@@ -1,0 +1,77 @@
+//! Joint coordinates and the coordinates of bodies describe the same motion, in every scene of the tree.
+
+use std::path::PathBuf;
+
+use odyn::session::{RunReport, Session};
+use odyn::verification::scenes_in;
+
+use crate::support::{options, root};
+
+/// Scenes whose runs take long, or that are chaotic beyond their end, for this purpose.
+const LEFT_OUT: [&str; 1] = ["many-turns"];
+
+/// Share of a column's peak that two runs may differ by, in tolerances of their integration: each is off by some.
+const TOLERANCES: f64 = 200.0;
+/// The same where round-off decides.
+const ROUND_OFF: f64 = 1e-10;
+
+/// The largest difference of each column of two runs, as a share of the largest magnitude in the column or, for columns that
+/// should be zero, in all columns of the unit.
+fn worst(ours: &RunReport, theirs: &RunReport) -> (f64, String) {
+    assert_eq!(ours.times, theirs.times);
+    let peak = |column: &[f64]| column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut worst = (0.0, String::new());
+    for (k, channel) in ours.channels.iter().enumerate() {
+        if !channel.unique {
+            continue;
+        }
+        let same_unit = ours.channels.iter().zip(&ours.columns).filter(|(other, _)| other.unit == channel.unit);
+        let size = same_unit.map(|(_, column)| peak(column)).fold(0.0, f64::max);
+        if size == 0.0 {
+            continue;
+        }
+        let differences: Vec<f64> = ours.columns[k].iter().zip(&theirs.columns[k]).map(|(a, b)| a - b).collect();
+        let off = peak(&differences) / size;
+        if off > worst.0 || off.is_nan() {
+            worst = (off, channel.name.clone());
+        }
+    }
+    worst
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let mut scenes = scenes_in(&root().join("verification")).unwrap();
+    scenes.extend(["compressor", "compressor-speed-control"].map(|name| root().join(format!("scenes/{name}.toml"))));
+    scenes.retain(|path| !LEFT_OUT.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name)));
+    scenes
+}
+
+#[test]
+fn joint_coordinates_and_those_of_bodies_give_the_same_results() {
+    let mut in_joints = 0;
+    let mut failed = String::new();
+    for path in scenes() {
+        let run = |formulation: &str| {
+            let setting = format!("simulation.formulation={formulation}");
+            let session = Session::open(&path, &options(&[&setting], &[])).unwrap_or_else(|error| panic!("{error}"));
+            let report =
+                session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+            assert!(report.summary.checks_passed(), "{}, {formulation}: {:?}", path.display(), report.summary.checks);
+            report
+        };
+        let (ours, theirs) = (run("auto"), run("cartesian"));
+        if !ours.summary.engine.contains("joint") {
+            continue;
+        }
+        in_joints += 1;
+        let (off, column) = worst(&ours, &theirs);
+        let allowed = (TOLERANCES * ours.summary.tolerance).max(ROUND_OFF);
+        if !(off <= allowed) {
+            failed +=
+                &format!("{}: `{column}` differs by {off:.1e} of its peak, allowed {allowed:.1e}\n", path.display());
+        }
+    }
+    assert!(failed.is_empty(), "\n{failed}");
+    // Most scenes; the others depend on reactions or accelerations.
+    assert!(in_joints > 50, "{in_joints}");
+}
