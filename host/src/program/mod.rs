@@ -21,6 +21,7 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
+//! | `lanes.rs` | programs for several instances at once |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
@@ -32,6 +33,7 @@ mod equations;
 mod graph;
 mod import;
 mod kinematics;
+mod lanes;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
 mod observe;
@@ -48,5 +50,6 @@ pub use derivative::{Seeds, derivatives};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
 pub use kinematics::BodyNodes;
+pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use tape::{Program, Sets, Used, Workspace};
