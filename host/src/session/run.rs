@@ -217,8 +217,11 @@ impl Session {
         Ok(RunReport { summary, times, columns, channels, checks })
     }
 
-    /// The equations of motion in the form that the engine's name stands for.
-    fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
+    /// The equations of motion in the form that the engine's name (see [`ENGINES`]) stands for, interpreted.
+    ///
+    /// # Errors
+    /// An unknown name; masses that admit no motion.
+    pub fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
         let length = self.assembly.scales.length;
         match engine {
             "auto" | "compiled" | "interpreted" => {
