@@ -1,4 +1,4 @@
-//! Kernels: what an evaluation, a run and the parts around them cost. `cargo bench -p odyn-tests`; words after `--` choose by
+//! Kernels: what an evaluation, a run and the parts around them cost. `cargo bench`; words after `--` choose by
 //! name. Figures drift on a shared machine: compare rows of one run.
 //!
 //! | group | what is measured |
