@@ -225,6 +225,31 @@ fn a_file_is_loaded_once_per_process() {
     assert_eq!(catalog.libraries().count(), 1);
 }
 
+/// Whatever is opened leaves a private copy. The libraries get an ending of their own, so that this process has not opened
+/// them before.
+#[test]
+fn only_the_libraries_that_a_scene_names_are_opened() {
+    let scratch = Scratch::new();
+    let beside = SearchPath::standard(&[], &[]);
+    for library in ["joints", "forces", "controls", "compressor"] {
+        let path = beside.locate(library).expect("the standard libraries are beside this program");
+        let mut bytes = fs::read(&path).unwrap();
+        bytes.extend(b"opened once");
+        scratch.file(path.file_name().unwrap().to_str().unwrap(), bytes);
+    }
+    let opened = |scene: &str| {
+        let copies = scratch.path().join(scene.replace('/', "-"));
+        let mut options = options(&[], &[scratch.path().to_path_buf()]);
+        options.library_copies = Some(copies.clone());
+        let session = Session::open(&root().join("scenes").join(scene), &options).unwrap_or_else(|e| panic!("{e}"));
+        assert!(session.libraries.iter().all(|l| l.path.as_ref().is_some_and(|p| p.starts_with(scratch.path()))));
+        let copied = fs::read_dir(&copies).map_or(0, Iterator::count);
+        (session.libraries.len(), copied)
+    };
+    assert_eq!(opened("benchmarks/A01.toml"), (1, 1), "joints");
+    assert_eq!(opened("benchmarks/compressor.toml"), (2, 1), "compressor; joints are open already");
+}
+
 #[test]
 fn a_library_may_be_overwritten_while_it_is_in_use() {
     let scratch = Scratch::new();

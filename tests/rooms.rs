@@ -26,6 +26,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("verification", &["diagnostics", "scene", "catalog", "model", "results", "session"]),
     ("page", &["results"]),
     ("bench", &["integrate", "page", "results", "scene", "session"]),
+    ("study", &["diagnostics", "results", "scene", "session"]),
     ("manual", &["page", "results", "verification"]),
 ];
 

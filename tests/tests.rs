@@ -14,6 +14,9 @@
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
+//! | `study.rs` | studies do not depend on the number of threads |
+//! | `lanes.rs` | programs of scenes give the same bits in every lane |
+//! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
@@ -29,10 +32,13 @@ mod examples;
 mod fixtures;
 mod formulations;
 mod interleaved;
+mod lanes;
+mod limit;
 mod opaque;
 mod plugins;
 mod rooms;
 mod speed_control;
 mod states;
+mod study;
 mod support;
 mod verification;

@@ -17,17 +17,18 @@ PROBLEMS = {
 }
 
 
-def reference(problem):
-    """Times and measured coordinates at each of them."""
+def reference(problem, step):
+    """Times and measured coordinates at each of them; of a step longer than their distance, only those that it meets."""
     name, columns, end = PROBLEMS[problem]
     lines = [line for line in (REFERENCES / name).read_text().splitlines() if not line.startswith("#")]
     rows = [row for row in csv.DictReader(lines) if float(row["t"]) <= end + 1e-9]
+    rows = rows[:: max(1, round(step / float(rows[1]["t"])))]
     return [float(row["t"]) for row in rows], [[float(row[c]) for c in columns] for row in rows]
 
 
 def steps_per_sample(problem, step):
     """Whole steps between samples of the reference."""
-    times, _ = reference(problem)
+    times, _ = reference(problem, step)
     return max(1, round((times[1] - times[0]) / step))
 
 
@@ -40,7 +41,7 @@ def measure(problem, solver, method, step, run, repeats=3):
         for _ in range(repeats):
             samples, spent, steps = run()
             seconds.append(spent)
-        _, expected = reference(problem)
+        _, expected = reference(problem, step)
         assert len(samples) == len(expected), f"{len(samples)} samples instead of {len(expected)}"
         error = max(abs(a - b) for ours, theirs in zip(samples, expected) for a, b in zip(ours, theirs))
         assert error == error, "the motion is not finite"

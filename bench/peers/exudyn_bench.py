@@ -6,18 +6,30 @@
     odyn bench --peers exudyn.csv
 
 Bodies and joints are Exudyn's planar ones (`ObjectRigidBody2D`, `ObjectJointRevolute2D`), integrated by its generalized-alpha
-method and its implicit trapezoidal rule of index 2. The time is that of the solver with a sensor that stores the samples.
+method and its implicit trapezoidal rule of index 2. The trees (A01, the chain) are also run in joint coordinates
+(`ObjectKinematicTree`) with its explicit methods, which is its best setting for them. Exudyn's build without range checks is
+used. The time is that of the solver with a sensor that stores the samples.
 """
 
-import exudyn
+import contextlib
+import math
+import sys
+
+sys.exudynFast = True  # before exudyn is imported
+with contextlib.redirect_stdout(sys.stderr):  # standard output is the table
+    import exudyn
+
 from exudyn.itemInterface import (
     LoadForceVector,
     MarkerBodyPosition,
+    NodeGenericODE2,
     NodeRigidBody2D,
     ObjectGround,
     ObjectJointRevolute2D,
+    ObjectKinematicTree,
     ObjectRigidBody2D,
     SensorBody,
+    SensorKinematicTree,
 )
 
 from common import PROBLEMS, clock, measure, reference, steps_per_sample, write
@@ -26,6 +38,11 @@ METHODS = {
     "GeneralizedAlpha": exudyn.DynamicSolverType.GeneralizedAlpha,
     "TrapezoidalIndex2": exudyn.DynamicSolverType.TrapezoidalIndex2,
 }
+EXPLICIT = {
+    "RK44": exudyn.DynamicSolverType.RK44,
+    "RK67": exudyn.DynamicSolverType.RK67,
+}
+STEPS = (1e-1, 5e-2, 2e-2, 1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4)
 
 
 class Scene:
@@ -93,16 +110,70 @@ def four_bars(n=2):
     return scene, scene.sensor(links[0], (0, 0.5))
 
 
+class Tree:
+    """Bodies one after the other, turning about z, in joint coordinates."""
+
+    def __init__(self, links, start):
+        """`links`: for each its length, mass, moment of inertia and centre of mass, along its x axis."""
+        container = exudyn.SystemContainer()
+        self.container, self.system, n = container, container.AddSystem(), len(links)
+        zero = [0.0] * n
+        angles = [start] + [0.0] * (n - 1)
+        node = self.system.AddNode(
+            NodeGenericODE2(
+                numberOfODE2Coordinates=n, referenceCoordinates=zero, initialCoordinates=angles, initialCoordinates_t=zero
+            )
+        )
+        unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        offsets = [[0.0, 0.0, 0.0]] + [[link[0], 0.0, 0.0] for link in links[:-1]]
+        self.last, self.end = n - 1, links[-1][0]
+        self.tree = self.system.AddObject(
+            ObjectKinematicTree(
+                nodeNumber=node,
+                jointTypes=[exudyn.JointType.RevoluteZ] * n,
+                linkParents=list(range(-1, n - 1)),
+                jointTransformations=exudyn.Matrix3DList([unit] * n),
+                jointOffsets=exudyn.Vector3DList(offsets),
+                linkInertiasCOM=exudyn.Matrix3DList([[[c * link[2] for c in row] for row in unit] for link in links]),
+                linkCOMs=exudyn.Vector3DList([[link[3], 0.0, 0.0] for link in links]),
+                linkMasses=[link[1] for link in links],
+                gravity=[0.0, -9.81, 0.0],
+            )
+        )
+
+    def sensor(self):
+        return self.system.AddSensor(
+            SensorKinematicTree(
+                objectNumber=self.tree,
+                linkNumber=self.last,
+                localPosition=[self.end, 0.0, 0.0],
+                storeInternal=True,
+                outputVariableType=exudyn.OutputVariableType.Position,
+            )
+        )
+
+
+def pendulum_tree():
+    scene = Tree([(1.0, 1.0, 0.0, 1.0)], math.pi)
+    return scene, scene.sensor()
+
+
+def chain_tree(n=10):
+    scene = Tree([(1 / n, 1 / n, 1 / n**3 / 12, 0.5 / n)] * n, 0.0)
+    return scene, scene.sensor()
+
+
 MODELS = {"A01": pendulum, "A02_N2": four_bars, "chain_N10": chain}
+TREES = {"A01": pendulum_tree, "chain_N10": chain_tree}
 
 
-def runner(problem, method, step):
+def runner(problem, model, solver, step):
     count = steps_per_sample(problem, step)
-    times, _ = reference(problem)
+    times, _ = reference(problem, step)
     apart, end = times[1] - times[0], PROBLEMS[problem][2]
 
     def run():
-        scene, sensor = MODELS[problem]()
+        scene, sensor = model()
         scene.system.Assemble()
         settings = exudyn.SimulationSettings()
         settings.timeIntegration.numberOfSteps = count * (len(times) - 1)
@@ -115,7 +186,7 @@ def runner(problem, method, step):
         settings.solution.sensors.writePeriod = apart
         settings.show.statistics = False
         start = clock()
-        done = scene.system.SolveDynamic(settings, solverType=METHODS[method], showHints=False, showCausingItems=False)
+        done = scene.system.SolveDynamic(settings, solverType=solver, showHints=False, showCausingItems=False)
         seconds = clock() - start
         assert done is not False, "the solver gave up"
         stored = scene.system.GetSensorStoredData(sensor)
@@ -128,9 +199,12 @@ def main():
     exudyn.config.printToConsole = False
     rows = []
     for problem in MODELS:
-        for method in METHODS:
-            for step in (5e-3, 2e-3, 1e-3, 5e-4, 2e-4):
-                rows.append(measure(problem, "exudyn", method, step, runner(problem, method, step)))
+        ways = [(name, MODELS[problem], solver) for name, solver in METHODS.items()]
+        if problem in TREES:
+            ways += [(f"tree {name}", TREES[problem], solver) for name, solver in EXPLICIT.items()]
+        for name, model, solver in ways:
+            for step in STEPS:
+                rows.append(measure(problem, "exudyn", name, step, runner(problem, model, solver, step)))
     write(rows, f"Exudyn {exudyn.__version__}")
 
 

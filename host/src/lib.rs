@@ -20,6 +20,7 @@
 //! | [`session`] | all of them, in this order | |
 //! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
+//! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases -> pages to read (feature `manual`) | how cases were run |
 //!
@@ -45,6 +46,7 @@ pub mod program;
 pub mod results;
 pub mod scene;
 pub mod session;
+pub mod study;
 pub mod verification;
 
 #[cfg(test)]

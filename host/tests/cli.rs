@@ -239,6 +239,23 @@ fn results_that_cannot_be_written_have_their_code() {
 }
 
 #[test]
+fn a_study_leaves_its_table_and_has_the_code_of_its_first_failure() {
+    let scratch = Scratch::new("study");
+    let ran = scratch.odyn("study brick.toml --vary brick.mass=1:2:3 --jobs 2 --results").ends_with(0);
+    assert!(ran.out().ends_with("table: results/brick-study/study.csv\n"), "{}", ran.out());
+    assert!(ran.err().contains("3/3 brick.mass="), "{}", ran.err());
+    let table = fs::read_to_string(scratch.0.join("results/brick-study/study.csv")).unwrap();
+    assert!(table.starts_with("run,brick.mass,status,problem,figure.spin"), "{table}");
+    assert_eq!(rows(&scratch.0.join("results/brick-study/study.csv")), 3);
+    assert_eq!(rows(&scratch.0.join("results/brick-study/run-2/results.csv")), 21);
+    let ran = scratch.odyn("study brick.toml --vary brick.mass=1,-1 --json").ends_with(3);
+    assert_eq!(ran.json()["rows"][1][2], "failed");
+    assert!(ran.err().contains("brick.mass=-1: failed"), "{}", ran.err());
+    let ran = scratch.odyn("study brick.toml --vary brick.mass").ends_with(2);
+    assert!(ran.err().contains("no `=`"), "{}", ran.err());
+}
+
+#[test]
 fn tables_are_compared() {
     let scratch = Scratch::new("compare");
     scratch.odyn("run brick.toml -o a -q").ends_with(0);

@@ -18,6 +18,7 @@
 //! | `report.rs` | what came out, as plain data |
 //! | `runner.rs` | runs a scene with all methods and tolerances |
 //! | `machine.rs` | where it ran |
+//! | `summary.rs` | best times at some errors, and how programs compare |
 //! | `table.rs` | measurements as CSV, written and read |
 //! | `page.rs` | the page |
 
@@ -26,6 +27,7 @@ mod machine;
 mod page;
 mod report;
 mod runner;
+mod summary;
 mod table;
 
 #[cfg(test)]
@@ -35,4 +37,5 @@ mod tests;
 pub use machine::Machine;
 pub use report::{Measured, Point, Problem, Report, Setting, Times, Work};
 pub use runner::{Runner, Settings, TOLERANCES};
+pub use summary::{Best, LEVELS, Ratio};
 pub use table::{HEADER, read, write};

@@ -92,6 +92,9 @@ pub struct Times {
     pub load: f64,
     /// Writing and compiling the equations, assembly.
     pub compile: f64,
+    /// Making machine code: part of `compile` if it was made before the first step, else beside the integration, on a
+    /// thread of its own.
+    pub machine_code: f64,
     /// Integration with its samples.
     pub integrate: f64,
     /// From reading to the last check.

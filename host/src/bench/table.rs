@@ -6,7 +6,7 @@ use super::report::{Measured, Point, Report, Setting, Times, Work};
 
 /// The columns. `setting` says whether `value` is a tolerance or a step (s); times are in s. Fields of what is not known are
 /// empty; `status` is `ok` or tells why there are no numbers.
-pub const HEADER: [&str; 18] = [
+pub const HEADER: [&str; 19] = [
     "problem",
     "solver",
     "method",
@@ -17,6 +17,7 @@ pub const HEADER: [&str; 18] = [
     "energy_error",
     "load_s",
     "compile_s",
+    "machine_code_s",
     "integrate_s",
     "total_s",
     "steps",
@@ -52,7 +53,13 @@ fn row(point: &Point, unit: &str) -> [String; HEADER.len()] {
     let unknown = Measured {
         error: f64::NAN,
         energy_error: f64::NAN,
-        times: Times { load: f64::NAN, compile: f64::NAN, integrate: f64::NAN, total: f64::NAN },
+        times: Times {
+            load: f64::NAN,
+            compile: f64::NAN,
+            machine_code: f64::NAN,
+            integrate: f64::NAN,
+            total: f64::NAN,
+        },
         ..Measured::default()
     };
     let (status, measured) = match &point.outcome {
@@ -71,6 +78,7 @@ fn row(point: &Point, unit: &str) -> [String; HEADER.len()] {
         number(energy_error),
         number(times.load),
         number(times.compile),
+        number(times.machine_code),
         number(times.integrate),
         number(times.total),
         count(work.steps),
@@ -133,6 +141,7 @@ fn point<'a>(field: &dyn Fn(&str) -> &'a str) -> Result<Point, String> {
             times: Times {
                 load: number("load_s")?,
                 compile: number("compile_s")?,
+                machine_code: number("machine_code_s")?,
                 integrate: number("integrate_s")?,
                 total: number("total_s")?,
             },

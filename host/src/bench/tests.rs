@@ -151,10 +151,11 @@ fn report() -> Report {
         error: 1.25e-7,
         energy_error: 3e-9,
         work: Work { steps: Some(10), rejected: Some(1), evaluations: Some(120), factorisations: Some(130) },
-        times: Times { load: 0.01, compile: 0.002, integrate: 0.0005, total: 0.0125 },
+        times: Times { load: 0.01, compile: 0.002, machine_code: 0.001, integrate: 0.0005, total: 0.0125 },
         repeats: 5,
     };
-    let times = Times { load: f64::NAN, compile: f64::NAN, integrate: 0.25, total: f64::NAN };
+    let unknown = f64::NAN;
+    let times = Times { load: unknown, compile: unknown, machine_code: unknown, integrate: 0.25, total: unknown };
     let peer = Measured { error: 1e-3, energy_error: f64::NAN, times, ..Measured::default() };
     let point = |solver: &str, method: &str, setting, outcome| Point {
         problem: "swing".into(),
@@ -207,6 +208,48 @@ fn tables_are_read_back_as_they_were_written() {
     }
 }
 
+/// Runs of one problem: program, method, error, time.
+fn timed(name: &str, runs: &[(&str, &str, f64, f64)]) -> Vec<Point> {
+    let point = |&(solver, method, error, integrate): &(&str, &str, f64, f64)| Point {
+        problem: name.into(),
+        solver: solver.into(),
+        method: method.into(),
+        setting: Setting::Tolerance(1e-6),
+        outcome: Ok(Measured { error, times: Times { integrate, ..Times::default() }, ..Measured::default() }),
+    };
+    runs.iter().map(point).collect()
+}
+
+#[test]
+fn programs_are_compared_at_equal_errors() {
+    let ours =
+        [("odyn", "a", 1e-4, 1.0), ("odyn", "a", 1e-7, 3.0), ("odyn", "b", 5e-7, 2.0), ("odyn", "b", 1e-10, 8.0)];
+    let theirs = [("other", "x", 1e-3, 4.0), ("other", "x", 9e-7, 32.0), ("fast", "y", 1e-12, 2.0)];
+    let mut report = Report {
+        problems: vec![Problem { name: "p".into(), points: timed("p", &ours), ..Problem::default() }],
+        peers: timed("p", &theirs),
+        ..Report::default()
+    };
+    let best = report.best(&report.problems[0]);
+    let times: Vec<_> = best.iter().map(|best| (best.method.as_str(), best.times)).collect();
+    assert_eq!(times[0], ("a", [Some(1.0), Some(3.0), None]));
+    assert_eq!(times[1], ("b", [Some(2.0), Some(2.0), Some(8.0)]));
+    assert_eq!(times[2], ("x", [Some(4.0), Some(32.0), None]));
+    let ratios = report.ratios();
+    let [other, fast] = &ratios[..] else { panic!("{ratios:?}") };
+    // 4 / 1 and 32 / 2.
+    assert!((other.mean - 8.0).abs() < 1e-12, "{other:?}");
+    assert_eq!((other.compared, other.only_ours, other.only_theirs), (2, 1, 0));
+    assert_eq!(other.least, Some((4.0, "p".into(), 1e-3)));
+    assert_eq!((fast.compared, fast.least.clone()), (3, Some((0.25, "p".into(), 1e-9))));
+    // What is less accurate, failed or of another problem is no time.
+    report.problems[0].points = timed("p", &[("odyn", "a", 1e-2, 1.0)]);
+    report.problems.push(Problem { name: "q".into(), points: timed("q", &ours), ..Problem::default() });
+    let other = report.ratios().remove(0);
+    assert!(other.mean.is_nan());
+    assert_eq!((other.compared, other.only_ours, other.only_theirs), (0, 0, 2));
+}
+
 #[cfg(feature = "manual")]
 #[test]
 fn the_page_has_curves_numbers_and_failures() {
@@ -214,11 +257,24 @@ fn the_page_has_curves_numbers_and_failures() {
     assert!(page.contains("Swing &lt;1&gt;") && !page.contains("Swing <1>"));
     // Two drawings of our one point, one of the peer's, which tells no evaluations.
     assert_eq!(page.matches("<circle").count(), 3);
-    for text in ["odyn one", "other two", "1.25e-7", "<span class=\"bad\">failed</span> stopped", "today"] {
+    for text in [
+        "odyn one",
+        "other two",
+        "1.25e-7",
+        "<span class=\"bad\">failed</span> stopped",
+        "today",
+        "Other programs",
+        "500 (swing",
+    ] {
         assert!(page.contains(text), "{text}");
     }
+    let drawing = report().drawing(&report().problems[0]).unwrap();
+    // Two more of each series in the key.
+    assert_eq!(drawing.matches("<circle").count(), 5);
+    assert!(drawing.starts_with("<svg xmlns=") && drawing.ends_with("</text>\n</svg>\n"), "{drawing}");
     let mut failed = report();
     failed.problems[0].points.remove(0);
     failed.peers.clear();
     assert!(failed.page().contains("No run came to its end."));
+    assert!(failed.drawing(&failed.problems[0]).is_none());
 }

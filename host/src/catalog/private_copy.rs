@@ -6,13 +6,15 @@
 
 use std::env::consts::DLL_SUFFIX;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, SystemTime};
 
 /// Copies that were not used for this long are removed.
 const KEPT: Duration = Duration::from_secs(14 * 24 * 3600);
+/// Bytes compared at a time; about what stays in a processor's cache.
+const PIECE: usize = 128 * 1024;
 
 /// The path of a file with exactly these bytes in `folder`, if one is given, else in the user's cache folder, or, where
 /// there is none, in a new folder for temporary files. `sha256`: their hash in hexadecimal digits.
@@ -32,7 +34,7 @@ pub(super) fn private_copy(bytes: &[u8], sha256: &str, folder: Option<&Path>) ->
 pub(super) fn copy_into(folder: &Path, bytes: &[u8], sha256: &str) -> io::Result<PathBuf> {
     fs::create_dir_all(folder)?;
     let path = folder.join(format!("{sha256}{DLL_SUFFIX}"));
-    if fs::read(&path).is_ok_and(|present| present == bytes) {
+    if holds(&path, bytes) {
         // Not essential: it only keeps the copy from being taken for an old one.
         let _ = File::options().write(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
         return Ok(path);
@@ -47,6 +49,25 @@ pub(super) fn copy_into(folder: &Path, bytes: &[u8], sha256: &str) -> io::Result
     }
     remove_old(folder, SystemTime::now());
     Ok(path)
+}
+
+/// Whether a file has exactly these bytes. Read in pieces: libraries are large, and this is done at every start.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    let Ok(mut file) = File::open(path) else { return false };
+    if !file.metadata().is_ok_and(|data| data.len() == bytes.len() as u64) {
+        return false;
+    }
+    let mut piece = vec![0; PIECE];
+    let mut rest = bytes;
+    loop {
+        match file.read(&mut piece) {
+            Ok(0) => return rest.is_empty(),
+            Ok(n) if rest.get(..n) == Some(&piece[..n]) => rest = &rest[n..],
+            Ok(_) => return false,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(_) => return false,
+        }
+    }
 }
 
 /// Removes what has not been used lately; whatever can't be removed stays.

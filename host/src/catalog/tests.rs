@@ -430,6 +430,27 @@ mod files {
     }
 
     #[test]
+    fn every_byte_of_a_copy_counts() {
+        let folder = Folder::new("long-copies");
+        let library: Vec<u8> = (0..300_000_u32).map(|k| (k % 251) as u8).collect();
+        let copy = copy_into(&folder.0, &library, "0123").expect("a copy");
+        for place in [0, 131_071, 131_072, 299_999] {
+            let mut exchanged = library.clone();
+            exchanged[place] ^= 1;
+            fs::write(&copy, &exchanged).expect("writable");
+            copy_into(&folder.0, &library, "0123").expect("a copy");
+            assert!(fs::read(&copy).expect("it is there") == library, "byte {place}");
+        }
+        for length in [0, 1, 131_072, 300_001] {
+            let mut exchanged = library.clone();
+            exchanged.resize(length, 0);
+            fs::write(&copy, &exchanged).expect("writable");
+            copy_into(&folder.0, &library, "0123").expect("a copy");
+            assert!(fs::read(&copy).expect("it is there") == library, "{length} bytes");
+        }
+    }
+
+    #[test]
     fn copies_that_nobody_used_for_weeks_are_removed() {
         let folder = Folder::new("old");
         let path = copy_into(&folder.0, b"library", "0123").expect("a copy");

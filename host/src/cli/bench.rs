@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use odyn::bench::{Machine, Point, Report, Runner, Setting, Settings, read, write};
+use odyn::bench::{LEVELS, Machine, Point, Report, Runner, Setting, Settings, read, write};
 use odyn::diagnostics::{Diagnostic, codes, suggest};
 use odyn::integrate;
 use odyn::results::significant;
@@ -18,7 +18,7 @@ use super::verify::scenes;
 const TABLE_FILE: &str = "bench.csv";
 const PAGE_FILE: &str = "index.html";
 
-/// Runs all scenes with all methods and tolerances, prints the numbers, writes table and page.
+/// Runs all scenes with all methods and tolerances, prints the numbers, writes table, page and drawings.
 pub(super) fn bench(args: &BenchArgs) -> Result<u8, Failure> {
     let (scenes, _) = scenes("bench", &args.scenes)?;
     let mut report = Report { machine: Machine::this(), date: args.date.clone(), ..Report::default() };
@@ -41,8 +41,14 @@ pub(super) fn bench(args: &BenchArgs) -> Result<u8, Failure> {
         result?;
         report.problems.push(problem);
     }
+    terminal::print(&summary(&report))?;
     write_file(&args.output, TABLE_FILE, &write(&report))?;
     write_file(&args.output, PAGE_FILE, &report.page())?;
+    for problem in &report.problems {
+        if let Some(drawing) = report.drawing(problem) {
+            write_file(&args.output, &format!("{}.svg", problem.name), &drawing)?;
+        }
+    }
     terminal::print(&format!("page: {}\n", args.output.join(PAGE_FILE).display()))?;
     Ok(if report.problems.iter().all(|problem| problem.solved()) { exit::DONE } else { exit::AUDIT })
 }
@@ -78,10 +84,50 @@ fn settings(args: &BenchArgs) -> Result<Settings, Failure> {
     Ok(settings)
 }
 
-const HEAD: [&str; 9] =
-    ["problem", "method", "tolerance", "error", "energy", "evaluations", "load ms", "compile ms", "integrate ms"];
+/// Best times at some errors, and other programs beside ours.
+fn summary(report: &Report) -> String {
+    let mut text = format!("\n{:<24} {:<20}", "best ms at an error of", "");
+    for level in LEVELS {
+        text.push_str(&format!(" {level:>9e}"));
+    }
+    text.push('\n');
+    for problem in &report.problems {
+        for best in report.best(problem) {
+            let mut line = format!("{:<24} {:<20}", problem.name, format!("{} {}", best.solver, best.method));
+            for time in best.times {
+                line.push_str(&format!(" {:>9}", time.map_or_else(|| "-".into(), |time| significant(1e3 * time, 3))));
+            }
+            text.push_str(&(line + "\n"));
+        }
+    }
+    for ratio in report.ratios() {
+        let (solver, mean) = (&ratio.solver, significant(ratio.mean, 3));
+        let (compared, ours, theirs) = (ratio.compared, ratio.only_ours, ratio.only_theirs);
+        let least = ratio.least.map_or_else(String::new, |(least, problem, level)| {
+            format!(", least {} ({problem}, {level:e})", significant(least, 3))
+        });
+        text.push_str(&format!(
+            "{solver}: its time / ours {mean} (geometric mean of {compared}{least}); reached by us alone {ours}, by it alone \
+             {theirs}\n"
+        ));
+    }
+    text
+}
 
-fn cells(point: &Point) -> [String; 9] {
+const HEAD: [&str; 10] = [
+    "problem",
+    "method",
+    "tolerance",
+    "error",
+    "energy",
+    "evaluations",
+    "load ms",
+    "compile ms",
+    "machine ms",
+    "integrate ms",
+];
+
+fn cells(point: &Point) -> [String; 10] {
     let setting = match point.setting {
         Setting::Tolerance(tolerance) => significant(tolerance, 3),
         Setting::Step(step) => format!("h={}", significant(step, 2)),
@@ -99,11 +145,12 @@ fn cells(point: &Point) -> [String; 9] {
                 measured.work.evaluations.map_or_else(String::new, |count| count.to_string()),
                 milliseconds(measured.times.load),
                 milliseconds(measured.times.compile),
+                milliseconds(measured.times.machine_code),
                 milliseconds(measured.times.integrate),
             ]
         }
         Err(reason) => {
-            let mut cells: [String; 9] = Default::default();
+            let mut cells: [String; 10] = Default::default();
             let line = reason.lines().next().unwrap_or_default();
             (cells[0], cells[1], cells[2], cells[3]) = (problem, method, setting, format!("FAILED: {line}"));
             cells
@@ -112,9 +159,9 @@ fn cells(point: &Point) -> [String; 9] {
 }
 
 /// Columns under each other as they come: widths are fixed.
-fn line(cells: &[String; 9]) -> String {
+fn line(cells: &[String; 10]) -> String {
     let mut text = format!("{:<24} {:<10}", cells[0], cells[1]);
-    for (cell, width) in cells[2..].iter().zip([10, 10, 10, 12, 10, 11, 13]) {
+    for (cell, width) in cells[2..].iter().zip([10, 10, 10, 12, 10, 11, 11, 13]) {
         text.push_str(&format!(" {cell:>width$}"));
     }
     text.trim_end().to_string()

@@ -11,7 +11,7 @@
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
-//! | `bench.rs`, `compare.rs`, `explain.rs`, `verify.rs` | the commands of these names |
+//! | `bench.rs`, `compare.rs`, `explain.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
@@ -23,6 +23,7 @@ mod explain;
 mod failure;
 mod inspect;
 mod run;
+mod study;
 mod terminal;
 mod verify;
 
@@ -76,6 +77,7 @@ pub(crate) fn main() -> ExitCode {
 fn dispatch(command: &Command) -> Result<u8, Failure> {
     match command {
         Command::Run(args) => run::run(args),
+        Command::Study(args) => study::study(args),
         Command::Check(args) => inspect::check(args),
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),

@@ -66,14 +66,14 @@ fn same_folder(a: &Path, b: &Path) -> bool {
 }
 
 /// A flag that Ctrl-C raises; a second Ctrl-C ends the program at once.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
+pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
     let handler = move || {
         if raised.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(exit::INTERRUPTED));
         }
-        eprintln!("interrupted: the run ends after this step; once more to end at once");
+        eprintln!("interrupted: ending after this step; once more to end at once");
     };
     // Without a handler Ctrl-C ends the program; results up to there are whole rows all the same.
     if let Err(error) = ctrlc::set_handler(handler) {

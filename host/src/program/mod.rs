@@ -24,6 +24,7 @@
 //! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
+//! | `lanes.rs` | programs for several instances at once |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
@@ -37,6 +38,7 @@ mod graph;
 mod import;
 mod joint;
 mod kinematics;
+mod lanes;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
 mod observe;
@@ -56,5 +58,6 @@ pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
+pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use tape::{Program, Sets, Used, Workspace};

@@ -85,8 +85,8 @@ pub(super) struct Stage {
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
 #[derive(Debug, Clone)]
 pub struct Program {
-    constants: Vec<f64>,
-    inputs: Vec<(u32, Register)>,
+    pub(super) constants: Vec<f64>,
+    pub(super) inputs: Vec<(u32, Register)>,
     pub(super) stages: Vec<Stage>,
     after_calls: Vec<Instruction>,
     pub(super) outputs: Vec<Register>,
@@ -173,7 +173,6 @@ impl Program {
     }
 
     /// The lists of operations: one per stage, then the one after all calls.
-    #[cfg(feature = "jit")]
     pub(super) fn lists(&self) -> impl Iterator<Item = &[Instruction]> {
         self.stages.iter().map(|stage| &stage.operations[..]).chain([&self.after_calls[..]])
     }

@@ -76,8 +76,11 @@ impl Session {
             .map_err(|e| start_error(&self.scene, &e))
     }
 
-    /// The equations of motion in the form that the engine's name stands for.
-    pub(super) fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
+    /// The equations of motion in the form that the engine's name (see [`super::ENGINES`]) stands for, interpreted.
+    ///
+    /// # Errors
+    /// An unknown name; masses that admit no motion.
+    pub fn formulation(&mut self, engine: &str) -> Result<Box<dyn Formulation>, SessionError> {
         let length = self.assembly.scales.length;
         match engine {
             "auto" | "compiled" | "interpreted" => {

@@ -37,6 +37,6 @@ pub use formulation::FORMULATIONS;
 pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
 pub use restart::{Restart, STATE_FILE};
-pub use run::{DEFAULT_METHOD, RunReport};
+pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};

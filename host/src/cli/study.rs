@@ -1,0 +1,84 @@
+//! `odyn study`
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use odyn::diagnostics::{Diagnostic, codes};
+use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
+
+use super::args::StudyArgs;
+use super::exit;
+use super::failure::Failure;
+use super::run::stop_on_interrupt;
+use super::terminal;
+
+const TABLE_FILE: &str = "study.csv";
+
+/// Runs a scene with all combinations of values and writes the table.
+pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
+    let varied: Result<Vec<Vary>, Diagnostic> = args.vary.iter().map(|text| Vary::parse(text)).collect();
+    let varied = varied.map_err(|diagnostic| Failure::new(exit::USAGE, diagnostic))?;
+    let folder = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene));
+    let options = StudyOptions {
+        common: args.scene.options(args.audit_tol),
+        varied,
+        jobs: args.jobs.map_or(0, usize::from),
+        folder: args.results.then(|| folder.clone()),
+    };
+    let count: usize = options.varied.iter().map(|vary| vary.values.len()).fold(1, usize::saturating_mul);
+    let silent = args.quiet || args.scene.json;
+    let ended = AtomicUsize::new(0);
+    let told = |_: usize, run: &Run| {
+        let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;
+        if !silent {
+            eprintln!("{ended}/{count} {}: {}", values(&options.varied, run), verdict(run));
+        }
+    };
+    let study = Study::run(&args.scene.scene, &options, &told, &stop_on_interrupt());
+    let study = study.map_err(|diagnostic| Failure::new(exit::USAGE, *diagnostic))?.any_results()?;
+    let table = study.table();
+    let path = folder.join(TABLE_FILE);
+    std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, table.csv())).map_err(|cause| {
+        let message = format!("cannot write `{}`: {cause}", path.display());
+        let diagnostic = Diagnostic::error(codes::CANNOT_WRITE, message);
+        Failure::new(exit::FILES, diagnostic.help("choose another folder with `-o DIR`"))
+    })?;
+    if args.scene.json {
+        terminal::print(&terminal::json(&table))?;
+    } else if !args.quiet {
+        terminal::print(&format!("{}table: {}\n", table.overview(), path.display()))?;
+    }
+    if silent {
+        // Errors are told even to those who want to hear nothing else.
+        for run in study.runs.iter().filter(|run| !matches!(&run.outcome, Outcome::Ran(f) if f.exit_code == 0)) {
+            eprintln!("error: {}: {}", values(&options.varied, run), verdict(run));
+        }
+    }
+    Ok(u8::try_from(study.exit_code()).unwrap_or(exit::INTEGRATION))
+}
+
+/// `results/compressor-study` for `scenes/compressor.toml`.
+fn default_output(scene: &Path) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or(scene.as_os_str()).to_string_lossy();
+    Path::new("results").join(format!("{stem}-study"))
+}
+
+fn values(varied: &[Vary], run: &Run) -> String {
+    let pairs = varied.iter().zip(&run.values).map(|(vary, value)| format!("{}={value}", vary.key));
+    pairs.collect::<Vec<_>>().join(" ")
+}
+
+fn verdict(run: &Run) -> String {
+    match &run.outcome {
+        Outcome::Ran(finished) => match (finished.summary.status.words(), finished.summary.reason.as_str()) {
+            (words, "") if finished.exit_code == 0 => words.to_string(),
+            (words, "") => format!("{words}, but not within the limits of its audit or checks"),
+            (words, reason) => format!("{words}: {reason}"),
+        },
+        Outcome::Failed(error) => {
+            let said = error.diagnostics.iter().find(|diagnostic| diagnostic.is_error());
+            format!("failed: {}", said.map_or("", |said| said.message.as_str()))
+        }
+        Outcome::NotBegun => "not begun".into(),
+    }
+}

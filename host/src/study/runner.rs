@@ -1,0 +1,177 @@
+//! [`Study`]: the runs, one after the other or on several threads.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::vary::Vary;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::results::{ChannelInfo, Summary};
+use crate::session::{RunOptions, Session, SessionError};
+
+/// More runs than this are taken for a mistake.
+pub const MOST_RUNS: usize = 1_000_000;
+
+/// What is run.
+#[derive(Debug, Clone, Default)]
+pub struct StudyOptions {
+    /// What every run has in common.
+    pub common: RunOptions,
+    /// What is varied; the last one changes fastest.
+    pub varied: Vec<Vary>,
+    /// Runs at the same time; 0 = as many as the machine has processors. Results do not depend on it.
+    pub jobs: usize,
+    /// Folder in which every run leaves its results, as `run-1`, `run-2`, ...; no files where absent.
+    pub folder: Option<PathBuf>,
+}
+
+/// All runs of a study.
+#[derive(Debug)]
+pub struct Study {
+    /// The keys that were varied.
+    pub keys: Vec<String>,
+    /// The runs, in their order, whichever ended first.
+    pub runs: Vec<Run>,
+}
+
+/// One run.
+#[derive(Debug)]
+pub struct Run {
+    /// Its values, one per key.
+    pub values: Vec<String>,
+    /// How it ended.
+    pub outcome: Outcome,
+}
+
+/// How a run ended.
+#[derive(Debug)]
+pub enum Outcome {
+    /// It was integrated, to its end or not.
+    Ran(Box<Finished>),
+    /// There are no results.
+    Failed(SessionError),
+    /// It was not begun, because the study was stopped.
+    NotBegun,
+}
+
+/// What is kept of a run.
+#[derive(Debug)]
+pub struct Finished {
+    /// Status, figures, work, audit.
+    pub summary: Summary,
+    /// Exit code that the run would have had on its own.
+    pub exit_code: i32,
+    /// The channels of the scene.
+    pub channels: Vec<ChannelInfo>,
+    /// Their last values, in the channels' units.
+    pub last: Vec<f64>,
+}
+
+impl Study {
+    /// Runs a scene with every combination of values. `told` hears of every run that ended, in any order, from any thread;
+    /// `stop` ends the runs under way after their steps and begins no others.
+    ///
+    /// # Errors
+    /// Too many combinations, or no threads to be had. What goes wrong in a run is in the run.
+    pub fn run(
+        scene: &Path,
+        options: &StudyOptions,
+        told: &(dyn Fn(usize, &Run) + Sync),
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Self, Box<Diagnostic>> {
+        let count = options.varied.iter().try_fold(1_usize, |all, vary| all.checked_mul(vary.values.len()));
+        let count = count.filter(|count| *count <= MOST_RUNS).ok_or_else(|| {
+            let message = format!("the study has more than {MOST_RUNS} runs");
+            Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message).help("vary fewer keys, or with fewer values"))
+        })?;
+        let one = |number: usize| {
+            let run = single(scene, options, number, stop);
+            told(number, &run);
+            run
+        };
+        let keys = options.varied.iter().map(|vary| vary.key.clone()).collect();
+        Ok(Self { keys, runs: all(count, options.jobs, &one)? })
+    }
+
+    /// Exit code of the program: that of the first run that has one, 130 if some were not begun.
+    #[must_use]
+    pub fn exit_code(&self) -> i32 {
+        let code = |run: &Run| match &run.outcome {
+            Outcome::Ran(finished) => finished.exit_code,
+            Outcome::Failed(error) => error.exit_code(),
+            Outcome::NotBegun => 130,
+        };
+        self.runs.iter().map(code).find(|code| *code != 0).unwrap_or(0)
+    }
+
+    /// The study, if any run got as far as being integrated.
+    ///
+    /// # Errors
+    /// Why the first run did not, if none did.
+    pub fn any_results(self) -> Result<Self, SessionError> {
+        let failed = |run: &Run| matches!(run.outcome, Outcome::Failed(_));
+        if !self.runs.iter().all(failed) {
+            return Ok(self);
+        }
+        let first = self.runs.into_iter().find_map(|run| match run.outcome {
+            Outcome::Failed(error) => Some(error),
+            _ => None,
+        });
+        first.map_or(Ok(Self { keys: self.keys, runs: Vec::new() }), Err)
+    }
+}
+
+/// The runs in their order, on several threads where that is wanted and there are any.
+fn all(count: usize, jobs: usize, one: &(dyn Fn(usize) -> Run + Sync)) -> Result<Vec<Run>, Box<Diagnostic>> {
+    #[cfg(feature = "parallel")]
+    if jobs != 1 {
+        use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|error| {
+            Box::new(Diagnostic::error(codes::BAD_OVERRIDE, format!("cannot start {jobs} threads: {error}")))
+        })?;
+        // Runs differ in length: each is a task of its own.
+        return Ok(pool.install(|| (0..count).into_par_iter().with_max_len(1).map(one).collect()));
+    }
+    let _ = jobs;
+    Ok((0..count).map(one).collect())
+}
+
+/// Run number `number`.
+fn single(scene: &Path, options: &StudyOptions, number: usize, stop: &Arc<AtomicBool>) -> Run {
+    let choice = choice(&options.varied, number);
+    let values = options.varied.iter().zip(&choice).map(|(vary, k)| vary.values[*k].clone()).collect();
+    if stop.load(Ordering::Relaxed) {
+        return Run { values, outcome: Outcome::NotBegun };
+    }
+    let mut common = options.common.clone();
+    common.overrides.extend(options.varied.iter().zip(&choice).map(|(vary, k)| vary.change(*k)));
+    let folder = options.folder.as_ref().map(|folder| folder.join(format!("run-{}", number + 1)));
+    let session = Session::open(scene, &common);
+    let report = session.and_then(|session| session.run(folder.as_deref(), Box::new(|_| ()), stop));
+    let outcome = match report {
+        Err(error) => Outcome::Failed(error),
+        Ok(report) => Outcome::Ran(Box::new(Finished {
+            exit_code: report.exit_code(),
+            last: report.columns.iter().map(|column| column.last().copied().unwrap_or(f64::NAN)).collect(),
+            channels: report.channels,
+            summary: report.summary,
+        })),
+    };
+    Run { values, outcome }
+}
+
+/// Which value of each key belongs to a run; the last key changes fastest.
+fn choice(varied: &[Vary], number: usize) -> Vec<usize> {
+    let mut rest = number;
+    let mut choice: Vec<usize> = varied
+        .iter()
+        .rev()
+        .map(|vary| {
+            let k = rest % vary.values.len();
+            rest /= vary.values.len();
+            k
+        })
+        .collect();
+    choice.reverse();
+    choice
+}

@@ -1,0 +1,102 @@
+//! [`Vary`]: a key of the scene and the values it takes.
+
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::Override;
+
+/// A key with all its values.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Vary {
+    /// As in `--set KEY=VALUE`.
+    pub key: String,
+    /// Texts as in `--set KEY=VALUE`, in running order; at least one.
+    pub values: Vec<String>,
+}
+
+impl Vary {
+    /// Reads `KEY=FROM:TO:COUNT` (`COUNT` equidistant values, both ends included) or `KEY=A,B,...`.
+    ///
+    /// # Errors
+    /// What cannot be understood, with a remedy.
+    pub fn parse(text: &str) -> Result<Self, Diagnostic> {
+        let bad = |what: String| {
+            Diagnostic::error(codes::BAD_OVERRIDE, format!("`--vary {text}`: {what}"))
+                .help("write `--vary crank.radius=8mm:10mm:11` (from, to, how many) or `--vary piston.mass=0.03,0.04`")
+        };
+        let (key, values) = text.split_once('=').ok_or_else(|| bad("there is no `=` between key and values".into()))?;
+        let key = key.trim().to_string();
+        if key.is_empty() {
+            return Err(bad("there is no key before the `=`".into()));
+        }
+        let parts: Vec<&str> = values.split(':').map(str::trim).collect();
+        let values = match parts[..] {
+            [list] => pieces(list),
+            [from, to, count] => range(from, to, count).map_err(bad)?,
+            _ => return Err(bad("a range has three parts: from, to, how many".into())),
+        };
+        if values.iter().any(String::is_empty) {
+            return Err(bad("a value is missing".into()));
+        }
+        Ok(Self { key, values })
+    }
+
+    /// The change of the scene for value number `k`.
+    pub(super) fn change(&self, k: usize) -> Override {
+        Override::new(format!("{}={}", self.key, self.values[k]))
+    }
+}
+
+/// The parts of a list between commas that are inside no brackets and no quotes.
+fn pieces(list: &str) -> Vec<String> {
+    let (mut depth, mut quoted) = (0_i32, false);
+    let mut all = vec![String::new()];
+    for c in list.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            '[' | '{' | '(' => depth += 1,
+            ']' | '}' | ')' => depth -= 1,
+            _ => {}
+        }
+        match all.last_mut() {
+            Some(last) if c != ',' || depth > 0 || quoted => last.push(c),
+            _ => all.push(String::new()),
+        }
+    }
+    all.iter().map(|piece| piece.trim().to_string()).collect()
+}
+
+/// Equidistant values, in the unit of both ends.
+fn range(from: &str, to: &str, count: &str) -> Result<Vec<String>, String> {
+    let none = |text: &str| format!("`{text}` does not begin with a number");
+    let (first, unit) = number_and_unit(from).ok_or_else(|| none(from))?;
+    let (last, own) = number_and_unit(to).ok_or_else(|| none(to))?;
+    if unit != own {
+        return Err(format!("the ends of a range have one unit, not `{unit}` and `{own}`"));
+    }
+    let count: u32 = count.parse().map_err(|_| format!("`{count}` is no number of values"))?;
+    if count < 2 {
+        return Err("a range has two values at least".into());
+    }
+    let steps = f64::from(count - 1);
+    let value = |k: u32| match k {
+        k if k == count - 1 => last,
+        // To fifteen digits, so that 0.1 is not written as 0.10000000000000002.
+        k => {
+            let value = (first * (steps - f64::from(k)) + last * f64::from(k)) / steps;
+            format!("{value:.14e}").parse().unwrap_or(value)
+        }
+    };
+    Ok((0..count).map(|k| format!("{}{unit}", shortest(value(k)))).collect())
+}
+
+/// `8.5 mm` in its two parts; the unit may be empty.
+fn number_and_unit(text: &str) -> Option<(f64, &str)> {
+    let ends = text.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
+    let parsed = ends.map(|end| (text[..end].parse::<f64>(), text[end..].trim()));
+    parsed.filter_map(|(number, unit)| Some((number.ok().filter(|number| number.is_finite())?, unit))).next()
+}
+
+/// The fewest digits that give the number again.
+fn shortest(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-4..1e7).contains(&size) { format!("{value}") } else { format!("{value:e}") }
+}

@@ -1,0 +1,51 @@
+//! Studies: the same whatever the number of threads, and each run the one that would have been done alone.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use odyn::study::{Study, StudyOptions, Vary};
+
+use crate::support::{Scratch, options, root, run};
+
+const SETS: [&str; 1] = ["simulation.t_end=20 ms"];
+
+fn study(folder: &Path, jobs: usize) -> Study {
+    let varied = ["crank.radius=8mm:9mm:3", "rod.length=42mm,4kg"].map(|text| Vary::parse(text).unwrap());
+    let options =
+        StudyOptions { common: options(&SETS, &[]), varied: varied.to_vec(), jobs, folder: Some(folder.to_path_buf()) };
+    Study::run(&root().join("scenes/compressor.toml"), &options, &|_, _| (), &Arc::default()).unwrap()
+}
+
+/// Byte by byte: the tables of the study and the results of every run.
+#[test]
+fn one_thread_and_two_give_the_same_bytes() {
+    let (one, two) = (Scratch::new(), Scratch::new());
+    let (alone, together) = (study(one.path(), 1), study(two.path(), 2));
+    assert_eq!(alone.table().csv(), together.table().csv());
+    let mut compared = 0;
+    for k in 1..=6 {
+        let results = |scratch: &Scratch| fs::read(scratch.path().join(format!("run-{k}/results.csv"))).ok();
+        let (a, b) = (results(&one), results(&two));
+        assert!(a == b, "run {k} depends on the threads");
+        compared += usize::from(a.is_some());
+    }
+    // Every other run has a length in kg.
+    assert_eq!(compared, 3);
+    assert_eq!(alone.exit_code(), 3);
+}
+
+#[test]
+fn a_run_of_a_study_is_the_run_alone() {
+    let scratch = Scratch::new();
+    let study = study(scratch.path(), 2);
+    let alone = run("compressor.toml", &[SETS[0], "crank.radius=8.5mm"]);
+    let table = study.table();
+    let row = &table.rows[2];
+    assert_eq!(row[1..4], ["8.5mm", "42mm", "completed"]);
+    for (channel, column) in alone.channels.iter().zip(&alone.columns) {
+        let title = format!("final.{} [{}]", channel.name, channel.unit);
+        let k = table.columns.iter().position(|c| *c == title).unwrap_or_else(|| panic!("no column `{title}`"));
+        assert_eq!(row[k], column.last().unwrap().to_string(), "{title}");
+    }
+}
