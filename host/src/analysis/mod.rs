@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `formulation.rs` | what a way of writing the equations of motion offers to a simulation |
 //! | `working.rs` | six velocities per body, sparse elimination, rank-safe where needed |
+//! | `planar.rs` | the working form of motions parallel to a plane |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
@@ -22,6 +23,7 @@ mod constraints;
 mod coupling;
 mod formulation;
 mod linearisation;
+mod planar;
 mod reference;
 mod scales;
 mod working;
@@ -32,6 +34,7 @@ mod tests;
 pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
 pub use scales::Scales;
 pub use working::{WorkingForm, sparse_engine};

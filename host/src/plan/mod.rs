@@ -8,6 +8,7 @@
 
 mod decide;
 mod layout;
+mod pruning;
 mod topology;
 
 #[cfg(test)]
@@ -15,4 +16,5 @@ mod tests;
 
 pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip};
 pub use layout::Layout;
+pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};

@@ -20,6 +20,7 @@
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `observe.rs` | requested output channels |
+//! | `planar.rs` | the equations of a motion that stays parallel to a plane |
 //! | `tape.rs` | programs and their interpreter |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
@@ -36,6 +37,7 @@ mod kinematics;
 mod machine;
 mod observe;
 mod opaque;
+mod planar;
 mod tape;
 mod vector;
 
@@ -49,4 +51,5 @@ pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
 pub use kinematics::BodyNodes;
 pub use machine::MachineCode;
+pub use planar::{NotPlanar, Planar};
 pub use tape::{Program, Sets, Used, Workspace};

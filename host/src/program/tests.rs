@@ -8,6 +8,7 @@ mod equations;
 mod graph;
 #[cfg(feature = "jit")]
 mod machine;
+mod planar;
 mod reports;
 mod tape;
 

@@ -7,12 +7,13 @@ use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
+use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined, planar_case};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
-use crate::plan::{Layout, Plan, Probe};
+use crate::plan::{Layout, Plan, Probe, Pruning};
 use crate::program::{Equations, Form};
 use crate::results::significant;
 use crate::scene::{Dimension, Override, Scene, read};
@@ -52,6 +53,12 @@ pub struct Session {
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
     pub(super) options: RunOptions,
+    /// Savings that are allowed.
+    pub(super) pruning: Pruning,
+    /// The time determines the motion: it is found, not integrated.
+    pub(super) determined: bool,
+    /// The motion's plane, if one was found.
+    pub(super) planar: Option<PlanarCase>,
     /// Reading, loading, resolving, s.
     pub load_time: f64,
     /// Writing the equations, planning, assembling, s.
@@ -98,6 +105,7 @@ impl Session {
         options: &RunOptions,
         started: Instant,
     ) -> Result<Self, SessionError> {
+        let pruning = allowed(&scene)?;
         let (model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
             let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
             let exit = if plugin { Exit::Plugin } else { Exit::Scene };
@@ -112,7 +120,16 @@ impl Session {
         let assembly = assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?;
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
-        let plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        let mut plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        if !pruning.row_choice {
+            plan.always_rank_safe = Some(ALL_ROWS.into());
+        }
+        let planar = pruning
+            .planar
+            .then(|| planar_case(&equations, &model, &assembly, &plan, scene.simulation.t_start, pruning));
+        let determined = is_determined(&scene, &model, &plan, pruning);
+        super::report::note_planar(&mut plan, planar.as_ref(), &equations);
+        super::report::note_determined(&mut plan, determined);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let session = Self {
             warnings,
@@ -122,6 +139,9 @@ impl Session {
             plan,
             assembly,
             start_health,
+            pruning,
+            determined,
+            planar: planar.and_then(Result::ok),
             options: options.clone(),
             load_time,
             compile_time: compiling.elapsed().as_secs_f64(),

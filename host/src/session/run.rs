@@ -9,9 +9,9 @@ use super::error::{Exit, SessionError};
 use super::open::Session;
 use super::simulation::{Progress, Simulation};
 use super::tier::{Made, Tier};
-use crate::analysis::{Formulation, ReferenceForm, WorkingForm};
+use crate::analysis::{Formulation, PlanarForm, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
+use crate::integrate::{self, IntegrateError, Kinematic, Options, Outcome, Span, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
     ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status,
@@ -106,6 +106,9 @@ impl Session {
             self.scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |m| m.value.as_str()).to_string();
         let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
         let mut method = integrate::by_name(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
+        if self.determined {
+            method = Box::new(Kinematic::default());
+        }
         if method.needs_fixed_step() && self.scene.simulation.max_step.is_none() {
             return Err(self.no_step(method.name()));
         }
@@ -113,6 +116,7 @@ impl Session {
         if method.may_use_jacobian() {
             formulation.offer_jacobian(&self.equations);
         }
+        let planar = engine_name != "reference";
         let simulation = self.scene.simulation.clone();
         let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
         let times = simulation.sample_times(&self.scene.units);
@@ -158,6 +162,14 @@ impl Session {
                 Arc::clone(stop),
             )
             .map_err(|e| start_error(&self.scene, &e))?;
+            if let Some(case) = planar.then_some(self.planar.as_ref()).flatten() {
+                system
+                    .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
+                    .map_err(|e| start_error(&self.scene, &e))?;
+            }
+            if !self.pruning.on_demand {
+                system.solve_at_samples();
+            }
             let mut state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
             match engine_name.as_str() {
                 "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
@@ -222,6 +234,11 @@ impl Session {
         let length = self.assembly.scales.length;
         match engine {
             "auto" | "compiled" | "interpreted" => {
+                if let Some(case) = &self.planar {
+                    let form = PlanarForm::new(&case.planar, &mut self.model, &case.plan, length, case.start_health)
+                        .map_err(|e| start_error(&self.scene, &e))?;
+                    return Ok(Box::new(form));
+                }
                 let form = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
                     .map_err(|e| start_error(&self.scene, &e))?;
                 Ok(Box::new(form))
