@@ -3,7 +3,6 @@
 /// Savings that can be switched off: name, and what is done without it.
 pub const SAVINGS: &[(&str, &str)] = &[
     ("planar", "motions that stay parallel to a plane are computed in space all the same"),
-    ("merging", "bodies that are rigidly connected keep unknowns of their own"),
     ("kinematic", "mechanisms driven in all their freedoms are integrated"),
     ("islands", "parts that do not influence each other take the same steps"),
     ("row-choice", "dependent rows stay in use: rank-safe elimination for every evaluation"),
@@ -15,8 +14,6 @@ pub const SAVINGS: &[(&str, &str)] = &[
 pub struct Pruning {
     /// Planar equations for motions proved to be planar.
     pub planar: bool,
-    /// One body for those that are rigidly connected.
-    pub merging: bool,
     /// No integration of motions that the time determines.
     pub kinematic: bool,
     /// Islands integrated apart.
@@ -29,7 +26,7 @@ pub struct Pruning {
 
 impl Default for Pruning {
     fn default() -> Self {
-        Self { planar: true, merging: true, kinematic: true, islands: true, row_choice: true, on_demand: true }
+        Self { planar: true, kinematic: true, islands: true, row_choice: true, on_demand: true }
     }
 }
 
@@ -43,7 +40,6 @@ impl Pruning {
         for (k, name) in names.into_iter().enumerate() {
             let switch = match name {
                 "planar" => &mut allowed.planar,
-                "merging" => &mut allowed.merging,
                 "kinematic" => &mut allowed.kinematic,
                 "islands" => &mut allowed.islands,
                 "row-choice" => &mut allowed.row_choice,
