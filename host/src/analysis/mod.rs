@@ -15,6 +15,7 @@
 //! | `joint_engines.rs` | their elimination, and the rank-safe factorisation |
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
+//! | `planar.rs` | the working form of motions parallel to a plane |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
@@ -32,6 +33,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
+mod planar;
 mod reference;
 mod scales;
 mod working;
@@ -44,6 +46,7 @@ pub use constraints::{Constraints, mass_values};
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
 pub use joint::JointForm;
 pub use joint_plan::JointPlan;
+pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
 pub use scales::Scales;
 pub use working::{WorkingForm, sparse_engine};

@@ -173,6 +173,10 @@ pub(super) struct SceneArgs {
     /// Coordinates of the equations of motion: auto, cartesian or joint
     #[arg(long, value_name = "NAME")]
     pub(super) formulation: Option<String>,
+    /// Do without these savings, in place of the scene's own list: planar, kinematic, islands, row-choice, on-demand.
+    /// Results are the same, found by more work
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) without: Vec<String>,
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
@@ -361,6 +365,10 @@ impl SceneArgs {
         ];
         for (key, value) in settings {
             overrides.extend(value.map(|value| Override::new(format!("simulation.{key}={value}"))));
+        }
+        if !self.without.is_empty() {
+            let names: Vec<String> = self.without.iter().map(|name| format!("{:?}", name.trim())).collect();
+            overrides.push(Override::new(format!("simulation.without=[{}]", names.join(", "))));
         }
         RunOptions { overrides, plugins: self.plugins.clone(), audit_tolerance, ..RunOptions::default() }
     }

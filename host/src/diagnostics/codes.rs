@@ -259,7 +259,7 @@ pub const TABLE: &[Explanation] = &[
     entry(UNKNOWN_COMPONENT, "unknown component or channel", "Vectors have the components `x`, `y`, `z` and `norm`; elements declare their own channels."),
     entry(UNKNOWN_CHANNEL, "figure of an unknown channel", "A figure is computed from a channel that an `[[output]]` names."),
     entry(NOTHING_TO_DO, "nothing to compute", "The scene has no moving body."),
-    entry(UNKNOWN_METHOD, "unknown method or engine", "The message lists the known ones."),
+    entry(UNKNOWN_METHOD, "unknown method, engine or saving", "The message lists the known ones."),
     entry(
         SIGNAL_LOOP,
         "signal that depends on itself",

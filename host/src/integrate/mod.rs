@@ -32,6 +32,7 @@ mod dop853;
 mod dop853_tableau;
 mod dopri5;
 mod explicit;
+mod kinematic;
 mod lu;
 mod radau5;
 mod rk4;
@@ -46,6 +47,7 @@ use std::error::Error;
 pub use auto::Auto;
 pub use dop853::Dop853;
 pub use dopri5::Dopri5;
+pub use kinematic::Kinematic;
 pub use radau5::Radau5;
 pub use rk4::Rk4;
 

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod fixtures;
+mod kinematic;
 mod stiff;
 
 use super::*;

@@ -50,6 +50,10 @@ pub struct Skip {
     pub what: String,
     /// Why it may be left out.
     pub why: String,
+    /// What that saves, as a number with its unit in words; may be empty.
+    pub saved: String,
+    /// The name under which it can be switched off (see [`crate::plan::SAVINGS`]), if it can.
+    pub switch: Option<&'static str>,
 }
 
 /// The constraint equations at the assembled position, as numbers.
@@ -87,6 +91,8 @@ pub struct Plan {
     pub always_rank_safe: Option<String>,
     /// What is not computed.
     pub skips: Vec<Skip>,
+    /// Savings that are allowed but not possible here: name of the switch, and why.
+    pub impossible: Vec<(&'static str, String)>,
 }
 
 impl Plan {
@@ -148,6 +154,7 @@ impl Plan {
             reactions,
             always_rank_safe,
             skips: Vec::new(),
+            impossible: Vec::new(),
         };
         plan.note_redundancy();
         Ok(plan)
@@ -155,7 +162,21 @@ impl Plan {
 
     /// Adds an entry to the list of what is skipped.
     pub fn skip(&mut self, what: impl Into<String>, why: impl Into<String>) {
-        self.skips.push(Skip { what: what.into(), why: why.into() });
+        self.skips.push(Skip { what: what.into(), why: why.into(), saved: String::new(), switch: None });
+    }
+
+    /// Adds what the entry made last saves.
+    pub fn saving(&mut self, saved: impl Into<String>) {
+        if let Some(last) = self.skips.last_mut() {
+            last.saved = saved.into();
+        }
+    }
+
+    /// Adds the switch of the entry made last.
+    pub fn switched_by(&mut self, switch: &'static str) {
+        if let Some(last) = self.skips.last_mut() {
+            last.switch = Some(switch);
+        }
     }
 
     fn note_redundancy(&mut self) {
@@ -165,6 +186,8 @@ impl Plan {
                 format!("{count} constraint row{}", if count == 1 { "" } else { "s" }),
                 "dependent on the others at the assembled position; taken up again where the rank changes",
             );
+            self.saving(format!("{count} of {} unknown multipliers", self.layout.rows));
+            self.switched_by("row-choice");
         }
     }
 

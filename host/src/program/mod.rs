@@ -23,6 +23,7 @@
 //! | `rewrite.rs` | nodes of one graph carried over to another |
 //! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `observe.rs` | requested output channels |
+//! | `planar.rs` | the equations of a motion that stays parallel to a plane |
 //! | `tape.rs` | programs and their interpreter |
 //! | `lanes.rs` | programs for several instances at once |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
@@ -43,6 +44,7 @@ mod lanes;
 mod machine;
 mod observe;
 mod opaque;
+mod planar;
 mod rewrite;
 mod tape;
 mod vector;
@@ -60,4 +62,5 @@ pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use lanes::Lanes;
 pub use machine::MachineCode;
+pub use planar::{NotPlanar, Planar};
 pub use tape::{Program, Sets, Used, Workspace};

@@ -10,6 +10,7 @@ mod graph;
 mod lanes;
 #[cfg(feature = "jit")]
 mod machine;
+mod planar;
 mod reports;
 mod tape;
 

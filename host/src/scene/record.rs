@@ -75,6 +75,8 @@ pub struct Simulation {
     pub max_steps: Option<u64>,
     /// Limit of the audit, positive, relative.
     pub audit_tolerance: Option<f64>,
+    /// Savings of the plan that are switched off.
+    pub without: Vec<Spanned<String>>,
 }
 
 /// When results are wanted.

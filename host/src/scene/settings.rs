@@ -92,6 +92,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "first_step",
     "max_steps",
     "audit_tolerance",
+    "without",
 ];
 
 /// Reads `[simulation]`; `None` if it cannot be used.
@@ -127,6 +128,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
     let audit_tolerance = reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS);
+    let without = record.table.get("without").map(|raw| reader.words(raw, "without")).unwrap_or_default();
     Some(Simulation {
         span: record.table.span.clone(),
         gravity,
@@ -141,6 +143,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         first_step,
         max_steps: max_steps.map(|number| number.value),
         audit_tolerance,
+        without,
     })
 }
 

@@ -3,7 +3,7 @@
 use super::error::{Exit, SessionError};
 use super::open::Session;
 use super::run::start_error;
-use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm};
+use crate::analysis::{Formulation, JointForm, JointPlan, PlanarForm, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
 
@@ -85,6 +85,10 @@ impl Session {
         match engine {
             "auto" | "compiled" | "interpreted" => {
                 let choice = self.choose_formulation()?;
+                if let (None, Some(case)) = (&choice.joint, &self.planar) {
+                    let form = PlanarForm::new(&case.planar, &mut self.model, &case.plan, length, case.start_health);
+                    return Ok(Box::new(form.map_err(|e| start_error(&self.scene, &e))?));
+                }
                 let bodies = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
                     .map_err(|e| start_error(&self.scene, &e))?;
                 let Some(joint) = choice.joint else { return Ok(Box::new(bodies)) };

@@ -7,12 +7,14 @@ use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
+use super::islands::{Part, parts};
+use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined, planar_case};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
-use crate::plan::{Layout, Plan, Probe};
+use crate::plan::{Layout, Plan, Probe, Pruning};
 use crate::program::{Equations, Form};
 use crate::results::significant;
 use crate::scene::{Dimension, Override, Scene, read};
@@ -52,6 +54,16 @@ pub struct Session {
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
     pub(super) options: RunOptions,
+    /// Savings that are allowed.
+    pub(super) pruning: Pruning,
+    /// The time determines the motion: it is found, not integrated.
+    pub(super) determined: bool,
+    /// Islands to be run apart: none, or two and more.
+    pub(super) parts: Vec<Part>,
+    /// The start is the end of another run.
+    pub(super) goes_on: bool,
+    /// The motion's plane, if one was found.
+    pub(super) planar: Option<PlanarCase>,
     /// Reading, loading, resolving, s.
     pub load_time: f64,
     /// Writing the equations, planning, assembling, s.
@@ -98,13 +110,27 @@ impl Session {
         options: &RunOptions,
         started: Instant,
     ) -> Result<Self, SessionError> {
+        let pruning = allowed(&scene)?;
         let (model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
             let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
             let exit = if plugin { Exit::Plugin } else { Exit::Scene };
             SessionError { exit, diagnostics, source: Box::new(scene.source.clone()) }
         })?;
         warnings.extend(notes);
-        let load_time = started.elapsed().as_secs_f64();
+        let libraries = catalog.libraries().cloned().collect();
+        Self::of_model(scene, model, warnings, libraries, options, pruning, started.elapsed().as_secs_f64())
+    }
+
+    /// Prepares a model of a scene, or of a part of it.
+    pub(super) fn of_model(
+        scene: Scene,
+        model: Model,
+        mut warnings: Vec<Diagnostic>,
+        libraries: Vec<LibraryInfo>,
+        options: &RunOptions,
+        pruning: Pruning,
+        load_time: f64,
+    ) -> Result<Self, SessionError> {
         let compiling = Instant::now();
         let layout = Layout::new(&model);
         let equations = Equations::build(&model, &layout, Form::Working);
@@ -112,16 +138,35 @@ impl Session {
         let assembly = assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?;
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
-        let plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        let mut plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        if !pruning.row_choice {
+            plan.always_rank_safe = Some(ALL_ROWS.into());
+        }
+        let planar = pruning
+            .planar
+            .then(|| planar_case(&equations, &model, &assembly, &plan, scene.simulation.t_start, pruning));
+        let parts = if pruning.islands { parts(&model) } else { Vec::new() };
+        let parts = if parts.len() > 1 { parts } else { Vec::new() };
+        super::report::note_islands(&mut plan, &parts, &equations);
+        let determined = is_determined(&scene, &model, &plan, pruning);
+        if parts.is_empty() {
+            super::report::note_planar(&mut plan, planar.as_ref(), &equations);
+            super::report::note_determined(&mut plan, determined);
+        }
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let session = Self {
             warnings,
-            libraries: catalog.libraries().cloned().collect(),
+            libraries,
             model,
             equations,
             plan,
             assembly,
             start_health,
+            pruning,
+            determined,
+            parts,
+            goes_on: false,
+            planar: planar.and_then(Result::ok),
             options: options.clone(),
             load_time,
             compile_time: compiling.elapsed().as_secs_f64(),

@@ -5,9 +5,11 @@ use std::fmt::Write as _;
 use element_api::Kind;
 use serde::Serialize;
 
+use super::islands::Part;
 use super::open::Session;
+use super::prune::PlanarCase;
 use crate::model::Model;
-use crate::plan::Plan;
+use crate::plan::{Plan, Skip};
 use crate::program::{Equations, Node, Program, costs};
 use crate::scene::{GROUND, Scene};
 
@@ -52,6 +54,10 @@ pub struct Decision {
     pub what: String,
     /// Why that changes no result.
     pub why: String,
+    /// What it saves; may be empty.
+    pub saved: String,
+    /// The name under which it can be switched off, if it can.
+    pub without: Option<&'static str>,
 }
 
 /// What `odyn plan` tells.
@@ -89,6 +95,14 @@ pub struct PlanReport {
     pub opaque: Vec<String>,
     /// What is skipped.
     pub skipped: Vec<Decision>,
+    /// Savings that are not possible here, and why.
+    pub impossible: Vec<String>,
+}
+
+impl Decision {
+    fn of(skip: &Skip) -> Self {
+        Self { what: skip.what.clone(), why: skip.why.clone(), saved: skip.saved.clone(), without: skip.switch }
+    }
 }
 
 /// The part of [`PlanReport`] that the formulation decides.
@@ -163,15 +177,13 @@ impl Session {
                 operations: joint.operations,
             };
         }
-        let mut nodes: Vec<Node> = self.equations.loads.clone();
-        nodes.extend(&self.equations.state_rates);
-        for row in self.plan.independent_rows.iter().map(|row| &self.equations.rows[*row]) {
-            nodes.push(row.gamma);
-            nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
-        }
-        let velocities = self.plan.layout.velocities();
+        let (equations, plan) = match &self.planar {
+            Some(case) => (&case.planar.equations, &case.plan),
+            None => (&self.equations, &self.plan),
+        };
+        let velocities = self.plan.layout.velocities() - self.across();
         Solving {
-            engine: match &self.plan.always_rank_safe {
+            engine: match &plan.always_rank_safe {
                 None => "sparse elimination along the topology; rank-safe where the rank falls".into(),
                 Some(why) => format!("rank-safe throughout: {why}"),
             },
@@ -179,9 +191,9 @@ impl Session {
             why,
             tree: Vec::new(),
             velocities,
-            unknowns: velocities + self.plan.independent_rows.len(),
+            unknowns: velocities + plan.independent_rows.len(),
             rows_met: 0,
-            operations: Program::compile(&self.equations.graph, &nodes).operations(),
+            operations: operations(equations, &plan.independent_rows),
         }
     }
 
@@ -217,12 +229,110 @@ impl Session {
             machine_code_time_s: costs::COMPILING * operations as f64,
             machine_code_pays_after: costs::runs_that_pay() as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
-            skipped: self
-                .plan
-                .skips
-                .iter()
-                .map(|skip| Decision { what: skip.what.clone(), why: skip.why.clone() })
-                .collect(),
+            skipped: self.decisions(),
+            impossible: self.impossible(),
+        }
+    }
+
+    /// What is skipped, in the whole and in islands that are run apart.
+    fn decisions(&self) -> Vec<Decision> {
+        let mut list: Vec<Decision> = self.plan.skips.iter().map(Decision::of).collect();
+        for (k, part) in self.apart().unwrap_or_default().iter().enumerate() {
+            // What is not said of the whole already.
+            let new = part.plan.skips.iter().filter(|skip| matches!(skip.switch, Some("planar" | "kinematic")));
+            let new =
+                new.map(|skip| Decision { what: format!("island {}: {}", k + 1, skip.what), ..Decision::of(skip) });
+            list.extend(new);
+        }
+        list
+    }
+
+    /// Savings that are not possible. Islands that are run apart are looked at one by one.
+    fn impossible(&self) -> Vec<String> {
+        let told = |plan: &Plan| -> Vec<String> {
+            plan.impossible.iter().map(|(name, why)| format!("{name}: {why}")).collect()
+        };
+        if self.parts.is_empty() {
+            return told(&self.plan);
+        }
+        let parts = self.apart().unwrap_or_default();
+        let list = parts.iter().enumerate().map(|(k, part)| (k + 1, told(&part.plan)));
+        list.flat_map(|(k, reasons)| reasons.into_iter().map(move |why| format!("island {k}: {why}"))).collect()
+    }
+
+    /// Velocities across the plane of a planar motion.
+    fn across(&self) -> usize {
+        if self.planar.is_some() { 3 * self.plan.layout.bodies } else { 0 }
+    }
+}
+
+/// Operations per evaluation of the right side with a choice of rows.
+fn operations(equations: &Equations, rows: &[usize]) -> usize {
+    let mut nodes: Vec<Node> = equations.loads.clone();
+    nodes.extend(&equations.state_rates);
+    right_side(equations, nodes, rows)
+}
+
+/// Operations for some loads and rates together with a choice of rows.
+fn right_side(equations: &Equations, mut nodes: Vec<Node>, rows: &[usize]) -> usize {
+    for row in rows.iter().map(|row| &equations.rows[*row]) {
+        nodes.push(row.gamma);
+        nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
+    }
+    Program::compile(&equations.graph, &nodes).operations()
+}
+
+/// Adds to the plan that islands take their own steps.
+pub(super) fn note_islands(plan: &mut Plan, parts: &[Part], equations: &Equations) {
+    if parts.is_empty() {
+        return;
+    }
+    plan.skip("common steps of all islands", "they do not influence each other: each is integrated at its own step");
+    let whole = operations(equations, &plan.independent_rows);
+    let own = parts.iter().map(|part| {
+        let is_own = |row: &&usize| part.elements.binary_search(&plan.layout.element_of_row(**row).0).is_ok();
+        let rows: Vec<usize> = plan.independent_rows.iter().filter(is_own).copied().collect();
+        let loads = part.bodies.iter().flat_map(|body| &equations.loads[6 * body..6 * body + 6]);
+        right_side(equations, loads.copied().collect(), &rows).to_string()
+    });
+    let own = own.collect::<Vec<_>>().join(", ");
+    plan.saving(format!("at steps of one island, all but its own operations: {own} instead of {whole}"));
+    plan.switched_by("islands");
+}
+
+/// Adds to the plan that the motion is found at each time.
+pub(super) fn note_determined(plan: &mut Plan, determined: bool) {
+    if determined {
+        plan.skip(
+            "integration of the motion",
+            "no freedom is left: positions, velocities and reactions follow from the time",
+        );
+        let states = 13 * plan.layout.bodies;
+        plan.saving(format!("the error control of {states} states: 5 evaluations a step, 12 with the default method"));
+        plan.switched_by("kinematic");
+    }
+}
+
+/// Adds to the plan what is known about motions parallel to a plane; `None` where that is switched off.
+pub(super) fn note_planar(plan: &mut Plan, found: Option<&Result<PlanarCase, String>>, equations: &Equations) {
+    match found {
+        None => {}
+        Some(Err(why)) => plan.impossible.push(("planar", why.clone())),
+        Some(Ok(case)) => {
+            let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
+            let after = operations(&case.planar.equations, &case.plan.independent_rows);
+            let dropped = rows - case.plan.independent_rows.len();
+            let velocities = plan.layout.velocities();
+            plan.skip(
+                format!("everything across the {} plane", case.planar.plane()),
+                "no load, constraint or velocity leaves it: proved from the equations",
+            );
+            plan.saving(format!(
+                "{} of {before} operations per evaluation, {dropped} of {rows} rows, {} of {velocities} velocities",
+                before.saturating_sub(after),
+                velocities / 2
+            ));
+            plan.switched_by("planar");
         }
     }
 }
@@ -231,33 +341,24 @@ impl Session {
 pub(super) fn note_skips(plan: &mut Plan, scene: &Scene, model: &Model, equations: &Equations) {
     let fixed = scene.bodies.iter().filter(|body| body.fixed).count();
     if fixed > 0 {
-        plan.skip(plural(fixed, "body", "bodies"), "fixed: part of the ground, no unknowns");
+        plan.skip(plural(fixed, "body", "bodies"), "fixed: part of the ground");
+        plan.saving(format!("{} velocities", 6 * fixed));
     }
     let off = scene.elements.iter().filter(|element| !element.enabled).count();
     if off > 0 {
         plan.skip(plural(off, "element", "elements"), "switched off in the scene");
+        plan.saving("all of their operations");
     }
-    let constant = equations
-        .rows
-        .iter()
-        .filter(|row| row.jacobian.iter().all(|(_, node)| equations.graph.value(*node).is_some()))
-        .count();
-    if constant > 0 {
-        plan.skip(format!("derivatives of {}", plural(constant, "row", "rows")), "constant: folded when written down");
-    }
-    let still = equations.rows.iter().filter(|row| equations.graph.is_zero(row.gamma)).count();
-    if still > 0 {
-        plan.skip(format!("gamma of {}", plural(still, "row", "rows")), "zero for every motion");
-    }
-    if !equations.rows.is_empty() && equations.rows.iter().all(|row| equations.graph.is_zero(row.time)) {
-        plan.skip("derivatives with respect to time", "no constraint depends on it");
-    }
+    note_constants(plan, model, equations);
     if equations.coupling.is_empty() && !equations.rows.is_empty() {
         plan.skip("iterations between forces and reactions", "no force depends on a reaction or an acceleration");
+        plan.saving("2 or more solutions per evaluation");
     }
     let dynamics = model.channels.iter().any(|channel| needs_solver(&channel.quantity, model));
     if !dynamics && !model.channels.is_empty() {
         plan.skip("accelerations and reactions at output times", "no output asks for them");
+        plan.saving(plural(scene.simulation.sample_times(&scene.units).len(), "solution", "solutions"));
+        plan.switched_by("on-demand");
     }
     if !equations.rows.is_empty() {
         let reactions = model.elements.iter().filter(|e| e.class.kind == Kind::Joint).count();
@@ -267,7 +368,42 @@ pub(super) fn note_skips(plan: &mut Plan, scene: &Scene, model: &Model, equation
                 format!("reactions of {} of {reactions} joints", reactions - asked),
                 "no output asks for them; their multipliers are still solved for",
             );
+            plan.saving(format!("{} components per output time", 6 * (reactions - asked)));
         }
+    }
+}
+
+/// Constants and zeros among the derivatives of the constraints.
+fn note_constants(plan: &mut Plan, model: &Model, equations: &Equations) {
+    let (graph, rows) = (&equations.graph, &equations.rows);
+    let entries = || rows.iter().flat_map(|row| &row.jacobian);
+    let constant = entries().filter(|(_, node)| graph.value(*node).is_some()).count();
+    if constant > 0 {
+        plan.skip("derivatives that are constant", "folded when written down");
+        plan.saving(format!("{constant} of {} entries of the Jacobian", entries().count()));
+    }
+    let possible: usize = model
+        .elements
+        .iter()
+        .map(|element| {
+            let mut bodies: Vec<usize> = element.markers.iter().filter_map(|marker| marker.body).collect();
+            bodies.sort_unstable();
+            bodies.dedup();
+            6 * bodies.len() * element.rows.len()
+        })
+        .sum();
+    if entries().count() < possible {
+        plan.skip("derivatives that are zero", "no part of the Jacobian, nor of its factors");
+        plan.saving(format!("{} of {possible} entries of the Jacobian", possible - entries().count()));
+    }
+    let still = rows.iter().filter(|row| graph.is_zero(row.gamma)).count();
+    if still > 0 {
+        plan.skip("gamma of some rows", "zero for every motion");
+        plan.saving(format!("{still} of {} rows", rows.len()));
+    }
+    if !rows.is_empty() && rows.iter().all(|row| graph.is_zero(row.time)) {
+        plan.skip("derivatives with respect to time", "no constraint depends on it");
+        plan.saving(plural(rows.len(), "row", "rows"));
     }
 }
 
@@ -370,8 +506,23 @@ impl std::fmt::Display for PlanReport {
         }
         let mut text = String::new();
         for skip in &self.skipped {
-            let _ = writeln!(text, "    {}: {}", skip.what, skip.why);
+            let _ = write!(text, "    {}: {}", skip.what, skip.why);
+            if !skip.saved.is_empty() {
+                let _ = write!(text, "; saves {}", skip.saved);
+            }
+            let _ = match skip.without {
+                Some(name) => writeln!(text, " (--without {name})"),
+                None => writeln!(text),
+            };
         }
-        if text.is_empty() { writeln!(f, "skipped: nothing") } else { write!(f, "skipped:\n{text}") }
+        if text.is_empty() {
+            writeln!(f, "skipped: nothing")?
+        } else {
+            write!(f, "skipped:\n{text}")?
+        }
+        for saving in &self.impossible {
+            writeln!(f, "not possible: {saving}")?;
+        }
+        Ok(())
     }
 }

@@ -7,10 +7,11 @@ use std::time::Instant;
 
 use super::error::{Exit, SessionError};
 use super::open::Session;
+use super::restart::Restart;
 use super::simulation::{Progress, Simulation};
 use super::tier::{Made, Tier};
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::integrate::{self, IntegrateError, Options, Outcome, Span, StopReason};
+use crate::integrate::{self, IntegrateError, Kinematic, Options, Outcome, Span, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
     ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status,
@@ -46,6 +47,8 @@ pub struct RunReport {
     pub channels: Vec<ChannelInfo>,
     /// The checks of the scene with their samples, in its order.
     pub checks: Vec<CheckResult>,
+    /// The state at the end; none where an element refused to tell its own.
+    pub(super) end: Option<Restart>,
 }
 
 impl RunReport {
@@ -62,17 +65,17 @@ impl RunReport {
 }
 
 /// The samples of a run, where they go.
-struct Samplings {
-    folder: Option<Folder>,
+pub(super) struct Samplings {
+    pub(super) folder: Option<Folder>,
     times: Vec<SampleTime>,
-    channels: Vec<ChannelInfo>,
-    taken: Vec<f64>,
-    columns: Vec<Vec<f64>>,
-    error: Option<ResultsError>,
+    pub(super) channels: Vec<ChannelInfo>,
+    pub(super) taken: Vec<f64>,
+    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) error: Option<ResultsError>,
 }
 
 impl Samplings {
-    fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
+    pub(super) fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
         let time = self.times[number].scene;
         self.taken.push(time);
         for ((column, channel), value) in self.columns.iter_mut().zip(&self.channels).zip(values) {
@@ -105,6 +108,12 @@ impl Session {
             self.scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |m| m.value.as_str()).to_string();
         let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
         let mut method = integrate::by_name(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
+        if !self.parts.is_empty() && ENGINES.iter().any(|(name, _)| *name == engine_name) {
+            return self.run_apart(folder, progress, stop);
+        }
+        if self.determined {
+            method = Box::new(Kinematic::default());
+        }
         if method.needs_fixed_step() && self.scene.simulation.max_step.is_none() {
             return Err(self.no_step(method.name()));
         }
@@ -112,28 +121,12 @@ impl Session {
         if method.may_use_jacobian() {
             formulation.offer_jacobian(&self.equations);
         }
+        let planar = engine_name != "reference";
         let simulation = self.scene.simulation.clone();
         let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-        let times = simulation.sample_times(&self.scene.units);
-        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
         let mut summary = self.summary(method.name(), formulation.name(), tolerance);
         let path = folder;
-        let folder = match folder {
-            None => None,
-            Some(path) => {
-                let unit = self.scene.units.factor(Dimension::TIME);
-                let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
-                Some(Folder::create(path, &time, &channels, &summary).map_err(|e| self.files_error(&e))?)
-            }
-        };
-        let mut samplings = Samplings {
-            columns: vec![Vec::with_capacity(times.len()); channels.len()],
-            taken: Vec::with_capacity(times.len()),
-            error: None,
-            folder,
-            times,
-            channels,
-        };
+        let mut samplings = self.samplings(folder, &summary)?;
         let sample_times: Vec<f64> = samplings.times.iter().map(|time| time.si).collect();
         let (t_start, t_end) = (simulation.t_start, simulation.t_end);
         let share = move |t: f64| (t - t_start) / (t_end - t_start);
@@ -157,6 +150,14 @@ impl Session {
                 Arc::clone(stop),
             )
             .map_err(|e| start_error(&self.scene, &e))?;
+            if let Some(case) = planar.then_some(self.planar.as_ref()).flatten() {
+                system
+                    .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
+                    .map_err(|e| start_error(&self.scene, &e))?;
+            }
+            if !self.pruning.on_demand {
+                system.solve_at_samples();
+            }
             let mut state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
             match engine_name.as_str() {
                 "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
@@ -213,7 +214,30 @@ impl Session {
             return Err(error);
         }
         let Samplings { taken: times, columns, channels, .. } = samplings;
-        Ok(RunReport { summary, times, columns, channels, checks })
+        let end = restart.and_then(Result::ok);
+        Ok(RunReport { summary, times, columns, channels, checks, end })
+    }
+
+    /// Where the samples go, and the files that begin now.
+    pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
+        let times = self.scene.simulation.sample_times(&self.scene.units);
+        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
+        let folder = match folder {
+            None => None,
+            Some(path) => {
+                let unit = self.scene.units.factor(Dimension::TIME);
+                let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
+                Some(Folder::create(path, &time, &channels, summary).map_err(|e| self.files_error(&e))?)
+            }
+        };
+        Ok(Samplings {
+            columns: vec![Vec::with_capacity(times.len()); channels.len()],
+            taken: Vec::with_capacity(times.len()),
+            error: None,
+            folder,
+            times,
+            channels,
+        })
     }
 
     pub(super) fn unknown_word(&self, word: &str, method: bool) -> SessionError {
@@ -249,7 +273,7 @@ impl Session {
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
     }
 
-    fn files_error(&self, error: &ResultsError) -> SessionError {
+    pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
         SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
     }
 
@@ -273,7 +297,7 @@ impl Session {
     }
 
     /// What is known before the first step.
-    fn summary(&self, method: &str, engine: &str, tolerance: f64) -> Summary {
+    pub(super) fn summary(&self, method: &str, engine: &str, tolerance: f64) -> Summary {
         let units = &self.scene.units;
         Summary {
             status: Status::Running,
@@ -383,7 +407,7 @@ impl Session {
     }
 
     /// The scene's derived figures.
-    fn figures(&self, samplings: &Samplings) -> Vec<FigureResult> {
+    pub(super) fn figures(&self, samplings: &Samplings) -> Vec<FigureResult> {
         let names: Vec<String> = samplings.channels.iter().map(|c| c.name.clone()).collect();
         let samples = Samples { times: &samplings.taken, columns: &samplings.columns, names: &names };
         let unit = self.scene.units.factor(Dimension::TIME);

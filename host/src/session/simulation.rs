@@ -187,6 +187,22 @@ impl<'a> Simulation<'a> {
         Ok(state)
     }
 
+    /// Watches the rows and energies of other equations of the same motion instead: those that were pruned.
+    ///
+    /// # Errors
+    /// When the patterns are inconsistent, which would be a defect of the equations.
+    pub fn watch_these(&mut self, equations: &Equations, model: &Model, rows: &[usize]) -> Result<(), AnalysisError> {
+        self.rows = Constraints::new(equations, model, rows, &[|row| row.value, |row| row.time], &[])?;
+        self.row_right = vec![0.0; rows.len()];
+        self.energy = Part::new(equations, &[equations.kinetic, equations.potential], &self.layout);
+        Ok(())
+    }
+
+    /// Solves for accelerations and reactions at every sample, asked for or not.
+    pub fn solve_at_samples(&mut self) {
+        self.report.needs_dynamics = true;
+    }
+
     /// Lets programs be compiled during the run.
     pub fn set_tier(&mut self, tier: Tier) {
         self.tier = tier;

@@ -6,6 +6,7 @@ mod bookkeeping;
 mod checks;
 mod motions;
 mod particles;
+mod pruning;
 mod restarts;
 mod signals;
 #[cfg(feature = "jit")]

@@ -1,0 +1,187 @@
+//! Motions that the time determines: found, not integrated.
+//!
+//! A system without freedom (a mechanism with as many drivers as it would have freedoms) is where its manifold is at each
+//! time: [`System::project`] finds the state from any state nearby. What is left to integrate are sums that nothing depends
+//! on, such as the work done. A step visits the nodes of a Gauss-Lobatto rule; at each the state is extrapolated, projected,
+//! and its rates evaluated:
+//!
+//! y_new = y + h (b_0 f(t_0, Y_0) + ... + b_5 f(t_5, Y_5)), then projected.
+//!
+//! The move of that projection is the error of the rule in what is known anyway: it tells how good the sums are, whether a
+//! node jumped to another branch of the motion, and how long the next step may be. Errors do not add up over steps, other
+//! than those of the sums.
+
+use super::run::{Run, Trouble, all_finite};
+use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason, System};
+
+/// Nodes of a step, both ends included.
+const NODES: usize = 6;
+/// Gauss-Lobatto nodes in 0..1 (Abramowitz & Stegun 1964, table 25.6): the zeros of P_5' and the ends.
+const C: [f64; NODES] =
+    [0.0, 0.117_472_338_035_267_65, 0.357_384_241_759_677_45, 0.642_615_758_240_322_5, 0.882_527_661_964_732_3, 1.0];
+/// Their weights; exact for polynomials of degree 9.
+const B: [f64; NODES] = [
+    1.0 / 30.0,
+    0.189_237_478_148_923_49,
+    0.277_429_188_517_743_18,
+    0.277_429_188_517_743_18,
+    0.189_237_478_148_923_49,
+    1.0 / 30.0,
+];
+/// The error of a step goes with this power of its size.
+const ERROR_ORDER: f64 = 11.0;
+/// Share of the interval that is tried first, unless told.
+const FIRST_SHARE: f64 = 0.01;
+/// Ratio of step sizes after a step in which the projection failed.
+const RECOVERY_FACTOR: f64 = 0.25;
+
+/// See the module documentation. It has no use for [`Options::fixed_step`]: the step size then is the largest one.
+#[derive(Debug, Clone, Default)]
+pub struct Kinematic {
+    /// States at the nodes.
+    states: [Vec<f64>; NODES],
+    /// Their rates.
+    rates: [Vec<f64>; NODES],
+    y_new: Vec<f64>,
+    error: Vec<f64>,
+}
+
+impl Integrator for Kinematic {
+    fn name(&self) -> &'static str {
+        "kinematic"
+    }
+
+    fn integrate(
+        &mut self,
+        system: &mut dyn System,
+        y: &mut [f64],
+        span: &Span<'_>,
+        options: &Options,
+    ) -> Result<Outcome, IntegrateError> {
+        let mut run = Run::new(system, y, span, options)?;
+        let scratch = [&mut self.y_new, &mut self.error];
+        for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
+            work.clear();
+            work.resize(y.len(), 0.0);
+        }
+        match self.steps(&mut run, y) {
+            Ok(()) => Ok(run.outcome(Status::Completed)),
+            Err(trouble) => run.outcome_of(trouble),
+        }
+    }
+}
+
+impl Kinematic {
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        run.sample_start(y)?;
+        if run.t == run.span.t_end {
+            return Ok(());
+        }
+        run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
+        let limit = run.options.fixed_step.unwrap_or(f64::INFINITY);
+        let mut h = run.options.first_step.unwrap_or(FIRST_SHARE * (run.span.t_end - run.span.t_start));
+        while run.t < run.span.t_end {
+            run.check_step_limit()?;
+            h = h.min(run.longest_step(y)).min(limit);
+            let t_new = run.step_end(h);
+            let tried = t_new - run.t;
+            let reason = match self.try_step(run, y, t_new) {
+                Ok(error) if error <= 1.0 => {
+                    self.finish_step(run, y, t_new)?;
+                    h = tried * factor(run.options, error);
+                    continue;
+                }
+                Ok(error) => {
+                    h = tried * factor(run.options, error).min(1.0);
+                    StopReason::StepTooSmall { step: h }
+                }
+                Err(Trouble::Retry(reason)) => {
+                    h = tried * RECOVERY_FACTOR;
+                    reason
+                }
+                Err(trouble) => return Err(trouble),
+            };
+            run.reject(&reason);
+            if h < run.smallest_step() {
+                return Err(Trouble::Stop(reason));
+            }
+        }
+        Ok(())
+    }
+
+    /// A step up to, but not including, what makes it final. Returns its error, 1 = tolerance.
+    fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
+        let (t, h) = (run.t, t_new - run.t);
+        let bad = |h: f64| Trouble::Retry(StopReason::NotFinite { step: h });
+        self.states[0].copy_from_slice(y);
+        for k in 1..NODES {
+            self.extrapolate(k, h);
+            let time = if k + 1 == NODES { t_new } else { t + C[k] * h };
+            run.project(time, &mut self.states[k], h)?;
+            run.rhs(time, &self.states[k], &mut self.rates[k], h)?;
+            if !all_finite(&self.rates[k]) {
+                return Err(bad(h));
+            }
+        }
+        for (i, sum) in self.y_new.iter_mut().enumerate() {
+            *sum = y[i] + h * B.iter().zip(&self.rates).map(|(b, rates)| b * rates[i]).sum::<f64>();
+        }
+        self.error.copy_from_slice(&self.y_new);
+        run.project(t_new, &mut self.y_new, h)?;
+        for (error, value) in self.error.iter_mut().zip(&self.y_new) {
+            *error -= value;
+        }
+        let error = run.system.error_norm(y, &self.y_new, &self.error);
+        if error.is_finite() { Ok(error) } else { Err(bad(h)) }
+    }
+
+    /// The state at node `k` from the two before it: the cubic through their values and rates; a straight line at first.
+    fn extrapolate(&mut self, k: usize, h: f64) {
+        let (known, later) = self.states.split_at_mut(k);
+        let out = &mut later[0];
+        if k == 1 {
+            for (i, value) in out.iter_mut().enumerate() {
+                *value = known[0][i] + C[1] * h * self.rates[0][i];
+            }
+            return;
+        }
+        let step = C[k - 1] - C[k - 2];
+        let s = (C[k] - C[k - 2]) / step;
+        let y = [known[k - 2].as_slice(), known[k - 1].as_slice()];
+        hermite(s, step * h, y, [&self.rates[k - 2], &self.rates[k - 1]], out);
+    }
+
+    /// Makes the step final: samples, `accept`, `step_done`, rates at the start of the next step.
+    fn finish_step(&mut self, run: &mut Run<'_>, y: &mut [f64], t_new: f64) -> Result<(), Trouble> {
+        let (t, h) = (run.t, t_new - run.t);
+        y.copy_from_slice(&self.y_new);
+        let (states, rates) = (&self.states, &self.rates);
+        let accepted = run.finish_step(t_new, y, &mut self.error, |time, out| {
+            let share = (time - t) / h;
+            let k = (1..NODES).find(|k| share < C[*k]).unwrap_or(NODES - 1);
+            let step = C[k] - C[k - 1];
+            let s = (share - C[k - 1]) / step;
+            hermite(s, step * h, [&states[k - 1], &states[k]], [&rates[k - 1], &rates[k]], out);
+        })?;
+        if accepted == Accepted::Changed && t_new < run.span.t_end {
+            return run.rhs(t_new, y, &mut self.rates[0], 0.0);
+        }
+        self.rates.swap(0, NODES - 1);
+        Ok(())
+    }
+}
+
+/// Ratio of step sizes after a step with an error, 1 = tolerance.
+fn factor(options: &Options, error: f64) -> f64 {
+    let ratio = options.safety * error.powf(-1.0 / ERROR_ORDER);
+    ratio.clamp(options.min_factor, options.max_factor)
+}
+
+/// Cubic that has the values and derivatives of both ends of an interval of size `h`, at the share `s` of it, also outside.
+fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
+    for (i, value) in out.iter_mut().enumerate() {
+        let rise = y[1][i] - y[0][i];
+        let (start_bend, end_bend) = (h * f[0][i] - rise, rise - h * f[1][i]);
+        *value = y[0][i] + s * (rise + (1.0 - s) * ((1.0 - s) * start_bend + s * end_bend));
+    }
+}

@@ -1,0 +1,53 @@
+//! [`Pruning`]: which of the plan's savings are allowed. All are, unless a scene or the command line says `without`.
+
+/// Savings that can be switched off: name, and what is done without it.
+pub const SAVINGS: &[(&str, &str)] = &[
+    ("planar", "motions that stay parallel to a plane are computed in space all the same"),
+    ("kinematic", "mechanisms driven in all their freedoms are integrated"),
+    ("islands", "parts that do not influence each other take the same steps"),
+    ("row-choice", "dependent rows stay in use: rank-safe elimination for every evaluation"),
+    ("on-demand", "accelerations and reactions are solved for at output times even if no output asks for them"),
+];
+
+/// What is allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pruning {
+    /// Planar equations for motions proved to be planar.
+    pub planar: bool,
+    /// No integration of motions that the time determines.
+    pub kinematic: bool,
+    /// Islands integrated apart.
+    pub islands: bool,
+    /// A choice of independent rows, and the rank-safe engine only where the rank falls.
+    pub row_choice: bool,
+    /// Accelerations and reactions at output times only where an output asks for them.
+    pub on_demand: bool,
+}
+
+impl Default for Pruning {
+    fn default() -> Self {
+        Self { planar: true, kinematic: true, islands: true, row_choice: true, on_demand: true }
+    }
+}
+
+impl Pruning {
+    /// All but the savings named.
+    ///
+    /// # Errors
+    /// The position of the first name that is none of [`SAVINGS`].
+    pub fn without<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, usize> {
+        let mut allowed = Self::default();
+        for (k, name) in names.into_iter().enumerate() {
+            let switch = match name {
+                "planar" => &mut allowed.planar,
+                "kinematic" => &mut allowed.kinematic,
+                "islands" => &mut allowed.islands,
+                "row-choice" => &mut allowed.row_choice,
+                "on-demand" => &mut allowed.on_demand,
+                _ => return Err(k),
+            };
+            *switch = false;
+        }
+        Ok(allowed)
+    }
+}

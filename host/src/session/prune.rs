@@ -1,0 +1,118 @@
+//! What is pruned before a run: switches, planar motion.
+
+use super::error::{Exit, SessionError};
+use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine, start_inputs};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::linalg::{DenseQr, KktSolver, LinalgError};
+use crate::model::Model;
+use crate::plan::{Layout, Plan, Pruning, SAVINGS};
+use crate::program::{Equations, Planar};
+use crate::scene::Scene;
+
+/// Below this pivot ratio at the start, the sparse engine is not trusted with the rows along the plane.
+const LEAST_HEALTH: f64 = 1e-8;
+/// Share of the largest pivot below which a row along the plane counts as dependent.
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// Why the rank-safe engine is used throughout where a choice of rows is switched off.
+pub(super) const ALL_ROWS: &str = "no choice of rows is wanted";
+
+/// A planar motion with the plan of its rows.
+pub(super) struct PlanarCase {
+    pub(super) planar: Planar,
+    pub(super) plan: Plan,
+    /// Pivot ratio of the sparse engine at the start.
+    pub(super) start_health: f64,
+}
+
+/// The savings that a scene allows.
+pub(super) fn allowed(scene: &Scene) -> Result<Pruning, SessionError> {
+    let names = &scene.simulation.without;
+    Pruning::without(names.iter().map(|name| name.value.as_str())).map_err(|k| {
+        let known: Vec<&str> = SAVINGS.iter().map(|(name, _)| *name).collect();
+        let nearest = suggest(&names[k].value, known.iter().copied()).map(|n| format!("did you mean `{n}`?"));
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no saving `{}`", names[k].value))
+            .at(names[k].span.clone(), "cannot be switched off")
+            .help_if(nearest)
+            .help(format!("known are {}", known.join(", ")));
+        SessionError::one(Exit::Scene, &scene.source, diagnostic)
+    })
+}
+
+/// Whether the time determines the motion: no freedom is left, and elements have no states of their own. A method that the
+/// scene names is used all the same.
+pub(super) fn is_determined(scene: &Scene, model: &Model, plan: &Plan, pruning: Pruning) -> bool {
+    let layout = &plan.layout;
+    pruning.kinematic
+        && scene.simulation.method.is_none()
+        && plan.mobility == 0
+        && layout.states + layout.discrete == 0
+        && model.elements.iter().all(|element| !element.class.opaque)
+}
+
+/// Looks for a plane; the reason in words where there is none.
+pub(super) fn planar_case(
+    equations: &Equations,
+    model: &Model,
+    assembly: &Assembly,
+    plan: &Plan,
+    t: f64,
+    pruning: Pruning,
+) -> Result<PlanarCase, String> {
+    let layout = &plan.layout;
+    let planar = Planar::find(equations, model, layout, &assembly.working, assembly.scales.length);
+    let planar = planar.map_err(|reason| reason.why)?;
+    let found = plan_along(&planar, model, assembly, plan, t).map_err(|error| error.to_string())?;
+    let (mut plan, start_health) = found;
+    if !pruning.row_choice {
+        plan.always_rank_safe = Some(ALL_ROWS.into());
+    }
+    Ok(PlanarCase { planar, plan, start_health })
+}
+
+/// The plan of the rows along the plane. Rows along and across it have no column in common, so that their ranks add up, and
+/// a choice of independent rows of all is one of either.
+fn plan_along(
+    planar: &Planar,
+    model: &Model,
+    assembly: &Assembly,
+    whole: &Plan,
+    t: f64,
+) -> Result<(Plan, f64), Box<dyn std::error::Error>> {
+    let layout: &Layout = &whole.layout;
+    let along = |row: usize| planar.rows.binary_search(&row).is_ok();
+    let mut plan = whole.clone();
+    plan.independent_rows.retain(|row| along(*row));
+    plan.redundant_rows.retain(|redundant| along(redundant.row));
+    plan.health.rank = plan.independent_rows.len();
+    let start = Assembly { working: planar.start.clone(), ..assembly.clone() };
+    let inputs = start_inputs(layout, t, &start);
+    let mass = mass_values(model);
+    let numbers = |rows: &[usize]| -> Result<Constraints, Box<dyn std::error::Error>> {
+        let mut found = Constraints::new(&planar.equations, model, rows, &[], &[])?;
+        found.evaluate(&inputs, &model.sets)?;
+        Ok(found)
+    };
+    if whole.health.smallest_pivot_ratio > 0.0 {
+        let found = numbers(&planar.rows)?;
+        let mut engine = DenseQr::new(&found.structure, RANK_TOLERANCE)?;
+        engine.set_mass(&mass)?;
+        plan.health = engine.refactor(found.jacobian())?;
+    }
+    let found = numbers(&plan.independent_rows)?;
+    let mut start_health = 0.0;
+    let sparse = || -> Result<f64, LinalgError> {
+        let mut engine = sparse_engine(&planar.equations, model, &plan.independent_rows, layout)?;
+        engine.set_mass(&mass)?;
+        Ok(engine.refactor(found.jacobian())?.smallest_pivot_ratio)
+    };
+    let reason = match sparse() {
+        Ok(ratio) => {
+            start_health = ratio;
+            (ratio < LEAST_HEALTH).then(|| format!("the constraints are close to dependent (pivot ratio {ratio:.1e})"))
+        }
+        Err(error) => Some(error.to_string()),
+    };
+    plan.always_rank_safe = reason;
+    Ok((plan, start_health))
+}

@@ -1,0 +1,289 @@
+//! Every saving of the plan: the same results with and without, its entry in the plan, and what it saves.
+
+use super::*;
+
+/// The scene with savings switched off.
+fn without(text: &str, names: &str) -> String {
+    text.replacen("t_end = ", &format!("without = [{names}]\nt_end = "), 1)
+}
+
+/// Largest difference of the columns of two runs, each relative to its largest value (or 1 where that is smaller).
+#[track_caller]
+fn apart(a: &RunReport, b: &RunReport) -> f64 {
+    assert_eq!((a.summary.status, b.summary.status), (Status::Completed, Status::Completed));
+    assert_eq!((a.times.len(), a.columns.len()), (b.times.len(), b.columns.len()));
+    let mut worst = 0.0_f64;
+    for (x, y) in a.columns.iter().zip(&b.columns) {
+        let size = y.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
+        for (x, y) in x.iter().zip(y) {
+            let off = (x - y).abs() / size;
+            worst = if off <= worst { worst } else { off };
+        }
+    }
+    worst
+}
+
+/// The entry of a saving in the plan: what it says that it saves.
+fn saved(text: &str, name: &str) -> Option<String> {
+    let report = open(text).plan_report();
+    report.skipped.into_iter().find(|skip| skip.without == Some(name)).map(|skip| skip.saved)
+}
+
+/// The four-bar with outputs of every kind.
+fn four_bar() -> String {
+    let parts = ["x", "y", "z"].map(|k| {
+        output(&format!("v_{k}"), &format!("quantity = \"velocity\"; of = \"coupler\"; component = \"{k}\""))
+            + &output(&format!("a_{k}"), &format!("quantity = \"acceleration\"; of = \"coupler\"; component = \"{k}\""))
+            + &output(
+                &format!("F_{k}"),
+                &format!("quantity = \"reaction_force\"; of = \"C\"; on = \"coupler\"; component = \"{k}\""),
+            )
+    });
+    scenes::four_bar(1.1) + &parts.concat() + &output("E", "quantity = \"total_energy\"")
+}
+
+#[test]
+fn planar_motion_is_the_same_in_space() {
+    let text = four_bar();
+    let (planar, spatial) = (run(&text), run(&without(&text, "\"planar\"")));
+    assert!(planar.summary.engine.contains("planar") && !spatial.summary.engine.contains("planar"));
+    let off = apart(&planar, &spatial);
+    assert!(off < 1e-9, "{off:e}");
+    for across in ["v_z", "a_z", "F_z"] {
+        assert!(column(&planar, across).iter().all(|x| *x == 0.0), "{across}");
+        assert!(column(&spatial, across).iter().all(|x| x.abs() < 1e-9), "{across}");
+    }
+    assert!(planar.summary.audit.worst() < 1e-9, "{:?}", planar.summary.audit);
+    let told = saved(&text, "planar").unwrap_or_default();
+    assert!(told.ends_with("operations per evaluation, 9 of 17 rows, 9 of 18 velocities"), "{told}");
+    assert_eq!(saved(&without(&text, "\"planar\""), "planar"), None);
+}
+
+#[test]
+fn a_scene_that_is_not_planar_says_why() {
+    let report = open(&scenes::tangle()).plan_report();
+    let named = report
+        .impossible
+        .iter()
+        .any(|text| text.starts_with("planar: x-y: `a` is turned out of it at the start; y-z: "));
+    assert!(named, "{:?}", report.impossible);
+    assert!(format!("{report}").contains("not possible: planar: "));
+    let quiet = open(&without(&scenes::tangle(), "\"planar\"")).plan_report();
+    assert!(quiet.impossible.iter().all(|text| !text.starts_with("planar")), "{:?}", quiet.impossible);
+}
+
+#[test]
+fn implicit_steps_see_the_same_jacobian_in_the_plane() {
+    let text = four_bar().replace(
+        "t_end = 1\noutput_step = 0.1\n",
+        "t_end = 0.3\noutput_step = 0.05\nmethod = \"radau5\"\ntolerance = 1e-8\n",
+    );
+    let (planar, spatial) = (run(&text), run(&without(&text, "\"planar\"")));
+    let off = apart(&planar, &spatial);
+    assert!(off < 1e-6, "{off:e}");
+    let iterations = |report: &RunReport| report.summary.newton_iterations as f64;
+    assert!(iterations(&planar) < 1.2 * iterations(&spatial), "{} {}", iterations(&planar), iterations(&spatial));
+}
+
+#[test]
+fn rows_may_stay_all_in_use() {
+    let text = without(&four_bar(), "\"planar\"");
+    let all = without(&four_bar(), "\"planar\", \"row-choice\"");
+    let (chosen, safe) = (run(&text), run(&all));
+    assert!(safe.summary.engine.contains("rank-safe") && !chosen.summary.engine.contains("rank-safe"));
+    let off = apart(&chosen, &safe);
+    assert!(off < 1e-9, "{off:e}");
+    assert_eq!(saved(&text, "row-choice").as_deref(), Some("3 of 20 unknown multipliers"));
+    let both = run(&without(&four_bar(), "\"row-choice\""));
+    assert!(both.summary.engine.contains("planar, rank-safe"), "{}", both.summary.engine);
+}
+
+#[test]
+fn unknown_savings_are_refused_with_the_nearest_name() {
+    let text = without(&four_bar(), "\"islands\", \"plenar\"");
+    let refused = Session::with_catalog(scene(&text), Vec::new(), &catalog(), &RunOptions::default());
+    let error = refused.err().unwrap();
+    assert_eq!(error.exit, Exit::Scene);
+    let diagnostic = &error.diagnostics[0];
+    assert_eq!(diagnostic.message, "there is no saving `plenar`");
+    assert!(diagnostic.help.iter().any(|line| line == "did you mean `planar`?"), "{:?}", diagnostic.help);
+    assert!(diagnostic.help.iter().any(|line| line.contains("kinematic, islands, row-choice, on-demand")));
+}
+
+/// A driven slider-crank: crank 0.3 m, rod 0.8 m, a strut that the slider pushes.
+fn driven() -> String {
+    let body = |name: &str, x: f64| {
+        format!("[[body]]\nname = \"{name}\"\nmass = 1.1\ninertia = [0.02, 0.03, 0.04]\nposition = [{x}, 0, 0]\n")
+    };
+    let joint = |name: &str, kind: &str, bodies: [&str; 2], x: f64, axis: &str| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = {bodies:?}\npoint = [{x}, 0, 0]\naxis = [{axis}]\n"
+        )
+    };
+    settings("gravity = [0, -9.81, 0]; t_end = 2; output_step = 0.05")
+        + &body("crank", 0.15)
+        + &body("rod", 0.7)
+        + &body("slider", 1.1)
+        + &joint("bearing", "hinge", ["ground", "crank"], 0.0, "0, 0, 1")
+        + &joint("pin", "hinge", ["crank", "rod"], 0.3, "0, 0, 1")
+        + &joint("wrist", "hinge", ["rod", "slider"], 1.1, "0, 0, 1")
+        + &joint("guide", "slide", ["ground", "slider"], 1.1, "1, 0, 0")
+        + &joint("motor", "drive", ["ground", "crank"], 0.0, "0, 0, 1")
+        + "params = { speed = 9 }\n"
+        + "[[force]]\nname = \"strut\"\ntype = \"strut\"\nbodies = [\"ground\", \"slider\"]\n\
+           points = [[3, 0, 0], [1.1, 0, 0]]\nparams = { stiffness = 50, damping = 4 }\n"
+        + &output("x", "quantity = \"position\"; of = \"slider\"; component = \"x\"")
+        + &output("a", "quantity = \"acceleration\"; of = \"rod\"; component = \"y\"")
+        + &output("F", "quantity = \"reaction_force\"; of = \"wrist\"; on = \"slider\"; component = \"x\"")
+        + &output("T", "quantity = \"reaction_torque\"; of = \"motor\"; on = \"crank\"; component = \"z\"")
+        + &output("phi", "quantity = \"coordinate\"; of = \"bearing\"")
+}
+
+#[test]
+fn a_driven_mechanism_is_found_not_integrated() {
+    let (found, integrated) = (run(&driven()), run(&without(&driven(), "\"kinematic\"")));
+    assert_eq!((found.summary.method.as_str(), integrated.summary.method.as_str()), ("kinematic", "dop853"));
+    let off = apart(&found, &integrated);
+    assert!(off < 1e-9, "{off:e}");
+    assert!(2 * found.summary.evaluations < integrated.summary.evaluations, "{:?}", found.summary);
+    let audit = &found.summary.audit;
+    assert!(audit.position_violation < 1e-14 && audit.energy_error_relative < 1e-9, "{audit:?}");
+    assert!(audit.work.abs() > 1.0 && (audit.work - integrated.summary.audit.work).abs() < 1e-8);
+    // Against the formula: x = 0.3 cos 9 t + sqrt(0.8^2 - 0.3^2 sin^2 9 t).
+    let exact = |t: f64| 0.3 * (9.0 * t).cos() + (0.64 - (0.3 * (9.0 * t).sin()).powi(2)).sqrt();
+    assert!(super::off(&found, "x", exact) < 1e-14);
+    assert!(super::off(&found, "phi", |t| 9.0 * t) < 1e-13, "turns are counted");
+    let told = saved(&driven(), "kinematic").unwrap_or_default();
+    assert!(told.starts_with("the error control of 39 states"), "{told}");
+    // A scene that names its method gets it.
+    let named = run(&driven().replacen("t_end", "method = \"dopri5\"\nt_end", 1));
+    assert_eq!(named.summary.method, "dopri5");
+}
+
+#[test]
+fn what_no_output_asks_for_is_not_solved_for() {
+    let text = scenes::four_bar(1.1) + &output("x", "quantity = \"position\"; of = \"coupler\"; component = \"x\"");
+    let (asked, all) = (run(&text), run(&without(&text, "\"on-demand\"")));
+    assert_eq!(apart(&asked, &all), 0.0);
+    assert_eq!(saved(&text, "on-demand").as_deref(), Some("11 solutions"));
+    // Rates at samples are solved with the factor of the projection before; those on steps' ends are known.
+    assert!(asked.summary.factorisations < all.summary.factorisations);
+}
+
+#[test]
+fn constants_and_zeros_are_counted() {
+    let report = open(&scenes::four_bar(1.1)).plan_report();
+    let saved = |what: &str| {
+        let entry = report.skipped.iter().find(|skip| skip.what == what);
+        entry.map(|skip| skip.saved.clone()).unwrap_or_else(|| panic!("{:?}", report.skipped))
+    };
+    assert_eq!(saved("derivatives that are constant"), "6 of 106 entries of the Jacobian");
+    assert_eq!(saved("derivatives that are zero"), "74 of 180 entries of the Jacobian");
+    assert_eq!(saved("derivatives with respect to time"), "20 rows");
+}
+
+#[test]
+fn interpolation_is_prepared_only_where_an_output_time_lies_inside_a_step() {
+    let with = |times: &str| run(&scenes::pendulum(&settings(&format!("gravity = [0, -9.81, 0]; t_end = 1; {times}"))));
+    let (few, many) = (with("output_times = [1]").summary, with("output_step = 0.001").summary);
+    assert_eq!(few.steps, many.steps);
+    // Three stages more for the polynomial of dop853.
+    assert_eq!(many.evaluations, few.evaluations + 3 * few.steps);
+}
+
+/// A hinged rod with its outputs, at x = `at`, driven by gravity on a length of 2 `half`.
+fn rod(name: &str, at: f64, half: f64) -> String {
+    let inertia = half * half / 3.0;
+    format!(
+        "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [{inertia:?}, {inertia:?}, {inertia:?}]\n\
+         position = [{:?}, 0, 0]\n[[joint]]\nname = \"pivot_{name}\"\ntype = \"hinge\"\n\
+         bodies = [\"ground\", \"{name}\"]\npoint = [{at:?}, 0, 0]\naxis = [0, 0, 1]\n",
+        at + half
+    ) + &output(&format!("y_{name}"), &format!("quantity = \"position\"; of = \"{name}\"; component = \"y\""))
+        + &output(&format!("phi_{name}"), &format!("quantity = \"coordinate\"; of = \"pivot_{name}\""))
+        + &output(
+            &format!("F_{name}"),
+            &format!("quantity = \"reaction_force\"; of = \"pivot_{name}\"; on = \"{name}\"; component = \"x\""),
+        )
+}
+
+const SWING: &str = "gravity = [0, -9.81, 0]; t_end = 4; output_step = 0.1";
+
+#[test]
+fn islands_take_their_own_steps_and_give_what_they_give_alone() {
+    let energy = output("E", "quantity = \"total_energy\"");
+    let (slow, fast) = (rod("slow", 0.0, 2.0), rod("fast", 7.0, 0.005));
+    let both = run(&(settings(SWING) + &slow + &fast + &energy));
+    let alone = [run(&(settings(SWING) + &slow + &energy)), run(&(settings(SWING) + &fast + &energy))];
+    for (own, names) in alone.iter().zip([["y_slow", "phi_slow", "F_slow"], ["y_fast", "phi_fast", "F_fast"]]) {
+        for name in names {
+            assert_eq!(column(&both, name), column(own, name), "{name}");
+        }
+    }
+    let sum = |of: fn(&RunReport) -> u64| alone.iter().map(of).sum::<u64>();
+    assert_eq!(both.summary.steps, sum(|report| report.summary.steps));
+    assert_eq!(both.summary.evaluations, sum(|report| report.summary.evaluations));
+    let energies = alone.each_ref().map(|report| column(report, "E"));
+    for (k, e) in column(&both, "E").iter().enumerate() {
+        assert_eq!(*e, energies[0][k] + energies[1][k]);
+    }
+    assert_eq!(both.summary.islands.len(), 2);
+    assert!(both.summary.islands[1].starts_with("fast: "), "{:?}", both.summary.islands);
+    assert!(both.summary.audit.worst() < 1e-9 && both.summary.redundant_rows == 0);
+    // Together: the slow one takes the steps of the fast one.
+    let together = run(&without(&(settings(SWING) + &slow + &fast + &energy), "\"islands\""));
+    assert!(together.summary.islands.is_empty());
+    let off = apart(&both, &together);
+    assert!(off < 2e-8, "{off:e}");
+    // Evaluations times bodies.
+    let work = |report: &RunReport, bodies: u64| bodies * report.summary.evaluations;
+    let (own, common) = (work(&alone[0], 1) + work(&alone[1], 1), work(&together, 2));
+    assert!(4 * own < 3 * common, "{own} of {common}");
+    let told = saved(&(settings(SWING) + &slow + &fast), "islands").unwrap_or_default();
+    assert!(told.starts_with("at steps of one island, all but its own operations: "), "{told}");
+}
+
+#[test]
+fn a_run_of_islands_can_be_gone_on_with() {
+    let scene_of = |end: f64| {
+        settings(&SWING.replace("t_end = 4", &format!("t_end = {end}")))
+            + &rod("slow", 0.0, 2.0)
+            + &rod("fast", 7.0, 0.05)
+    };
+    let whole = run(&scene_of(4.0));
+    let half = run(&scene_of(2.0));
+    let mut second = open(&scene_of(4.0));
+    second.go_on_from(half.end.unwrap()).unwrap();
+    let second = second.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+    assert_eq!(second.summary.islands.len(), 2);
+    for name in ["y_slow", "phi_fast", "F_fast"] {
+        let (a, b) = (column(&whole, name), column(&second, name));
+        let off = a[20..].iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{name} {off:e}");
+    }
+}
+
+#[test]
+fn what_is_connected_stays_together() {
+    let count = |more: &str| {
+        let text = settings(SWING) + &rod("a", 0.0, 1.0) + &rod("b", 7.0, 1.0) + more;
+        open(&text).run(None, Box::new(|_| ()), &Arc::default()).unwrap().summary.islands.len()
+    };
+    assert_eq!(count(""), 2);
+    let strut = "[[force]]\nname = \"s\"\ntype = \"strut\"\nbodies = [\"a\", \"b\"]\npoints = [[2, 0, 0], [7, 0, 0]]\n\
+                 params = { stiffness = 1 }\n";
+    assert_eq!(count(strut), 0);
+    assert_eq!(count(&strut.replace("\"strut\"", "\"opaque-strut\"")), 0);
+    let seen = "quantity = \"velocity\"; of = \"a\"; component = \"x\"; frame = \"b\"";
+    assert_eq!(count(&output("relative", seen)), 0);
+}
+
+#[test]
+fn a_run_of_islands_that_is_stopped_has_whole_rows() {
+    let stop = Arc::new(AtomicBool::new(true));
+    let text = settings(SWING) + &rod("a", 0.0, 1.0) + &rod("b", 7.0, 0.5);
+    let report = open(&text).run(None, Box::new(|_| ()), &stop).unwrap();
+    assert_eq!((report.summary.status, report.exit_code()), (Status::StoppedEarly, 130));
+    assert!(report.columns.iter().all(|column| column.len() == report.times.len()));
+    assert!(report.summary.t_end_reached < 1.0 && stop.load(Ordering::Relaxed));
+}
