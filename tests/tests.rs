@@ -27,6 +27,7 @@ mod compressor;
 mod examples;
 mod fixtures;
 mod interleaved;
+mod methods;
 mod opaque;
 mod plugins;
 mod rooms;

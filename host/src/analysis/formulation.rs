@@ -154,6 +154,12 @@ pub trait Formulation {
         let _ = (t, state, matrix);
         Ok(false)
     }
+    /// The exact derivatives of the rates with respect to time, where [`Formulation::jacobian`] was asked for just before.
+    /// `false` where they are not known.
+    fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
+        let _ = (t, slopes);
+        false
+    }
     /// Work done so far.
     fn counters(&self) -> Counters;
     /// The opaque elements, for the call between steps.

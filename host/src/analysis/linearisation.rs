@@ -7,7 +7,7 @@
 //! [M Phi_q^T; Phi_q 0] [da; dlambda] = [dr1; dr2]:
 //!
 //! the matrix of the equations of motion once more, so that its factorisation is used again. The derivatives on the right
-//! are nodes of the graph. Directions are (dr, dpi', dv, domega') per body, then the element states.
+//! are nodes of the graph. Directions are (dr, dpi', dv, domega') per body, then the element states, then time.
 
 use super::formulation::AnalysisError;
 use super::working::{BODY_STATES, parameter_rates};
@@ -37,6 +37,9 @@ pub(super) struct Linearisation {
     columns: Vec<f64>,
     right: Vec<f64>,
     multipliers: Vec<f64>,
+    /// Derivatives of the rates with respect to time, and the time they belong to.
+    slopes: Vec<f64>,
+    slopes_at: f64,
 }
 
 impl Linearisation {
@@ -54,7 +57,7 @@ impl Linearisation {
         let mut graph = equations.graph.clone();
         let residuals = residuals(&mut graph, equations, layout, rows);
         let (mut nodes, mut entries) = (Vec::new(), Vec::new());
-        for direction in 0..directions {
+        for direction in 0..=directions {
             let seeds = seeds(&mut graph, equations, layout, direction);
             for (function, slope) in derivatives(&mut graph, &residuals, &seeds).into_iter().enumerate() {
                 if !graph.is_zero(slope) {
@@ -70,9 +73,11 @@ impl Linearisation {
             outputs: vec![0.0; nodes.len()],
             program,
             entries,
-            columns: vec![0.0; residuals.len() * directions],
+            columns: vec![0.0; residuals.len() * (directions + 1)],
             right: vec![0.0; layout.velocities() + rows.len()],
             multipliers: vec![0.0; rows.len()],
+            slopes: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
+            slopes_at: f64::NAN,
             layout: layout.clone(),
         })
     }
@@ -109,7 +114,17 @@ impl Linearisation {
             column[height - 1] += driven;
         }
         self.assemble(state, height, matrix);
+        let mut slopes = std::mem::take(&mut self.slopes);
+        slopes.fill(0.0);
+        let directions = DIRECTIONS * self.layout.bodies + self.layout.states;
+        self.add(&self.columns[height * directions..], 1.0, &mut slopes);
+        (self.slopes, self.slopes_at) = (slopes, inputs[Layout::TIME]);
         Ok(())
+    }
+
+    /// The derivatives of the rates with respect to time, where [`Linearisation::fill`] was last, if that was at time `t`.
+    pub(super) fn slopes(&self, t: f64) -> Option<&[f64]> {
+        (self.slopes_at == t).then_some(&self.slopes)
     }
 
     /// From directions to the entries of the state.
@@ -190,6 +205,10 @@ fn residuals(g: &mut Graph, equations: &Equations, layout: &Layout, rows: &[usiz
 fn seeds(g: &mut Graph, equations: &Equations, layout: &Layout, direction: usize) -> Seeds {
     let one = g.constant(1.0);
     let body = direction / DIRECTIONS;
+    if direction == DIRECTIONS * layout.bodies + layout.states {
+        let time = g.input(Layout::TIME);
+        return Seeds::from_iter([(time, one)]);
+    }
     if body >= layout.bodies {
         let state = g.input(layout.state_slot() + direction - DIRECTIONS * layout.bodies);
         return Seeds::from_iter([(state, one)]);

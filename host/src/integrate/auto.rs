@@ -1,12 +1,12 @@
 //! The choice between an explicit and an implicit method, made while integrating.
 
-use super::dop853::PAIR;
+use super::dop853::dop853;
 use super::explicit::{End, Explicit};
 use super::radau5::Radau5;
 use super::run::Run;
-use super::{IntegrateError, Integrator, Options, Outcome, Span, Status, System};
+use super::{IntegrateError, Integrator, Options, Outcome, Span, System};
 
-/// [`super::Dop853`] until stability limits its steps, [`Radau5`] from there on; [`super::Counters::stiff_from`] says
+/// [`super::dop853()`] until stability limits its steps, [`Radau5`] from there on; [`super::Counters::stiff_from`] says
 /// where. There is no way back.
 #[derive(Debug, Clone)]
 pub struct Auto {
@@ -16,7 +16,7 @@ pub struct Auto {
 
 impl Default for Auto {
     fn default() -> Self {
-        Self { explicit: Explicit::new(&PAIR), implicit: Radau5::default() }
+        Self { explicit: dop853(), implicit: Radau5::default() }
     }
 }
 
@@ -37,14 +37,11 @@ impl Integrator for Auto {
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
         let mut run = Run::new(system, y, span, options)?;
-        let result = match self.explicit.integrate(&mut run, y, true) {
+        let result = match self.explicit.whole_run(&mut run, y, true) {
             Ok(End::Completed) => Ok(()),
             Ok(End::Stiff(step)) => self.implicit.continue_run(&mut run, y, Some(step)),
             Err(trouble) => Err(trouble),
         };
-        match result {
-            Ok(()) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
-        }
+        run.end(result)
     }
 }

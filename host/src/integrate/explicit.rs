@@ -2,10 +2,10 @@
 
 use super::run::{Run, Trouble, all_finite};
 use super::stiffness::Stiffness;
-use super::{Accepted, Options, StopReason};
+use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
 /// A row of a tableau: `(stage, coefficient)`, without the zeros.
-pub(super) type Row = &'static [(usize, f64)];
+pub type Row = &'static [(usize, f64)];
 
 /// Step sizes shrink by this factor when a step fails other than by its error.
 pub(super) const RECOVERY_FACTOR: f64 = 0.25;
@@ -20,36 +20,37 @@ const NEAR_BORDER: f64 = 0.75;
 /// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
 /// those after it serve the dense output.
 #[derive(Debug)]
-pub(super) struct Pair {
+pub struct Pair {
     /// Abscissae of all stages.
-    pub(super) c: &'static [f64],
+    pub c: &'static [f64],
     /// Arguments of the stages of the step: `y + h sum_j a_ij k_j`.
-    pub(super) a: &'static [Row],
+    pub a: &'static [Row],
     /// Weights of the step.
-    pub(super) b: Row,
-    pub(super) error: Estimate,
+    pub b: Row,
+    /// The error estimate.
+    pub error: Estimate,
     /// Arguments of the stages for the dense output.
-    pub(super) a_dense: &'static [Row],
+    pub a_dense: &'static [Row],
     /// Coefficients of the interpolation polynomial from the fourth power on.
-    pub(super) d: &'static [Row],
+    pub d: &'static [Row],
     /// The error estimate goes with `h^order`.
-    pub(super) order: f64,
+    pub order: f64,
     /// Weight of the previous error in the step control where the options give none.
-    pub(super) beta: f64,
+    pub beta: f64,
     /// How much the exponent of the error falls by that weight.
-    pub(super) beta_share: f64,
+    pub beta_share: f64,
     /// Middles of the widest gaps between the nodes of the method, as shares of the step, ascending. A time to keep away
     /// from is best passed there.
-    pub(super) gaps: &'static [f64],
+    pub gaps: &'static [f64],
     /// The widest of them.
-    pub(super) widest_gap: f64,
+    pub widest_gap: f64,
     /// `h |lambda|` at the border of the region of stability.
-    pub(super) stability: f64,
+    pub stability: f64,
 }
 
 /// Differences of the weights from those of lower-order methods.
 #[derive(Debug)]
-pub(super) enum Estimate {
+pub enum Estimate {
     /// One, which uses the derivative at the end of the step.
     Single(Row),
     /// Orders 5 and 3, see [`Explicit::error_of_step`].
@@ -70,9 +71,11 @@ pub(super) enum End {
     Stiff(f64),
 }
 
-/// The driver of a [`Pair`]. Deviations from the book: see [`super::Dop853`].
+/// The method of a [`Pair`]. With [`Options::fixed_step`] the error is not looked at. Deviations from the book: see
+/// [`super::dop853()`].
 #[derive(Debug, Clone)]
-pub(super) struct Explicit {
+pub struct Explicit {
+    name: &'static str,
     pair: &'static Pair,
     /// Derivatives at the stages, one after the other.
     stages: Vec<f64>,
@@ -85,9 +88,30 @@ pub(super) struct Explicit {
     stiffness: Stiffness,
 }
 
+impl Integrator for Explicit {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn integrate(
+        &mut self,
+        system: &mut dyn System,
+        y: &mut [f64],
+        span: &Span<'_>,
+        options: &Options,
+    ) -> Result<Outcome, IntegrateError> {
+        let mut run = Run::new(system, y, span, options)?;
+        let result = self.whole_run(&mut run, y, false);
+        run.end(result.map(|_| ()))
+    }
+}
+
 impl Explicit {
-    pub(super) fn new(pair: &'static Pair) -> Self {
+    /// The method of a pair, under a name.
+    #[must_use]
+    pub fn new(name: &'static str, pair: &'static Pair) -> Self {
         Self {
+            name,
             pair,
             stages: Vec::new(),
             polynomial: Vec::new(),
@@ -99,7 +123,7 @@ impl Explicit {
     }
 
     /// The whole run; with `until_stiff` only as long as accuracy, not stability, limits the steps.
-    pub(super) fn integrate(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+    pub(super) fn whole_run(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
         self.allocate(y.len());
         match run.options.fixed_step {
             Some(h) => self.fixed_steps(run, y, h).map(|()| End::Completed),

@@ -7,9 +7,9 @@
 //! - **May touch**: the state vector, and the system through its trait.
 //! - **Must not know**: mechanics, plugins, channels, files.
 //!
-//! A method is one file with one implementation of [`Integrator`] and one line in
-//! [`by_name`]. What all methods share (sampling, counting, the end of a step) is in `run.rs`, what explicit pairs share
-//! in `explicit.rs`.
+//! A method is one file with one implementation of [`Integrator`] and one line in [`Methods`], where programs that use this
+//! library may add their own. What all methods share (sampling, counting, the end of a step) is in [`Run`], what explicit
+//! pairs share in [`Explicit`]: a further pair is a table.
 //!
 //! # Life of a step
 //! In this order, and in no other:
@@ -32,9 +32,12 @@ mod dop853;
 mod dop853_tableau;
 mod dopri5;
 mod explicit;
+mod jacobian;
 mod lu;
+mod methods;
 mod radau5;
 mod rk4;
+mod rodas5p;
 mod run;
 mod stiffness;
 
@@ -44,10 +47,14 @@ mod tests;
 use std::error::Error;
 
 pub use auto::Auto;
-pub use dop853::Dop853;
-pub use dopri5::Dopri5;
+pub use dop853::dop853;
+pub use dopri5::dopri5;
+pub use explicit::{Estimate, Explicit, Pair, Row};
+pub use methods::{Method, Methods, by_name, names};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
+pub use rodas5p::Rodas5p;
+pub use run::{Run, Trouble};
 
 /// A method of integration.
 pub trait Integrator: Send {
@@ -80,23 +87,6 @@ pub trait Integrator: Send {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError>;
-}
-
-/// The method of a name; `auto` stands for the choice made while integrating.
-pub fn by_name(name: &str) -> Option<Box<dyn Integrator>> {
-    match name {
-        "auto" => Some(Box::new(Auto::default())),
-        "dop853" => Some(Box::new(Dop853::default())),
-        "dopri5" => Some(Box::new(Dopri5::default())),
-        "radau5" => Some(Box::new(Radau5::default())),
-        "rk4" => Some(Box::new(Rk4::default())),
-        _ => None,
-    }
-}
-
-/// All names that [`by_name`] knows.
-pub fn names() -> &'static [&'static str] {
-    &["auto", "dop853", "dopri5", "radau5", "rk4"]
 }
 
 /// What is integrated, with the hooks that watch it. Only `dim`, `rhs` and `error_norm` are
@@ -136,6 +126,15 @@ pub trait System {
     /// # Errors
     /// See [`Failure`].
     fn jacobian(&mut self, _t: f64, _y: &[f64], _matrix: &mut [f64]) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    /// The exact derivatives of `rhs` with respect to `t` at fixed `y`, every entry, where [`System::jacobian`] was asked for
+    /// just before. `false` if they are not known; methods that need them then take a difference of `rhs`.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn time_derivative(&mut self, _t: f64, _y: &[f64], _slopes: &mut [f64]) -> Result<bool, Failure> {
         Ok(false)
     }
 

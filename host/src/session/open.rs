@@ -10,6 +10,7 @@ use super::error::{Exit, SessionError};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
+use crate::integrate::Methods;
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe};
@@ -31,6 +32,8 @@ pub struct RunOptions {
     pub audit_tolerance: Option<f64>,
     /// Folder for private copies of libraries; the user's cache folder where absent.
     pub library_copies: Option<PathBuf>,
+    /// The methods of integration that scenes may ask for.
+    pub methods: Methods,
 }
 
 /// A scene ready to run.

@@ -105,7 +105,8 @@ impl Session {
         let method_name =
             self.scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |m| m.value.as_str()).to_string();
         let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
-        let mut method = integrate::by_name(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
+        let mut method =
+            self.options.methods.make(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
         if method.needs_fixed_step() && self.scene.simulation.max_step.is_none() {
             return Err(self.no_step(method.name()));
         }
@@ -233,7 +234,11 @@ impl Session {
 
     fn unknown_word(&self, word: &str, method: bool) -> SessionError {
         let (what, names, written): (_, Vec<&str>, _) = if method {
-            ("method", integrate::names().to_vec(), &self.scene.simulation.method)
+            (
+                "method",
+                self.options.methods.list().iter().map(|method| method.name).collect(),
+                &self.scene.simulation.method,
+            )
         } else {
             ("engine", ENGINES.iter().map(|(name, _)| *name).collect(), &self.scene.simulation.engine)
         };

@@ -434,6 +434,10 @@ impl System for Simulation<'_> {
         self.formulation.jacobian(t, y, matrix).map_err(failure)
     }
 
+    fn time_derivative(&mut self, t: f64, _: &[f64], slopes: &mut [f64]) -> Result<bool, Failure> {
+        Ok(self.formulation.time_derivative(t, slopes))
+    }
+
     fn tolerance(&self) -> Option<f64> {
         Some(self.tolerance / INTERPOLATION_MARGIN)
     }
