@@ -112,8 +112,8 @@ fn a_pair_from_outside_the_host_runs_a_scene() {
     let report = with_method("compressor.toml", "bogacki-shampine", &sets);
     assert_eq!((report.summary.method.as_str(), report.summary.t_end_reached), ("bogacki-shampine", 10.0));
     assert_same_motion(&report, &reference, 1e-5);
-    // Three evaluations a try and one for the projected end: a method of low order at a tight tolerance.
-    assert!(report.summary.steps > 10 * reference.summary.steps, "{}", report.summary.steps);
+    // A method of low order at a tight tolerance.
+    assert!(report.summary.steps > 4 * reference.summary.steps, "{}", report.summary.steps);
 }
 
 #[test]
@@ -123,4 +123,30 @@ fn a_method_from_outside_the_host_runs_a_scene() {
     let report = with_method("compressor.toml", "heun", &sets);
     assert_eq!(report.summary.t_end_reached, 5.0);
     assert_same_motion(&report, &reference, 1e-3);
+}
+
+/// Work of a run in evaluations: those of dense matrices, Jacobians and iterations weighed as in a scene of a few bodies.
+fn cost(report: &RunReport) -> f64 {
+    let s = &report.summary;
+    (s.evaluations + s.projections + 15 * (s.jacobians + s.newton_factorisations) + s.newton_iterations) as f64
+}
+
+#[test]
+fn the_choice_of_the_method_costs_little_more_than_the_better_one() {
+    for (scene, end) in
+        [("bushing_1e6", "2 s"), ("bushing_1e8", "0.3 s"), ("A05", "1 s"), ("dpend", "1 s"), ("A03", "0.01 s")]
+    {
+        for tolerance in ["1e-4", "1e-6", "1e-8", "1e-10"] {
+            let path = format!("benchmarks/{scene}.toml");
+            let sets = [format!("simulation.t_end={end}"), format!("simulation.tolerance={tolerance}")];
+            let of = |method: &str| with_method(&path, method, &[&sets[0], &sets[1]]);
+            let (auto, explicit, implicit) = (of("auto"), of("dop853"), of("radau5"));
+            let better = cost(&explicit).min(cost(&implicit));
+            let text = format!("{scene} {tolerance}: {} {} {}", cost(&auto), cost(&explicit), cost(&implicit));
+            assert!(cost(&auto) <= 1.5 * better, "{text}");
+            if matches!(scene, "dpend" | "A03") {
+                assert_eq!((auto.summary.method_switches, auto.columns == explicit.columns), (0, true), "{text}");
+            }
+        }
+    }
 }

@@ -43,17 +43,28 @@ pub(super) struct Linearisation {
 }
 
 impl Linearisation {
-    /// Writes down the derivatives for the rows in use; `None` where they are not known (opaque elements, forces that
-    /// depend on accelerations or reactions) or too many.
-    pub(super) fn new(equations: &Equations, layout: &Layout, rows: &[usize]) -> Option<Self> {
-        let directions = DIRECTIONS * layout.bodies + layout.states;
-        let unknown = !equations.graph.calls.is_empty()
-            || !equations.coupling.is_empty()
-            || equations.rates_need_solution(layout)
-            || directions * equations.graph.len() > MOST_WORK;
-        if unknown {
-            return None;
-        }
+    /// Directions of a model.
+    pub(super) fn directions(layout: &Layout) -> usize {
+        DIRECTIONS * layout.bodies + layout.states
+    }
+
+    /// Operations to be looked at for the derivatives, one by one and in each direction.
+    pub(super) fn work(equations: &Equations, layout: &Layout) -> usize {
+        Self::directions(layout) * equations.graph.len()
+    }
+
+    /// Whether the derivatives are known (not with opaque elements, nor with forces that depend on accelerations or
+    /// reactions), and not too many.
+    pub(super) fn is_possible(equations: &Equations, layout: &Layout) -> bool {
+        equations.graph.calls.is_empty()
+            && equations.coupling.is_empty()
+            && !equations.rates_need_solution(layout)
+            && Self::work(equations, layout) <= MOST_WORK
+    }
+
+    /// Writes down the derivatives for the rows in use, where [`Linearisation::is_possible`].
+    pub(super) fn new(equations: &Equations, layout: &Layout, rows: &[usize]) -> Self {
+        let directions = Self::directions(layout);
         let mut graph = equations.graph.clone();
         let residuals = residuals(&mut graph, equations, layout, rows);
         let (mut nodes, mut entries) = (Vec::new(), Vec::new());
@@ -67,7 +78,7 @@ impl Linearisation {
             }
         }
         let program = Program::compile(&graph, &nodes);
-        Some(Self {
+        Self {
             rows: rows.len(),
             workspace: program.workspace(),
             outputs: vec![0.0; nodes.len()],
@@ -79,7 +90,7 @@ impl Linearisation {
             slopes: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             slopes_at: f64::NAN,
             layout: layout.clone(),
-        })
+        }
     }
 
     /// Fills `matrix` (column by column) with the derivatives of the rates at `state`. `inputs` holds the state and its
@@ -116,8 +127,7 @@ impl Linearisation {
         self.assemble(state, height, matrix);
         let mut slopes = std::mem::take(&mut self.slopes);
         slopes.fill(0.0);
-        let directions = DIRECTIONS * self.layout.bodies + self.layout.states;
-        self.add(&self.columns[height * directions..], 1.0, &mut slopes);
+        self.add(&self.columns[height * Self::directions(&self.layout)..], 1.0, &mut slopes);
         (self.slopes, self.slopes_at) = (slopes, inputs[Layout::TIME]);
         Ok(())
     }
@@ -205,7 +215,7 @@ fn residuals(g: &mut Graph, equations: &Equations, layout: &Layout, rows: &[usiz
 fn seeds(g: &mut Graph, equations: &Equations, layout: &Layout, direction: usize) -> Seeds {
     let one = g.constant(1.0);
     let body = direction / DIRECTIONS;
-    if direction == DIRECTIONS * layout.bodies + layout.states {
+    if direction == Linearisation::directions(layout) {
         let time = g.input(Layout::TIME);
         return Seeds::from_iter([(time, one)]);
     }

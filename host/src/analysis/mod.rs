@@ -31,7 +31,7 @@ mod tests;
 
 pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
-pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 pub use reference::ReferenceForm;
 pub use scales::Scales;
 pub use working::{WorkingForm, sparse_engine};

@@ -1,5 +1,6 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
+use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::stiffness::Stiffness;
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
@@ -67,8 +68,8 @@ impl Estimate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum End {
     Completed,
-    /// Stability limits the steps; the size of the last one.
-    Stiff(f64),
+    /// An implicit method may be cheaper.
+    Suspected(Suspect),
 }
 
 /// The method of a [`Pair`]. With [`Options::fixed_step`] the error is not looked at. Deviations from the book: see
@@ -86,6 +87,9 @@ pub struct Explicit {
     y_new: Vec<f64>,
     error: Vec<f64>,
     stiffness: Stiffness,
+    /// Whether somebody wants to know `signs`.
+    watched: bool,
+    signs: Signs,
 }
 
 impl Integrator for Explicit {
@@ -101,7 +105,7 @@ impl Integrator for Explicit {
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
         let mut run = Run::new(system, y, span, options)?;
-        let result = self.whole_run(&mut run, y, false);
+        let result = self.whole_run(&mut run, y, options.first_step, None);
         run.end(result.map(|_| ()))
     }
 }
@@ -119,15 +123,24 @@ impl Explicit {
             y_new: Vec::new(),
             error: Vec::new(),
             stiffness: Stiffness::default(),
+            watched: false,
+            signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
         }
     }
 
-    /// The whole run; with `until_stiff` only as long as accuracy, not stability, limits the steps.
-    pub(super) fn whole_run(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+    /// From an accepted state to the end, or until there is a suspicion; `first_step` is chosen here if absent.
+    pub(super) fn whole_run(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &mut [f64],
+        first_step: Option<f64>,
+        suspicion: Option<Suspicion>,
+    ) -> Result<End, Trouble> {
         self.allocate(y.len());
+        self.watched = suspicion.is_some();
         match run.options.fixed_step {
             Some(h) => self.fixed_steps(run, y, h).map(|()| End::Completed),
-            None => self.adaptive_steps(run, y, until_stiff),
+            None => self.adaptive_steps(run, y, first_step, suspicion),
         }
     }
 
@@ -147,14 +160,20 @@ impl Explicit {
         }
     }
 
-    fn adaptive_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+    fn adaptive_steps(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &mut [f64],
+        first_step: Option<f64>,
+        mut suspicion: Option<Suspicion>,
+    ) -> Result<End, Trouble> {
         run.sample_start(y)?;
         if run.t == run.span.t_end {
             return Ok(End::Completed);
         }
         self.start_derivative(run, y)?;
         let mut control = StepControl::new(run.options, self.pair);
-        let mut h = match run.options.first_step {
+        let mut h = match first_step {
             Some(h) => h,
             None => self.first_step(run, y)?,
         };
@@ -177,11 +196,12 @@ impl Explicit {
                     if let Some(aimed) = then.take() {
                         h = aimed;
                     }
-                    if self.stiffness.is_found() {
+                    let suspect = suspicion.as_mut().and_then(|suspicion| suspicion.see(run, self.signs));
+                    if let Some(suspect) = suspect.filter(|_| run.t < run.span.t_end) {
+                        return Ok(End::Suspected(suspect));
+                    }
+                    if !self.watched && self.stiffness.is_found() {
                         run.counters.stiff_from.get_or_insert(run.t);
-                        if until_stiff && run.t < run.span.t_end {
-                            return Ok(End::Stiff(tried));
-                        }
                     }
                     continue;
                 }
@@ -348,6 +368,16 @@ impl Explicit {
         }
         let change = run.system.size(&self.y_new, &self.error);
         let product = if distance > 0.0 { h * change / distance } else { 0.0 };
+        if self.watched {
+            // How much the derivative changes along the step.
+            for ((error, end), start) in self.error.iter_mut().zip(end).zip(&self.stages[..n]) {
+                *error = end - start;
+            }
+            let along = run.system.size(&self.y_new, &self.error);
+            let speed = run.system.size(&self.y_new, &self.stages[..n]).max(run.system.size(&self.y_new, &end[..n]));
+            let slowness = if along > 0.0 { product * speed / along } else { 0.0 };
+            self.signs = Signs { step: h, share: product / self.pair.stability, slowness };
+        }
         let limited = product > NEAR_BORDER * self.pair.stability;
         self.stiffness.see(limited);
         limited

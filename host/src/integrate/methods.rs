@@ -17,7 +17,7 @@ pub struct Method {
 const STANDARD: [Method; 6] = [
     Method {
         name: "auto",
-        summary: "dop853 until stability limits the steps, radau5 from there on",
+        summary: "dop853 or radau5, whichever gets on at less cost; changes on the way",
         make: || Box::new(Auto::default()),
     },
     Method { name: "dop853", summary: "explicit, Dormand & Prince 8(5,3)", make: || Box::new(dop853()) },

@@ -36,6 +36,7 @@ mod jacobian;
 mod lu;
 mod methods;
 mod radau5;
+mod rivals;
 mod rk4;
 mod rodas5p;
 mod run;
@@ -119,6 +120,11 @@ pub trait System {
         None
     }
 
+    /// What work costs, roughly, for methods that choose the cheaper of two.
+    fn price(&self) -> Price {
+        Price { evaluation: 100.0 * self.dim() as f64, jacobian: None, preparation: 0.0 }
+    }
+
     /// The exact derivatives of `rhs` with respect to `y`, column by column: entry `(i, j)` at `i + dim * j`, every entry.
     /// `false` if there are none; implicit methods then take differences of `rhs`. Need not be the derivative of what
     /// projections inside `rhs` do.
@@ -173,6 +179,17 @@ pub trait System {
     fn step_done(&mut self, _t: f64, _y: &[f64], _h: f64) -> Flow {
         Flow::Continue
     }
+}
+
+/// Cost of a system's work, in operations of dense linear algebra; only ratios matter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Price {
+    /// Of [`System::rhs`], and about that of [`System::project`].
+    pub evaluation: f64,
+    /// Of [`System::jacobian`]; without one, differences cost as many evaluations as the state has entries.
+    pub jacobian: Option<f64>,
+    /// Of what has still to be done before the first of them.
+    pub preparation: f64,
 }
 
 /// Whether [`System::accept`] changed anything that `rhs` depends on.
@@ -355,8 +372,10 @@ pub struct Counters {
     pub factorisations: usize,
     /// Iterations of Newton's method in implicit steps.
     pub newton_iterations: usize,
-    /// From when on stability limited the steps of an explicit method.
+    /// From when on stability limited the steps of an explicit method, or [`Auto`] tried an implicit one.
     pub stiff_from: Option<f64>,
+    /// Changes between an explicit and an implicit method.
+    pub switches: usize,
     /// Smallest accepted step; 0 without any.
     pub h_min: f64,
     /// Largest accepted step; 0 without any.

@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::jacobian::Jacobian;
 use super::lu::Lu;
+use super::rivals::Defender;
 use super::run::{Run, Trouble, all_finite};
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
@@ -204,24 +205,26 @@ impl Radau5 {
             return Ok(());
         }
         let first = run.options.first_step;
-        self.continue_run(run, y, first)
+        self.continue_run(run, y, first, None).map(|_| ())
     }
 
-    /// From an accepted state, whose samples are taken, to the end; `first_step` is chosen here if absent.
+    /// From an accepted state, whose samples are taken, to the end; `first_step` is chosen here if absent. Where the defender
+    /// gives up, the run is not at its end: then the step for the method to follow is returned.
     pub(super) fn continue_run(
         &mut self,
         run: &mut Run<'_>,
         y: &mut [f64],
         first_step: Option<f64>,
-    ) -> Result<(), Trouble> {
+        defender: Option<Defender>,
+    ) -> Result<Option<f64>, Trouble> {
         self.allocate(y.len());
         self.start_derivative(run, y)?;
         let mut control = Control::new(run.system.tolerance());
         if let Some(h) = run.options.fixed_step {
-            return self.fixed_steps(run, y, &mut control, h);
+            return self.fixed_steps(run, y, &mut control, h).map(|()| None);
         }
         let h = first_step.unwrap_or_else(|| self.first_step(run, y, &control));
-        self.adaptive_steps(run, y, &mut control, h)
+        self.adaptive_steps(run, y, &mut control, h, defender)
     }
 
     fn allocate(&mut self, n: usize) {
@@ -244,7 +247,8 @@ impl Radau5 {
         y: &mut [f64],
         control: &mut Control,
         first_step: f64,
-    ) -> Result<(), Trouble> {
+        mut defender: Option<Defender>,
+    ) -> Result<Option<f64>, Trouble> {
         let mut h = first_step;
         while run.t < run.span.t_end {
             run.check_step_limit()?;
@@ -264,6 +268,10 @@ impl Radau5 {
                         if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
                     let kept = (KEEP_STEP[0]..=KEEP_STEP[1]).contains(&(wanted / tried));
                     h = if kept && control.theta <= KEEP_JACOBIAN { tried } else { wanted };
+                    let given_up = defender.as_mut().and_then(|defender| defender.see(run, &self.jacobian.matrix));
+                    if given_up.is_some() && run.t < run.span.t_end {
+                        return Ok(given_up);
+                    }
                     continue;
                 }
                 Ok(error) => {
@@ -293,7 +301,7 @@ impl Radau5 {
                 return Err(Trouble::Stop(reason));
             }
         }
-        Ok(())
+        Ok(None)
     }
 
     fn fixed_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], control: &mut Control, h: f64) -> Result<(), Trouble> {

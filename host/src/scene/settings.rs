@@ -88,6 +88,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "method",
     "engine",
     "max_step",
+    "fixed_step",
     "first_step",
     "max_steps",
     "audit_tolerance",
@@ -123,6 +124,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let engine = reader.word(&record, "engine");
     let max_step = reader.positive(&record, "max_step", Dimension::TIME);
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
+    let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
     let audit_tolerance = reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS);
     Some(Simulation {
@@ -135,6 +137,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         method,
         engine,
         max_step,
+        fixed_step,
         first_step,
         max_steps: max_steps.map(|number| number.value),
         audit_tolerance,

@@ -198,6 +198,33 @@ fn auto_switches_where_stability_limits_the_steps_and_says_when() {
     assert!(distance(&y, &prothero_solution(3.0)) < 1e-7);
 }
 
+/// As [`prothero`], but stiff only from t = 1 to 2.
+fn stiff_for_a_while(t: f64, y: &[f64], dy: &mut [f64]) {
+    let rate = 1.0 + 1e4 * (0.5 * (20.0 * (t - 1.0)).tanh() - 0.5 * (20.0 * (t - 2.0)).tanh());
+    dy[0] = -rate * (y[0] - t.cos()) - t.sin();
+    dy[1] = y[2];
+    dy[2] = -y[1];
+}
+
+#[test]
+fn auto_goes_back_where_stiffness_ends() {
+    for tolerance in [1e-5, 1e-8, 1e-10] {
+        let counters = |name: &str| {
+            let mut probe = Probe::new(stiff_for_a_while, 3, tolerance);
+            let mut y = prothero_solution(0.0);
+            let mut method = by_name(name).unwrap();
+            let counters = run(method.as_mut(), &mut probe, &mut y, 10.0, &[], &Options::default()).counters;
+            assert!(distance(&y, &prothero_solution(10.0)) < 20.0 * tolerance, "{name} {tolerance:e}");
+            counters
+        };
+        let (auto, explicit, implicit) = (counters("auto"), counters("dop853"), counters("radau5"));
+        assert_eq!(auto.switches, 2, "{tolerance:e} {auto:?}");
+        assert!((0.7..1.3).contains(&auto.stiff_from.unwrap()), "{auto:?}");
+        assert!(5 * auto.evaluations < explicit.evaluations, "{auto:?} {explicit:?}");
+        assert!(auto.jacobians < implicit.jacobians, "{auto:?} {implicit:?}");
+    }
+}
+
 #[test]
 fn nothing_that_is_not_stiff_is_taken_for_it() {
     for tolerance in [1e-3, 1e-5, 1e-8, 1e-11] {
