@@ -4,6 +4,7 @@
 //! | file | what it shows |
 //! |---|---|
 //! | `benchmarks.rs` | scenes agree with references, in both formulations, and with the work pinned |
+//! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
@@ -34,6 +35,7 @@ mod formulations;
 mod interleaved;
 mod lanes;
 mod limit;
+mod methods;
 mod opaque;
 mod plugins;
 mod rooms;

@@ -45,6 +45,17 @@ pub struct Counters {
     pub relaxed: u64,
 }
 
+/// Roughly the operations that work takes, on the scale of dense linear algebra (some 1 ns each).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Price {
+    /// [`Formulation::rates`].
+    pub rates: f64,
+    /// [`Formulation::jacobian`], if there are exact derivatives.
+    pub jacobian: Option<f64>,
+    /// Writing them down, before the first.
+    pub preparation: f64,
+}
+
 /// What can go wrong while an analysis runs.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalysisError {
@@ -153,6 +164,16 @@ pub trait Formulation {
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
         let _ = (t, state, matrix);
         Ok(false)
+    }
+    /// The exact derivatives of the rates with respect to time, where [`Formulation::jacobian`] was asked for just before.
+    /// `false` where they are not known.
+    fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
+        let _ = (t, slopes);
+        false
+    }
+    /// Roughly what work costs.
+    fn price(&self) -> Price {
+        Price { rates: 100.0 * self.groups().len() as f64, jacobian: None, preparation: 0.0 }
     }
     /// Work done so far.
     fn counters(&self) -> Counters;

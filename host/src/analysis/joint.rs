@@ -5,11 +5,11 @@ use element_api::ElementSet;
 use nalgebra::Matrix3;
 
 use super::evaluator::Evaluator;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::joint_engines::{Function, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
-use super::linearisation::{Linearisation, Terms};
+use super::linearisation::{Linearisation, Terms, work};
 use super::working::{
     APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE, SICK_TREE,
     TOO_NEAR, WorkingForm, normalise, parameter_rates,
@@ -480,8 +480,8 @@ impl Formulation for JointForm {
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
         let Some(regular) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
         if matches!(self.derivatives, Derivatives::Possible) {
-            let terms = Terms::of_joints(&self.equations);
-            let known = terms.and_then(|terms| Linearisation::new(&terms, &self.layout, &regular.rows));
+            let terms = Terms::of_joints(&self.equations, &self.layout);
+            let known = terms.map(|terms| Linearisation::new(&terms, &self.layout, &regular.rows));
             self.derivatives = known.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known)));
         }
         if matches!(self.derivatives, Derivatives::Unknown) {
@@ -504,6 +504,29 @@ impl Formulation for JointForm {
         };
         known.fill(&self.inputs, self.bodies.sets(), state, &times, &mut solve, matrix)?;
         Ok(true)
+    }
+
+    fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
+        let Derivatives::Known(known) = &self.derivatives else { return false };
+        let exact = known.slopes(t).filter(|_| !self.careful);
+        exact.map(|exact| slopes.copy_from_slice(exact)).is_some()
+    }
+
+    fn price(&self) -> Price {
+        let operations = self.regular.as_ref().map_or(0, |regular| regular.motion.program().operations()) as f64;
+        let unknowns = (self.coordinates.columns + self.safe.rows.len()) as f64;
+        let directions = self.coordinates.directions(&self.layout) as f64;
+        // The right sides of all directions by the rank-revealing factors, which are dense.
+        let jacobian = 3.0 * operations + 4.0 * unknowns.powi(3) + 4.0 * directions * unknowns * unknowns;
+        let (known, preparation) = match &self.derivatives {
+            Derivatives::Unknown => (false, 0.0),
+            Derivatives::Possible => {
+                (true, 50.0 * work(&self.coordinates, &self.equations.graph, &self.layout) as f64)
+            }
+            Derivatives::Known(_) => (true, 0.0),
+        };
+        let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();
+        Price { rates: operations, jacobian: known.then_some(jacobian), preparation }
     }
 
     fn programs(&mut self) -> Vec<Compiled<'_>> {

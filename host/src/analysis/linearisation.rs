@@ -7,7 +7,8 @@
 //!
 //! the matrix of the equations of motion once more, so that its factorisation is used again. The derivatives on the right
 //! are nodes of the graph. Directions are those of the velocities for positions (a rotation turns about the axes of what
-//! turns), the velocities themselves, then the element states.
+//! turns), the velocities themselves, then the element states, then
+//! time.
 
 use super::formulation::AnalysisError;
 use super::working::parameter_rates;
@@ -40,14 +41,16 @@ pub(super) struct Terms<'a> {
 
 impl<'a> Terms<'a> {
     /// In the coordinates of bodies; `None` where derivatives are not known (opaque elements, forces that depend on
-    /// accelerations or reactions).
+    /// accelerations or reactions), or too many.
     pub(super) fn of_bodies(equations: &'a Equations, layout: &Layout) -> Option<Self> {
         let unknown = !equations.graph.calls.is_empty()
             || !equations.coupling.is_empty()
             || equations.rates_need_solution(layout);
-        (!unknown).then(|| Self {
+        let coordinates = Coordinates::of_bodies(layout);
+        let possible = !unknown && work(&coordinates, &equations.graph, layout) <= MOST_WORK;
+        possible.then(|| Self {
             graph: &equations.graph,
-            coordinates: Coordinates::of_bodies(layout),
+            coordinates,
             rotations: equations.bodies.iter().map(|body| body.a).collect(),
             mass: &[],
             rows: &equations.rows,
@@ -57,9 +60,10 @@ impl<'a> Terms<'a> {
         })
     }
 
-    /// In the coordinates of joints; `None` where derivatives are not known (opaque elements).
-    pub(super) fn of_joints(joint: &'a JointEquations) -> Option<Self> {
-        joint.graph.calls.is_empty().then(|| Self {
+    /// In the coordinates of joints; `None` where derivatives are not known (opaque elements), or too many.
+    pub(super) fn of_joints(joint: &'a JointEquations, layout: &Layout) -> Option<Self> {
+        let possible = joint.graph.calls.is_empty() && work(&joint.coordinates, &joint.graph, layout) <= MOST_WORK;
+        possible.then(|| Self {
             graph: &joint.graph,
             coordinates: joint.coordinates.clone(),
             rotations: joint.rotations.clone(),
@@ -70,6 +74,11 @@ impl<'a> Terms<'a> {
             power: joint.power,
         })
     }
+}
+
+/// Operations to be looked at for the derivatives, one by one and in each direction.
+pub(super) fn work(coordinates: &Coordinates, graph: &Graph, layout: &Layout) -> usize {
+    coordinates.directions(layout) * graph.len()
 }
 
 /// See the module documentation.
@@ -88,19 +97,19 @@ pub(super) struct Linearisation {
     columns: Vec<f64>,
     right: Vec<f64>,
     multipliers: Vec<f64>,
+    /// Derivatives of the rates with respect to time, and the time they belong to.
+    slopes: Vec<f64>,
+    slopes_at: f64,
 }
 
 impl Linearisation {
-    /// Writes down the derivatives for the rows in use; `None` where they are too many.
-    pub(super) fn new(terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Option<Self> {
-        let directions = 2 * terms.coordinates.columns + layout.states;
-        if directions * terms.graph.len() > MOST_WORK {
-            return None;
-        }
+    /// Writes down the derivatives for the rows in use.
+    pub(super) fn new(terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Self {
+        let directions = terms.coordinates.directions(layout);
         let mut graph = terms.graph.clone();
         let residuals = residuals(&mut graph, terms, layout, rows);
         let (mut nodes, mut entries) = (Vec::new(), Vec::new());
-        for direction in 0..directions {
+        for direction in 0..=directions {
             let seeds = seeds(&mut graph, terms, layout, direction);
             for (function, slope) in derivatives(&mut graph, &residuals, &seeds).into_iter().enumerate() {
                 if !graph.is_zero(slope) {
@@ -110,18 +119,20 @@ impl Linearisation {
             }
         }
         let program = Program::compile(&graph, &nodes);
-        Some(Self {
+        Self {
             rows: rows.len(),
             states: layout.states,
             workspace: program.workspace(),
             outputs: vec![0.0; nodes.len()],
             program,
             entries,
-            columns: vec![0.0; residuals.len() * directions],
+            columns: vec![0.0; residuals.len() * (directions + 1)],
             right: vec![0.0; terms.coordinates.columns + rows.len()],
             multipliers: vec![0.0; rows.len()],
+            slopes: vec![0.0; terms.coordinates.motion + layout.states + 1],
+            slopes_at: f64::NAN,
             coordinates: terms.coordinates.clone(),
-        })
+        }
     }
 
     /// The program, with how often it was run.
@@ -162,7 +173,17 @@ impl Linearisation {
             column[height - 1] += driven;
         }
         self.assemble(state, height, matrix);
+        let mut slopes = std::mem::take(&mut self.slopes);
+        slopes.fill(0.0);
+        let last = self.columns.len() - height;
+        self.add(&self.columns[last..], 1.0, &mut slopes);
+        (self.slopes, self.slopes_at) = (slopes, inputs[Layout::TIME]);
         Ok(())
+    }
+
+    /// The derivatives of the rates with respect to time, where [`Linearisation::fill`] was last, if that was at time `t`.
+    pub(super) fn slopes(&self, t: f64) -> Option<&[f64]> {
+        (self.slopes_at == t).then_some(&self.slopes)
     }
 
     /// From directions to the entries of the state.
@@ -261,6 +282,10 @@ fn seeds(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, direction: usize) ->
     let one = g.constant(1.0);
     let coordinates = &terms.coordinates;
     let velocities = coordinates.columns;
+    if direction == coordinates.directions(layout) {
+        let time = g.input(Layout::TIME);
+        return Seeds::from_iter([(time, one)]);
+    }
     if direction >= 2 * velocities {
         let state = g.input(layout.state_slot() + direction - 2 * velocities);
         return Seeds::from_iter([(state, one)]);

@@ -164,9 +164,13 @@ pub(super) struct SceneArgs {
     /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub(super) t_end: Option<String>,
-    /// Method of integration
+    /// Method of integration: dop853 (default) and dopri5 (explicit), auto (dop853 or radau5, whichever costs less, also on the way),
+    /// radau5 and rodas5p (implicit, for stiff scenes), rk4 (steps of one size)
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
+    /// Steps of this size without error control, with any method: in the scene's unit, or with its own such as "10 us"
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    pub(super) fixed_step: Option<String>,
     /// How the equations of motion are written and evaluated
     #[arg(long, value_name = "NAME")]
     pub(super) engine: Option<String>,
@@ -360,6 +364,7 @@ impl SceneArgs {
             ("tolerance", tolerance.as_ref()),
             ("t_end", self.t_end.as_ref()),
             ("method", self.method.as_ref()),
+            ("fixed_step", self.fixed_step.as_ref()),
             ("engine", self.engine.as_ref()),
             ("formulation", self.formulation.as_ref()),
         ];

@@ -55,7 +55,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<u8, Failure> {
 
 fn settings(args: &BenchArgs) -> Result<Settings, Failure> {
     if let Some(unknown) = args.methods.iter().find(|name| integrate::by_name(name).is_none()) {
-        let nearest = suggest(unknown, integrate::names().iter().copied());
+        let nearest = suggest(unknown, integrate::names());
         let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no method `{unknown}`"))
             .help_if(nearest.map(|nearest| format!("did you mean `{nearest}`?")))
             .help(format!("known are {}", integrate::names().join(", ")));

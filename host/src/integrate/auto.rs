@@ -1,13 +1,21 @@
 //! The choice between an explicit and an implicit method, made while integrating.
 
-use super::dop853::PAIR;
+use super::dop853::dop853;
 use super::explicit::{End, Explicit};
 use super::radau5::Radau5;
-use super::run::Run;
-use super::{IntegrateError, Integrator, Options, Outcome, Span, Status, System};
+use super::rivals::{Defender, FEWEST_HITS, Suspicion};
+use super::run::{Run, Trouble};
+use super::{IntegrateError, Integrator, Options, Outcome, Span, System};
 
-/// [`super::Dop853`] until stability limits its steps, [`Radau5`] from there on; [`super::Counters::stiff_from`] says
-/// where. There is no way back.
+/// How much harder it is to suspect stiffness after an implicit method has proved no better.
+const PATIENCE: u32 = 4;
+
+/// [`super::dop853()`] where it is cheaper, [`Radau5`] where that is.
+///
+/// Steps that are short for what the solution does make the explicit method suspect ([`Suspicion`]); the implicit one then
+/// has to prove that it gets on at less cost, and goes on having to ([`Defender`]). Cost is counted, not timed, so that runs
+/// are reproducible. [`super::Counters::stiff_from`] says when the implicit method first took over,
+/// [`super::Counters::switches`] how often the methods changed.
 #[derive(Debug, Clone)]
 pub struct Auto {
     explicit: Explicit,
@@ -16,7 +24,7 @@ pub struct Auto {
 
 impl Default for Auto {
     fn default() -> Self {
-        Self { explicit: Explicit::new(&PAIR), implicit: Radau5::default() }
+        Self { explicit: dop853(), implicit: Radau5::default() }
     }
 }
 
@@ -37,14 +45,29 @@ impl Integrator for Auto {
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
         let mut run = Run::new(system, y, span, options)?;
-        let result = match self.explicit.integrate(&mut run, y, true) {
-            Ok(End::Completed) => Ok(()),
-            Ok(End::Stiff(step)) => self.implicit.continue_run(&mut run, y, Some(step)),
-            Err(trouble) => Err(trouble),
-        };
-        match result {
-            Ok(()) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
+        let result = self.whole_run(&mut run, y);
+        run.end(result)
+    }
+}
+
+impl Auto {
+    fn whole_run(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        let mut hits = FEWEST_HITS;
+        let mut first_step = run.options.first_step;
+        loop {
+            let suspicion = Suspicion::new(run, hits);
+            let End::Suspected(suspect) = self.explicit.whole_run(run, y, first_step, Some(suspicion))? else {
+                return Ok(());
+            };
+            run.counters.stiff_from.get_or_insert(run.t);
+            run.counters.switches += 1;
+            let defender = Defender::new(run, suspect);
+            let Some(step) = self.implicit.continue_run(run, y, Some(suspect.step), Some(defender))? else {
+                return Ok(());
+            };
+            run.counters.switches += 1;
+            first_step = Some(step);
+            hits *= PATIENCE;
         }
     }
 }

@@ -2,8 +2,6 @@
 
 use super::dop853_tableau::{A, A_DENSE, B, C, D, E3, E5};
 use super::explicit::{Estimate, Explicit, Pair};
-use super::run::Run;
-use super::{IntegrateError, Integrator, Options, Outcome, Span, Status, System};
 
 pub(super) static PAIR: Pair = Pair {
     c: &C,
@@ -38,32 +36,8 @@ pub(super) static PAIR: Pair = Pair {
 /// usual tolerances: the interpolation has order 7, and nothing controls its error. Where that
 /// matters, limit the step size or ask for a smaller tolerance.
 ///
-/// With [`Options::fixed_step`] the error is not looked at.
-#[derive(Debug, Clone)]
-pub struct Dop853(Explicit);
-
-impl Default for Dop853 {
-    fn default() -> Self {
-        Self(Explicit::new(&PAIR))
-    }
-}
-
-impl Integrator for Dop853 {
-    fn name(&self) -> &'static str {
-        "dop853"
-    }
-
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        match self.0.integrate(&mut run, y, false) {
-            Ok(_) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
-        }
-    }
+/// With [`super::Options::fixed_step`] the error is not looked at.
+#[must_use]
+pub fn dop853() -> Explicit {
+    Explicit::new("dop853", &PAIR)
 }

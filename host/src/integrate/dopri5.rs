@@ -1,8 +1,6 @@
 //! Explicit Runge-Kutta method of order 5 with step size control and dense output.
 
 use super::explicit::{Estimate, Explicit, Pair, Row};
-use super::run::Run;
-use super::{IntegrateError, Integrator, Options, Outcome, Span, Status, System};
 
 /// Abscissae; stage 6 is the derivative at the end.
 pub(super) const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
@@ -57,32 +55,8 @@ static PAIR: Pair = Pair {
 /// Differential Equations I", 2nd ed. 1993, section II.5 and the program DOPRI5. For loose tolerances.
 ///
 /// Six evaluations a step, and one more where the projection moves the new state. Deviations from the book as for
-/// [`super::Dop853`]. With [`Options::fixed_step`] the error is not looked at.
-#[derive(Debug, Clone)]
-pub struct Dopri5(Explicit);
-
-impl Default for Dopri5 {
-    fn default() -> Self {
-        Self(Explicit::new(&PAIR))
-    }
-}
-
-impl Integrator for Dopri5 {
-    fn name(&self) -> &'static str {
-        "dopri5"
-    }
-
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        match self.0.integrate(&mut run, y, false) {
-            Ok(_) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
-        }
-    }
+/// [`super::dop853()`]. With [`super::Options::fixed_step`] the error is not looked at.
+#[must_use]
+pub fn dopri5() -> Explicit {
+    Explicit::new("dopri5", &PAIR)
 }

@@ -1,11 +1,12 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
+use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::stiffness::Stiffness;
-use super::{Accepted, Options, StopReason};
+use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
 /// A row of a tableau: `(stage, coefficient)`, without the zeros.
-pub(super) type Row = &'static [(usize, f64)];
+pub type Row = &'static [(usize, f64)];
 
 /// Step sizes shrink by this factor when a step fails other than by its error.
 pub(super) const RECOVERY_FACTOR: f64 = 0.25;
@@ -20,36 +21,37 @@ const NEAR_BORDER: f64 = 0.75;
 /// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
 /// those after it serve the dense output.
 #[derive(Debug)]
-pub(super) struct Pair {
+pub struct Pair {
     /// Abscissae of all stages.
-    pub(super) c: &'static [f64],
+    pub c: &'static [f64],
     /// Arguments of the stages of the step: `y + h sum_j a_ij k_j`.
-    pub(super) a: &'static [Row],
+    pub a: &'static [Row],
     /// Weights of the step.
-    pub(super) b: Row,
-    pub(super) error: Estimate,
+    pub b: Row,
+    /// The error estimate.
+    pub error: Estimate,
     /// Arguments of the stages for the dense output.
-    pub(super) a_dense: &'static [Row],
+    pub a_dense: &'static [Row],
     /// Coefficients of the interpolation polynomial from the fourth power on.
-    pub(super) d: &'static [Row],
+    pub d: &'static [Row],
     /// The error estimate goes with `h^order`.
-    pub(super) order: f64,
+    pub order: f64,
     /// Weight of the previous error in the step control where the options give none.
-    pub(super) beta: f64,
+    pub beta: f64,
     /// How much the exponent of the error falls by that weight.
-    pub(super) beta_share: f64,
+    pub beta_share: f64,
     /// Middles of the widest gaps between the nodes of the method, as shares of the step, ascending. A time to keep away
     /// from is best passed there.
-    pub(super) gaps: &'static [f64],
+    pub gaps: &'static [f64],
     /// The widest of them.
-    pub(super) widest_gap: f64,
+    pub widest_gap: f64,
     /// `h |lambda|` at the border of the region of stability.
-    pub(super) stability: f64,
+    pub stability: f64,
 }
 
 /// Differences of the weights from those of lower-order methods.
 #[derive(Debug)]
-pub(super) enum Estimate {
+pub enum Estimate {
     /// One, which uses the derivative at the end of the step.
     Single(Row),
     /// Orders 5 and 3, see [`Explicit::error_of_step`].
@@ -66,13 +68,15 @@ impl Estimate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum End {
     Completed,
-    /// Stability limits the steps; the size of the last one.
-    Stiff(f64),
+    /// An implicit method may be cheaper.
+    Suspected(Suspect),
 }
 
-/// The driver of a [`Pair`]. Deviations from the book: see [`super::Dop853`].
+/// The method of a [`Pair`]. With [`Options::fixed_step`] the error is not looked at. Deviations from the book: see
+/// [`super::dop853()`].
 #[derive(Debug, Clone)]
-pub(super) struct Explicit {
+pub struct Explicit {
+    name: &'static str,
     pair: &'static Pair,
     /// Derivatives at the stages, one after the other.
     stages: Vec<f64>,
@@ -83,11 +87,35 @@ pub(super) struct Explicit {
     y_new: Vec<f64>,
     error: Vec<f64>,
     stiffness: Stiffness,
+    /// Whether somebody wants to know `signs`.
+    watched: bool,
+    signs: Signs,
+}
+
+impl Integrator for Explicit {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn integrate(
+        &mut self,
+        system: &mut dyn System,
+        y: &mut [f64],
+        span: &Span<'_>,
+        options: &Options,
+    ) -> Result<Outcome, IntegrateError> {
+        let mut run = Run::new(system, y, span, options)?;
+        let result = self.whole_run(&mut run, y, options.first_step, None);
+        run.end(result.map(|_| ()))
+    }
 }
 
 impl Explicit {
-    pub(super) fn new(pair: &'static Pair) -> Self {
+    /// The method of a pair, under a name.
+    #[must_use]
+    pub fn new(name: &'static str, pair: &'static Pair) -> Self {
         Self {
+            name,
             pair,
             stages: Vec::new(),
             polynomial: Vec::new(),
@@ -95,15 +123,24 @@ impl Explicit {
             y_new: Vec::new(),
             error: Vec::new(),
             stiffness: Stiffness::default(),
+            watched: false,
+            signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
         }
     }
 
-    /// The whole run; with `until_stiff` only as long as accuracy, not stability, limits the steps.
-    pub(super) fn integrate(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+    /// From an accepted state to the end, or until there is a suspicion; `first_step` is chosen here if absent.
+    pub(super) fn whole_run(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &mut [f64],
+        first_step: Option<f64>,
+        suspicion: Option<Suspicion>,
+    ) -> Result<End, Trouble> {
         self.allocate(y.len());
+        self.watched = suspicion.is_some();
         match run.options.fixed_step {
             Some(h) => self.fixed_steps(run, y, h).map(|()| End::Completed),
-            None => self.adaptive_steps(run, y, until_stiff),
+            None => self.adaptive_steps(run, y, first_step, suspicion),
         }
     }
 
@@ -123,14 +160,20 @@ impl Explicit {
         }
     }
 
-    fn adaptive_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], until_stiff: bool) -> Result<End, Trouble> {
+    fn adaptive_steps(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &mut [f64],
+        first_step: Option<f64>,
+        mut suspicion: Option<Suspicion>,
+    ) -> Result<End, Trouble> {
         run.sample_start(y)?;
         if run.t == run.span.t_end {
             return Ok(End::Completed);
         }
         self.start_derivative(run, y)?;
         let mut control = StepControl::new(run.options, self.pair);
-        let mut h = match run.options.first_step {
+        let mut h = match first_step {
             Some(h) => h,
             None => self.first_step(run, y)?,
         };
@@ -153,11 +196,12 @@ impl Explicit {
                     if let Some(aimed) = then.take() {
                         h = aimed;
                     }
-                    if self.stiffness.is_found() {
+                    let suspect = suspicion.as_mut().and_then(|suspicion| suspicion.see(run, self.signs));
+                    if let Some(suspect) = suspect.filter(|_| run.t < run.span.t_end) {
+                        return Ok(End::Suspected(suspect));
+                    }
+                    if !self.watched && self.stiffness.is_found() {
                         run.counters.stiff_from.get_or_insert(run.t);
-                        if until_stiff && run.t < run.span.t_end {
-                            return Ok(End::Stiff(tried));
-                        }
                     }
                     continue;
                 }
@@ -324,6 +368,16 @@ impl Explicit {
         }
         let change = run.system.size(&self.y_new, &self.error);
         let product = if distance > 0.0 { h * change / distance } else { 0.0 };
+        if self.watched {
+            // How much the derivative changes along the step.
+            for ((error, end), start) in self.error.iter_mut().zip(end).zip(&self.stages[..n]) {
+                *error = end - start;
+            }
+            let along = run.system.size(&self.y_new, &self.error);
+            let speed = run.system.size(&self.y_new, &self.stages[..n]).max(run.system.size(&self.y_new, &end[..n]));
+            let slowness = if along > 0.0 { product * speed / along } else { 0.0 };
+            self.signs = Signs { step: h, share: product / self.pair.stability, slowness };
+        }
         let limited = product > NEAR_BORDER * self.pair.stability;
         self.stiffness.see(limited);
         limited

@@ -64,10 +64,8 @@ impl Integrator for Kinematic {
             work.clear();
             work.resize(y.len(), 0.0);
         }
-        match self.steps(&mut run, y) {
-            Ok(()) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
-        }
+        let result = self.steps(&mut run, y);
+        run.end(result)
     }
 }
 

@@ -7,9 +7,9 @@
 //! - **May touch**: the state vector, and the system through its trait.
 //! - **Must not know**: mechanics, plugins, channels, files.
 //!
-//! A method is one file with one implementation of [`Integrator`] and one line in
-//! [`by_name`]. What all methods share (sampling, counting, the end of a step) is in `run.rs`, what explicit pairs share
-//! in `explicit.rs`.
+//! A method is one file with one implementation of [`Integrator`] and one line in [`Methods`], where programs that use this
+//! library may add their own. What all methods share (sampling, counting, the end of a step) is in [`Run`], what explicit
+//! pairs share in [`Explicit`]: a further pair is a table.
 //!
 //! # Life of a step
 //! In this order, and in no other:
@@ -32,10 +32,14 @@ mod dop853;
 mod dop853_tableau;
 mod dopri5;
 mod explicit;
+mod jacobian;
 mod kinematic;
 mod lu;
+mod methods;
 mod radau5;
+mod rivals;
 mod rk4;
+mod rodas5p;
 mod run;
 mod stiffness;
 
@@ -45,11 +49,15 @@ mod tests;
 use std::error::Error;
 
 pub use auto::Auto;
-pub use dop853::Dop853;
-pub use dopri5::Dopri5;
+pub use dop853::dop853;
+pub use dopri5::dopri5;
+pub use explicit::{Estimate, Explicit, Pair, Row};
 pub use kinematic::Kinematic;
+pub use methods::{Method, Methods, by_name, names};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
+pub use rodas5p::Rodas5p;
+pub use run::{Run, Trouble};
 
 /// A method of integration.
 pub trait Integrator: Send {
@@ -84,23 +92,6 @@ pub trait Integrator: Send {
     ) -> Result<Outcome, IntegrateError>;
 }
 
-/// The method of a name; `auto` stands for the choice made while integrating.
-pub fn by_name(name: &str) -> Option<Box<dyn Integrator>> {
-    match name {
-        "auto" => Some(Box::new(Auto::default())),
-        "dop853" => Some(Box::new(Dop853::default())),
-        "dopri5" => Some(Box::new(Dopri5::default())),
-        "radau5" => Some(Box::new(Radau5::default())),
-        "rk4" => Some(Box::new(Rk4::default())),
-        _ => None,
-    }
-}
-
-/// All names that [`by_name`] knows.
-pub fn names() -> &'static [&'static str] {
-    &["auto", "dop853", "dopri5", "radau5", "rk4"]
-}
-
 /// What is integrated, with the hooks that watch it. Only `dim`, `rhs` and `error_norm` are
 /// required. The order of calls is in the room's documentation.
 pub trait System {
@@ -131,6 +122,11 @@ pub trait System {
         None
     }
 
+    /// What work costs, roughly, for methods that choose the cheaper of two.
+    fn price(&self) -> Price {
+        Price { evaluation: 100.0 * self.dim() as f64, jacobian: None, preparation: 0.0 }
+    }
+
     /// The exact derivatives of `rhs` with respect to `y`, column by column: entry `(i, j)` at `i + dim * j`, every entry.
     /// `false` if there are none; implicit methods then take differences of `rhs`. Need not be the derivative of what
     /// projections inside `rhs` do.
@@ -138,6 +134,15 @@ pub trait System {
     /// # Errors
     /// See [`Failure`].
     fn jacobian(&mut self, _t: f64, _y: &[f64], _matrix: &mut [f64]) -> Result<bool, Failure> {
+        Ok(false)
+    }
+
+    /// The exact derivatives of `rhs` with respect to `t` at fixed `y`, every entry, where [`System::jacobian`] was asked for
+    /// just before. `false` if they are not known; methods that need them then take a difference of `rhs`.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn time_derivative(&mut self, _t: f64, _y: &[f64], _slopes: &mut [f64]) -> Result<bool, Failure> {
         Ok(false)
     }
 
@@ -176,6 +181,17 @@ pub trait System {
     fn step_done(&mut self, _t: f64, _y: &[f64], _h: f64) -> Flow {
         Flow::Continue
     }
+}
+
+/// Cost of a system's work, in operations of dense linear algebra; only ratios matter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Price {
+    /// Of [`System::rhs`], and about that of [`System::project`].
+    pub evaluation: f64,
+    /// Of [`System::jacobian`]; without one, differences cost as many evaluations as the state has entries.
+    pub jacobian: Option<f64>,
+    /// Of what has still to be done before the first of them.
+    pub preparation: f64,
 }
 
 /// Whether [`System::accept`] changed anything that `rhs` depends on.
@@ -358,8 +374,10 @@ pub struct Counters {
     pub factorisations: usize,
     /// Iterations of Newton's method in implicit steps.
     pub newton_iterations: usize,
-    /// From when on stability limited the steps of an explicit method.
+    /// From when on stability limited the steps of an explicit method, or [`Auto`] tried an implicit one.
     pub stiff_from: Option<f64>,
+    /// Changes between an explicit and an implicit method.
+    pub switches: usize,
     /// Smallest accepted step; 0 without any.
     pub h_min: f64,
     /// Largest accepted step; 0 without any.

@@ -2,9 +2,11 @@
 
 use nalgebra::Complex;
 
+use super::jacobian::Jacobian;
 use super::lu::Lu;
+use super::rivals::Defender;
 use super::run::{Run, Trouble, all_finite};
-use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason, System};
+use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
 /// Stages of the method.
 const STAGES: usize = 3;
@@ -65,7 +67,7 @@ const E: [f64; STAGES] = [-10.048_809_399_827_414, 1.382_142_733_160_748, -1.0 /
 /// With [`Options::fixed_step`] the error is not looked at.
 #[derive(Debug, Clone, Default)]
 pub struct Radau5 {
-    jacobian: Vec<f64>,
+    jacobian: Jacobian,
     real: Lu<f64>,
     complex: Lu<Complex<f64>>,
     /// `f(t, y)` at the start of the step.
@@ -191,10 +193,8 @@ impl Integrator for Radau5 {
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
         let mut run = Run::new(system, y, span, options)?;
-        match self.whole_run(&mut run, y) {
-            Ok(()) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
-        }
+        let result = self.whole_run(&mut run, y);
+        run.end(result)
     }
 }
 
@@ -205,31 +205,32 @@ impl Radau5 {
             return Ok(());
         }
         let first = run.options.first_step;
-        self.continue_run(run, y, first)
+        self.continue_run(run, y, first, None).map(|_| ())
     }
 
-    /// From an accepted state, whose samples are taken, to the end; `first_step` is chosen here if absent.
+    /// From an accepted state, whose samples are taken, to the end; `first_step` is chosen here if absent. Where the defender
+    /// gives up, the run is not at its end: then the step for the method to follow is returned.
     pub(super) fn continue_run(
         &mut self,
         run: &mut Run<'_>,
         y: &mut [f64],
         first_step: Option<f64>,
-    ) -> Result<(), Trouble> {
+        defender: Option<Defender>,
+    ) -> Result<Option<f64>, Trouble> {
         self.allocate(y.len());
         self.start_derivative(run, y)?;
         let mut control = Control::new(run.system.tolerance());
         if let Some(h) = run.options.fixed_step {
-            return self.fixed_steps(run, y, &mut control, h);
+            return self.fixed_steps(run, y, &mut control, h).map(|()| None);
         }
         let h = first_step.unwrap_or_else(|| self.first_step(run, y, &control));
-        self.adaptive_steps(run, y, &mut control, h)
+        self.adaptive_steps(run, y, &mut control, h, defender)
     }
 
     fn allocate(&mut self, n: usize) {
         self.real.resize(n);
         self.complex.resize(n);
-        self.jacobian.clear();
-        self.jacobian.resize(n * n, 0.0);
+        self.jacobian.resize(n);
         self.pair.clear();
         self.pair.resize(n, Complex::new(0.0, 0.0));
         let groups = [&mut self.z, &mut self.w, &mut self.f, &mut self.polynomial];
@@ -246,7 +247,8 @@ impl Radau5 {
         y: &mut [f64],
         control: &mut Control,
         first_step: f64,
-    ) -> Result<(), Trouble> {
+        mut defender: Option<Defender>,
+    ) -> Result<Option<f64>, Trouble> {
         let mut h = first_step;
         while run.t < run.span.t_end {
             run.check_step_limit()?;
@@ -266,6 +268,10 @@ impl Radau5 {
                         if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
                     let kept = (KEEP_STEP[0]..=KEEP_STEP[1]).contains(&(wanted / tried));
                     h = if kept && control.theta <= KEEP_JACOBIAN { tried } else { wanted };
+                    let given_up = defender.as_mut().and_then(|defender| defender.see(run, &self.jacobian.matrix));
+                    if given_up.is_some() && run.t < run.span.t_end {
+                        return Ok(given_up);
+                    }
                     continue;
                 }
                 Ok(error) => {
@@ -295,7 +301,7 @@ impl Radau5 {
                 return Err(Trouble::Stop(reason));
             }
         }
-        Ok(())
+        Ok(None)
     }
 
     fn fixed_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], control: &mut Control, h: f64) -> Result<(), Trouble> {
@@ -375,7 +381,7 @@ impl Radau5 {
     /// Jacobian and factorisations for a step of size `h`, as far as they are not in force.
     fn prepare(&mut self, run: &mut Run<'_>, y: &[f64], h: f64, control: &mut Control) -> Result<(), Fault> {
         if !control.has_jacobian || (control.theta > KEEP_JACOBIAN && !control.jacobian_is_current) {
-            self.take_jacobian(run, y)?;
+            self.jacobian.take(run, y, &self.start)?;
             control.has_jacobian = true;
             control.jacobian_is_current = true;
             control.factored = None;
@@ -384,31 +390,10 @@ impl Radau5 {
             return Ok(());
         }
         run.counters.factorisations += 1;
-        let regular = self.real.factor(GAMMA / h, &self.jacobian)
-            && self.complex.factor(Complex::new(ALPHA / h, BETA / h), &self.jacobian);
+        let regular = self.real.factor(GAMMA / h, &self.jacobian.matrix)
+            && self.complex.factor(Complex::new(ALPHA / h, BETA / h), &self.jacobian.matrix);
         control.factored = regular.then_some(h);
         if regular { Ok(()) } else { Err(Fault::Slow(0.5)) }
-    }
-
-    /// The system's own Jacobian, or differences of its right side.
-    fn take_jacobian(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
-        run.counters.jacobians += 1;
-        if run.jacobian(run.t, y, &mut self.jacobian)? {
-            return finite_or_retry(&self.jacobian, 0.0);
-        }
-        let n = y.len();
-        self.argument.copy_from_slice(y);
-        for (j, value) in y.iter().enumerate() {
-            let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt();
-            self.argument[j] = value + step;
-            let step = self.argument[j] - value;
-            run.rhs(run.t, &self.argument, &mut self.error, step)?;
-            self.argument[j] = *value;
-            for i in 0..n {
-                self.jacobian[i + n * j] = (self.error[i] - self.start[i]) / step;
-            }
-        }
-        finite_or_retry(&self.jacobian, 0.0)
     }
 
     /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.

@@ -1,7 +1,7 @@
 //! The classical method of Runge and Kutta, order 4, with steps of one size.
 
 use super::run::{Run, Trouble, all_finite};
-use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason, System};
+use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
 /// Classical Runge-Kutta method (Kutta 1901), order 4, without error control; samples by cubic
 /// Hermite interpolation. Needs [`Options::fixed_step`]. For comparisons and tests.
@@ -36,10 +36,8 @@ impl Integrator for Rk4 {
             work.clear();
             work.resize(y.len(), 0.0);
         }
-        match self.steps(&mut run, y, fixed_step) {
-            Ok(()) => Ok(run.outcome(Status::Completed)),
-            Err(trouble) => run.outcome_of(trouble),
-        }
+        let result = self.steps(&mut run, y, fixed_step);
+        run.end(result)
     }
 }
 

@@ -8,20 +8,25 @@ const LAST_STEP_STRETCH: f64 = 1.01;
 /// A step this many times the spacing of floating-point times is too small.
 const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
 
-/// A run in progress: the system, and the bookkeeping around it.
-pub(super) struct Run<'a> {
-    pub(super) system: &'a mut dyn System,
-    pub(super) options: &'a Options,
-    pub(super) span: &'a Span<'a>,
-    pub(super) counters: Counters,
+/// A run in progress: the system, and the bookkeeping around it. Methods call the system through it where it has a way to,
+/// so that work is counted and failures are told apart the same way everywhere.
+pub struct Run<'a> {
+    /// What is integrated.
+    pub system: &'a mut dyn System,
+    /// As given.
+    pub options: &'a Options,
+    /// As given.
+    pub span: &'a Span<'a>,
+    /// Work done so far.
+    pub counters: Counters,
     /// Time of the last accepted state.
-    pub(super) t: f64,
+    pub t: f64,
     /// Number of samples taken so far.
     next_sample: usize,
 }
 
 /// How a step that was tried may end, other than well.
-pub(super) enum Trouble {
+pub enum Trouble {
     /// Smaller steps may help; the reason why the run stops if they cannot.
     Retry(StopReason),
     /// The step had better end at this time, which lies inside it: a sample wanted there.
@@ -34,7 +39,10 @@ pub(super) enum Trouble {
 
 impl<'a> Run<'a> {
     /// Checks everything that a caller may have got wrong.
-    pub(super) fn new(
+    ///
+    /// # Errors
+    /// [`IntegrateError::Invalid`].
+    pub fn new(
         system: &'a mut dyn System,
         y: &[f64],
         span: &'a Span<'a>,
@@ -46,40 +54,43 @@ impl<'a> Run<'a> {
         Ok(Self { system, options, span, counters: Counters::default(), t: span.t_start, next_sample: 0 })
     }
 
-    /// Ends the run.
-    pub(super) fn outcome(self, status: Status) -> Outcome {
-        Outcome { status, counters: self.counters }
-    }
-
-    /// Ends the run in trouble.
-    pub(super) fn outcome_of(self, trouble: Trouble) -> Result<Outcome, IntegrateError> {
-        match trouble {
-            Trouble::Retry(reason) | Trouble::Stop(reason) => {
-                let t = self.t;
-                Ok(self.outcome(Status::StoppedEarly { t, reason }))
-            }
-            Trouble::EndAt(_) => {
-                let (t, reason) = (self.t, StopReason::StepTooSmall { step: 0.0 });
-                Ok(self.outcome(Status::StoppedEarly { t, reason }))
-            }
-            Trouble::Abort(error) => Err(error),
-        }
+    /// Ends the run, well or in trouble.
+    ///
+    /// # Errors
+    /// The error of [`Trouble::Abort`].
+    pub fn end(self, result: Result<(), Trouble>) -> Result<Outcome, IntegrateError> {
+        let reason = match result {
+            Ok(()) => return Ok(Outcome { status: Status::Completed, counters: self.counters }),
+            Err(Trouble::Retry(reason) | Trouble::Stop(reason)) => reason,
+            Err(Trouble::EndAt(_)) => StopReason::StepTooSmall { step: 0.0 },
+            Err(Trouble::Abort(error)) => return Err(error),
+        };
+        Ok(Outcome { status: Status::StoppedEarly { t: self.t, reason }, counters: self.counters })
     }
 
     /// `f(t, y)` within a step of size `h`; `h` is zero at an accepted state.
-    pub(super) fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64], h: f64) -> Result<(), Trouble> {
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says.
+    pub fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64], h: f64) -> Result<(), Trouble> {
         self.counters.evaluations += 1;
         self.system.rhs(t, y, dy).map_err(|failure| trouble_of(failure, t, h))
     }
 
     /// Brings the new state of a step of size `h` back to its manifold.
-    pub(super) fn project(&mut self, t: f64, y: &mut [f64], h: f64) -> Result<(), Trouble> {
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says.
+    pub fn project(&mut self, t: f64, y: &mut [f64], h: f64) -> Result<(), Trouble> {
         self.counters.projections += 1;
         self.system.project(t, y).map_err(|failure| trouble_of(failure, t, h))
     }
 
     /// Takes the samples at the start.
-    pub(super) fn sample_start(&mut self, y: &[f64]) -> Result<(), Trouble> {
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says.
+    pub fn sample_start(&mut self, y: &[f64]) -> Result<(), Trouble> {
         while self.pending_sample() == Some(self.t) {
             self.sample(self.t, y)?;
         }
@@ -87,24 +98,38 @@ impl<'a> Run<'a> {
     }
 
     /// The next sample wanted before `t`, not at it.
-    pub(super) fn sample_before(&self, t: f64) -> Option<f64> {
+    pub fn sample_before(&self, t: f64) -> Option<f64> {
         self.pending_sample().filter(|time| *time < t)
     }
 
     /// The first sample wanted after `from` and before `to`, not at them.
-    pub(super) fn sample_between(&self, from: f64, to: f64) -> Option<f64> {
+    pub fn sample_between(&self, from: f64, to: f64) -> Option<f64> {
         let wanted = &self.span.sample_times[self.next_sample..];
         wanted.iter().copied().find(|time| *time > from).filter(|time| *time < to)
     }
 
     /// `f_y(t, y)` at an accepted state, column by column, if the system offers it.
-    pub(super) fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Trouble> {
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says.
+    pub fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Trouble> {
         self.system.jacobian(t, y, matrix).map_err(|failure| trouble_of(failure, t, 0.0))
+    }
+
+    /// `f_t(t, y)` at an accepted state whose Jacobian was asked for just before, if the system offers it.
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says.
+    pub fn time_derivative(&mut self, t: f64, y: &[f64], slopes: &mut [f64]) -> Result<bool, Trouble> {
+        self.system.time_derivative(t, y, slopes).map_err(|failure| trouble_of(failure, t, 0.0))
     }
 
     /// Finishes the step from the last accepted state to `t`, `y`: samples, `accept`,
     /// `step_done`. `interpolate` writes the state at a time inside the step.
-    pub(super) fn finish_step(
+    ///
+    /// # Errors
+    /// [`Trouble`]; never one that a smaller step would help against.
+    pub fn finish_step(
         &mut self,
         t: f64,
         y: &mut [f64],
@@ -133,7 +158,7 @@ impl<'a> Run<'a> {
     }
 
     /// Counts a step that was not accepted.
-    pub(super) fn reject(&mut self, reason: &StopReason) {
+    pub fn reject(&mut self, reason: &StopReason) {
         self.counters.rejected += 1;
         match reason {
             StopReason::Unlucky { .. } => self.counters.recoveries.re_aimed += 1,
@@ -145,7 +170,10 @@ impl<'a> Run<'a> {
     }
 
     /// Fails when the limit of steps is used up.
-    pub(super) fn check_step_limit(&self) -> Result<(), Trouble> {
+    ///
+    /// # Errors
+    /// [`Trouble::Stop`].
+    pub fn check_step_limit(&self) -> Result<(), Trouble> {
         let limit = self.options.max_steps;
         if self.counters.steps + self.counters.rejected < limit {
             return Ok(());
@@ -155,7 +183,7 @@ impl<'a> Run<'a> {
 
     /// End of a step of about `h` from here: `t_end` if that is near, half the way if less than
     /// two steps are left, so that no tiny step remains.
-    pub(super) fn step_end(&self, h: f64) -> f64 {
+    pub fn step_end(&self, h: f64) -> f64 {
         let left = self.span.t_end - self.t;
         if left <= LAST_STEP_STRETCH * h {
             self.span.t_end
@@ -167,20 +195,20 @@ impl<'a> Run<'a> {
     }
 
     /// Upper limit of the next step, by option and by the system.
-    pub(super) fn longest_step(&self, y: &[f64]) -> f64 {
+    pub fn longest_step(&self, y: &[f64]) -> f64 {
         let hint = self.system.max_step_hint(self.t, y);
         self.options.max_step.map_or(hint, |longest| longest.min(hint))
     }
 
     /// Number of equal steps, at most of size `h`, that fill the interval.
-    pub(super) fn fixed_steps(&self, h: f64) -> usize {
+    pub fn fixed_steps(&self, h: f64) -> usize {
         // A quotient that is a whole number but for round-off is that number.
         let quotient = (self.span.t_end - self.span.t_start) / h;
         (quotient * (1.0 - 4.0 * f64::EPSILON)).ceil() as usize
     }
 
     /// End of step `k` (from 0) of `count` equal ones; free of accumulated round-off.
-    pub(super) fn fixed_step_end(&self, k: usize, count: usize) -> f64 {
+    pub fn fixed_step_end(&self, k: usize, count: usize) -> f64 {
         if k + 1 == count {
             return self.span.t_end;
         }
@@ -189,7 +217,7 @@ impl<'a> Run<'a> {
     }
 
     /// Step size below which time does not advance properly.
-    pub(super) fn smallest_step(&self) -> f64 {
+    pub fn smallest_step(&self) -> f64 {
         SMALLEST_STEP * self.span.t_start.abs().max(self.span.t_end.abs())
     }
 
@@ -222,7 +250,7 @@ fn final_trouble_of(failure: Failure, t: f64) -> Trouble {
 }
 
 /// Whether all entries are finite.
-pub(super) fn all_finite(x: &[f64]) -> bool {
+pub fn all_finite(x: &[f64]) -> bool {
     x.iter().all(|value| value.is_finite())
 }
 

@@ -4,6 +4,7 @@
 
 mod fixtures;
 mod kinematic;
+mod rosenbrock;
 mod stiff;
 
 use super::*;
@@ -65,7 +66,7 @@ fn tableau_fulfils_its_order_conditions() {
 
 #[test]
 fn dop853_has_order_eight() {
-    let mut method = Dop853::default();
+    let mut method = dop853();
     for h in [0.5, 0.25] {
         let (coarse, fine) = (errors(&mut method, 4.0, h).0, errors(&mut method, 4.0, h / 2.0).0);
         let p = order(coarse, fine);
@@ -77,7 +78,7 @@ fn dop853_has_order_eight() {
 fn dop853_interpolates_with_order_seven() {
     // One step from exact values: the error inside goes with the eighth power, one more than
     // the order, the error at the end with the ninth.
-    let mut method = Dop853::default();
+    let mut method = dop853();
     for h in [0.5, 0.25] {
         let (coarse, fine) = (errors(&mut method, h, h), errors(&mut method, h / 2.0, h / 2.0));
         let (end, inside) = (order(coarse.0, fine.0), order(coarse.1, fine.1));
@@ -98,7 +99,7 @@ fn rk4_has_order_four_at_ends_and_samples() {
 fn arenstorf_run(tolerance: f64, samples: &[f64]) -> (f64, Counters, Probe) {
     let mut probe = Probe::new(arenstorf, 4, tolerance);
     let mut y = ARENSTORF_START.to_vec();
-    let mut method = Dop853::default();
+    let mut method = dop853();
     let outcome = run(&mut method, &mut probe, &mut y, ARENSTORF_PERIOD, samples, &Options::default());
     assert!(matches!(outcome.status, Status::Completed));
     (distance(&y, &ARENSTORF_START), outcome.counters, probe)
@@ -174,7 +175,7 @@ fn interpolation_costs_at_most_a_digit_and_a_half() {
     for tolerance in [1e-8, 1e-10, 1e-12] {
         let mut probe = Probe::new(smooth, 3, tolerance);
         let mut y = smooth_solution(0.0).to_vec();
-        run(&mut Dop853::default(), &mut probe, &mut y, 10.0, &times, &Options::default());
+        run(&mut dop853(), &mut probe, &mut y, 10.0, &times, &Options::default());
         assert_eq!(probe.sample_times(), times);
         let error = |t: f64, y: &[f64]| distance(y, &smooth_solution(t));
         let inside = probe.samples.iter().map(|(t, y)| error(*t, y)).fold(0.0, f64::max);
@@ -189,7 +190,7 @@ fn no_tiny_step_is_left_at_the_end() {
     for t_end in [1.0, 1.7, 2.3, 3.01, 4.6] {
         let mut probe = Probe::new(oscillator, 2, 1e-6);
         let options = Options { max_step: Some(0.5), first_step: Some(0.5), ..Options::default() };
-        run(&mut Dop853::default(), &mut probe, &mut [1.0, 0.0], t_end, &[], &options);
+        run(&mut dop853(), &mut probe, &mut [1.0, 0.0], t_end, &[], &options);
         let sizes: Vec<f64> = probe.steps.iter().map(|(_, h, _)| *h).collect();
         let [.., second_last, last] = sizes[..] else { panic!("{sizes:?}") };
         assert!((second_last - last).abs() < 1e-12 || last > 0.5 - 1e-12, "{sizes:?}");
@@ -202,7 +203,7 @@ fn step_sizes_obey_options_and_hints() {
     let largest = |options: &Options, hint: f64| {
         let mut probe = Probe::new(oscillator, 2, 1e-3);
         probe.hint = hint;
-        let outcome = run(&mut Dop853::default(), &mut probe, &mut [1.0, 0.0], 20.0, &[], options);
+        let outcome = run(&mut dop853(), &mut probe, &mut [1.0, 0.0], 20.0, &[], options);
         (outcome.counters.h_max, probe.steps[0].1)
     };
     let free = largest(&Options::default(), f64::INFINITY);
@@ -245,7 +246,7 @@ fn recoverable_failure_stops_before_the_wall_and_keeps_samples() {
     probe.wall = 1.0;
     let times = [0.0, 0.3, 0.6, 0.9, 1.2];
     let mut y = [1.0, 0.0];
-    let outcome = run(&mut Dop853::default(), &mut probe, &mut y, 2.0, &times, &Options::default());
+    let outcome = run(&mut dop853(), &mut probe, &mut y, 2.0, &times, &Options::default());
     let Status::StoppedEarly { t, reason: StopReason::Failed { cause, .. } } = outcome.status else {
         panic!("{:?}", outcome.status)
     };
@@ -277,7 +278,7 @@ fn not_a_number_stops_the_run_and_keeps_samples() {
     };
     let mut probe = Probe::new(broken, 2, 1e-9);
     let times = [0.5, 0.99, 1.5];
-    let outcome = run(&mut Dop853::default(), &mut probe, &mut [1.0, 0.0], 2.0, &times, &Options::default());
+    let outcome = run(&mut dop853(), &mut probe, &mut [1.0, 0.0], 2.0, &times, &Options::default());
     let Status::StoppedEarly { t, reason: StopReason::NotFinite { .. } } = outcome.status else {
         panic!("{:?}", outcome.status)
     };
@@ -295,7 +296,7 @@ fn not_a_number_stops_the_run_and_keeps_samples() {
 fn a_pole_ends_the_run_at_the_pole() {
     // y' = y^2, y = 1 / (1 - t)
     let mut probe = Probe::new(|_, y, dy| dy[0] = y[0] * y[0], 1, 1e-9);
-    let outcome = run(&mut Dop853::default(), &mut probe, &mut [1.0], 2.0, &[0.5, 1.5], &Options::default());
+    let outcome = run(&mut dop853(), &mut probe, &mut [1.0], 2.0, &[0.5, 1.5], &Options::default());
     let Status::StoppedEarly { t, reason } = outcome.status else { panic!("{:?}", outcome.status) };
     assert!((t - 1.0).abs() < 1e-6, "{t} {reason}");
     assert_eq!(probe.samples.len(), 1);
@@ -307,7 +308,7 @@ fn fatal_failure_is_an_error_with_its_cause_and_time() {
     (probe.wall, probe.fatal) = (1.0, true);
     let span = Span { t_start: 0.0, t_end: 2.0, sample_times: &[0.1] };
     let mut y = [1.0, 0.0];
-    let error = Dop853::default().integrate(&mut probe, &mut y, &span, &Options::default()).unwrap_err();
+    let error = dop853().integrate(&mut probe, &mut y, &span, &Options::default()).unwrap_err();
     let IntegrateError::System { t, cause } = error else { panic!("{error}") };
     assert!((1.0..2.0).contains(&t));
     assert_eq!(cause.to_string(), "there is a wall at 1");
@@ -319,7 +320,7 @@ fn limit_of_steps_is_a_status() {
     let mut probe = Probe::new(arenstorf, 4, 1e-9);
     let options = Options { max_steps: 20, ..Options::default() };
     let mut y = ARENSTORF_START;
-    let outcome = run(&mut Dop853::default(), &mut probe, &mut y, 10.0, &[], &options);
+    let outcome = run(&mut dop853(), &mut probe, &mut y, 10.0, &[], &options);
     assert!(matches!(outcome.status, Status::StoppedEarly { reason: StopReason::StepLimit { limit: 20 }, .. }));
     assert_eq!(outcome.counters.steps + outcome.counters.rejected, 20);
 }
@@ -408,7 +409,7 @@ fn changed_memory_acts_from_the_next_step_on() {
 
 #[test]
 fn runs_on_one_method_do_not_know_each_other() {
-    let mut method = Dop853::default();
+    let mut method = dop853();
     let mut results = Vec::new();
     for _ in 0..2 {
         let mut probe = Probe::new(arenstorf, 4, 1e-8);
@@ -426,7 +427,7 @@ fn predictive_control_is_an_option() {
     let counters = |beta: f64| {
         let mut probe = Probe::new(arenstorf, 4, 1e-9);
         let options = Options { beta: Some(beta), ..Options::default() };
-        run(&mut Dop853::default(), &mut probe, &mut ARENSTORF_START.clone(), 17.0, &[], &options).counters
+        run(&mut dop853(), &mut probe, &mut ARENSTORF_START.clone(), 17.0, &[], &options).counters
     };
     assert!(counters(0.04).rejected < counters(0.0).rejected);
 }
@@ -446,7 +447,7 @@ fn an_empty_interval_has_samples_only() {
 #[test]
 fn a_state_at_rest_takes_few_steps() {
     let mut probe = Probe::new(|_, _, dy| dy.fill(0.0), 2, 1e-9);
-    let outcome = run(&mut Dop853::default(), &mut probe, &mut [0.0, 0.0], 1.0, &[], &Options::default());
+    let outcome = run(&mut dop853(), &mut probe, &mut [0.0, 0.0], 1.0, &[], &Options::default());
     assert!(outcome.counters.steps < 15, "{:?}", outcome.counters);
     assert_eq!(outcome.counters.rejected, 0);
 }
@@ -458,7 +459,7 @@ fn faulty_calls_are_refused_before_any_evaluation() {
         probe.wall = f64::NEG_INFINITY;
         probe.fatal = true;
         let span = Span { t_start: 0.0, t_end, sample_times: samples };
-        let error = Dop853::default().integrate(&mut probe, &mut y.to_vec(), &span, options).unwrap_err();
+        let error = dop853().integrate(&mut probe, &mut y.to_vec(), &span, options).unwrap_err();
         assert!(matches!(error, IntegrateError::Invalid(_)), "{error}");
         error.to_string()
     };
@@ -487,7 +488,7 @@ fn faulty_calls_are_refused_before_any_evaluation() {
 fn every_name_has_its_method() {
     for name in names() {
         let method = by_name(name).unwrap();
-        assert_eq!(method.name(), *name);
+        assert_eq!(method.name(), name);
     }
     assert!(by_name("euler").is_none());
 }

@@ -122,6 +122,12 @@ impl Coordinates {
         coordinates
     }
 
+    /// Directions in which the rates can change, time left out: positions, velocities, element states.
+    #[must_use]
+    pub fn directions(&self, layout: &Layout) -> usize {
+        2 * self.columns + layout.states
+    }
+
     /// The input slot of an entry of the state.
     ///
     /// # Panics

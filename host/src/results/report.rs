@@ -151,6 +151,9 @@ fn work(summary: &Summary) -> String {
     if let Some(time) = summary.stiff_from {
         parts.push(format!("stiff from {}", with_unit(significant(time, 4), &summary.time_unit)));
     }
+    if summary.method_switches > 0 {
+        parts.push(count(summary.method_switches, "change") + " of method");
+    }
     let how = [&summary.method, &summary.engine].map(String::as_str);
     let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
     let by = if how.is_empty() { String::new() } else { format!(" ({how})") };

@@ -78,8 +78,11 @@ pub struct Summary {
     pub newton_factorisations: u64,
     /// Iterations of Newton's method in implicit steps.
     pub newton_iterations: u64,
-    /// Time from which on stability limited explicit steps, in `time_unit`; `auto` goes on with an implicit method there.
+    /// Time from which on stability limited explicit steps, in `time_unit`; with `auto`, where an implicit method first took
+    /// over because it was likely to cost less.
     pub stiff_from: Option<f64>,
+    /// Changes between an explicit and an implicit method on the way.
+    pub method_switches: u64,
     /// Projections onto the constraints.
     pub projections: u64,
     /// Evaluations for which the rank-safe engine was called in.

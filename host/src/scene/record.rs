@@ -69,6 +69,8 @@ pub struct Simulation {
     pub formulation: Option<Spanned<String>>,
     /// Largest step, s, positive.
     pub max_step: Option<f64>,
+    /// Steps of this size without error control, s.
+    pub fixed_step: Option<f64>,
     /// First step, s, positive.
     pub first_step: Option<f64>,
     /// Number of steps after which to give up, positive.

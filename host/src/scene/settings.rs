@@ -89,6 +89,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "engine",
     "formulation",
     "max_step",
+    "fixed_step",
     "first_step",
     "max_steps",
     "audit_tolerance",
@@ -126,6 +127,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let formulation = reader.word(&record, "formulation");
     let max_step = reader.positive(&record, "max_step", Dimension::TIME);
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
+    let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
     let audit_tolerance = reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS);
     let without = record.table.get("without").map(|raw| reader.words(raw, "without")).unwrap_or_default();
@@ -140,6 +142,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         engine,
         formulation,
         max_step,
+        fixed_step,
         first_step,
         max_steps: max_steps.map(|number| number.value),
         audit_tolerance,

@@ -12,6 +12,7 @@ use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined, planar_case};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
+use crate::integrate::Methods;
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe, Pruning};
@@ -33,6 +34,8 @@ pub struct RunOptions {
     pub audit_tolerance: Option<f64>,
     /// Folder for private copies of libraries; the user's cache folder where absent.
     pub library_copies: Option<PathBuf>,
+    /// The methods of integration that scenes may ask for.
+    pub methods: Methods,
 }
 
 /// A scene ready to run.

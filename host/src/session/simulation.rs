@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Group, Scales};
-use crate::integrate::{Accepted, Failure, Flow, System};
+use crate::integrate::{Accepted, Failure, Flow, Price, System};
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
@@ -448,6 +448,15 @@ impl System for Simulation<'_> {
 
     fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Failure> {
         self.formulation.jacobian(t, y, matrix).map_err(failure)
+    }
+
+    fn time_derivative(&mut self, t: f64, _: &[f64], slopes: &mut [f64]) -> Result<bool, Failure> {
+        Ok(self.formulation.time_derivative(t, slopes))
+    }
+
+    fn price(&self) -> Price {
+        let price = self.formulation.price();
+        Price { evaluation: price.rates, jacobian: price.jacobian, preparation: price.preparation }
     }
 
     fn tolerance(&self) -> Option<f64> {

@@ -136,6 +136,7 @@ impl Constraint for Slide {
 /// Turns the second frame at a given speed: one row that depends on time.
 pub struct Drive {
     speed: f64,
+    jerk: f64,
 }
 
 #[derive(Parameters)]
@@ -143,6 +144,9 @@ pub struct DriveParameters {
     /// Angle per time.
     #[param(unit = "rad/s")]
     speed: f64,
+    /// Angle per cubed time, six times.
+    #[param(unit = "rad/s^3", default = 0.0)]
+    jerk: f64,
 }
 
 impl Element for Drive {
@@ -152,14 +156,15 @@ impl Element for Drive {
     const ANGLES: usize = 1;
     type Parameters = DriveParameters;
     fn new(p: DriveParameters) -> Result<Self, ParamError> {
-        Ok(Self { speed: p.speed })
+        Ok(Self { speed: p.speed, jerk: p.jerk })
     }
 }
 
 impl Constraint for Drive {
     const ROWS: &'static [&'static str] = &["angle"];
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
-        rows.push(at.angle_about_z(0, 0, 1) - at.time * self.speed);
+        let sped_up = at.time * at.time * at.time * (self.jerk / 6.0);
+        rows.push(at.angle_about_z(0, 0, 1) - at.time * self.speed - sped_up);
     }
 }
 

@@ -27,17 +27,17 @@ fn robertson(_t: f64, y: &[f64], dy: &mut [f64]) {
 const ROBERTSON_END: [f64; 3] = [0.7158270688, 9.185534765e-6, 0.2841637457];
 
 /// `y' = -1e4 (y - cos t) - sin t` with the solution cos t (after Prothero & Robinson 1974), and an oscillator beside it.
-fn prothero(t: f64, y: &[f64], dy: &mut [f64]) {
+pub fn prothero(t: f64, y: &[f64], dy: &mut [f64]) {
     dy[0] = -1e4 * (y[0] - t.cos()) - t.sin();
     dy[1] = y[2];
     dy[2] = -y[1];
 }
 
-fn prothero_solution(t: f64) -> [f64; 3] {
+pub fn prothero_solution(t: f64) -> [f64; 3] {
     [t.cos(), t.cos(), -t.sin()]
 }
 
-fn van_der_pol_run(name: &str, tolerance: f64, exact: bool) -> (f64, Counters) {
+pub fn van_der_pol_run(name: &str, tolerance: f64, exact: bool) -> (f64, Counters) {
     let mut probe = Probe::new(van_der_pol, 2, tolerance);
     probe.jacobian = exact.then_some(van_der_pol_jacobian);
     let mut y = [2.0, 0.0];
@@ -62,7 +62,7 @@ fn dopri5_fulfils_its_order_conditions() {
 
 #[test]
 fn dopri5_has_order_five_and_interpolates_with_order_four() {
-    let mut method = Dopri5::default();
+    let mut method = dopri5();
     let (coarse, fine) = (errors(&mut method, 4.0, 0.1), errors(&mut method, 4.0, 0.05));
     let end = order(coarse.0, fine.0);
     assert!((4.7..5.6).contains(&end), "{end}");
@@ -76,7 +76,7 @@ fn dopri5_has_order_five_and_interpolates_with_order_four() {
 fn dopri5_on_the_arenstorf_orbit_is_pinned() {
     let mut probe = Probe::new(arenstorf, 4, 1e-7);
     let mut y = ARENSTORF_START.to_vec();
-    let outcome = run(&mut Dopri5::default(), &mut probe, &mut y, ARENSTORF_PERIOD, &[], &Options::default());
+    let outcome = run(&mut dopri5(), &mut probe, &mut y, ARENSTORF_PERIOD, &[], &Options::default());
     let counters = outcome.counters;
     assert!(distance(&y, &ARENSTORF_START) < 1e-2);
     // One at the start, one for the first step, six a try: the last of a step is the first of the next.
@@ -89,7 +89,7 @@ fn projection_costs_dopri5_one_evaluation_a_step() {
     let counters = |projection: Option<fn(&mut [f64])>| {
         let mut probe = Probe::new(oscillator, 2, 1e-5);
         probe.projection = projection;
-        run(&mut Dopri5::default(), &mut probe, &mut [1.0, 0.0], 10.0, &[], &Options::default()).counters
+        run(&mut dopri5(), &mut probe, &mut [1.0, 0.0], 10.0, &[], &Options::default()).counters
     };
     let (free, held) = (
         counters(None),
@@ -159,7 +159,7 @@ fn radau5_solves_robertson_to_its_tolerance() {
 #[test]
 fn samples_of_stiff_problems_are_good_whatever_the_method() {
     let times: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.03).collect();
-    for name in ["radau5", "dop853", "dopri5", "auto"] {
+    for name in ["radau5", "rodas5p", "dop853", "dopri5", "auto"] {
         for tolerance in [1e-5, 1e-7, 1e-9] {
             let mut probe = Probe::new(prothero, 3, tolerance);
             let mut y = prothero_solution(0.0);
@@ -170,9 +170,15 @@ fn samples_of_stiff_problems_are_good_whatever_the_method() {
             let error = |t: f64, y: &[f64]| distance(y, &prothero_solution(t));
             // The first sample holds the deviation that dies out.
             let worst = probe.samples[1..].iter().map(|(t, y)| error(*t, y)).fold(0.0, f64::max);
-            assert!(worst < 3.0 * tolerance, "{name} {tolerance:e} {worst:e}");
+            // The interpolation of the Rosenbrock method does not damp what is off at the start of a step.
+            let allowed = if name == "rodas5p" { 32.0 } else { 3.0 };
+            assert!(worst < allowed * tolerance, "{name} {tolerance:e} {worst:e}");
             let counters = outcome.counters;
-            assert_eq!(counters.stiff_from.is_some(), name != "radau5", "{name} {tolerance:e}");
+            assert_eq!(
+                counters.stiff_from.is_some(),
+                !name.starts_with("ra") && !name.starts_with("ro"),
+                "{name} {tolerance:e}"
+            );
             // Explicit steps stay below 6.1 / 1e4 on the average, implicit ones need not.
             assert_eq!(counters.steps > 4000, name.starts_with("dop"), "{name} {counters:?}");
         }
@@ -190,6 +196,33 @@ fn auto_switches_where_stability_limits_the_steps_and_says_when() {
     assert!(probe.steps.iter().any(|(t, _, _)| *t == from), "at the end of a step");
     assert!(counters.jacobians > 0 && counters.steps < 200, "{counters:?}");
     assert!(distance(&y, &prothero_solution(3.0)) < 1e-7);
+}
+
+/// As [`prothero`], but stiff only from t = 1 to 2.
+fn stiff_for_a_while(t: f64, y: &[f64], dy: &mut [f64]) {
+    let rate = 1.0 + 1e4 * (0.5 * (20.0 * (t - 1.0)).tanh() - 0.5 * (20.0 * (t - 2.0)).tanh());
+    dy[0] = -rate * (y[0] - t.cos()) - t.sin();
+    dy[1] = y[2];
+    dy[2] = -y[1];
+}
+
+#[test]
+fn auto_goes_back_where_stiffness_ends() {
+    for tolerance in [1e-5, 1e-8, 1e-10] {
+        let counters = |name: &str| {
+            let mut probe = Probe::new(stiff_for_a_while, 3, tolerance);
+            let mut y = prothero_solution(0.0);
+            let mut method = by_name(name).unwrap();
+            let counters = run(method.as_mut(), &mut probe, &mut y, 10.0, &[], &Options::default()).counters;
+            assert!(distance(&y, &prothero_solution(10.0)) < 20.0 * tolerance, "{name} {tolerance:e}");
+            counters
+        };
+        let (auto, explicit, implicit) = (counters("auto"), counters("dop853"), counters("radau5"));
+        assert_eq!(auto.switches, 2, "{tolerance:e} {auto:?}");
+        assert!((0.7..1.3).contains(&auto.stiff_from.unwrap()), "{auto:?}");
+        assert!(5 * auto.evaluations < explicit.evaluations, "{auto:?} {explicit:?}");
+        assert!(auto.jacobians < implicit.jacobians, "{auto:?} {implicit:?}");
+    }
 }
 
 #[test]

@@ -21,6 +21,7 @@ tolerance = 1e-9
 method = "dop853"
 engine = "interpreted"
 max_step = 1
+fixed_step = 2
 first_step = "1 us"
 max_steps = 100000
 audit_tolerance = 1e-6
@@ -92,7 +93,7 @@ fn settings_are_converted() {
     assert!(near(simulation.t_end, 0.2));
     assert_eq!(simulation.output, OutputTimes::Step(0.5e-3));
     assert_eq!(simulation.tolerance, Some(1e-9));
-    assert_eq!(simulation.max_step, Some(1e-3));
+    assert_eq!((simulation.max_step, simulation.fixed_step), (Some(1e-3), Some(2e-3)));
     assert_eq!(simulation.first_step, Some(1e-6));
     assert_eq!(simulation.max_steps, Some(100_000));
     assert_eq!(simulation.audit_tolerance, Some(1e-6));

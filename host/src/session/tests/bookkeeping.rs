@@ -113,6 +113,19 @@ fn a_step_limit_ends_a_run_with_what_it_has() {
 }
 
 #[test]
+fn every_method_takes_steps_of_one_size_when_asked_to() {
+    let reference = run(&thrown());
+    for method in crate::integrate::names() {
+        let report =
+            run(&thrown().replace("t_end = 1", &format!("t_end = 1\nmethod = \"{method}\"\nfixed_step = 0.04")));
+        assert_eq!((report.summary.steps, report.summary.rejected), (25, 0), "{method}");
+        let (y, exact) = (&report.columns[2], &reference.columns[2]);
+        let off = y.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-12, "{method} {off:e}: a parabola");
+    }
+}
+
+#[test]
 fn an_audit_above_its_limit_is_an_exit_code() {
     let text = scenes::tangle().replace("t_end = 1", "t_end = 1\ntolerance = 1e-3\naudit_tolerance = 1e-12");
     let report = run(&text);

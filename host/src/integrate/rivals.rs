@@ -1,0 +1,205 @@
+//! When an explicit method gives way to an implicit one, and when that gives way again.
+
+use super::run::Run;
+use super::{Counters, Price};
+
+/// Suspicious steps, less others, that it takes to suspect stiffness.
+pub(super) const FEWEST_HITS: u32 = 15;
+/// Share of the border of stability from which on a step is near it.
+const NEAR_BORDER: f64 = 0.75;
+/// The same where the solution changes much more slowly than the equations could.
+const FAR_FROM_BORDER: f64 = 0.1;
+/// That much more slowly: the ratio of the rate at which differences die out to that at which the solution's derivative
+/// changes.
+const SLOWER: f64 = 20.0;
+/// Accepted steps after which an implicit method is judged.
+const WINDOW: usize = 8;
+/// In its first window, which begins with a step of explicit size, it may cost more by this factor.
+const FIRST_WINDOW: f64 = 4.0;
+/// Multiplications of a vector by the Jacobian to find its largest eigenvalue, in two halves: the second is looked at.
+const POWERS: usize = 10;
+
+/// Cost of work, in operations.
+#[derive(Debug, Clone, Copy)]
+struct Tariff {
+    price: Price,
+    size: f64,
+}
+
+impl Tariff {
+    fn of(run: &Run<'_>) -> Self {
+        Self { price: run.system.price(), size: run.system.dim() as f64 }
+    }
+
+    /// The cost of all work so far, as that of evaluations, and of the dense matrices of [`super::Radau5`]: about 5/3 n^3 for
+    /// a real and a complex factorisation, less what zeros spare, and 5 n^2 for solving with both.
+    fn total(&self, counters: &Counters) -> f64 {
+        let evaluations = (counters.evaluations + counters.projections) as f64;
+        let (jacobians, iterations) = (counters.jacobians as f64, counters.newton_iterations as f64);
+        // Differences are among the evaluations.
+        self.price.evaluation * evaluations
+            + self.price.jacobian.unwrap_or(0.0) * jacobians
+            + self.size.powi(3) * counters.factorisations as f64
+            + 5.0 * self.size.powi(2) * iterations
+    }
+}
+
+/// Evaluations a step of an explicit method, and of the implicit one with its iterations and their number.
+const EXPLICIT_EVALUATIONS: f64 = 13.0;
+const IMPLICIT_EVALUATIONS: f64 = 11.0;
+const ITERATIONS: f64 = 3.0;
+/// Near the border of stability, an implicit method may take steps that are longer by this factor, even where the
+/// solution's derivative is nothing but noise, as at rest.
+const LONGER: f64 = 100.0;
+
+impl Tariff {
+    /// The cost of an implicit step with its own Jacobian over that of an explicit one: how much longer it has to be.
+    fn ratio(&self) -> f64 {
+        let evaluation = self.price.evaluation;
+        let jacobian = self.price.jacobian.unwrap_or(self.size * evaluation);
+        let matrices = self.size.powi(3) + ITERATIONS * 5.0 * self.size.powi(2);
+        (IMPLICIT_EVALUATIONS * evaluation + jacobian + matrices) / (EXPLICIT_EVALUATIONS * evaluation)
+    }
+}
+
+/// What is known of an explicit method's step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Signs {
+    /// Its size.
+    pub(super) step: f64,
+    /// `h |lambda|`, estimated, as a share of the border of stability.
+    pub(super) share: f64,
+    /// `h |lambda|` over the relative change of the derivative during the step.
+    pub(super) slowness: f64,
+}
+
+/// An explicit method suspected of stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Suspect {
+    /// Size of its last step.
+    pub(super) step: f64,
+    /// Its cost per time.
+    rate: f64,
+}
+
+/// Watches the steps of an explicit method. Corners, as of contacts, make few steps suspicious and those in between not;
+/// motions that are fast, but followed, make the derivative change as fast as differences die out.
+#[derive(Debug, Clone)]
+pub(super) struct Suspicion {
+    tariff: Tariff,
+    /// How much longer implicit steps have to be.
+    ratio: f64,
+    /// Cost before which preparing an implicit method does not pay.
+    least: f64,
+    enough: u32,
+    hits: u32,
+    /// Time and cost when the first of the hits was counted.
+    since: (f64, f64),
+}
+
+impl Suspicion {
+    pub(super) fn new(run: &Run<'_>, enough: u32) -> Self {
+        let tariff = Tariff::of(run);
+        let least = tariff.price.preparation;
+        Self { tariff, ratio: tariff.ratio(), least, enough, hits: 0, since: (run.t, 0.0) }
+    }
+
+    /// Takes an accepted step.
+    pub(super) fn see(&mut self, run: &Run<'_>, signs: Signs) -> Option<Suspect> {
+        let slow = signs.share > FAR_FROM_BORDER && signs.slowness > SLOWER.max(self.ratio);
+        let near = signs.share > NEAR_BORDER && LONGER > self.ratio;
+        if !slow && !near {
+            self.hits = self.hits.saturating_sub(1);
+            return None;
+        }
+        if self.hits == 0 {
+            self.since = (run.t, self.tariff.total(&run.counters));
+        }
+        self.hits += 1;
+        let (t, cost) = self.since;
+        let total = self.tariff.total(&run.counters);
+        if self.hits < self.enough || run.t <= t || total < self.least {
+            return None;
+        }
+        Some(Suspect { step: signs.step, rate: (total - cost) / (run.t - t) })
+    }
+}
+
+/// Watches the steps of an implicit method: whether it gets on at less cost than the explicit one would. The cost of that is
+/// what it was, in proportion to the largest eigenvalue of the Jacobian, which limits its steps.
+#[derive(Debug, Clone)]
+pub(super) struct Defender {
+    tariff: Tariff,
+    suspect: Suspect,
+    /// Largest eigenvalue at the beginning, and now.
+    eigenvalues: Option<(f64, f64)>,
+    /// Jacobians seen.
+    jacobians: usize,
+    /// Time, cost and steps at the beginning of the window.
+    since: (f64, f64, usize),
+    leniency: f64,
+    vectors: [Vec<f64>; 2],
+}
+
+impl Defender {
+    pub(super) fn new(run: &Run<'_>, suspect: Suspect) -> Self {
+        let tariff = Tariff::of(run);
+        let cost = tariff.total(&run.counters);
+        Self {
+            tariff,
+            suspect,
+            eigenvalues: None,
+            jacobians: run.counters.jacobians,
+            since: (run.t, cost, run.counters.steps),
+            leniency: FIRST_WINDOW,
+            vectors: [vec![0.0; run.system.dim()], vec![0.0; run.system.dim()]],
+        }
+    }
+
+    /// Takes an accepted step, after which the Jacobian (column by column) is `matrix`. The step with which the explicit
+    /// method had better go on, if it had.
+    pub(super) fn see(&mut self, run: &Run<'_>, matrix: &[f64]) -> Option<f64> {
+        if self.jacobians != run.counters.jacobians {
+            self.jacobians = run.counters.jacobians;
+            let now = self.largest_eigenvalue(matrix);
+            self.eigenvalues = Some((self.eigenvalues.map_or(now, |(first, _)| first), now));
+        }
+        let (t, cost, steps) = self.since;
+        if run.counters.steps < steps + WINDOW {
+            return None;
+        }
+        let (first, now) = self.eigenvalues.unwrap_or((1.0, 1.0));
+        let share = if first > 0.0 { now / first } else { 1.0 };
+        let total = self.tariff.total(&run.counters);
+        let rate = (total - cost) / (run.t - t);
+        if rate > self.leniency * share * self.suspect.rate {
+            return Some(self.suspect.step / share.max(1e-3));
+        }
+        self.leniency = 1.0;
+        self.since = (run.t, total, run.counters.steps);
+        None
+    }
+
+    /// By powers of the matrix, from a vector without symmetries; pairs of complex ones make the growth vary, so that its mean
+    /// is taken.
+    fn largest_eigenvalue(&mut self, matrix: &[f64]) -> f64 {
+        let [x, product] = &mut self.vectors;
+        let n = x.len();
+        x.iter_mut().enumerate().for_each(|(k, value)| *value = 1.0 + 0.37 * (k % 7) as f64);
+        let mut growth = 0.0;
+        for power in 0..2 * POWERS {
+            product.fill(0.0);
+            for (column, factor) in matrix.chunks_exact(n).zip(x.iter()) {
+                product.iter_mut().zip(column).for_each(|(sum, entry)| *sum += entry * factor);
+            }
+            let length = |vector: &[f64]| vector.iter().map(|value| value * value).sum::<f64>().sqrt();
+            let (before, after) = (length(x), length(product));
+            if after == 0.0 || !after.is_finite() {
+                return 0.0;
+            }
+            growth += if power < POWERS { 0.0 } else { (after / before).ln() };
+            x.iter_mut().zip(&*product).for_each(|(value, new)| *value = new / after);
+        }
+        (growth / POWERS as f64).exp()
+    }
+}
