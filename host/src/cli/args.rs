@@ -156,7 +156,7 @@ pub(super) struct SceneArgs {
     /// How the equations of motion are written and evaluated
     #[arg(long, value_name = "NAME")]
     pub(super) engine: Option<String>,
-    /// Do without these savings, in place of the scene's own list: planar, kinematic, islands, row-choice, on-demand.
+    /// Do without these savings, in place of the scene's own list: planar, kinematic, row-choice, on-demand.
     /// Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,

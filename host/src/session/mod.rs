@@ -12,7 +12,6 @@
 //! | `open.rs` | everything before time starts |
 //! | `run.rs` | from the start to results |
 //! | `prune.rs` | which savings are allowed; motions parallel to a plane |
-//! | `islands.rs` | islands run apart, and their results put together |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
@@ -22,7 +21,6 @@
 
 mod checks;
 mod error;
-mod islands;
 mod open;
 mod prune;
 mod report;
