@@ -127,7 +127,7 @@ impl Session {
         let planar = pruning
             .planar
             .then(|| planar_case(&equations, &model, &assembly, &plan, scene.simulation.t_start, pruning));
-        let determined = is_determined(&scene, &model, &plan, pruning);
+        let determined = is_determined(&scene, &model, &equations, &plan, pruning);
         super::report::note_planar(&mut plan, planar.as_ref(), &equations);
         super::report::note_determined(&mut plan, determined);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
