@@ -177,7 +177,7 @@ pub(super) struct SceneArgs {
     /// Coordinates of the equations of motion: auto, cartesian or joint
     #[arg(long, value_name = "NAME")]
     pub(super) formulation: Option<String>,
-    /// Do without these savings, in place of the scene's own list: planar, kinematic, islands, row-choice, on-demand.
+    /// Do without these savings, in place of the scene's own list: planar, kinematic, row-choice, on-demand.
     /// Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,

@@ -12,20 +12,20 @@
 //! than those of the sums.
 
 use super::run::{Run, Trouble, all_finite};
-use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason, System};
+use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
 /// Nodes of a step, both ends included.
 const NODES: usize = 6;
 /// Gauss-Lobatto nodes in 0..1 (Abramowitz & Stegun 1964, table 25.6): the zeros of P_5' and the ends.
 const C: [f64; NODES] =
-    [0.0, 0.117_472_338_035_267_65, 0.357_384_241_759_677_45, 0.642_615_758_240_322_5, 0.882_527_661_964_732_3, 1.0];
+    [0.0, 0.117_472_338_035_267_65, 0.357_384_241_759_677_4, 0.642_615_758_240_322_5, 0.882_527_661_964_732_3, 1.0];
 /// Their weights; exact for polynomials of degree 9.
 const B: [f64; NODES] = [
     1.0 / 30.0,
-    0.189_237_478_148_923_49,
-    0.277_429_188_517_743_18,
-    0.277_429_188_517_743_18,
-    0.189_237_478_148_923_49,
+    0.189_237_478_148_923_5,
+    0.277_429_188_517_743_2,
+    0.277_429_188_517_743_2,
+    0.189_237_478_148_923_5,
     1.0 / 30.0,
 ];
 /// The error of a step goes with this power of its size.
@@ -112,9 +112,9 @@ impl Kinematic {
         let (t, h) = (run.t, t_new - run.t);
         let bad = |h: f64| Trouble::Retry(StopReason::NotFinite { step: h });
         self.states[0].copy_from_slice(y);
-        for k in 1..NODES {
+        for (k, share) in C.iter().enumerate().skip(1) {
             self.extrapolate(k, h);
-            let time = if k + 1 == NODES { t_new } else { t + C[k] * h };
+            let time = if k + 1 == NODES { t_new } else { t + share * h };
             run.project(time, &mut self.states[k], h)?;
             run.rhs(time, &self.states[k], &mut self.rates[k], h)?;
             if !all_finite(&self.rates[k]) {

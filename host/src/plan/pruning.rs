@@ -4,7 +4,6 @@
 pub const SAVINGS: &[(&str, &str)] = &[
     ("planar", "motions that stay parallel to a plane are computed in space all the same"),
     ("kinematic", "mechanisms driven in all their freedoms are integrated"),
-    ("islands", "parts that do not influence each other take the same steps"),
     ("row-choice", "dependent rows stay in use: rank-safe elimination for every evaluation"),
     ("on-demand", "accelerations and reactions are solved for at output times even if no output asks for them"),
 ];
@@ -16,8 +15,6 @@ pub struct Pruning {
     pub planar: bool,
     /// No integration of motions that the time determines.
     pub kinematic: bool,
-    /// Islands integrated apart.
-    pub islands: bool,
     /// A choice of independent rows, and the rank-safe engine only where the rank falls.
     pub row_choice: bool,
     /// Accelerations and reactions at output times only where an output asks for them.
@@ -26,7 +23,7 @@ pub struct Pruning {
 
 impl Default for Pruning {
     fn default() -> Self {
-        Self { planar: true, kinematic: true, islands: true, row_choice: true, on_demand: true }
+        Self { planar: true, kinematic: true, row_choice: true, on_demand: true }
     }
 }
 
@@ -41,7 +38,6 @@ impl Pruning {
             let switch = match name {
                 "planar" => &mut allowed.planar,
                 "kinematic" => &mut allowed.kinematic,
-                "islands" => &mut allowed.islands,
                 "row-choice" => &mut allowed.row_choice,
                 "on-demand" => &mut allowed.on_demand,
                 _ => return Err(k),

@@ -53,21 +53,6 @@ impl Audit {
         self.velocity_violation = larger(self.velocity_violation, velocity);
     }
 
-    /// The audit of parts that do not influence each other: energies and work added up, of violations and errors the worst.
-    #[must_use]
-    pub fn together<'a>(parts: impl Iterator<Item = &'a Self>) -> Self {
-        let mut whole = Self::default();
-        for part in parts {
-            whole.position_violation = larger(whole.position_violation, part.position_violation);
-            whole.velocity_violation = larger(whole.velocity_violation, part.velocity_violation);
-            whole.energy_error_relative = larger(whole.energy_error_relative, part.energy_error_relative);
-            whole.kinetic_energy += part.kinetic_energy;
-            whole.potential_energy += part.potential_energy;
-            whole.work += part.work;
-        }
-        whole
-    }
-
     /// The row with the worst violation of a position.
     #[must_use]
     pub fn worst_row(&self) -> Option<usize> {

@@ -157,9 +157,8 @@ fn work(summary: &Summary) -> String {
     let how = [&summary.method, &summary.engine].map(String::as_str);
     let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
     let by = if how.is_empty() { String::new() } else { format!(" ({how})") };
-    let islands: String = summary.islands.iter().map(|island| format!("  {island}\n")).collect();
     format!(
-        "work: {}{by}\n{islands}time: load {}, compile {}, integrate {}, in all {}\n",
+        "work: {}{by}\ntime: load {}, compile {}, integrate {}, in all {}\n",
         parts.join(", "),
         duration(summary.load_time_s),
         duration(summary.compile_time_s),

@@ -93,9 +93,6 @@ pub struct Summary {
     pub re_aimed: u64,
     /// Iterations for forces that depend on reactions or accelerations.
     pub coupling_iterations: u64,
-    /// Work of each island, in words, where they were run apart.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub islands: Vec<String>,
     /// Reading the scene, loading libraries, resolving, assembly, s.
     pub load_time_s: f64,
     /// Recording, differentiating, compiling, s.

@@ -13,7 +13,6 @@
 //! | `formulation.rs` | which coordinates the equations of motion are written in |
 //! | `run.rs` | from the start to results |
 //! | `prune.rs` | which savings are allowed; motions parallel to a plane |
-//! | `islands.rs` | islands run apart, and their results put together |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
@@ -24,7 +23,6 @@
 mod checks;
 mod error;
 mod formulation;
-mod islands;
 mod open;
 mod prune;
 mod report;

@@ -7,7 +7,6 @@ use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
-use super::islands::{Part, parts};
 use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined, planar_case};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
@@ -61,10 +60,6 @@ pub struct Session {
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
     pub(super) determined: bool,
-    /// Islands to be run apart: none, or two and more.
-    pub(super) parts: Vec<Part>,
-    /// The start is the end of another run.
-    pub(super) goes_on: bool,
     /// The motion's plane, if one was found.
     pub(super) planar: Option<PlanarCase>,
     /// Reading, loading, resolving, s.
@@ -120,20 +115,7 @@ impl Session {
             SessionError { exit, diagnostics, source: Box::new(scene.source.clone()) }
         })?;
         warnings.extend(notes);
-        let libraries = catalog.libraries().cloned().collect();
-        Self::of_model(scene, model, warnings, libraries, options, pruning, started.elapsed().as_secs_f64())
-    }
-
-    /// Prepares a model of a scene, or of a part of it.
-    pub(super) fn of_model(
-        scene: Scene,
-        model: Model,
-        mut warnings: Vec<Diagnostic>,
-        libraries: Vec<LibraryInfo>,
-        options: &RunOptions,
-        pruning: Pruning,
-        load_time: f64,
-    ) -> Result<Self, SessionError> {
+        let load_time = started.elapsed().as_secs_f64();
         let compiling = Instant::now();
         let layout = Layout::new(&model);
         let equations = Equations::build(&model, &layout, Form::Working);
@@ -148,18 +130,13 @@ impl Session {
         let planar = pruning
             .planar
             .then(|| planar_case(&equations, &model, &assembly, &plan, scene.simulation.t_start, pruning));
-        let parts = if pruning.islands { parts(&model) } else { Vec::new() };
-        let parts = if parts.len() > 1 { parts } else { Vec::new() };
-        super::report::note_islands(&mut plan, &parts, &equations);
-        let determined = is_determined(&scene, &model, &plan, pruning);
-        if parts.is_empty() {
-            super::report::note_planar(&mut plan, planar.as_ref(), &equations);
-            super::report::note_determined(&mut plan, determined);
-        }
+        let determined = is_determined(&scene, &model, &equations, &plan, pruning);
+        super::report::note_planar(&mut plan, planar.as_ref(), &equations);
+        super::report::note_determined(&mut plan, determined);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let session = Self {
             warnings,
-            libraries,
+            libraries: catalog.libraries().cloned().collect(),
             model,
             equations,
             plan,
@@ -167,8 +144,6 @@ impl Session {
             start_health,
             pruning,
             determined,
-            parts,
-            goes_on: false,
             planar: planar.and_then(Result::ok),
             options: options.clone(),
             load_time,

@@ -39,11 +39,18 @@ pub(super) fn allowed(scene: &Scene) -> Result<Pruning, SessionError> {
     })
 }
 
-/// Whether the time determines the motion: no freedom is left, and elements have no states of their own. A method that the
-/// scene names is used all the same.
-pub(super) fn is_determined(scene: &Scene, model: &Model, plan: &Plan, pruning: Pruning) -> bool {
+/// Whether the time determines the motion: something is driven, no freedom is left, and elements have no states of their own.
+/// A method that the scene names is used all the same.
+pub(super) fn is_determined(
+    scene: &Scene,
+    model: &Model,
+    equations: &Equations,
+    plan: &Plan,
+    pruning: Pruning,
+) -> bool {
     let layout = &plan.layout;
     pruning.kinematic
+        && equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
         && scene.simulation.method.is_none()
         && plan.mobility == 0
         && layout.states + layout.discrete == 0

@@ -5,11 +5,10 @@ use std::fmt::Write as _;
 use element_api::Kind;
 use serde::Serialize;
 
-use super::islands::Part;
 use super::open::Session;
 use super::prune::PlanarCase;
 use crate::model::Model;
-use crate::plan::{Plan, Skip};
+use crate::plan::Plan;
 use crate::program::{Equations, Node, Program, costs};
 use crate::scene::{GROUND, Scene};
 
@@ -97,12 +96,6 @@ pub struct PlanReport {
     pub skipped: Vec<Decision>,
     /// Savings that are not possible here, and why.
     pub impossible: Vec<String>,
-}
-
-impl Decision {
-    fn of(skip: &Skip) -> Self {
-        Self { what: skip.what.clone(), why: skip.why.clone(), saved: skip.saved.clone(), without: skip.switch }
-    }
 }
 
 /// The part of [`PlanReport`] that the formulation decides.
@@ -229,35 +222,19 @@ impl Session {
             machine_code_time_s: costs::COMPILING * operations as f64,
             machine_code_pays_after: costs::runs_that_pay() as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
-            skipped: self.decisions(),
-            impossible: self.impossible(),
+            skipped: self
+                .plan
+                .skips
+                .iter()
+                .map(|skip| Decision {
+                    what: skip.what.clone(),
+                    why: skip.why.clone(),
+                    saved: skip.saved.clone(),
+                    without: skip.switch,
+                })
+                .collect(),
+            impossible: self.plan.impossible.iter().map(|(name, why)| format!("{name}: {why}")).collect(),
         }
-    }
-
-    /// What is skipped, in the whole and in islands that are run apart.
-    fn decisions(&self) -> Vec<Decision> {
-        let mut list: Vec<Decision> = self.plan.skips.iter().map(Decision::of).collect();
-        for (k, part) in self.apart().unwrap_or_default().iter().enumerate() {
-            // What is not said of the whole already.
-            let new = part.plan.skips.iter().filter(|skip| matches!(skip.switch, Some("planar" | "kinematic")));
-            let new =
-                new.map(|skip| Decision { what: format!("island {}: {}", k + 1, skip.what), ..Decision::of(skip) });
-            list.extend(new);
-        }
-        list
-    }
-
-    /// Savings that are not possible. Islands that are run apart are looked at one by one.
-    fn impossible(&self) -> Vec<String> {
-        let told = |plan: &Plan| -> Vec<String> {
-            plan.impossible.iter().map(|(name, why)| format!("{name}: {why}")).collect()
-        };
-        if self.parts.is_empty() {
-            return told(&self.plan);
-        }
-        let parts = self.apart().unwrap_or_default();
-        let list = parts.iter().enumerate().map(|(k, part)| (k + 1, told(&part.plan)));
-        list.flat_map(|(k, reasons)| reasons.into_iter().map(move |why| format!("island {k}: {why}"))).collect()
     }
 
     /// Velocities across the plane of a planar motion.
@@ -270,34 +247,11 @@ impl Session {
 fn operations(equations: &Equations, rows: &[usize]) -> usize {
     let mut nodes: Vec<Node> = equations.loads.clone();
     nodes.extend(&equations.state_rates);
-    right_side(equations, nodes, rows)
-}
-
-/// Operations for some loads and rates together with a choice of rows.
-fn right_side(equations: &Equations, mut nodes: Vec<Node>, rows: &[usize]) -> usize {
     for row in rows.iter().map(|row| &equations.rows[*row]) {
         nodes.push(row.gamma);
         nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
     }
     Program::compile(&equations.graph, &nodes).operations()
-}
-
-/// Adds to the plan that islands take their own steps.
-pub(super) fn note_islands(plan: &mut Plan, parts: &[Part], equations: &Equations) {
-    if parts.is_empty() {
-        return;
-    }
-    plan.skip("common steps of all islands", "they do not influence each other: each is integrated at its own step");
-    let whole = operations(equations, &plan.independent_rows);
-    let own = parts.iter().map(|part| {
-        let is_own = |row: &&usize| part.elements.binary_search(&plan.layout.element_of_row(**row).0).is_ok();
-        let rows: Vec<usize> = plan.independent_rows.iter().filter(is_own).copied().collect();
-        let loads = part.bodies.iter().flat_map(|body| &equations.loads[6 * body..6 * body + 6]);
-        right_side(equations, loads.copied().collect(), &rows).to_string()
-    });
-    let own = own.collect::<Vec<_>>().join(", ");
-    plan.saving(format!("at steps of one island, all but its own operations: {own} instead of {whole}"));
-    plan.switched_by("islands");
 }
 
 /// Adds to the plan that the motion is found at each time.

@@ -131,7 +131,6 @@ impl Session {
         if self.planar.as_ref().is_some_and(|case| !case.planar.contains(&state.working, self.assembly.scales.length)) {
             self.planar = None;
         }
-        self.goes_on = true;
         self.scene.simulation.t_start = state.time;
         self.assembly.working = state.working;
         // The audit begins anew.

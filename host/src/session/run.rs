@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use super::error::{Exit, SessionError};
 use super::open::Session;
-use super::restart::Restart;
 use super::simulation::{Progress, Simulation};
 use super::tier::{Made, Tier};
 use crate::diagnostics::{Diagnostic, codes, suggest};
@@ -47,8 +46,6 @@ pub struct RunReport {
     pub channels: Vec<ChannelInfo>,
     /// The checks of the scene with their samples, in its order.
     pub checks: Vec<CheckResult>,
-    /// The state at the end; none where an element refused to tell its own.
-    pub(super) end: Option<Restart>,
 }
 
 impl RunReport {
@@ -65,17 +62,17 @@ impl RunReport {
 }
 
 /// The samples of a run, where they go.
-pub(super) struct Samplings {
-    pub(super) folder: Option<Folder>,
+struct Samplings {
+    folder: Option<Folder>,
     times: Vec<SampleTime>,
-    pub(super) channels: Vec<ChannelInfo>,
-    pub(super) taken: Vec<f64>,
-    pub(super) columns: Vec<Vec<f64>>,
-    pub(super) error: Option<ResultsError>,
+    channels: Vec<ChannelInfo>,
+    taken: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    error: Option<ResultsError>,
 }
 
 impl Samplings {
-    pub(super) fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
+    fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
         let time = self.times[number].scene;
         self.taken.push(time);
         for ((column, channel), value) in self.columns.iter_mut().zip(&self.channels).zip(values) {
@@ -109,9 +106,6 @@ impl Session {
         let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
         let mut method =
             self.options.methods.make(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
-        if !self.parts.is_empty() && ENGINES.iter().any(|(name, _)| *name == engine_name) {
-            return self.run_apart(folder, progress, stop);
-        }
         if self.determined {
             method = Box::new(Kinematic::default());
         }
@@ -128,9 +122,26 @@ impl Session {
         let planar = engine_name != "reference";
         let simulation = self.scene.simulation.clone();
         let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+        let times = simulation.sample_times(&self.scene.units);
+        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
         let mut summary = self.summary(method.name(), formulation.name(), tolerance);
         let path = folder;
-        let mut samplings = self.samplings(folder, &summary)?;
+        let folder = match folder {
+            None => None,
+            Some(path) => {
+                let unit = self.scene.units.factor(Dimension::TIME);
+                let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
+                Some(Folder::create(path, &time, &channels, &summary).map_err(|e| self.files_error(&e))?)
+            }
+        };
+        let mut samplings = Samplings {
+            columns: vec![Vec::with_capacity(times.len()); channels.len()],
+            taken: Vec::with_capacity(times.len()),
+            error: None,
+            folder,
+            times,
+            channels,
+        };
         let sample_times: Vec<f64> = samplings.times.iter().map(|time| time.si).collect();
         let (t_start, t_end) = (simulation.t_start, simulation.t_end);
         let share = move |t: f64| (t - t_start) / (t_end - t_start);
@@ -218,30 +229,7 @@ impl Session {
             return Err(error);
         }
         let Samplings { taken: times, columns, channels, .. } = samplings;
-        let end = restart.and_then(Result::ok);
-        Ok(RunReport { summary, times, columns, channels, checks, end })
-    }
-
-    /// Where the samples go, and the files that begin now.
-    pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
-        let times = self.scene.simulation.sample_times(&self.scene.units);
-        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
-        let folder = match folder {
-            None => None,
-            Some(path) => {
-                let unit = self.scene.units.factor(Dimension::TIME);
-                let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
-                Some(Folder::create(path, &time, &channels, summary).map_err(|e| self.files_error(&e))?)
-            }
-        };
-        Ok(Samplings {
-            columns: vec![Vec::with_capacity(times.len()); channels.len()],
-            taken: Vec::with_capacity(times.len()),
-            error: None,
-            folder,
-            times,
-            channels,
-        })
+        Ok(RunReport { summary, times, columns, channels, checks })
     }
 
     pub(super) fn unknown_word(&self, word: &str, method: bool) -> SessionError {
@@ -281,7 +269,7 @@ impl Session {
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
     }
 
-    pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
+    fn files_error(&self, error: &ResultsError) -> SessionError {
         SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
     }
 
@@ -305,7 +293,7 @@ impl Session {
     }
 
     /// What is known before the first step.
-    pub(super) fn summary(&self, method: &str, engine: &str, tolerance: f64) -> Summary {
+    fn summary(&self, method: &str, engine: &str, tolerance: f64) -> Summary {
         let units = &self.scene.units;
         Summary {
             status: Status::Running,
@@ -416,7 +404,7 @@ impl Session {
     }
 
     /// The scene's derived figures.
-    pub(super) fn figures(&self, samplings: &Samplings) -> Vec<FigureResult> {
+    fn figures(&self, samplings: &Samplings) -> Vec<FigureResult> {
         let names: Vec<String> = samplings.channels.iter().map(|c| c.name.clone()).collect();
         let samples = Samples { times: &samplings.taken, columns: &samplings.columns, names: &names };
         let unit = self.scene.units.factor(Dimension::TIME);

@@ -100,14 +100,14 @@ fn rows_may_stay_all_in_use() {
 
 #[test]
 fn unknown_savings_are_refused_with_the_nearest_name() {
-    let text = without(&four_bar(), "\"islands\", \"plenar\"");
+    let text = without(&four_bar(), "\"kinematic\", \"plenar\"");
     let refused = Session::with_catalog(scene(&text), Vec::new(), &catalog(), &RunOptions::default());
     let error = refused.err().unwrap();
     assert_eq!(error.exit, Exit::Scene);
     let diagnostic = &error.diagnostics[0];
     assert_eq!(diagnostic.message, "there is no saving `plenar`");
     assert!(diagnostic.help.iter().any(|line| line == "did you mean `planar`?"), "{:?}", diagnostic.help);
-    assert!(diagnostic.help.iter().any(|line| line.contains("kinematic, islands, row-choice, on-demand")));
+    assert!(diagnostic.help.iter().any(|line| line.contains("planar, kinematic, row-choice, on-demand")));
 }
 
 /// A driven slider-crank: crank 0.3 m, rod 0.8 m, a strut that the slider pushes.
@@ -189,101 +189,4 @@ fn interpolation_is_prepared_only_where_an_output_time_lies_inside_a_step() {
     assert_eq!(few.steps, many.steps);
     // Three stages more for the polynomial of dop853.
     assert_eq!(many.evaluations, few.evaluations + 3 * few.steps);
-}
-
-/// A hinged rod with its outputs, at x = `at`, driven by gravity on a length of 2 `half`.
-fn rod(name: &str, at: f64, half: f64) -> String {
-    let inertia = half * half / 3.0;
-    format!(
-        "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [{inertia:?}, {inertia:?}, {inertia:?}]\n\
-         position = [{:?}, 0, 0]\n[[joint]]\nname = \"pivot_{name}\"\ntype = \"hinge\"\n\
-         bodies = [\"ground\", \"{name}\"]\npoint = [{at:?}, 0, 0]\naxis = [0, 0, 1]\n",
-        at + half
-    ) + &output(&format!("y_{name}"), &format!("quantity = \"position\"; of = \"{name}\"; component = \"y\""))
-        + &output(&format!("phi_{name}"), &format!("quantity = \"coordinate\"; of = \"pivot_{name}\""))
-        + &output(
-            &format!("F_{name}"),
-            &format!("quantity = \"reaction_force\"; of = \"pivot_{name}\"; on = \"{name}\"; component = \"x\""),
-        )
-}
-
-const SWING: &str = "gravity = [0, -9.81, 0]; t_end = 4; output_step = 0.1";
-
-#[test]
-fn islands_take_their_own_steps_and_give_what_they_give_alone() {
-    let energy = output("E", "quantity = \"total_energy\"");
-    let (slow, fast) = (rod("slow", 0.0, 2.0), rod("fast", 7.0, 0.005));
-    let both = run(&(settings(SWING) + &slow + &fast + &energy));
-    let alone = [run(&(settings(SWING) + &slow + &energy)), run(&(settings(SWING) + &fast + &energy))];
-    for (own, names) in alone.iter().zip([["y_slow", "phi_slow", "F_slow"], ["y_fast", "phi_fast", "F_fast"]]) {
-        for name in names {
-            assert_eq!(column(&both, name), column(own, name), "{name}");
-        }
-    }
-    let sum = |of: fn(&RunReport) -> u64| alone.iter().map(of).sum::<u64>();
-    assert_eq!(both.summary.steps, sum(|report| report.summary.steps));
-    assert_eq!(both.summary.evaluations, sum(|report| report.summary.evaluations));
-    let energies = alone.each_ref().map(|report| column(report, "E"));
-    for (k, e) in column(&both, "E").iter().enumerate() {
-        assert_eq!(*e, energies[0][k] + energies[1][k]);
-    }
-    assert_eq!(both.summary.islands.len(), 2);
-    assert!(both.summary.islands[1].starts_with("fast: "), "{:?}", both.summary.islands);
-    assert!(both.summary.audit.worst() < 1e-9 && both.summary.redundant_rows == 0);
-    // Together: the slow one takes the steps of the fast one.
-    let together = run(&without(&(settings(SWING) + &slow + &fast + &energy), "\"islands\""));
-    assert!(together.summary.islands.is_empty());
-    let off = apart(&both, &together);
-    assert!(off < 2e-8, "{off:e}");
-    // Evaluations times bodies.
-    let work = |report: &RunReport, bodies: u64| bodies * report.summary.evaluations;
-    let (own, common) = (work(&alone[0], 1) + work(&alone[1], 1), work(&together, 2));
-    assert!(4 * own < 3 * common, "{own} of {common}");
-    let told = saved(&(settings(SWING) + &slow + &fast), "islands").unwrap_or_default();
-    assert!(told.starts_with("at steps of one island, all but its own operations: "), "{told}");
-}
-
-#[test]
-fn a_run_of_islands_can_be_gone_on_with() {
-    let scene_of = |end: f64| {
-        settings(&SWING.replace("t_end = 4", &format!("t_end = {end}")))
-            + &rod("slow", 0.0, 2.0)
-            + &rod("fast", 7.0, 0.05)
-    };
-    let whole = run(&scene_of(4.0));
-    let half = run(&scene_of(2.0));
-    let mut second = open(&scene_of(4.0));
-    second.go_on_from(half.end.unwrap()).unwrap();
-    let second = second.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
-    assert_eq!(second.summary.islands.len(), 2);
-    for name in ["y_slow", "phi_fast", "F_fast"] {
-        let (a, b) = (column(&whole, name), column(&second, name));
-        let off = a[20..].iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-        assert!(off < 1e-6, "{name} {off:e}");
-    }
-}
-
-#[test]
-fn what_is_connected_stays_together() {
-    let count = |more: &str| {
-        let text = settings(SWING) + &rod("a", 0.0, 1.0) + &rod("b", 7.0, 1.0) + more;
-        open(&text).run(None, Box::new(|_| ()), &Arc::default()).unwrap().summary.islands.len()
-    };
-    assert_eq!(count(""), 2);
-    let strut = "[[force]]\nname = \"s\"\ntype = \"strut\"\nbodies = [\"a\", \"b\"]\npoints = [[2, 0, 0], [7, 0, 0]]\n\
-                 params = { stiffness = 1 }\n";
-    assert_eq!(count(strut), 0);
-    assert_eq!(count(&strut.replace("\"strut\"", "\"opaque-strut\"")), 0);
-    let seen = "quantity = \"velocity\"; of = \"a\"; component = \"x\"; frame = \"b\"";
-    assert_eq!(count(&output("relative", seen)), 0);
-}
-
-#[test]
-fn a_run_of_islands_that_is_stopped_has_whole_rows() {
-    let stop = Arc::new(AtomicBool::new(true));
-    let text = settings(SWING) + &rod("a", 0.0, 1.0) + &rod("b", 7.0, 0.5);
-    let report = open(&text).run(None, Box::new(|_| ()), &stop).unwrap();
-    assert_eq!((report.summary.status, report.exit_code()), (Status::StoppedEarly, 130));
-    assert!(report.columns.iter().all(|column| column.len() == report.times.len()));
-    assert!(report.summary.t_end_reached < 1.0 && stop.load(Ordering::Relaxed));
 }
