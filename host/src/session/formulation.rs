@@ -32,17 +32,26 @@ pub(super) struct Choice {
 }
 
 impl Session {
-    /// Chooses coordinates.
+    /// Chooses coordinates and writes the equations in them.
+    ///
+    /// # Errors
+    /// As for [`Session::choose_tree`]; a model that the linear algebra refuses.
+    pub(super) fn choose_formulation(&self) -> Result<Choice, SessionError> {
+        let (tree, why) = self.choose_tree()?;
+        Ok(Choice { joint: tree.map(|tree| self.joint_plan(tree)).transpose()?, why })
+    }
+
+    /// The tree, if the coordinates of joints are to be used; and why, or why not.
     ///
     /// # Errors
     /// An unknown name; joint coordinates asked for where they can't be had.
-    pub(super) fn choose_formulation(&self) -> Result<Choice, SessionError> {
+    pub(super) fn choose_tree(&self) -> Result<(Option<SpanningTree>, String), SessionError> {
         let written = self.scene.simulation.formulation.as_ref();
         let name = written.map_or("auto", |word| word.value.as_str());
         if !FORMULATIONS.iter().any(|(known, _)| *known == name) {
             return Err(self.unknown_formulation(name));
         }
-        let cartesian = |why: &str| Choice { joint: None, why: why.to_string() };
+        let cartesian = |why: &str| (None, why.to_string());
         if name == "cartesian" {
             return Ok(cartesian("asked for"));
         }
@@ -60,12 +69,12 @@ impl Session {
             return Ok(cartesian(why));
         };
         if name == "joint" {
-            return Ok(Choice { joint: Some(self.joint_plan(tree)?), why: "asked for".into() });
+            return Ok((Some(tree), "asked for".into()));
         }
         let (joint, bodies) = (predicted(&tree, self.model.bodies.len()), CARTESIAN_BODY * self.model.bodies.len());
         if joint <= bodies && joint <= LARGEST_PROGRAM {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
-            return Ok(Choice { joint: Some(self.joint_plan(tree)?), why });
+            return Ok((Some(tree), why));
         }
         Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
     }

@@ -7,7 +7,7 @@ use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
-use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined, planar_case};
+use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
@@ -127,14 +127,10 @@ impl Session {
         if !pruning.row_choice {
             plan.always_rank_safe = Some(ALL_ROWS.into());
         }
-        let planar = pruning
-            .planar
-            .then(|| planar_case(&equations, &model, &assembly, &plan, scene.simulation.t_start, pruning));
         let determined = is_determined(&scene, &model, &equations, &plan, pruning);
-        super::report::note_planar(&mut plan, planar.as_ref(), &equations);
         super::report::note_determined(&mut plan, determined);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
-        let session = Self {
+        let mut session = Self {
             warnings,
             libraries: catalog.libraries().cloned().collect(),
             model,
@@ -144,12 +140,17 @@ impl Session {
             start_health,
             pruning,
             determined,
-            planar: planar.and_then(Result::ok),
+            planar: None,
             options: options.clone(),
             load_time,
-            compile_time: compiling.elapsed().as_secs_f64(),
+            compile_time: 0.0,
             scene,
         };
+        // In the coordinates of joints, what lies across the plane of a planar mechanism folds away by itself.
+        if session.pruning.planar && session.choose_tree()?.0.is_none() {
+            session.find_plane();
+        }
+        session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
     }
 }

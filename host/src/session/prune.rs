@@ -1,6 +1,8 @@
 //! What is pruned before a run: switches, planar motion.
 
 use super::error::{Exit, SessionError};
+use super::open::Session;
+use super::report::note_planar;
 use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::linalg::{DenseQr, KktSolver, LinalgError};
@@ -57,8 +59,18 @@ pub(super) fn is_determined(
         && model.elements.iter().all(|element| !element.class.opaque)
 }
 
+impl Session {
+    /// Looks for a plane that the motion stays parallel to, and tells the plan.
+    pub(super) fn find_plane(&mut self) {
+        let t = self.scene.simulation.t_start;
+        let found = planar_case(&self.equations, &self.model, &self.assembly, &self.plan, t, self.pruning);
+        note_planar(&mut self.plan, &found, &self.equations);
+        self.planar = found.ok();
+    }
+}
+
 /// Looks for a plane; the reason in words where there is none.
-pub(super) fn planar_case(
+fn planar_case(
     equations: &Equations,
     model: &Model,
     assembly: &Assembly,

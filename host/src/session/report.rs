@@ -7,8 +7,9 @@ use serde::Serialize;
 
 use super::open::Session;
 use super::prune::PlanarCase;
+use crate::analysis::JointPlan;
 use crate::model::Model;
-use crate::plan::Plan;
+use crate::plan::{Plan, Skip};
 use crate::program::{Equations, Node, Program, costs};
 use crate::scene::{GROUND, Scene};
 
@@ -108,6 +109,7 @@ struct Solving {
     unknowns: usize,
     rows_met: usize,
     operations: usize,
+    skips: Vec<Skip>,
 }
 
 impl Session {
@@ -168,6 +170,7 @@ impl Session {
                 unknowns: velocities + joint.independent.len(),
                 rows_met: joint.met.len(),
                 operations: joint.operations,
+                skips: self.joint_skips(&joint),
             };
         }
         let (equations, plan) = match &self.planar {
@@ -186,8 +189,31 @@ impl Session {
             velocities,
             unknowns: velocities + plan.independent_rows.len(),
             rows_met: 0,
+            skips: Vec::new(),
             operations: operations(equations, &plan.independent_rows),
         }
+    }
+
+    /// What the coordinates of joints make unnecessary.
+    fn joint_skips(&self, joint: &JointPlan) -> Vec<Skip> {
+        let layout = &self.plan.layout;
+        let met_by_tree = layout.rows - joint.rows.len() - joint.met.len();
+        let (velocities, left) = (layout.velocities(), joint.equations.coordinates.columns);
+        let mut skips = vec![Skip {
+            what: plural(met_by_tree, "row of the tree's joints", "rows of the tree's joints"),
+            why: "the joints' own coordinates meet them; their reactions are found where asked for".into(),
+            saved: format!("{} of {velocities} velocities", velocities.saturating_sub(left)),
+            switch: None,
+        }];
+        if !joint.met.is_empty() {
+            skips.push(Skip {
+                what: plural(joint.met.len(), "row of other joints", "rows of other joints"),
+                why: "they hold wherever the tree's joints are (in a planar mechanism, all across the plane)".into(),
+                saved: "their share of every evaluation".into(),
+                switch: None,
+            });
+        }
+        skips
     }
 
     /// What `odyn plan` tells.
@@ -222,10 +248,10 @@ impl Session {
             machine_code_time_s: costs::COMPILING * operations as f64,
             machine_code_pays_after: costs::runs_that_pay() as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
-            skipped: self
-                .plan
+            skipped: solving
                 .skips
                 .iter()
+                .chain(&self.plan.skips)
                 .map(|skip| Decision {
                     what: skip.what.clone(),
                     why: skip.why.clone(),
@@ -267,12 +293,11 @@ pub(super) fn note_determined(plan: &mut Plan, determined: bool) {
     }
 }
 
-/// Adds to the plan what is known about motions parallel to a plane; `None` where that is switched off.
-pub(super) fn note_planar(plan: &mut Plan, found: Option<&Result<PlanarCase, String>>, equations: &Equations) {
+/// Adds to the plan what is known about motions parallel to a plane.
+pub(super) fn note_planar(plan: &mut Plan, found: &Result<PlanarCase, String>, equations: &Equations) {
     match found {
-        None => {}
-        Some(Err(why)) => plan.impossible.push(("planar", why.clone())),
-        Some(Ok(case)) => {
+        Err(why) => plan.impossible.push(("planar", why.clone())),
+        Ok(case) => {
             let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
             let after = operations(&case.planar.equations, &case.plan.independent_rows);
             let dropped = rows - case.plan.independent_rows.len();
