@@ -21,6 +21,7 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `observe.rs` | requested output channels |
 //! | `tape.rs` | programs and their interpreter |
+//! | `kernels.rs` | operations that many bodies or joints repeat, looped over them |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
@@ -31,6 +32,7 @@ mod derivative;
 mod equations;
 mod graph;
 mod import;
+mod kernels;
 mod kinematics;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
@@ -47,6 +49,7 @@ pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
+pub use kernels::{NO_PLACE, Place, Writing};
 pub use kinematics::BodyNodes;
 pub use machine::MachineCode;
 pub use tape::{Program, Sets, Used, Workspace};

@@ -6,6 +6,7 @@
 mod derivatives;
 mod equations;
 mod graph;
+mod kernels;
 #[cfg(feature = "jit")]
 mod machine;
 mod reports;

@@ -65,6 +65,8 @@ pub struct Simulation {
     pub method: Option<Spanned<String>>,
     /// How the equations are evaluated.
     pub engine: Option<Spanned<String>>,
+    /// Whether what many bodies or joints repeat is written once and looped over them: `auto`, `always`, `never`.
+    pub kernels: Option<Spanned<String>>,
     /// Largest step, s, positive.
     pub max_step: Option<f64>,
     /// First step, s, positive.

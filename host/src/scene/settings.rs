@@ -87,6 +87,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "tolerance",
     "method",
     "engine",
+    "kernels",
     "max_step",
     "first_step",
     "max_steps",
@@ -121,6 +122,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let tolerance = reader.positive(&record, "tolerance", Dimension::DIMENSIONLESS);
     let method = reader.word(&record, "method");
     let engine = reader.word(&record, "engine");
+    let kernels = reader.word(&record, "kernels");
     let max_step = reader.positive(&record, "max_step", Dimension::TIME);
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
@@ -134,6 +136,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         tolerance,
         method,
         engine,
+        kernels,
         max_step,
         first_step,
         max_steps: max_steps.map(|number| number.value),

@@ -69,6 +69,10 @@ pub struct PlanReport {
     pub operations_distinct: usize,
     /// Operations per evaluation of the right side.
     pub operations_per_evaluation: usize,
+    /// Kernels among them: what many bodies or joints repeat, written once.
+    pub kernels: usize,
+    /// Operations written down for the right side, those of a kernel once.
+    pub operations_written: usize,
     /// Size of the machine code for the right side, if it is made, bytes (predicted).
     pub machine_code_bytes: u64,
     /// Time to make it, s (predicted).
@@ -144,7 +148,8 @@ impl Session {
             Some(why) => format!("rank-safe throughout: {why}"),
         };
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
-        let operations = Program::compile(&self.equations.graph, &nodes).operations();
+        let program = Program::compile(&self.equations.graph, &nodes);
+        let (operations, compiled) = (program.operations(), program.straight_operations());
         PlanReport {
             islands: islands.collect(),
             engine,
@@ -152,8 +157,10 @@ impl Session {
             operations_requested: self.equations.graph.requested,
             operations_distinct: self.equations.graph.len(),
             operations_per_evaluation: operations,
-            machine_code_bytes: (costs::CODE * operations as f64) as u64,
-            machine_code_time_s: costs::COMPILING * operations as f64,
+            kernels: program.kernel_count(),
+            operations_written: program.written_operations(),
+            machine_code_bytes: (costs::CODE * compiled as f64) as u64,
+            machine_code_time_s: costs::COMPILING * compiled as f64,
             machine_code_pays_after: costs::runs_that_pay() as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
             skipped: self
@@ -289,6 +296,13 @@ impl std::fmt::Display for PlanReport {
             "operations: {} written, {} distinct after folding and sharing, {} per evaluation",
             self.operations_requested, self.operations_distinct, self.operations_per_evaluation
         )?;
+        if self.kernels > 0 {
+            writeln!(
+                f,
+                "kernels: {} hold what bodies and joints repeat, so that {} operations are written for one evaluation",
+                self.kernels, self.operations_written
+            )?;
+        }
         writeln!(
             f,
             "machine code: about {:.0} kB in {:.1} ms, which pays after {} evaluations; until then interpreted",
