@@ -14,8 +14,9 @@ pub const COMPILING: f64 = 5e-6;
 /// Machine code of an operation, bytes.
 pub const CODE: f64 = 13.0;
 
-/// Nodes of a program from which on it is written with kernels.
-const LOOPS_FROM: usize = 20_000;
+/// Nodes of a program from which on it is written with kernels. As one line it would be a megabyte of machine code, which
+/// takes half a second to make and is read from memory again and again; below, machine code is faster in long runs.
+const LOOPS_FROM: usize = 100_000;
 
 /// Why there is no machine code.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
