@@ -48,7 +48,7 @@ pub use dense_qr::DenseQr;
 pub use pivoted_qr::PivotedQr;
 pub use sparse_first::{LIGHT, SparseFirst, TRUSTED};
 pub use sparse_ldl::SparseLdl;
-pub use sparse_rank::SparseRank;
+pub use sparse_rank::{NullVector, SparseRank};
 
 /// Rank tolerance of the dense factorisations: a pivot at or below this share of the largest
 /// one counts as zero. Rows are scaled to unit length before, so the number has no unit.

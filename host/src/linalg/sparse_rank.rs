@@ -12,6 +12,9 @@ const NOTHING_LEFT_OF_VECTOR: f64 = 1e-8;
 /// Coefficients below this share of the largest one do not count in a null vector.
 const NEGLIGIBLE: f64 = 1e-9;
 
+/// A vector `lambda` with `J^T lambda = 0`, as rows and values.
+pub type NullVector = Vec<(usize, f64)>;
+
 /// The rows of `J`, sorted out; see [`SparseRank::find`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseRank {
@@ -117,7 +120,7 @@ impl SparseRank {
         clusters: &Clusters,
         mass: &[f64],
         jacobian: &[f64],
-    ) -> Result<Option<Vec<Vec<(usize, f64)>>>, LinalgError> {
+    ) -> Result<Option<Vec<NullVector>>, LinalgError> {
         if self.dependent.is_empty() {
             return Ok(Some(Vec::new()));
         }

@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::layout::Layout;
 use super::topology::Topology;
-use crate::linalg::{Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, SparseRank, TRUSTED};
+use crate::linalg::{
+    Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SparseRank, TRUSTED,
+};
 use crate::model::Model;
 
 /// Share of the largest pivot below which a constraint row counts as dependent on others at the assembled position.
@@ -186,7 +188,7 @@ pub(super) struct Rank {
     /// Ascending.
     pub(super) dependent_rows: Vec<usize>,
     /// Vectors lambda with Phi_q^T lambda = 0, as rows and values, one per dependent row.
-    pub(super) null_space: Vec<Vec<(usize, f64)>>,
+    pub(super) null_space: Vec<NullVector>,
 }
 
 impl Rank {
@@ -242,7 +244,7 @@ pub(super) fn unique_reactions(
     model: &Model,
     layout: &Layout,
     probe: &Probe<'_>,
-    null_space: &[Vec<(usize, f64)>],
+    null_space: &[NullVector],
 ) -> Vec<Reaction> {
     let mut reactions = Vec::new();
     let mut first_of = vec![0; model.elements.len()];

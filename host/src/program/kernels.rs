@@ -62,17 +62,16 @@ impl Kernel {
         let (inputs, outputs) = (program.inputs.len(), program.outputs.len());
         for first in (0..self.cells).step_by(LANES) {
             let count = LANES.min(self.cells - first);
-            for lane in 0..LANES {
+            for (lane, cell) in (first..first + LANES).enumerate() {
                 // Lanes without a cell of their own repeat the last one.
-                let cell = first + lane.min(count - 1);
+                let cell = cell.min(self.cells - 1);
                 let from = &self.gather[cell * inputs..(cell + 1) * inputs];
                 for ((_, register), source) in program.inputs.iter().zip(from) {
                     lanes[*register as usize][lane] = numbers[*source as usize];
                 }
             }
             interpret_lanes(program.instructions(), tables, lanes);
-            for lane in 0..count {
-                let cell = first + lane;
+            for (lane, cell) in (first..first + count).enumerate() {
                 let to = &self.scatter[cell * outputs..(cell + 1) * outputs];
                 for (register, target) in program.outputs.iter().zip(to) {
                     numbers[*target as usize] = lanes[*register as usize][lane];
