@@ -8,7 +8,7 @@ use super::joint_start::JointStart;
 use crate::linalg::Health;
 use crate::model::Model;
 use crate::plan::{Layout, Measure, SpanningTree};
-use crate::program::{Equations, JointEquations};
+use crate::program::{Equations, JointEquations, Program};
 
 /// Share of its gradient along the bodies' own coordinates below which the gradient of a row along the joints' is round-off:
 /// the row holds wherever the joints are.
@@ -32,8 +32,8 @@ pub struct JointPlan {
     pub met: Vec<usize>,
     /// Which of [`JointPlan::rows`] are independent at the start, as places in that list.
     pub independent: Vec<usize>,
-    /// Operations per evaluation, the solution of the equations included.
-    pub operations: usize,
+    /// The right side, the solution of the equations included.
+    pub program: Program,
     /// Gradients of [`JointPlan::rows`] along the bodies' coordinates, rotations taken on the scene's length.
     pub(super) sizes: Vec<f64>,
     /// The same in the metric of M^-1.
@@ -104,7 +104,7 @@ impl JointPlan {
         let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
         Ok(Self {
             met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),
-            operations: regular.motion.program().operations(),
+            program: regular.motion.program().clone(),
             start_health,
             at_start,
             independent,

@@ -23,6 +23,7 @@
 //! | `dense_qr.rs` | rank-safe engine, the plain twin of everything faster |
 //! | `sparse_first.rs` | the sparse engine where it can be trusted, the rank-safe one where not |
 //! | `sparse_ldl.rs` | engine whose cost grows like the size of a chain or tree |
+//! | `sparse_rank.rs` | dependent rows found by sparse elimination |
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
 //! | `pivoted_qr.rs` | Householder QR with column pivoting: rank, least squares, minimum norm |
 //! | `dense.rs` | LU with complete pivoting for square systems that may be singular |
@@ -35,6 +36,7 @@ mod dense_qr;
 mod pivoted_qr;
 mod sparse_first;
 mod sparse_ldl;
+mod sparse_rank;
 
 #[cfg(test)]
 mod tests;
@@ -44,8 +46,9 @@ pub use constraint_order::{Clusters, constraint_order};
 pub use dense::FullPivLu;
 pub use dense_qr::DenseQr;
 pub use pivoted_qr::PivotedQr;
-pub use sparse_first::{SparseFirst, TRUSTED};
+pub use sparse_first::{LIGHT, SparseFirst, TRUSTED};
 pub use sparse_ldl::SparseLdl;
+pub use sparse_rank::{NullVector, SparseRank};
 
 /// Rank tolerance of the dense factorisations: a pivot at or below this share of the largest
 /// one counts as zero. Rows are scaled to unit length before, so the number has no unit.

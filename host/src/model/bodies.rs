@@ -1,6 +1,7 @@
 //! Masses and inertias; which bodies can move.
 
 use nalgebra::{Matrix3, Vector3};
+use rustc_hash::FxHashMap;
 
 use super::types::{Body, rotation};
 use crate::diagnostics::{Diagnostic, codes, suggest};
@@ -25,12 +26,19 @@ pub(super) struct Bodies {
     pub(super) movable: Vec<Body>,
     /// Every name with what it stands for; ground first.
     named: Vec<(String, Target)>,
+    /// Place of each name in `named`, of its first one where it is there twice.
+    place_of: FxHashMap<String, usize>,
 }
 
 impl Bodies {
+    fn name(&mut self, name: &str, target: Target) {
+        self.place_of.entry(name.into()).or_insert(self.named.len());
+        self.named.push((name.into(), target));
+    }
+
     /// What a name stands for.
     pub(super) fn find(&self, name: &Spanned<String>) -> Result<&Target, Diagnostic> {
-        self.named.iter().find(|(known, _)| *known == name.value).map(|(_, target)| target).ok_or_else(|| {
+        self.place_of.get(&name.value).map(|place| &self.named[*place].1).ok_or_else(|| {
             let names: Vec<&str> = self.named.iter().map(|(known, _)| known.as_str()).collect();
             let nearest = suggest(&name.value, names.iter().copied());
             Diagnostic::error(codes::UNKNOWN_BODY, format!("there is no body `{}`", name.value))
@@ -50,7 +58,8 @@ pub(super) fn quoted<S: AsRef<str>>(names: &[S]) -> String {
 
 pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
     let ground = Target::Fixed { origin: Vector3::zeros(), rotation: Matrix3::identity() };
-    let mut bodies = Bodies { movable: Vec::new(), named: vec![(GROUND.into(), ground)] };
+    let mut bodies = Bodies { movable: Vec::new(), named: Vec::new(), place_of: FxHashMap::default() };
+    bodies.name(GROUND, ground);
     for record in &scene.bodies {
         let attitude = rotation(&record.orientation);
         let origin = Vector3::from(record.position);
@@ -72,7 +81,7 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
             });
             Target::Movable(bodies.movable.len() - 1)
         };
-        bodies.named.push((record.name.value.clone(), target));
+        bodies.name(&record.name.value, target);
     }
     bodies
 }

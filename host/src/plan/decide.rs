@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::layout::Layout;
 use super::topology::Topology;
-use crate::linalg::{DenseQr, Health, KktSolver, KktStructure, LinalgError, TRUSTED};
+use crate::linalg::{
+    Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SparseRank, TRUSTED,
+};
 use crate::model::Model;
 
 /// Share of the largest pivot below which a constraint row counts as dependent on others at the assembled position.
@@ -114,19 +116,17 @@ impl Plan {
         // Trees with pivots beyond doubt have no dependent rows; only other scenes need the dense rank.
         let tree = topology.islands.iter().all(|island| island.loops == 0);
         let sound = if tree { sparse_health(&all).ok().filter(|h| h.smallest_pivot_ratio >= TRUSTED) } else { None };
-        let (health, mut independent_rows, mut dependent, null_space) = match sound {
+        let Rank { health, independent_rows, dependent_rows, null_space } = match sound {
             // The rank-safe engine's pivots are not known; nothing is compared with them.
-            Some(_) => (Health { rank: layout.rows, smallest_pivot_ratio: 0.0 }, all, Vec::new(), Vec::new()),
-            None => {
-                let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
-                qr.set_mass(probe.mass)?;
-                let health = qr.refactor(probe.jacobian)?;
-                (health, qr.independent_rows().to_vec(), qr.dependent_rows().to_vec(), qr.null_space()?)
-            }
+            Some(_) => Rank {
+                health: Health { rank: layout.rows, smallest_pivot_ratio: 0.0 },
+                independent_rows: all,
+                dependent_rows: Vec::new(),
+                null_space: Vec::new(),
+            },
+            None => Rank::find(layout, probe)?,
         };
-        independent_rows.sort_unstable();
-        dependent.sort_unstable();
-        let redundant_rows = dependent
+        let redundant_rows = dependent_rows
             .into_iter()
             .map(|row| {
                 let (element, k) = layout.element_of_row(row);
@@ -202,11 +202,77 @@ impl Plan {
     }
 }
 
+/// The rows of all joints, sorted out.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rank {
+    pub(super) health: Health,
+    /// Ascending.
+    pub(super) independent_rows: Vec<usize>,
+    /// Ascending.
+    pub(super) dependent_rows: Vec<usize>,
+    /// Vectors lambda with Phi_q^T lambda = 0, as rows and values, one per dependent row.
+    pub(super) null_space: Vec<NullVector>,
+}
+
+impl Rank {
+    /// By the dense engine where that takes no time, or where elimination is in doubt; otherwise by elimination.
+    fn find(layout: &Layout, probe: &Probe<'_>) -> Result<Self, LinalgError> {
+        let (n, m) = (probe.structure.n as f64, probe.structure.m as f64);
+        if n * m * m > LIGHT
+            && let Some(found) = Self::by_elimination(layout, probe)?
+        {
+            return Ok(found);
+        }
+        Self::dense(probe)
+    }
+
+    /// The twin of [`Rank::by_elimination`]: QR with column pivoting.
+    pub(super) fn dense(probe: &Probe<'_>) -> Result<Self, LinalgError> {
+        let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
+        qr.set_mass(probe.mass)?;
+        let health = qr.refactor(probe.jacobian)?;
+        let (mut independent_rows, mut dependent_rows) = (qr.independent_rows().to_vec(), qr.dependent_rows().to_vec());
+        independent_rows.sort_unstable();
+        dependent_rows.sort_unstable();
+        let vectors = qr.null_space()?;
+        let entries = |vector: &[f64]| vector.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect();
+        let null_space = vectors.chunks_exact(probe.structure.m.max(1)).map(entries).collect();
+        Ok(Self { health, independent_rows, dependent_rows, null_space })
+    }
+
+    /// Sparse elimination, one cluster per body and per joint; `None` in doubt.
+    pub(super) fn by_elimination(layout: &Layout, probe: &Probe<'_>) -> Result<Option<Self>, LinalgError> {
+        let clusters = Clusters {
+            velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
+            rows: (0..layout.rows).map(|row| layout.element_of_row(row).0).collect(),
+        };
+        let Some(rank) = SparseRank::find(probe.structure, &clusters, probe.mass, probe.jacobian)? else {
+            return Ok(None);
+        };
+        let Some(null_space) = rank.null_space(probe.structure, &clusters, probe.mass, probe.jacobian)? else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            health: Health { rank: rank.independent.len(), smallest_pivot_ratio: rank.smallest_sine },
+            independent_rows: rank.independent,
+            dependent_rows: rank.dependent,
+            null_space,
+        }))
+    }
+}
+
 /// A vector lambda0 of the null space of Phi_q^T can be added to the multipliers without any effect on the motion. The
 /// components of a reaction in which some lambda0 shows are not unique.
-fn unique_reactions(model: &Model, layout: &Layout, probe: &Probe<'_>, null_space: &[f64]) -> Vec<Reaction> {
+pub(super) fn unique_reactions(
+    model: &Model,
+    layout: &Layout,
+    probe: &Probe<'_>,
+    null_space: &[NullVector],
+) -> Vec<Reaction> {
     let mut reactions = Vec::new();
+    let mut first_of = vec![0; model.elements.len()];
     for (element, instance) in model.elements.iter().enumerate() {
+        first_of[element] = reactions.len();
         if instance.rows.is_empty() {
             continue;
         }
@@ -214,23 +280,29 @@ fn unique_reactions(model: &Model, layout: &Layout, probe: &Probe<'_>, null_spac
             reactions.push(Reaction { element, frame, force: [true; 3], torque: [true; 3] });
         }
     }
-    let rows = layout.rows;
-    if rows == 0 {
-        return reactions;
-    }
-    for lambda in null_space.chunks_exact(rows) {
+    let mut lambda = vec![0.0; layout.rows];
+    for vector in null_space {
+        vector.iter().for_each(|(row, value)| lambda[*row] = *value);
+        let mut elements: Vec<usize> = vector.iter().map(|(row, _)| layout.element_of_row(*row).0).collect();
+        elements.sort_unstable();
+        elements.dedup();
+        // Only these carry any load.
+        let frames = |element: &usize| first_of[*element]..first_of[*element] + model.elements[*element].markers.len();
+        let touched: Vec<usize> = elements.iter().flat_map(frames).collect();
         let loads: Vec<(Vector3<f64>, Vector3<f64>)> =
-            reactions.iter().map(|r| null_load(model, layout, probe, lambda, r)).collect();
+            touched.iter().map(|k| null_load(model, layout, probe, &lambda, &reactions[*k])).collect();
         // The size of a load in newtons, torques taken on the scene's length.
         let size = |(f, n): &(Vector3<f64>, Vector3<f64>)| f.amax().max(n.amax() / probe.length);
         let largest = loads.iter().map(size).fold(0.0, f64::max);
         let shows = |x: f64| x.abs() > 1e-7 * largest;
-        for (reaction, (force, torque)) in reactions.iter_mut().zip(&loads) {
+        for (k, (force, torque)) in touched.iter().zip(&loads) {
+            let reaction = &mut reactions[*k];
             for k in 0..3 {
                 reaction.force[k] &= !shows(force[k]);
                 reaction.torque[k] &= !shows(torque[k] / probe.length);
             }
         }
+        vector.iter().for_each(|(row, _)| lambda[*row] = 0.0);
     }
     reactions
 }
@@ -248,8 +320,10 @@ fn null_load(
     let rows = layout.row_at[reaction.element]..layout.row_at[reaction.element] + instance.rows.len();
     let marker = &instance.markers[reaction.frame];
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-    let entries = probe.structure.jacobian.iter().zip(probe.jacobian);
-    for ((row, column), value) in entries.filter(|((row, _), _)| rows.contains(row)) {
+    let pattern = &probe.structure.jacobian;
+    let entries =
+        pattern.partition_point(|(row, _)| *row < rows.start)..pattern.partition_point(|(row, _)| *row < rows.end);
+    for ((row, column), value) in pattern[entries.clone()].iter().zip(&probe.jacobian[entries]) {
         let body = column / 6;
         if marker.body.is_some_and(|own| own != body) {
             continue;

@@ -2,7 +2,12 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
+use nalgebra::Matrix3;
+
+use super::decide::{Rank, unique_reactions};
 use super::*;
+use crate::analysis::{Constraints, mass_values, start_inputs};
+use crate::model::rotation;
 use crate::tests::{Prepared, model, prepared, scenes};
 
 const BODY: &str = "[[body]]\nname = \"NAME\"\nmass = 2\ninertia = [0.2, 0.3, 0.4]\nposition = [0.5, 0, 0]\n";
@@ -220,4 +225,54 @@ fn every_input_has_a_slot_of_its_own() {
     ];
     starts.iter().for_each(|(start, count)| slots.extend(*start..start + count));
     assert_eq!(slots, (0..layout.inputs()).collect::<Vec<_>>());
+}
+
+/// Windows side by side in the plane z = 0: three redundant rows each. Turned out of any axis, so that no row vanishes.
+fn windows(count: usize) -> String {
+    let mut text = String::new();
+    let named = |name: String, x: f64, y: f64| {
+        format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.2, 0.3]\nposition = [{x}, {y}, 0]\n")
+    };
+    for k in 0..=count {
+        let x = k as f64;
+        text += &named(format!("link{k}"), x + 0.2, 0.5);
+        text += &element("joint", &format!("a{k}"), "hinge", ["ground", &format!("link{k}")], [x, 0.0, 0.0]);
+        if k > 0 {
+            let coupler = format!("coupler{k}");
+            text += &named(coupler.clone(), x - 0.1, 1.0);
+            let (left, right) = (format!("link{}", k - 1), format!("link{k}"));
+            text += &element("joint", &format!("b{k}"), "hinge", [&left, &coupler], [x - 0.6, 1.0, 0.0]);
+            text += &element("joint", &format!("c{k}"), "hinge", [&coupler, &right], [x + 0.4, 1.0, 0.0]);
+        }
+    }
+    text
+}
+
+#[test]
+fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
+    let texts = [windows(1), windows(7), scenes::four_bar(1.1), scenes::tangle()];
+    for text in texts {
+        let Prepared { model, equations, assembly, plan, .. } = prepared(&text);
+        let layout = &plan.layout;
+        let all: Vec<usize> = (0..layout.rows).collect();
+        let mut rows = Constraints::new(&equations, &model, &all, &[], &[]).unwrap();
+        rows.evaluate(&start_inputs(layout, 0.0, &assembly), &model.sets).unwrap();
+        let body = |k: usize| &assembly.working[13 * k..];
+        let rotations: Vec<Matrix3<f64>> =
+            (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
+        let mass = mass_values(&model);
+        let probe = Probe {
+            structure: &rows.structure,
+            mass: &mass,
+            jacobian: rows.jacobian(),
+            rotations: &rotations,
+            length: assembly.scales.length,
+        };
+        let dense = Rank::dense(&probe).unwrap();
+        let sparse = Rank::by_elimination(layout, &probe).unwrap().unwrap();
+        assert_eq!(sparse.health.rank, dense.health.rank);
+        assert_eq!(sparse.null_space.len(), dense.null_space.len());
+        let reactions = |rank: &Rank| unique_reactions(&model, layout, &probe, &rank.null_space);
+        assert_eq!(reactions(&sparse), reactions(&dense));
+    }
 }

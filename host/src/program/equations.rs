@@ -11,6 +11,7 @@ use super::coupling::CoupledInput;
 use super::derivative::{Seeds, derivatives};
 use super::graph::{Graph, Node};
 use super::import::import;
+use super::kernels::NO_PLACE;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
 use super::vector::V3;
@@ -107,7 +108,7 @@ impl Equations {
     /// Writes down the equations of a model.
     #[must_use]
     pub fn build(model: &Model, layout: &Layout, form: Form) -> Self {
-        let mut graph = Graph::default();
+        let mut graph = Graph::with_places(layout.places(NO_PLACE));
         let zero = graph.constant(0.0);
         let bodies: Vec<BodyNodes> = (0..layout.bodies).map(|b| body_nodes(&mut graph, layout, b, form)).collect();
         let columns = form.columns();

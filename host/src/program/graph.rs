@@ -1,7 +1,11 @@
 //! [`Graph`]: every operation once, simplified while it is built.
 
+use std::hash::BuildHasher;
+
 use element_api::Table;
-use rustc_hash::FxHashMap;
+use rustc_hash::FxBuildHasher;
+
+use super::kernels::{Place, Writing};
 
 /// A value in the graph. Operands of a node always have smaller numbers than the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -81,24 +85,73 @@ pub struct Call {
     pub second_to: usize,
 }
 
+/// An empty place in the table of known expressions.
+const NO_NODE: u32 = u32::MAX;
+
 /// The operations of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Graph {
     exprs: Vec<Expr>,
-    known: FxHashMap<Expr, Node>,
+    /// Node numbers by the hash of what they are, with [`NO_NODE`] between; as many entries as a power of two.
+    known: Vec<u32>,
     /// Tables that nodes refer to.
     pub tables: Vec<Table>,
     /// Calls that nodes refer to.
     pub calls: Vec<Call>,
     /// How many operations were asked for, before simplification.
     pub requested: usize,
+    /// The place each input belongs to, see `kernels.rs`; without places there are no kernels.
+    pub places: Vec<Place>,
+    /// How programs of this graph are written.
+    pub writing: Writing,
+}
+
+impl Expr {
+    /// The same operation of other nodes.
+    pub(super) fn with_operands(self, node: impl Fn(Node) -> Node) -> Self {
+        match self {
+            Self::Constant(_) | Self::Input(_) | Self::Call { .. } => self,
+            Self::Add(a, b) => Self::Add(node(a), node(b)),
+            Self::Sub(a, b) => Self::Sub(node(a), node(b)),
+            Self::Mul(a, b) => Self::Mul(node(a), node(b)),
+            Self::Div(a, b) => Self::Div(node(a), node(b)),
+            Self::Neg(a) => Self::Neg(node(a)),
+            Self::Sqrt(a) => Self::Sqrt(node(a)),
+            Self::Sin(a) => Self::Sin(node(a)),
+            Self::Cos(a) => Self::Cos(node(a)),
+            Self::Atan2(a, b) => Self::Atan2(node(a), node(b)),
+            Self::Exp(a) => Self::Exp(node(a)),
+            Self::Ln(a) => Self::Ln(node(a)),
+            Self::Tanh(a) => Self::Tanh(node(a)),
+            Self::Powi(a, n) => Self::Powi(node(a), n),
+            Self::Powf(a, bits) => Self::Powf(node(a), bits),
+            Self::Select(a, b, c, d) => Self::Select(node(a), node(b), node(c), node(d)),
+            Self::Table { table, order, at } => Self::Table { table, order, at: node(at) },
+        }
+    }
 }
 
 impl Graph {
+    /// An empty graph whose inputs belong to these places.
+    #[must_use]
+    pub fn with_places(places: Vec<Place>) -> Self {
+        Self { places, ..Self::default() }
+    }
+
+    /// The graph of these operations as they are, operands before what uses them.
+    pub(super) fn of(exprs: Vec<Expr>) -> Self {
+        Self { exprs, ..Self::default() }
+    }
+
     /// The number of distinct nodes.
     #[must_use]
     pub fn len(&self) -> usize {
         self.exprs.len()
+    }
+
+    /// All nodes, ascending.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = Node> + use<> {
+        (0..self.exprs.len() as u32).map(Node)
     }
 
     /// Whether there is no node yet.
@@ -128,13 +181,39 @@ impl Graph {
         self.value(node) == Some(0.0)
     }
 
+    /// The node of an expression, a new one where there is none yet. The table holds numbers only, since for large scenes
+    /// it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
     fn intern(&mut self, expr: Expr) -> Node {
-        let next = Node(self.exprs.len() as u32);
-        let node = *self.known.entry(expr).or_insert(next);
-        if node == next {
+        if 4 * (self.exprs.len() + 1) > 3 * self.known.len() {
+            self.enlarge();
+        }
+        let at = self.place_of(&expr);
+        if self.known[at] == NO_NODE {
+            self.known[at] = self.exprs.len() as u32;
             self.exprs.push(expr);
         }
-        node
+        Node(self.known[at])
+    }
+
+    /// Where the number of an expression is in the table, or goes.
+    fn place_of(&self, expr: &Expr) -> usize {
+        let mask = self.known.len() - 1;
+        // The upper bits of this hash are its good ones.
+        let mut at = (FxBuildHasher.hash_one(expr) >> 20) as usize & mask;
+        while self.known[at] != NO_NODE && self.exprs[self.known[at] as usize] != *expr {
+            at = (at + 1) & mask;
+        }
+        at
+    }
+
+    fn enlarge(&mut self) {
+        let size = (2 * self.known.len()).max(64);
+        self.known.clear();
+        self.known.resize(size, NO_NODE);
+        for number in 0..self.exprs.len() {
+            let at = self.place_of(&self.exprs[number]);
+            self.known[at] = number as u32;
+        }
     }
 
     /// A number. Negative zero becomes zero: nothing here distinguishes them.
@@ -423,6 +502,25 @@ impl Graph {
             Expr::Select(a, b, c, d) => [a, b, c, d].into_iter().for_each(visit),
             Expr::Call { call, .. } => self.calls[call as usize].arguments.iter().copied().for_each(visit),
         }
+    }
+
+    /// Everything `outputs` depend on, themselves included, in ascending order. For many outputs, faster than
+    /// [`Graph::ancestors`]: it looks at every node below the last output.
+    #[must_use]
+    pub fn live(&self, outputs: &[Node]) -> Vec<Node> {
+        let end = outputs.iter().max().map_or(0, |node| node.0 as usize + 1);
+        let mut marked = vec![false; end];
+        outputs.iter().for_each(|node| marked[node.0 as usize] = true);
+        let mut count = 0;
+        for k in (0..end).rev().map(|k| Node(k as u32)) {
+            if marked[k.0 as usize] {
+                count += 1;
+                self.operands(k, |operand| marked[operand.0 as usize] = true);
+            }
+        }
+        let mut list = Vec::with_capacity(count);
+        list.extend((0..end).filter(|k| marked[*k]).map(|k| Node(k as u32)));
+        list
     }
 
     /// Everything `outputs` depend on, themselves included, in ascending order; `stop` nodes are listed but not entered.

@@ -145,8 +145,14 @@ impl Maker {
         program.outputs.iter().for_each(|register| live[*register as usize] = true);
         let mut made: Vec<Vec<FuncId>> = vec![Vec::new(); lists.len()];
         for (number, list) in lists.iter().enumerate().rev() {
-            // A stage's list is followed by its calls.
+            // A stage's list is followed by its calls and kernels.
             if let Some(stage) = program.stages.get(number) {
+                for kernel in &stage.kernels {
+                    kernel.scatter.iter().for_each(|register| live[*register as usize] = false);
+                }
+                for kernel in &stage.kernels {
+                    kernel.gather.iter().for_each(|register| live[*register as usize] = true);
+                }
                 for batch in &stage.batches {
                     batch.results.iter().flatten().for_each(|register| live[*register as usize] = false);
                 }

@@ -26,6 +26,7 @@
 //! | `planar.rs` | the equations of a motion that stays parallel to a plane |
 //! | `tape.rs` | programs and their interpreter |
 //! | `lanes.rs` | programs for several instances at once |
+//! | `kernels.rs` | operations that many bodies or joints repeat, looped over them |
 //! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
@@ -38,6 +39,7 @@ mod equations;
 mod graph;
 mod import;
 mod joint;
+mod kernels;
 mod kinematics;
 mod lanes;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
@@ -59,6 +61,7 @@ pub use eliminate::Elimination;
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
 pub use joint::{JointEquations, JointPose};
+pub use kernels::{NO_PLACE, Place, Writing};
 pub use kinematics::BodyNodes;
 pub use lanes::Lanes;
 pub use machine::MachineCode;

@@ -6,7 +6,9 @@ use element_api::Table;
 use element_api::set::{Batch, ElementSet, Fault, Wanted};
 use rustc_hash::FxHashMap;
 
+use super::costs;
 use super::graph::{Expr, Graph, Node};
+use super::kernels::{self, Kernel, LANES, Shape};
 use super::machine::MachineCode;
 
 /// A register: an index into the workspace's numbers.
@@ -75,17 +77,19 @@ pub(super) struct BatchPlan {
     pub(super) results: Vec<Option<Register>>,
 }
 
-/// Operations, then calls that need them and none of which needs another.
+/// Operations, then calls or kernels that need them and none of which needs another.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
     operations: Vec<Instruction>,
     pub(super) batches: Vec<BatchPlan>,
+    pub(super) kernels: Vec<Kernel>,
 }
 
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
 #[derive(Debug, Clone)]
 pub struct Program {
     pub(super) constants: Vec<f64>,
+    /// Slot of each input in use, ascending, and its register.
     pub(super) inputs: Vec<(u32, Register)>,
     pub(super) stages: Vec<Stage>,
     after_calls: Vec<Instruction>,
@@ -102,6 +106,8 @@ pub struct Workspace {
     numbers: Vec<f64>,
     call_inputs: Vec<f64>,
     call_results: Vec<f64>,
+    /// Registers of the kernels, one number per cell that runs at the same time.
+    lanes: Vec<[f64; LANES]>,
     runs: u64,
 }
 
@@ -127,35 +133,48 @@ pub struct Used<'a> {
 pub type Sets = [Box<dyn ElementSet>];
 
 impl Program {
-    /// Brings everything `outputs` depend on into running order and drops the rest.
+    /// Brings everything `outputs` depend on into running order and drops the rest. How it is written, as one line or with
+    /// kernels (see `kernels.rs`), changes no bit of the results.
+    #[must_use]
+    pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
+        let live = graph.live(outputs);
+        let called = live.iter().any(|node| matches!(graph.expr(*node), Expr::Call { .. }));
+        if called || graph.places.is_empty() || !costs::may_loop(graph.writing, live.len()) {
+            return Self::straight(graph, &live, outputs);
+        }
+        let levels = kernels::levels(graph, &live, outputs);
+        let looped = levels.iter().flat_map(|level| &level.shapes).map(Shape::operations).sum::<usize>();
+        if !costs::loops_pay(graph.writing, looped, live.len()) {
+            return Self::straight(graph, &live, outputs);
+        }
+        let mut builder = Builder::new(graph, &live, outputs, &[]);
+        let stage = |level: kernels::Level| Stage {
+            operations: builder.instructions(&level.straight),
+            batches: Vec::new(),
+            kernels: level.shapes.iter().map(|shape| builder.kernel(shape)).collect(),
+        };
+        let stages = levels.into_iter().map(stage).collect();
+        builder.program(outputs, stages, Vec::new())
+    }
+
+    /// One line of operations.
     ///
     /// Registers are reused once their last user has run. Calls run in stages: together with all that need the results of
     /// equally many calls one after the other, between the operations that feed them and the operations that use them.
-    #[must_use]
-    pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
-        let live = graph.ancestors(outputs, |_| false);
-        let calls = used_calls(graph, &live);
+    pub(super) fn straight(graph: &Graph, live: &[Node], outputs: &[Node]) -> Self {
+        let calls = used_calls(graph, live);
         let arguments: Vec<Node> =
             calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
-        let mut builder = Builder::new(graph, &live, outputs, &arguments);
+        let mut builder = Builder::new(graph, live, outputs, &arguments);
         let mut stages = Vec::new();
         for level in by_level(graph, calls) {
             let given = |(call, _): &UsedCall| graph.calls[*call].arguments.iter().copied();
             let arguments: Vec<Node> = level.iter().flat_map(given).collect();
             let operations = builder.instructions(&graph.ancestors(&arguments, |_| false));
-            stages.push(Stage { operations, batches: builder.batches(&level) });
+            stages.push(Stage { operations, batches: builder.batches(&level), kernels: Vec::new() });
         }
-        let after_calls = builder.instructions(&live);
-        Self {
-            outputs: outputs.iter().map(|n| builder.register_of[n]).collect(),
-            constants: builder.constants,
-            inputs: builder.inputs,
-            stages,
-            after_calls,
-            registers: builder.registers as usize,
-            tables: graph.tables.clone(),
-            code: None,
-        }
+        let after_calls = builder.instructions(live);
+        builder.program(outputs, stages, after_calls)
     }
 
     /// The scratch numbers for this program.
@@ -168,6 +187,7 @@ impl Program {
             numbers,
             call_inputs: vec![0.0; largest(|b| b.arguments.len())],
             call_results: vec![0.0; largest(|b| b.results.len())],
+            lanes: vec![[0.0; LANES]; self.kernels().map(|kernel| kernel.program.registers).max().unwrap_or(0)],
             runs: 0,
         }
     }
@@ -201,9 +221,37 @@ impl Program {
         self.stages.iter().flat_map(|stage| &stage.batches)
     }
 
+    fn kernels(&self) -> impl Iterator<Item = &Kernel> {
+        self.stages.iter().flat_map(|stage| &stage.kernels)
+    }
+
+    /// The operations of a program without stages.
+    pub(super) fn instructions(&self) -> &[Instruction] {
+        &self.after_calls
+    }
+
     /// Number of operations run per evaluation.
     #[must_use]
     pub fn operations(&self) -> usize {
+        let looped: usize = self.kernels().map(|kernel| kernel.cells * kernel.operations()).sum();
+        self.straight_operations() + looped
+    }
+
+    /// Number of operations written down: those of a kernel once.
+    #[must_use]
+    pub fn written_operations(&self) -> usize {
+        self.straight_operations() + self.kernels().map(Kernel::operations).sum::<usize>()
+    }
+
+    /// Number of kernels.
+    #[must_use]
+    pub fn kernel_count(&self) -> usize {
+        self.kernels().count()
+    }
+
+    /// Number of operations outside of kernels; these may become machine code.
+    #[must_use]
+    pub fn straight_operations(&self) -> usize {
         self.stages.iter().map(|stage| stage.operations.len()).sum::<usize>() + self.after_calls.len()
     }
 
@@ -249,6 +297,9 @@ impl Program {
         }
         for (list, stage) in self.stages.iter().enumerate() {
             self.run_list(list, &stage.operations, numbers);
+            for kernel in &stage.kernels {
+                kernel.run(&self.tables, numbers, &mut workspace.lanes);
+            }
             for batch in &stage.batches {
                 let given = &mut workspace.call_inputs[..batch.arguments.len()];
                 for (slot, register) in given.iter_mut().zip(&batch.arguments) {
@@ -301,6 +352,43 @@ fn interpret(instructions: &[Instruction], tables: &[Table], x: &mut [f64]) {
     }
 }
 
+/// The same for many cells at once, one on each lane.
+pub(super) fn interpret_lanes(instructions: &[Instruction], tables: &[Table], x: &mut [[f64; LANES]]) {
+    for instruction in instructions {
+        match *instruction {
+            Instruction::Add(d, a, b) => two(x, d, a, b, |a, b| a + b),
+            Instruction::Sub(d, a, b) => two(x, d, a, b, |a, b| a - b),
+            Instruction::Mul(d, a, b) => two(x, d, a, b, |a, b| a * b),
+            Instruction::Div(d, a, b) => two(x, d, a, b, |a, b| a / b),
+            Instruction::Neg(d, a) => one(x, d, a, |a| -a),
+            Instruction::Sqrt(d, a) => one(x, d, a, f64::sqrt),
+            Instruction::Sin(d, a) => one(x, d, a, f64::sin),
+            Instruction::Cos(d, a) => one(x, d, a, f64::cos),
+            Instruction::Atan2(d, a, b) => two(x, d, a, b, f64::atan2),
+            Instruction::Exp(d, a) => one(x, d, a, f64::exp),
+            Instruction::Ln(d, a) => one(x, d, a, f64::ln),
+            Instruction::Tanh(d, a) => one(x, d, a, f64::tanh),
+            Instruction::Powi(d, a, n) => one(x, d, a, |a| a.powi(n)),
+            Instruction::Powf(d, a, e) => one(x, d, a, |a| a.powf(e)),
+            Instruction::Select(d, [a, b, c, e]) => {
+                let (a, b, c, e) = (x[a as usize], x[b as usize], x[c as usize], x[e as usize]);
+                x[d as usize] = std::array::from_fn(|lane| if a[lane] < b[lane] { c[lane] } else { e[lane] });
+            }
+            Instruction::Table(d, a, table, order) => one(x, d, a, |a| tables[table as usize].derivative(a, order)),
+        }
+    }
+}
+
+fn one(x: &mut [[f64; LANES]], d: Register, a: Register, f: impl Fn(f64) -> f64) {
+    let a = x[a as usize];
+    x[d as usize] = std::array::from_fn(|lane| f(a[lane]));
+}
+
+fn two(x: &mut [[f64; LANES]], d: Register, a: Register, b: Register, f: impl Fn(f64, f64) -> f64) {
+    let (a, b) = (x[a as usize], x[b as usize]);
+    x[d as usize] = std::array::from_fn(|lane| f(a[lane], b[lane]));
+}
+
 /// A call with the results that are used: number and node.
 type UsedCall = (usize, Vec<(usize, Node)>);
 
@@ -340,12 +428,16 @@ fn used_calls(graph: &Graph, live: &[Node]) -> Vec<UsedCall> {
     list
 }
 
+/// No register.
+const NONE: Register = Register::MAX;
+
 /// Gives out registers while instructions are written.
 struct Builder<'g> {
     graph: &'g Graph,
-    register_of: FxHashMap<Node, Register>,
-    /// How many users of a node are still to come; outputs and call arguments are held for ever.
-    users: FxHashMap<Node, u32>,
+    /// By node; [`NONE`] where it has none yet.
+    register_of: Vec<Register>,
+    /// By node: how many users are still to come; outputs and call arguments are held for ever.
+    users: Vec<u32>,
     free: Vec<Register>,
     registers: Register,
     constants: Vec<f64>,
@@ -354,18 +446,19 @@ struct Builder<'g> {
 
 impl<'g> Builder<'g> {
     fn new(graph: &'g Graph, live: &[Node], outputs: &[Node], arguments: &[Node]) -> Self {
-        let mut users: FxHashMap<Node, u32> = FxHashMap::default();
+        let end = live.last().map_or(0, |node| node.0 as usize + 1);
+        let mut users = vec![0; end];
         for node in live {
             if !matches!(graph.expr(*node), Expr::Call { .. }) {
-                graph.operands(*node, |operand| *users.entry(operand).or_default() += 1);
+                graph.operands(*node, |operand| users[operand.0 as usize] += 1);
             }
         }
         for held in outputs.iter().chain(arguments) {
-            *users.entry(*held).or_default() += 1;
+            users[held.0 as usize] += 1;
         }
         let mut builder = Self {
             graph,
-            register_of: FxHashMap::default(),
+            register_of: vec![NONE; end],
             users,
             free: Vec::new(),
             registers: 0,
@@ -377,18 +470,47 @@ impl<'g> Builder<'g> {
             if let Some(value) = graph.value(*node) {
                 let register = builder.fresh();
                 builder.constants.push(value);
-                builder.register_of.insert(*node, register);
-                *builder.users.entry(*node).or_default() += 1;
+                builder.register_of[node.0 as usize] = register;
+                builder.users[node.0 as usize] += 1;
             }
         }
         for node in live {
             if let Expr::Input(slot) = graph.expr(*node) {
                 let register = builder.fresh();
                 builder.inputs.push((slot, register));
-                builder.register_of.insert(*node, register);
+                builder.register_of[node.0 as usize] = register;
             }
         }
         builder
+    }
+
+    /// The finished program.
+    fn program(self, outputs: &[Node], stages: Vec<Stage>, after_calls: Vec<Instruction>) -> Program {
+        Program {
+            outputs: outputs.iter().map(|node| self.register_of[node.0 as usize]).collect(),
+            constants: self.constants,
+            inputs: self.inputs,
+            stages,
+            after_calls,
+            registers: self.registers as usize,
+            tables: self.graph.tables.clone(),
+            code: None,
+        }
+    }
+
+    /// A kernel, whose inputs and outputs live in registers of the whole program for good: the operations inside, which
+    /// use the inputs, are counted among their users and never taken off.
+    fn kernel(&mut self, shape: &Shape) -> Kernel {
+        let gather = shape.imports.iter().map(|node| self.register_of[node.0 as usize]).collect();
+        let mut scatter = Vec::with_capacity(shape.exports.len());
+        for node in &shape.exports {
+            let register = self.fresh();
+            self.register_of[node.0 as usize] = register;
+            self.users[node.0 as usize] += 1;
+            scatter.push(register);
+        }
+        let program = Program::straight(&shape.graph, &shape.graph.live(&shape.outputs), &shape.outputs);
+        Kernel { program, gather, scatter, cells: shape.cells }
     }
 
     fn fresh(&mut self) -> Register {
@@ -402,8 +524,9 @@ impl<'g> Builder<'g> {
 
     fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
         let mut list = Vec::with_capacity(nodes.len());
+        let mut operands = Vec::with_capacity(4);
         for node in nodes {
-            if self.register_of.contains_key(node) {
+            if self.register_of[node.0 as usize] != NONE {
                 continue;
             }
             let expr = self.graph.expr(*node);
@@ -411,18 +534,21 @@ impl<'g> Builder<'g> {
                 continue;
             }
             // Operands that nobody else needs give back their register, which the result may take at once.
-            let mut operands = Vec::with_capacity(4);
+            operands.clear();
             self.graph.operands(*node, |operand| operands.push(operand));
-            let at: Vec<Register> = operands.iter().map(|operand| self.register_of[operand]).collect();
+            let mut at = [NONE; 4];
+            for (operand, register) in operands.iter().zip(&mut at) {
+                *register = self.register_of[operand.0 as usize];
+            }
             for (operand, register) in operands.iter().zip(&at) {
-                let users = self.users.entry(*operand).or_default();
+                let users = &mut self.users[operand.0 as usize];
                 *users -= 1;
                 if *users == 0 {
                     self.free.push(*register);
                 }
             }
             let d = self.take();
-            self.register_of.insert(*node, d);
+            self.register_of[node.0 as usize] = d;
             list.push(match expr {
                 Expr::Add(..) => Instruction::Add(d, at[0], at[1]),
                 Expr::Sub(..) => Instruction::Sub(d, at[0], at[1]),
@@ -438,7 +564,7 @@ impl<'g> Builder<'g> {
                 Expr::Tanh(_) => Instruction::Tanh(d, at[0]),
                 Expr::Powi(_, n) => Instruction::Powi(d, at[0], n),
                 Expr::Powf(_, bits) => Instruction::Powf(d, at[0], f64::from_bits(bits)),
-                Expr::Select(..) => Instruction::Select(d, [at[0], at[1], at[2], at[3]]),
+                Expr::Select(..) => Instruction::Select(d, at),
                 Expr::Table { table, order, .. } => Instruction::Table(d, at[0], table, order),
                 Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } => continue,
             });
@@ -468,8 +594,8 @@ impl<'g> Builder<'g> {
             for (result, node) in used {
                 // Results keep their register for the rest of the program.
                 let register = self.fresh();
-                self.register_of.insert(*node, register);
-                *self.users.entry(*node).or_default() += 1;
+                self.register_of[node.0 as usize] = register;
+                self.users[node.0 as usize] += 1;
                 results[*result] = Some(register);
                 let batch = &mut batches[position];
                 batch.wanted.jacobian |= (description.jacobian_from..description.second_from).contains(result);
@@ -477,7 +603,7 @@ impl<'g> Builder<'g> {
             }
             let batch = &mut batches[position];
             batch.instances.push(description.instance);
-            batch.arguments.extend(description.arguments.iter().map(|node| self.register_of[node]));
+            batch.arguments.extend(description.arguments.iter().map(|node| self.register_of[node.0 as usize]));
             batch.results.extend(results);
         }
         batches

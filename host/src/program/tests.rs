@@ -7,6 +7,7 @@ mod derivatives;
 mod eliminate;
 mod equations;
 mod graph;
+mod kernels;
 mod lanes;
 #[cfg(feature = "jit")]
 mod machine;

@@ -67,6 +67,8 @@ pub struct Simulation {
     pub engine: Option<Spanned<String>>,
     /// Which coordinates the equations of motion are written in.
     pub formulation: Option<Spanned<String>>,
+    /// Whether what many bodies or joints repeat is written once and looped over them: `auto`, `always`, `never`.
+    pub kernels: Option<Spanned<String>>,
     /// Largest step, s, positive.
     pub max_step: Option<f64>,
     /// Steps of this size without error control, s.

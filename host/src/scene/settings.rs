@@ -88,6 +88,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "method",
     "engine",
     "formulation",
+    "kernels",
     "max_step",
     "fixed_step",
     "first_step",
@@ -125,6 +126,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let method = reader.word(&record, "method");
     let engine = reader.word(&record, "engine");
     let formulation = reader.word(&record, "formulation");
+    let kernels = reader.word(&record, "kernels");
     let max_step = reader.positive(&record, "max_step", Dimension::TIME);
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
     let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
@@ -141,6 +143,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         method,
         engine,
         formulation,
+        kernels,
         max_step,
         fixed_step,
         first_step,

@@ -15,7 +15,7 @@ use crate::integrate::Methods;
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe, Pruning};
-use crate::program::{Equations, Form};
+use crate::program::{Equations, Form, Writing};
 use crate::results::significant;
 use crate::scene::{Dimension, Override, Scene, read};
 
@@ -118,7 +118,8 @@ impl Session {
         let load_time = started.elapsed().as_secs_f64();
         let compiling = Instant::now();
         let layout = Layout::new(&model);
-        let equations = Equations::build(&model, &layout, Form::Working);
+        let mut equations = Equations::build(&model, &layout, Form::Working);
+        equations.graph.writing = writing(&scene)?;
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
         let assembly = assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?;
         warnings.extend(assembly_warnings(&assembly, &scene)?);
@@ -152,6 +153,22 @@ impl Session {
         }
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
+    }
+}
+
+/// How programs are written, by `kernels` of `[simulation]`.
+fn writing(scene: &Scene) -> Result<Writing, SessionError> {
+    let Some(word) = &scene.simulation.kernels else { return Ok(Writing::Automatic) };
+    match word.value.as_str() {
+        "auto" => Ok(Writing::Automatic),
+        "always" => Ok(Writing::Kernels),
+        "never" => Ok(Writing::Straight),
+        other => {
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`kernels` cannot be `{other}`"))
+                .at(word.span.clone(), "unknown")
+                .help("known are auto, always, never");
+            Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
+        }
     }
 }
 

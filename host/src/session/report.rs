@@ -85,6 +85,10 @@ pub struct PlanReport {
     pub operations_distinct: usize,
     /// Operations per evaluation of the right side.
     pub operations_per_evaluation: usize,
+    /// Kernels among them: what many bodies or joints repeat, written once.
+    pub kernels: usize,
+    /// Operations written down for the right side, those of a kernel once.
+    pub operations_written: usize,
     /// Size of the machine code for the right side, if it is made, bytes (predicted).
     pub machine_code_bytes: u64,
     /// Time to make it, s (predicted).
@@ -108,8 +112,30 @@ struct Solving {
     velocities: usize,
     unknowns: usize,
     rows_met: usize,
-    operations: usize,
+    counts: Counts,
     skips: Vec<Skip>,
+}
+
+/// Operations of a program.
+struct Counts {
+    /// Run per evaluation.
+    operations: usize,
+    kernels: usize,
+    /// Written, those of a kernel once.
+    written: usize,
+    /// To be compiled.
+    compiled: usize,
+}
+
+impl Counts {
+    fn of(program: &Program) -> Self {
+        Self {
+            operations: program.operations(),
+            kernels: program.kernel_count(),
+            written: program.written_operations(),
+            compiled: program.straight_operations(),
+        }
+    }
 }
 
 impl Session {
@@ -169,7 +195,7 @@ impl Session {
                 velocities,
                 unknowns: velocities + joint.independent.len(),
                 rows_met: joint.met.len(),
-                operations: joint.operations,
+                counts: Counts::of(&joint.program),
                 skips: self.joint_skips(&joint),
             };
         }
@@ -190,7 +216,7 @@ impl Session {
             unknowns: velocities + plan.independent_rows.len(),
             rows_met: 0,
             skips: Vec::new(),
-            operations: operations(equations, &plan.independent_rows),
+            counts: Counts::of(&right_side(equations, &plan.independent_rows)),
         }
     }
 
@@ -231,7 +257,7 @@ impl Session {
         });
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
         let solving = self.solving();
-        let operations = solving.operations;
+        let counts = solving.counts;
         PlanReport {
             islands: islands.collect(),
             engine: solving.engine,
@@ -243,9 +269,11 @@ impl Session {
             rows_met: solving.rows_met,
             operations_requested: self.equations.graph.requested,
             operations_distinct: self.equations.graph.len(),
-            operations_per_evaluation: operations,
-            machine_code_bytes: (costs::CODE * operations as f64) as u64,
-            machine_code_time_s: costs::COMPILING * operations as f64,
+            operations_per_evaluation: counts.operations,
+            kernels: counts.kernels,
+            operations_written: counts.written,
+            machine_code_bytes: (costs::CODE * counts.compiled as f64) as u64,
+            machine_code_time_s: costs::COMPILING * counts.compiled as f64,
             machine_code_pays_after: costs::runs_that_pay() as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
             skipped: solving
@@ -271,13 +299,18 @@ impl Session {
 
 /// Operations per evaluation of the right side with a choice of rows.
 fn operations(equations: &Equations, rows: &[usize]) -> usize {
+    right_side(equations, rows).operations()
+}
+
+/// The right side with a choice of rows.
+fn right_side(equations: &Equations, rows: &[usize]) -> Program {
     let mut nodes: Vec<Node> = equations.loads.clone();
     nodes.extend(&equations.state_rates);
     for row in rows.iter().map(|row| &equations.rows[*row]) {
         nodes.push(row.gamma);
         nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
     }
-    Program::compile(&equations.graph, &nodes).operations()
+    Program::compile(&equations.graph, &nodes)
 }
 
 /// Adds to the plan that the motion is found at each time.
@@ -473,6 +506,13 @@ impl std::fmt::Display for PlanReport {
             "operations: {} written, {} distinct after folding and sharing, {} per evaluation",
             self.operations_requested, self.operations_distinct, self.operations_per_evaluation
         )?;
+        if self.kernels > 0 {
+            writeln!(
+                f,
+                "kernels: {} hold what bodies and joints repeat, so that {} operations are written for one evaluation",
+                self.kernels, self.operations_written
+            )?;
+        }
         writeln!(
             f,
             "machine code: about {:.0} kB in {:.1} ms, which pays after {} evaluations; until then interpreted",

@@ -162,7 +162,7 @@ impl Tier {
 
 /// Whether there is something to compile.
 fn is_open(used: &Used<'_>) -> bool {
-    !used.program.is_machine_code() && used.program.operations() > 0
+    !used.program.is_machine_code() && used.program.straight_operations() > 0
 }
 
 /// Whether compiling a program that has been run `runs` times pays, if `to_come` times as many runs follow. The length of

@@ -52,3 +52,78 @@ fn a_matrix_that_is_never_filled_takes_no_memory() {
     large.set_rank_limit(5);
     assert_eq!(large.rank(), 0);
 }
+
+/// Two chains side by side that are joined at every link: loops with dependent rows.
+fn ladder() -> Problem {
+    let mut problem = Problem::with_loops();
+    for _ in 0..2 {
+        problem = problem.with_dependent_row(0.0);
+    }
+    problem
+}
+
+#[test]
+fn sparse_rank_equals_dense_rank() {
+    let problems = [Problem::chain(12), Problem::with_loops(), ladder(), Problem::chain(9).with_dependent_row(0.0)];
+    let mut redundant = 0;
+    for problem in &problems {
+        let Problem { structure, mass, jacobian, clusters } = problem;
+        let found = SparseRank::find(structure, clusters, mass, jacobian).unwrap().unwrap();
+        let mut dense = DenseQr::new(structure, DEFAULT_RANK_TOLERANCE).unwrap();
+        dense.set_mass(mass).unwrap();
+        let health = dense.refactor(jacobian).unwrap();
+        assert_eq!(found.independent.len(), health.rank);
+        assert_eq!(found.independent.len() + found.dependent.len(), structure.m);
+        redundant += found.dependent.len();
+        // Within the few powers of ten that a choice of rows can make.
+        let ratio = found.smallest_sine / health.smallest_pivot_ratio;
+        assert!((1e-3..1e3).contains(&ratio), "{ratio:e}");
+        let matrix = problem.dense_jacobian();
+        let vectors = found.null_space(structure, clusters, mass, jacobian).unwrap().unwrap();
+        for (vector, row) in vectors.iter().zip(&found.dependent) {
+            let mut lambda = DVector::zeros(structure.m);
+            vector.iter().for_each(|(row, value)| lambda[*row] = *value);
+            assert_eq!(lambda[*row], 1.0);
+            assert!((matrix.transpose() * &lambda).amax() < 1e-8 * lambda.amax(), "{row}");
+        }
+    }
+    assert_eq!(redundant, 3);
+}
+
+#[test]
+fn doubtful_rows_are_left_to_the_dense_engine() {
+    // Seen as a square, a remainder of 1e-4 is neither round-off nor beyond doubt.
+    let Problem { structure, mass, jacobian, clusters } = Problem::with_loops().with_dependent_row(1e-4);
+    assert_eq!(SparseRank::find(&structure, &clusters, &mass, &jacobian).unwrap(), None);
+    // One of 1e-6 vanishes in squares, and shows when the null vector is formed.
+    let Problem { structure, mass, jacobian, clusters } = Problem::with_loops().with_dependent_row(1e-6);
+    let rank = SparseRank::find(&structure, &clusters, &mass, &jacobian).unwrap().unwrap();
+    assert_eq!(rank.dependent.len(), 1);
+    assert_eq!(rank.null_space(&structure, &clusters, &mass, &jacobian).unwrap(), None);
+}
+
+#[test]
+fn a_choice_of_rows_solves_like_the_dense_engine_and_gives_way_where_rows_contradict() {
+    let problem = ladder();
+    let matrix = problem.dense_jacobian();
+    let mut dense = DenseQr::new(&problem.structure, DEFAULT_RANK_TOLERANCE).unwrap();
+    dense.set_mass(&problem.mass).unwrap();
+    dense.refactor(&problem.jacobian).unwrap();
+    let mut solver = sparse_first(&problem);
+    solver.set_mass(&problem.mass).unwrap();
+    solver.set_light(0.0);
+    let (n, m) = (problem.structure.n, problem.structure.m);
+    let mut random = Random(5);
+    let f = random.vector(n);
+    let motion = DVector::from_vec(random.vector(n));
+    for (g, consistent) in [((matrix * motion).as_slice().to_vec(), true), (random.vector(m), false)] {
+        solver.refactor(&problem.jacobian).unwrap();
+        assert!(!solver.uses_dense());
+        let (mut a, mut b, mut lambda) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
+        solver.solve(&f, &g, &mut a, &mut lambda).unwrap();
+        assert_eq!(solver.uses_dense(), !consistent);
+        dense.solve(&f, &g, &mut b, &mut lambda).unwrap();
+        let off = a.iter().zip(&b).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
+        assert!(off < 1e-9, "{off:e}");
+    }
+}

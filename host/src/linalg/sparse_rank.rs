@@ -1,0 +1,323 @@
+//! Which rows depend on others, found by sparse elimination.
+
+use std::collections::BTreeMap;
+
+use super::{Clusters, KktSolver, KktStructure, LinalgError, SparseLdl, TRUSTED, check_length, constraint_order};
+
+/// Share of a row that is left after elimination, squared, at or below which nothing is left but round-off. Between this and
+/// [`TRUSTED`] elimination cannot tell.
+const NOTHING_LEFT: f64 = 1e-13;
+/// What is left of a dependent row must be below this share of it, when it is looked at without squares.
+const NOTHING_LEFT_OF_VECTOR: f64 = 1e-8;
+/// Coefficients below this share of the largest one do not count in a null vector.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// A vector `lambda` with `J^T lambda = 0`, as rows and values.
+pub type NullVector = Vec<(usize, f64)>;
+
+/// The rows of `J`, sorted out; see [`SparseRank::find`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseRank {
+    /// Independent rows, ascending.
+    pub independent: Vec<usize>,
+    /// Rows that depend on them, ascending.
+    pub dependent: Vec<usize>,
+    /// Smallest share of an independent row that is not in the span of those before it: a sine.
+    pub smallest_sine: f64,
+}
+
+/// Unknowns that are eliminated together, with what they are coupled to further on.
+#[derive(Default)]
+struct Front {
+    /// Unknowns as in [`constraint_order`].
+    unknowns: Vec<usize>,
+    /// Own block, column-major.
+    diagonal: Vec<f64>,
+    /// Sum of the magnitudes that made each entry of the diagonal.
+    magnitude: Vec<f64>,
+    /// Blocks with later fronts: as many rows as that one has unknowns, column-major.
+    later: BTreeMap<usize, Vec<f64>>,
+}
+
+impl SparseRank {
+    /// Eliminates cluster after cluster in the order of [`constraint_order`], with pivoting inside each cluster of rows. Rows
+    /// of which nothing is left depend on those before them. `None` where that cannot be told from round-off (squares of
+    /// sines are what is seen), or where a cluster has to be eliminated too early: the dense engine then decides. Costs as
+    /// much as a factorisation of [`SparseLdl`].
+    ///
+    /// # Errors
+    /// [`LinalgError::Pattern`], a slice of the wrong length.
+    pub fn find(
+        structure: &KktStructure,
+        clusters: &Clusters,
+        mass: &[f64],
+        jacobian: &[f64],
+    ) -> Result<Option<Self>, LinalgError> {
+        check_length("mass", structure.mass.len(), mass.len())?;
+        check_length("jacobian", structure.jacobian.len(), jacobian.len())?;
+        let n = structure.n;
+        let mut fronts = fronts(structure, clusters, mass, jacobian)?;
+        let mut found = Self { independent: Vec::new(), dependent: Vec::new(), smallest_sine: 1.0 };
+        for at in 0..fronts.len() {
+            let mut front = std::mem::take(&mut fronts[at]);
+            let is_rows = front.unknowns[0] >= n;
+            let Some(pivots) = front.factor(if is_rows { -1.0 } else { 1.0 }, is_rows, &mut found.smallest_sine) else {
+                return Ok(None);
+            };
+            if is_rows {
+                for (k, unknown) in front.unknowns.iter().enumerate() {
+                    let list = if pivots.contains(&k) { &mut found.independent } else { &mut found.dependent };
+                    list.push(unknown - n);
+                }
+            }
+            let eliminated = front.eliminate(&pivots);
+            let sign = if is_rows { -1.0 } else { 1.0 };
+            for (j, (near, left)) in eliminated.iter().enumerate() {
+                for (far, right) in &eliminated[j..] {
+                    update(&mut fronts, (*near, left), (*far, right), pivots.len(), sign);
+                }
+            }
+        }
+        found.independent.sort_unstable();
+        found.dependent.sort_unstable();
+        Ok(Some(found))
+    }
+
+    /// The engine of the independent rows alone, factored, with its structure. Allocates.
+    ///
+    /// # Errors
+    /// See [`SparseLdl`].
+    pub(super) fn engine(
+        &self,
+        structure: &KktStructure,
+        clusters: &Clusters,
+        mass: &[f64],
+        jacobian: &[f64],
+    ) -> Result<(SparseLdl, KktStructure), LinalgError> {
+        let entries = || structure.jacobian.iter().zip(jacobian);
+        let kept = |row: usize| self.independent.binary_search(&row).ok();
+        let pattern = entries().filter_map(|((row, column), _)| Some((kept(*row)?, *column))).collect();
+        let values: Vec<f64> =
+            entries().filter(|((row, _), _)| kept(*row).is_some()).map(|(_, value)| *value).collect();
+        let own = KktStructure::new(structure.n, self.independent.len(), structure.mass.clone(), pattern)?;
+        let labels = self.independent.iter().map(|row| clusters.rows[*row]).collect();
+        let clusters = Clusters { velocities: clusters.velocities.clone(), rows: labels };
+        let mut solver = SparseLdl::with_computed_order(&own, Some(&clusters))?;
+        solver.set_mass(mass)?;
+        solver.refactor(&values)?;
+        Ok((solver, own))
+    }
+
+    /// For each dependent row a vector `lambda` with `J^T lambda = 0`, as (row, value) with a one on the dependent row.
+    /// One solution with the independent rows each. `None` where one of them turns out not to depend on the others, by less
+    /// than squares can show. `[report]`, allocates.
+    ///
+    /// # Errors
+    /// See [`SparseLdl`].
+    pub fn null_space(
+        &self,
+        structure: &KktStructure,
+        clusters: &Clusters,
+        mass: &[f64],
+        jacobian: &[f64],
+    ) -> Result<Option<Vec<NullVector>>, LinalgError> {
+        if self.dependent.is_empty() {
+            return Ok(Some(Vec::new()));
+        }
+        let (mut solver, own) = self.engine(structure, clusters, mass, jacobian)?;
+        solver.set_refinement(true);
+        let (mut f, mut a) = (vec![0.0; own.n], vec![0.0; own.n]);
+        let (g, mut lambda) = (vec![0.0; own.m], vec![0.0; own.m]);
+        let mut vectors = Vec::with_capacity(self.dependent.len());
+        for row in &self.dependent {
+            f.fill(0.0);
+            let first = structure.jacobian.partition_point(|(k, _)| k < row);
+            let last = structure.jacobian.partition_point(|(k, _)| k <= row);
+            for k in first..last {
+                f[structure.jacobian[k].1] = -jacobian[k];
+            }
+            // M a + J^T lambda = -j with J a = 0: a vanishes, since j is in the span.
+            solver.solve(&f, &g, &mut a, &mut lambda)?;
+            let rest = times_mass(structure, mass, &a);
+            let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            if size(&rest) > NOTHING_LEFT_OF_VECTOR * size(&f) {
+                return Ok(None);
+            }
+            let largest = lambda.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+            let some = self.independent.iter().zip(&lambda).filter(|(_, x)| x.abs() > NEGLIGIBLE * largest);
+            let mut vector: Vec<(usize, f64)> = some.map(|(row, x)| (*row, *x)).collect();
+            vector.push((*row, 1.0));
+            vectors.push(vector);
+        }
+        Ok(Some(vectors))
+    }
+}
+
+/// M a
+fn times_mass(structure: &KktStructure, mass: &[f64], a: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; a.len()];
+    for ((i, j), value) in structure.mass.iter().zip(mass) {
+        product[*i] += value * a[*j];
+        if i != j {
+            product[*j] += value * a[*i];
+        }
+    }
+    product
+}
+
+/// The matrix as fronts in the order of elimination.
+fn fronts(
+    structure: &KktStructure,
+    clusters: &Clusters,
+    mass: &[f64],
+    jacobian: &[f64],
+) -> Result<Vec<Front>, LinalgError> {
+    let n = structure.n;
+    let order = constraint_order(structure, Some(clusters))?;
+    let label = |unknown: usize| {
+        if unknown < n { (false, clusters.velocities[unknown]) } else { (true, clusters.rows[unknown - n]) }
+    };
+    let mut fronts: Vec<Front> = Vec::new();
+    // Front and number inside it, by unknown.
+    let mut place = vec![(0, 0); order.len()];
+    let mut last = None;
+    for unknown in order {
+        if last != Some(label(unknown)) {
+            fronts.push(Front::default());
+        }
+        last = Some(label(unknown));
+        let at = fronts.len() - 1;
+        place[unknown] = (at, fronts[at].unknowns.len());
+        fronts[at].unknowns.push(unknown);
+    }
+    for front in &mut fronts {
+        front.diagonal = vec![0.0; front.unknowns.len() * front.unknowns.len()];
+        front.magnitude = vec![0.0; front.unknowns.len()];
+    }
+    let of_mass = structure.mass.iter().copied().zip(mass);
+    let of_rows = structure.jacobian.iter().map(|(row, column)| (n + row, *column)).zip(jacobian);
+    for ((i, j), value) in of_mass.chain(of_rows) {
+        let (mut near, mut far) = (place[i], place[j]);
+        if near.0 > far.0 {
+            std::mem::swap(&mut near, &mut far);
+        }
+        let rows = fronts[far.0].unknowns.len();
+        if near.0 == far.0 {
+            fronts[near.0].diagonal[near.1 + rows * far.1] = *value;
+            fronts[near.0].diagonal[far.1 + rows * near.1] = *value;
+            if near.1 == far.1 {
+                fronts[near.0].magnitude[near.1] = value.abs();
+            }
+        } else {
+            let columns = fronts[near.0].unknowns.len();
+            let block = fronts[near.0].later.entry(far.0).or_insert_with(|| vec![0.0; rows * columns]);
+            block[far.1 + rows * near.1] = *value;
+        }
+    }
+    Ok(fronts)
+}
+
+impl Front {
+    /// Cholesky factor of `sign` times the own block, in place, for the pivots returned in their order; `None` in doubt. With
+    /// `may_drop` the rows of which nothing is left are no pivots.
+    fn factor(&mut self, sign: f64, may_drop: bool, smallest_sine: &mut f64) -> Option<Vec<usize>> {
+        let size = self.unknowns.len();
+        let mut pivots: Vec<usize> = Vec::with_capacity(size);
+        self.diagonal.iter_mut().for_each(|x| *x *= sign);
+        while pivots.len() < size {
+            let ratio = |k: usize| {
+                let magnitude = self.magnitude[k];
+                if magnitude > 0.0 { self.diagonal[k + size * k] / magnitude } else { 0.0 }
+            };
+            let open = (0..size).filter(|k| !pivots.contains(k));
+            let best = open.max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)))?;
+            let share = ratio(best);
+            if share < TRUSTED {
+                // All that is left of the others is less still.
+                return (may_drop && share <= NOTHING_LEFT && self.is_alone(&pivots)).then_some(pivots);
+            }
+            if may_drop {
+                // |d| / sum of magnitudes is s^2 / (2 - s^2).
+                *smallest_sine = smallest_sine.min((2.0 * share / (1.0 + share)).sqrt());
+            }
+            let root = self.diagonal[best + size * best].sqrt();
+            for i in (0..size).filter(|i| !pivots.contains(i) && *i != best) {
+                self.diagonal[i + size * best] /= root;
+            }
+            self.diagonal[best + size * best] = root;
+            pivots.push(best);
+            for j in (0..size).filter(|j| !pivots.contains(j)) {
+                let factor = self.diagonal[j + size * best];
+                for i in (0..size).filter(|i| !pivots.contains(i)) {
+                    self.diagonal[i + size * j] -= self.diagonal[i + size * best] * factor;
+                }
+                self.magnitude[j] += factor * factor;
+            }
+        }
+        Some(pivots)
+    }
+
+    /// Whether the unknowns that are no pivots are coupled to nothing further on, so that nothing later can save them.
+    fn is_alone(&self, pivots: &[usize]) -> bool {
+        let size = self.unknowns.len();
+        self.later.values().all(|block| {
+            let rows = block.len() / size;
+            let largest = block.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let part = |k: usize| &block[rows * k..rows * (k + 1)];
+            let mut left: Vec<Vec<f64>> = (0..size).map(|k| part(k).to_vec()).collect();
+            // What elimination of the pivots takes off.
+            for (number, pivot) in pivots.iter().enumerate() {
+                let scaled: Vec<f64> = left[*pivot].iter().map(|x| x / self.diagonal[pivot + size * pivot]).collect();
+                for k in (0..size).filter(|k| !pivots[..=number].contains(k)) {
+                    let factor = self.diagonal[k + size * pivot];
+                    left[k].iter_mut().zip(&scaled).for_each(|(x, y)| *x -= factor * y);
+                }
+            }
+            let rest = (0..size).filter(|k| !pivots.contains(k));
+            rest.flat_map(|k| &left[k]).all(|x| x.abs() <= TRUSTED * largest)
+        })
+    }
+
+    /// The blocks with later fronts times the inverse of the factor: one column per pivot.
+    fn eliminate(&self, pivots: &[usize]) -> Vec<(usize, Vec<f64>)> {
+        let size = self.unknowns.len();
+        let solved = self.later.iter().map(|(later, block)| {
+            let rows = block.len() / size;
+            let mut result: Vec<f64> = Vec::with_capacity(rows * pivots.len());
+            for (number, pivot) in pivots.iter().enumerate() {
+                let mut column = block[rows * pivot..rows * (pivot + 1)].to_vec();
+                for (k, before) in pivots[..number].iter().enumerate() {
+                    let factor = self.diagonal[pivot + size * before];
+                    let done = &result[rows * k..rows * (k + 1)];
+                    column.iter_mut().zip(done).for_each(|(x, y)| *x -= factor * y);
+                }
+                column.iter_mut().for_each(|x| *x /= self.diagonal[pivot + size * pivot]);
+                result.extend(column);
+            }
+            (*later, result)
+        });
+        solved.collect()
+    }
+}
+
+/// Takes `sign` right left^T off the block of two later fronts (near not after far).
+fn update(fronts: &mut [Front], near: (usize, &[f64]), far: (usize, &[f64]), pivots: usize, sign: f64) {
+    let (columns, rows) = (fronts[near.0].unknowns.len(), fronts[far.0].unknowns.len());
+    let target = &mut fronts[near.0];
+    let block = if near.0 == far.0 {
+        for k in 0..rows {
+            target.magnitude[k] += (0..pivots).map(|p| far.1[k + rows * p].powi(2)).sum::<f64>();
+        }
+        &mut target.diagonal
+    } else {
+        target.later.entry(far.0).or_insert_with(|| vec![0.0; rows * columns])
+    };
+    for p in 0..pivots {
+        for j in 0..columns {
+            let factor = sign * near.1[j + columns * p];
+            for i in 0..rows {
+                block[i + rows * j] -= far.1[i + rows * p] * factor;
+            }
+        }
+    }
+}
