@@ -44,8 +44,9 @@ impl Jacobian {
                 let step = self.argument[j] - value;
                 run.rhs(run.t, &self.argument, &mut self.rates, step)?;
                 self.argument[j] = *value;
-                for i in 0..n {
-                    self.matrix[i + n * j] = (self.rates[i] - start[i]) / step;
+                let column = &mut self.matrix[n * j..n * (j + 1)];
+                for ((entry, rate), start) in column.iter_mut().zip(&self.rates).zip(start) {
+                    *entry = (rate - start) / step;
                 }
             }
         }

@@ -26,11 +26,11 @@ fn theory() -> Theory {
     let inverse: Matrix =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j)) / GAMMA - coupling[i][j]));
     let mut gamma = [[0.0; STAGES]; STAGES];
-    for j in 0..STAGES {
-        for i in j..STAGES {
-            let known: f64 = (j..i).map(|k| inverse[i][k] * gamma[k][j]).sum();
-            gamma[i][j] = (f64::from(u8::from(i == j)) - known) / inverse[i][i];
-        }
+    for i in 0..STAGES {
+        gamma[i] = std::array::from_fn(|j| {
+            let known: f64 = (0..i).map(|k| inverse[i][k] * gamma[k][j]).sum();
+            (f64::from(u8::from(i == j)) - known) / inverse[i][i]
+        });
     }
     let alpha = product(&lower(&A), &gamma);
     let beta = std::array::from_fn(|i| std::array::from_fn(|j| alpha[i][j] + gamma[i][j]));
@@ -115,8 +115,8 @@ fn coefficients_fulfil_the_order_conditions() {
     }
     assert!(beyond > 1e-4, "the estimate is of order 4, not 5: {beyond:e}");
     // Stiffly accurate: the weights are the last row of beta, so that stiff parts vanish at infinity.
-    for j in 0..STAGES {
-        assert!((theory.beta[STAGES - 1][j] - step[j]).abs() < 1e-13, "{j}");
+    for (j, (last, weight)) in theory.beta[STAGES - 1].iter().zip(&step).enumerate() {
+        assert!((last - weight).abs() < 1e-13, "{j}");
     }
 }
 
