@@ -77,19 +77,19 @@ fn assert_work(report: &RunReport, expected: &Work) {
 #[test]
 fn compressor() {
     let report = check("compressor.toml", "compressor.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 582, rejected: 164, evaluations: 10097, factorisations: 11462 });
+    assert_work(&report, &Work { steps: 587, rejected: 201, evaluations: 10574, factorisations: 0 });
 }
 
 #[test]
 fn compressor_at_a_tight_tolerance() {
     let report = check("compressor.toml", "compressor.csv", &["simulation.tolerance=1e-11"], &Tolerances::all(1e-10));
-    assert_work(&report, &Work { steps: 772, rejected: 221, evaluations: 13018, factorisations: 14109 });
+    assert_work(&report, &Work { steps: 775, rejected: 229, evaluations: 13144, factorisations: 0 });
 }
 
 #[test]
 fn simple_pendulum() {
     let report = check("benchmarks/A01.toml", "A01.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 229, rejected: 13, evaluations: 3596, factorisations: 5819 });
+    assert_work(&report, &Work { steps: 163, rejected: 27, evaluations: 2754, factorisations: 0 });
 }
 
 #[test]
@@ -101,99 +101,99 @@ fn one_four_bar_through_its_singular_positions() {
 #[test]
 fn two_four_bars_through_their_singular_positions() {
     let report = check("benchmarks/A02_N2.toml", "A02_N2.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 353, rejected: 39, evaluations: 5273, factorisations: 6845 });
+    assert_work(&report, &Work { steps: 210, rejected: 42, evaluations: 3511, factorisations: 3059 });
 }
 
 #[test]
 fn bricard_mechanism() {
     let report = check("benchmarks/A04.toml", "A04.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 161, rejected: 22, evaluations: 2641, factorisations: 3720 });
+    assert_work(&report, &Work { steps: 118, rejected: 17, evaluations: 1959, factorisations: 0 });
 }
 
 #[test]
 fn free_rigid_body() {
     let report = check("benchmarks/freebody.toml", "freebody.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 1535, rejected: 20, evaluations: 19239, factorisations: 19239 });
+    assert_work(&report, &Work { steps: 1535, rejected: 20, evaluations: 19239, factorisations: 0 });
 }
 
 /// The first of 2000 s.
 #[test]
 fn simple_pendulum_for_long() {
-    let work = Work { steps: 8055, rejected: 141, evaluations: 98609, factorisations: 106_099 };
+    let work = Work { steps: 5577, rejected: 505, evaluations: 72876, factorisations: 0 };
     checked("benchmarks/A01_2000s.toml", Some("200 s"), 2, &work);
 }
 
 /// Until before the first singular position.
 #[test]
 fn forty_four_bars() {
-    let work = Work { steps: 3, rejected: 0, evaluations: 41, factorisations: 45 };
+    let work = Work { steps: 3, rejected: 0, evaluations: 41, factorisations: 0 };
     checked("benchmarks/A02_N40.toml", Some("0.1 s"), 2, &work);
 }
 
 #[test]
 fn squeezer_mechanism() {
-    let work = Work { steps: 269, rejected: 48, evaluations: 4340, factorisations: 5004 };
+    let work = Work { steps: 237, rejected: 47, evaluations: 3932, factorisations: 0 };
     checked("benchmarks/A03.toml", None, 9, &work);
 }
 
 #[test]
 fn squeezer_mechanism_of_the_test_set() {
-    let work = Work { steps: 129, rejected: 30, evaluations: 2078, factorisations: 2320 };
+    let work = Work { steps: 114, rejected: 26, evaluations: 1853, factorisations: 0 };
     checked("benchmarks/A03_testset.toml", None, 9, &work);
 }
 
 /// The fast motions die within milliseconds, but the explicit method goes on at their pace.
 #[test]
 fn stiff_governor() {
-    let work = Work { steps: 2036, rejected: 7, evaluations: 24524, factorisations: 24559 };
+    let work = Work { steps: 1611, rejected: 6, evaluations: 19413, factorisations: 0 };
     checked("benchmarks/A05.toml", Some("0.25 s"), 3, &work);
 }
 
 #[test]
 fn rod_on_a_stiff_bushing() {
-    let work = Work { steps: 6699, rejected: 19, evaluations: 80696, factorisations: 80696 };
+    let work = Work { steps: 6699, rejected: 19, evaluations: 80696, factorisations: 0 };
     checked("benchmarks/bushing_1e6.toml", None, 7, &work);
 }
 
 #[test]
 fn rod_on_a_very_stiff_bushing() {
-    let work = Work { steps: 3696, rejected: 11, evaluations: 44480, factorisations: 44480 };
+    let work = Work { steps: 3696, rejected: 11, evaluations: 44480, factorisations: 0 };
     checked("benchmarks/bushing_1e8.toml", Some("0.2 s"), 7, &work);
 }
 
 #[test]
 fn car_axis() {
-    let work = Work { steps: 447, rejected: 46, evaluations: 6049, factorisations: 6465 };
+    let work = Work { steps: 447, rejected: 46, evaluations: 6049, factorisations: 0 };
     checked("benchmarks/caraxis.toml", None, 4, &work);
 }
 
 #[test]
 fn compressor_as_measured() {
-    let work = Work { steps: 146, rejected: 46, evaluations: 2584, factorisations: 2920 };
+    let work = Work { steps: 147, rejected: 52, evaluations: 2662, factorisations: 0 };
     checked("benchmarks/compressor.toml", Some("50 ms"), 5, &work);
 }
 
 #[test]
 fn double_pendulum() {
-    let work = Work { steps: 796, rejected: 103, evaluations: 11033, factorisations: 11940 };
+    let work = Work { steps: 805, rejected: 166, evaluations: 11839, factorisations: 0 };
     checked("benchmarks/dpend.toml", None, 3, &work);
 }
 
 #[test]
 fn double_pendulum_heavy_above_light() {
-    let work = Work { steps: 139, rejected: 5, evaluations: 1865, factorisations: 2081 };
+    let work = Work { steps: 104, rejected: 14, evaluations: 1542, factorisations: 0 };
     checked("benchmarks/massratio_heavy_light.toml", None, 3, &work);
 }
 
 #[test]
 fn double_pendulum_light_above_heavy() {
-    let work = Work { steps: 138, rejected: 31, evaluations: 2119, factorisations: 2334 };
+    let work = Work { steps: 154, rejected: 41, evaluations: 2421, factorisations: 0 };
     checked("benchmarks/massratio_light_heavy.toml", None, 3, &work);
 }
 
 #[test]
 fn chain_of_ten() {
-    let work = Work { steps: 329, rejected: 50, evaluations: 4802, factorisations: 5250 };
+    let work = Work { steps: 413, rejected: 48, evaluations: 5788, factorisations: 0 };
     checked("benchmarks/chain_N10.toml", None, 2, &work);
 }
 

@@ -66,6 +66,11 @@ impl JointPlan {
         }
     }
 
+    /// Leaves no choice of rows: all stay in use, and the rank-safe engine solves throughout.
+    pub fn use_all_rows(&mut self) {
+        self.start_health = 0.0;
+    }
+
     /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
     /// assembled position at time `t`.
     ///

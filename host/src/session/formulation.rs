@@ -81,8 +81,12 @@ impl Session {
 
     fn joint_plan(&self, tree: SpanningTree) -> Result<JointPlan, SessionError> {
         let t = self.scene.simulation.t_start;
-        JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, &self.assembly, t)
-            .map_err(|e| start_error(&self.scene, &e))
+        let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, &self.assembly, t);
+        let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
+        if !self.pruning.row_choice {
+            plan.use_all_rows();
+        }
+        Ok(plan)
     }
 
     /// The equations of motion in the form that the engine's name (see [`super::ENGINES`]) stands for, interpreted.

@@ -7,6 +7,11 @@ fn without(text: &str, names: &str) -> String {
     text.replacen("t_end = ", &format!("without = [{names}]\nt_end = "), 1)
 }
 
+/// The scene in the coordinates of bodies: those of joints leave nothing to some savings.
+fn in_bodies(text: &str) -> String {
+    text.replacen("t_end = ", "formulation = \"cartesian\"\nt_end = ", 1)
+}
+
 /// Largest difference of the columns of two runs, each relative to its largest value (or 1 where that is smaller).
 #[track_caller]
 fn apart(a: &RunReport, b: &RunReport) -> f64 {
@@ -39,7 +44,7 @@ fn four_bar() -> String {
                 &format!("quantity = \"reaction_force\"; of = \"C\"; on = \"coupler\"; component = \"{k}\""),
             )
     });
-    scenes::four_bar(1.1) + &parts.concat() + &output("E", "quantity = \"total_energy\"")
+    in_bodies(&scenes::four_bar(1.1)) + &parts.concat() + &output("E", "quantity = \"total_energy\"")
 }
 
 #[test]
@@ -61,7 +66,7 @@ fn planar_motion_is_the_same_in_space() {
 
 #[test]
 fn a_scene_that_is_not_planar_says_why() {
-    let report = open(&scenes::tangle()).plan_report();
+    let report = open(&in_bodies(&scenes::tangle())).plan_report();
     let named = report
         .impossible
         .iter()
@@ -83,6 +88,15 @@ fn implicit_steps_see_the_same_jacobian_in_the_plane() {
     assert!(off < 1e-6, "{off:e}");
     let iterations = |report: &RunReport| report.summary.newton_iterations as f64;
     assert!(iterations(&planar) < 1.2 * iterations(&spatial), "{} {}", iterations(&planar), iterations(&spatial));
+}
+
+#[test]
+fn rows_may_stay_all_in_use_in_the_coordinates_of_joints() {
+    let text = four_bar().replacen("cartesian", "joint", 1);
+    let (chosen, safe) = (run(&text), run(&without(&text, "\"row-choice\"")));
+    assert!(safe.summary.engine.contains("rank-safe") && !chosen.summary.engine.contains("rank-safe"));
+    let off = apart(&chosen, &safe);
+    assert!(off < 1e-9, "{off:e}");
 }
 
 #[test]
@@ -162,7 +176,8 @@ fn a_driven_mechanism_is_found_not_integrated() {
 
 #[test]
 fn what_no_output_asks_for_is_not_solved_for() {
-    let text = scenes::four_bar(1.1) + &output("x", "quantity = \"position\"; of = \"coupler\"; component = \"x\"");
+    let text = in_bodies(&scenes::four_bar(1.1))
+        + &output("x", "quantity = \"position\"; of = \"coupler\"; component = \"x\"");
     let (asked, all) = (run(&text), run(&without(&text, "\"on-demand\"")));
     assert_eq!(apart(&asked, &all), 0.0);
     assert_eq!(saved(&text, "on-demand").as_deref(), Some("11 solutions"));
@@ -184,7 +199,9 @@ fn constants_and_zeros_are_counted() {
 
 #[test]
 fn interpolation_is_prepared_only_where_an_output_time_lies_inside_a_step() {
-    let with = |times: &str| run(&scenes::pendulum(&settings(&format!("gravity = [0, -9.81, 0]; t_end = 1; {times}"))));
+    let with = |times: &str| {
+        run(&in_bodies(&scenes::pendulum(&settings(&format!("gravity = [0, -9.81, 0]; t_end = 1; {times}")))))
+    };
     let (few, many) = (with("output_times = [1]").summary, with("output_step = 0.001").summary);
     assert_eq!(few.steps, many.steps);
     // Three stages more for the polynomial of dop853.
