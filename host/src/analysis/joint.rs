@@ -83,11 +83,10 @@ impl JointForm {
         let coordinates = joint.coordinates.clone();
         let mut safe = Safe::new(&joint, &plan.rows, &plan.lengths, MOTION_RANK_TOLERANCE)?;
         safe.solver.set_rank_limit(plan.at_start.rank);
-        let squares = || plan.independent.iter().map(|k| plan.lengths[*k] * plan.lengths[*k]).collect();
         let chosen: Vec<usize> = plan.independent.iter().map(|k| plan.rows[*k]).collect();
         let lengths: Vec<f64> = plan.independent.iter().map(|k| plan.lengths[*k]).collect();
         // Rows close to dependent at the start are for the rank-safe engine throughout.
-        let regular = (plan.start_health >= LEAST_HEALTH).then(|| Unrolled::new(&joint, &chosen, squares()));
+        let regular = Some(plan.regular).filter(|_| plan.start_health >= LEAST_HEALTH);
         Ok(Self {
             groups: groups(&coordinates, layout),
             start: JointStart::new(model, &plan.tree, plan.length),

@@ -32,8 +32,8 @@ pub struct JointPlan {
     pub met: Vec<usize>,
     /// Which of [`JointPlan::rows`] are independent at the start, as places in that list.
     pub independent: Vec<usize>,
-    /// The right side, the solution of the equations included.
-    pub program: Program,
+    /// The equations with the independent rows, solved.
+    pub(super) regular: Unrolled,
     /// Gradients of [`JointPlan::rows`] along the bodies' coordinates, rotations taken on the scene's length.
     pub(super) sizes: Vec<f64>,
     /// The same in the metric of M^-1.
@@ -64,6 +64,12 @@ impl JointPlan {
                 return Some(tree);
             }
         }
+    }
+
+    /// The right side, the solution of the equations included.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        self.regular.motion.program()
     }
 
     /// Leaves no choice of rows: all stay in use, and the rank-safe engine solves throughout.
@@ -109,7 +115,7 @@ impl JointPlan {
         let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
         Ok(Self {
             met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),
-            program: regular.motion.program().clone(),
+            regular,
             start_health,
             at_start,
             independent,

@@ -54,7 +54,7 @@ pub struct Pair {
 pub enum Estimate {
     /// One, which uses the derivative at the end of the step.
     Single(Row),
-    /// Orders 5 and 3, see [`Explicit::error_of_step`].
+    /// Orders 5 and 3, see `Explicit::error_of_step`.
     FiveAndThree(Row, Row),
 }
 

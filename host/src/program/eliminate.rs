@@ -134,5 +134,5 @@ fn next(matrix: &Symmetric, open: &[usize], columns: usize) -> Option<usize> {
     let may_go =
         |unknown: &&usize| **unknown < columns || matrix.entries[**unknown].keys().all(|other| *other >= columns);
     let fewest = open.iter().filter(may_go).map(|unknown| matrix.entries[*unknown].len()).min()?;
-    open.iter().filter(may_go).copied().filter(|unknown| matrix.entries[*unknown].len() == fewest).next_back()
+    open.iter().filter(may_go).copied().rfind(|unknown| matrix.entries[*unknown].len() == fewest)
 }

@@ -195,7 +195,7 @@ impl Session {
                 velocities,
                 unknowns: velocities + joint.independent.len(),
                 rows_met: joint.met.len(),
-                counts: Counts::of(&joint.program),
+                counts: Counts::of(joint.program()),
                 skips: self.joint_skips(&joint),
             };
         }
