@@ -39,8 +39,8 @@ pub struct JointForm {
     inputs: Vec<f64>,
     regular: Option<Unrolled>,
     safe: Safe,
-    /// The rows in use, for right sides of all kinds.
-    direct: Safe,
+    /// Lengths of the rows in use, in the metric of M^-1.
+    lengths: Vec<f64>,
     accelerations: Vec<f64>,
     /// Rates of the element states, then the power.
     rates: Vec<f64>,
@@ -70,7 +70,8 @@ pub struct JointForm {
 enum Derivatives {
     Unknown,
     Possible,
-    Known(Box<Linearisation>),
+    /// With a factorisation of the rows in use, for right sides of all kinds.
+    Known(Box<Linearisation>, Box<Safe>),
 }
 
 impl JointForm {
@@ -103,7 +104,7 @@ impl JointForm {
             at_start: plan.at_start,
             row_sizes: plan.sizes,
             length: plan.length,
-            direct: Safe::new(&joint, &chosen, &lengths, MOTION_RANK_TOLERANCE)?,
+            lengths,
             inputs: vec![0.0; coordinates.input_count],
             corrected_safely: false,
             careful: false,
@@ -480,8 +481,14 @@ impl Formulation for JointForm {
         let Some(regular) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
         if matches!(self.derivatives, Derivatives::Possible) {
             let terms = Terms::of_joints(&self.equations, &self.layout);
-            let known = terms.map(|terms| Linearisation::new(&terms, &self.layout, &regular.rows));
-            self.derivatives = known.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known)));
+            self.derivatives = match terms {
+                None => Derivatives::Unknown,
+                Some(terms) => {
+                    let known = Linearisation::new(&terms, &self.layout, &regular.rows);
+                    let solver = Safe::new(&self.equations, &regular.rows, &self.lengths, MOTION_RANK_TOLERANCE)?;
+                    Derivatives::Known(Box::new(known), Box::new(solver))
+                }
+            };
         }
         if matches!(self.derivatives, Derivatives::Unknown) {
             return Ok(false);
@@ -491,13 +498,9 @@ impl Formulation for JointForm {
             return Ok(false);
         }
         self.publish();
-        let (Some(regular), Derivatives::Known(known)) = (&self.regular, &mut self.derivatives) else {
-            return Ok(false);
-        };
-        let solver = &mut self.direct;
+        let Derivatives::Known(known, solver) = &mut self.derivatives else { return Ok(false) };
         solver.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
         let times: Vec<f64> = solver.function(Function::Time).to_vec();
-        debug_assert_eq!(solver.rows, regular.rows);
         let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
             Ok(solver.solver.solve(loads, gammas, accelerations, multipliers)?)
         };
@@ -506,7 +509,7 @@ impl Formulation for JointForm {
     }
 
     fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
-        let Derivatives::Known(known) = &self.derivatives else { return false };
+        let Derivatives::Known(known, _) = &self.derivatives else { return false };
         let exact = known.slopes(t).filter(|_| !self.careful);
         exact.map(|exact| slopes.copy_from_slice(exact)).is_some()
     }
@@ -520,7 +523,7 @@ impl Formulation for JointForm {
         let (known, preparation) = match &self.derivatives {
             Derivatives::Unknown => (false, 0.0),
             Derivatives::Possible => (true, 50.0 * work(&self.coordinates, &self.equations.graph, &self.layout) as f64),
-            Derivatives::Known(_) => (true, 0.0),
+            Derivatives::Known(..) => (true, 0.0),
         };
         let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();
         // Besides its operations, an evaluation moves numbers about: measured on scenes of few bodies.
@@ -536,11 +539,10 @@ impl Formulation for JointForm {
         }
         list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));
-        list.push(self.direct.terms.used(true));
         list.extend(self.bodies.programs());
-        // Comes into being during the run, so it must be the last one.
-        if let Derivatives::Known(known) = &mut self.derivatives {
-            list.push(known.used());
+        // They come into being during the run, so they must be the last ones.
+        if let Derivatives::Known(known, solver) = &mut self.derivatives {
+            list.extend([known.used(), solver.terms.used(true)]);
         }
         list
     }

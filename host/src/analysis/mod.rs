@@ -43,6 +43,7 @@ mod tests;
 
 pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
+pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 pub use joint::JointForm;
 pub use joint_plan::JointPlan;

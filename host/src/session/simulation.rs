@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Group, Scales};
+use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Evaluator, Formulation, Group, Scales};
 use crate::integrate::{Accepted, Failure, Flow, Price, System};
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, MachineError, Node, Program, Used, Workspace};
+use crate::program::{Equations, MachineError, Node, Used};
 use crate::results::Audit;
 
 use super::restart::Restart;
@@ -36,31 +36,25 @@ pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> +
 /// Told the time after each accepted step.
 pub type Progress<'a> = Box<dyn FnMut(f64) + 'a>;
 
-/// A program with its scratch and results.
+/// A program, and whether accelerations or multipliers must be known for it.
 struct Part {
-    program: Program,
-    workspace: Workspace,
-    outputs: Vec<f64>,
-    /// Whether accelerations or multipliers must be known.
+    evaluator: Evaluator,
     needs_dynamics: bool,
 }
 
 impl Part {
     fn new(equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
-        let program = Program::compile(&equations.graph, nodes);
-        let needs_dynamics = program.uses_inputs(layout.acceleration_slot()..layout.inputs());
-        Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program, needs_dynamics }
+        let evaluator = Evaluator::new(&equations.graph, nodes);
+        let needs_dynamics = evaluator.program().uses_inputs(layout.acceleration_slot()..layout.inputs());
+        Self { evaluator, needs_dynamics }
     }
 
     fn used(&mut self) -> Used<'_> {
-        Used { runs: self.workspace.runs(), program: &mut self.program, spare: false }
+        self.evaluator.used(false)
     }
 
     fn run(&mut self, inputs: &[f64], sets: &[Box<dyn element_api::ElementSet>]) -> Result<&[f64], AnalysisError> {
-        self.program
-            .run(inputs, sets, &mut self.workspace, &mut self.outputs)
-            .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
-        Ok(&self.outputs)
+        self.evaluator.run(inputs, sets)
     }
 }
 
@@ -277,7 +271,7 @@ impl<'a> Simulation<'a> {
     /// Operations per evaluation of the requested channels.
     #[must_use]
     pub fn report_operations(&self) -> usize {
-        self.report.program.operations()
+        self.report.evaluator.program().operations()
     }
 
     /// Violations and energies at an accepted state.
@@ -314,7 +308,7 @@ impl<'a> Simulation<'a> {
     /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
     fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
         let mut changed = Accepted::Unchanged;
-        if !self.accept.outputs.is_empty() {
+        if !self.accept.evaluator.outputs().is_empty() {
             let inputs = self.formulation.observe(t, state, self.accept.needs_dynamics)?.inputs.to_vec();
             let found = self.accept.run(&inputs, self.formulation.sets())?;
             let (angles, discrete) = found.split_at(self.references.len());
