@@ -1,18 +1,50 @@
 //! What programs cost, for decisions before they are run; and why there may be no machine code.
 //!
-//! Measured on the right sides of the benchmark scenes (600 to 1800 operations) on a 2-core x86-64 machine: interpreted
-//! 2.0 to 2.7 ns per operation, as machine code 0.3 to 0.4 ns; 3.5 to 5.5 us and 12 to 13 bytes per operation to make it.
+//! Measured on the right sides of the benchmark scenes (20 to 2300 operations) on a 2-core x86-64 machine: interpreted
+//! 2.0 to 2.7 ns per operation, as machine code 0.3 to 0.4 ns; to make it see [`Making`].
 
 use super::kernels::Writing;
+use super::machine::MachineCode;
 
 /// Time to interpret an operation, s.
 pub const INTERPRETED: f64 = 2.3e-9;
 /// Time to run an operation as machine code, s.
 pub const MACHINE: f64 = 0.4e-9;
-/// Time to make machine code of an operation, s.
-pub const COMPILING: f64 = 5e-6;
-/// Machine code of an operation, bytes.
-pub const CODE: f64 = 13.0;
+/// What it costs to make machine code.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Making {
+    /// Time for a program, whatever its length: memory from the system, s.
+    pub program: f64,
+    /// Time for an operation, s.
+    pub operation: f64,
+    /// Size of an operation, bytes.
+    pub code: f64,
+}
+
+/// By the assembler.
+const ASSEMBLING: Making = Making { program: 15e-6, operation: 0.1e-6, code: 8.0 };
+/// By the compiler.
+const COMPILING: Making = Making { program: 100e-6, operation: 5e-6, code: 13.0 };
+
+impl Making {
+    /// By the one that this machine would use.
+    #[must_use]
+    pub fn here() -> Self {
+        if MachineCode::is_quick() { ASSEMBLING } else { COMPILING }
+    }
+
+    /// Time for a program, s.
+    #[must_use]
+    pub fn time(&self, operations: usize) -> f64 {
+        self.program + self.operation * operations as f64
+    }
+
+    /// Runs of a program after which making machine code of it would have paid for itself.
+    #[must_use]
+    pub fn runs_that_pay(&self, operations: usize) -> f64 {
+        self.time(operations) / ((INTERPRETED - MACHINE) * operations.max(1) as f64)
+    }
+}
 
 /// Nodes of a program from which on it is written with kernels. As one line it would be a megabyte of machine code, which
 /// takes half a second to make and is read from memory again and again; below, machine code is faster in long runs.
@@ -30,12 +62,6 @@ pub enum MachineError {
     /// The compiler, or the system when asked for memory that may be run.
     #[error("{0}")]
     Refused(String),
-}
-
-/// Runs of a program, of any length, after which making machine code of it would have paid for itself.
-#[must_use]
-pub fn runs_that_pay() -> f64 {
-    COMPILING / (INTERPRETED - MACHINE)
 }
 
 /// Whether to look for kernels in a program of `live` nodes.

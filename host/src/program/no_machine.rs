@@ -20,6 +20,12 @@ impl MachineCode {
         Err(MachineError::Unavailable)
     }
 
+    /// Whether making it costs little.
+    #[must_use]
+    pub fn is_quick() -> bool {
+        false
+    }
+
     /// Size of the code, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

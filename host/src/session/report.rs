@@ -10,7 +10,8 @@ use super::prune::PlanarCase;
 use crate::analysis::JointPlan;
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
-use crate::program::{Equations, Node, Program, costs};
+use crate::program::costs::Making;
+use crate::program::{Equations, Node, Program};
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -258,6 +259,7 @@ impl Session {
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
         let solving = self.solving();
         let counts = solving.counts;
+        let making = Making::here();
         PlanReport {
             islands: islands.collect(),
             engine: solving.engine,
@@ -272,9 +274,9 @@ impl Session {
             operations_per_evaluation: counts.operations,
             kernels: counts.kernels,
             operations_written: counts.written,
-            machine_code_bytes: (costs::CODE * counts.compiled as f64) as u64,
-            machine_code_time_s: costs::COMPILING * counts.compiled as f64,
-            machine_code_pays_after: costs::runs_that_pay() as u64,
+            machine_code_bytes: (making.code * counts.compiled as f64) as u64,
+            machine_code_time_s: making.time(counts.compiled),
+            machine_code_pays_after: making.runs_that_pay(counts.compiled) as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
             skipped: solving
                 .skips

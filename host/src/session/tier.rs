@@ -1,15 +1,16 @@
 //! [`Tier`]: when programs turn from interpreted ones into machine code.
 //!
 //! A run starts interpreted, at once. When the work still to come, predicted from the work done so far, pays for making
-//! machine code, another thread makes it, and the run takes it over between two steps. Both give the same results bit for
-//! bit, so that nothing depends on when that happens.
+//! machine code, it is made: between two steps where that is quick, else by another thread while the run goes on. Both give
+//! the same results bit for bit, so that nothing depends on when that happens.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
-use crate::program::{MachineCode, MachineError, Program, Used, costs};
+use crate::program::costs::Making;
+use crate::program::{MachineCode, MachineError, Program, Used};
 
 /// Predicted savings over the cost of compiling from which on it is done. Compiling takes a processor that the run itself
 /// might have had, the run goes on interpreted meanwhile, and predictions err.
@@ -19,6 +20,8 @@ const MARGIN: f64 = 2.0;
 const PROOF: f64 = 0.25;
 /// Accepted steps before the first prediction; doubled for each further one.
 const FIRST_LOOK: u64 = 8;
+/// The same where machine code is made quickly.
+const FIRST_QUICK_LOOK: u64 = 1;
 
 /// Machine code of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -81,7 +84,8 @@ impl Tier {
     /// Programs are compiled during a run from `start` to `end` (s) when that pays.
     #[must_use]
     pub fn automatic(start: f64, end: f64) -> Self {
-        Self { span: Some((start, end)), next_look: FIRST_LOOK, ..Self::default() }
+        let next_look = if MachineCode::is_quick() { FIRST_QUICK_LOOK } else { FIRST_LOOK };
+        Self { span: Some((start, end)), next_look, ..Self::default() }
     }
 
     /// Compiles all programs but the spare ones now.
@@ -114,12 +118,22 @@ impl Tier {
         }
         self.next_look = 2 * self.steps;
         let to_come = (end - t) / (t - start);
-        let list: Vec<(usize, Program)> = programs()
-            .into_iter()
-            .enumerate()
-            .filter(|(_, used)| is_open(used) && pays(used.runs as f64, to_come))
-            .map(|(number, used)| (number, used.program.clone()))
-            .collect();
+        let mut programs = programs();
+        let paying = programs.iter_mut().enumerate().filter(|(_, used)| is_open(used) && pays(used, to_come));
+        if MachineCode::is_quick() {
+            let started = Instant::now();
+            let never = AtomicBool::new(false);
+            for (_, used) in paying {
+                match MachineCode::compile(used.program, &never) {
+                    Ok(code) => self.install(t, used, code),
+                    // A reason to go on without.
+                    Err(_) => self.span = None,
+                }
+            }
+            self.made.seconds += started.elapsed().as_secs_f64();
+            return;
+        }
+        let list: Vec<(usize, Program)> = paying.map(|(number, used)| (number, used.program.clone())).collect();
         if !list.is_empty() {
             self.job = begin(list);
             self.span = self.span.filter(|_| self.job.is_some());
@@ -165,10 +179,10 @@ fn is_open(used: &Used<'_>) -> bool {
     !used.program.is_machine_code() && used.program.straight_operations() > 0
 }
 
-/// Whether compiling a program that has been run `runs` times pays, if `to_come` times as many runs follow. The length of
-/// the program does not matter: both its cost and what it saves grow with it.
-fn pays(runs: f64, to_come: f64) -> bool {
-    let paying = costs::runs_that_pay();
+/// Whether compiling a program pays if `to_come` times as many runs follow as it has had.
+fn pays(used: &Used<'_>, to_come: f64) -> bool {
+    let runs = used.runs as f64;
+    let paying = Making::here().runs_that_pay(used.program.straight_operations());
     runs >= PROOF * paying && runs * to_come >= MARGIN * paying
 }
 

@@ -14,10 +14,29 @@ fn assert_same(machine: &[f64], interpreted: &[f64]) {
     }
 }
 
-/// A program of the same outputs that runs as machine code, cut into pieces of the given length.
-fn by_machine(program: &Program, piece: usize) -> Program {
+/// Who makes the machine code.
+#[derive(Debug, Clone, Copy)]
+enum Maker {
+    Assembler,
+    /// In pieces of so many operations.
+    Cranelift(usize),
+}
+
+/// Those that this machine has.
+fn makers(piece: usize) -> Vec<Maker> {
+    let assembler = MachineCode::is_quick().then_some(Maker::Assembler);
+    assembler.into_iter().chain([Maker::Cranelift(piece)]).collect()
+}
+
+/// A program of the same outputs that runs as machine code.
+fn by_machine(program: &Program, maker: Maker) -> Program {
     let mut program = program.clone();
-    let code = MachineCode::in_pieces(&program, &AtomicBool::new(false), piece).unwrap();
+    let never = AtomicBool::new(false);
+    let code = match maker {
+        Maker::Assembler => MachineCode::assemble(&program, &never),
+        Maker::Cranelift(piece) => MachineCode::in_pieces(&program, &never, piece),
+    };
+    let code = code.unwrap();
     assert!(code.bytes() > 0 || program.operations() == 0);
     program.install(Arc::new(code));
     assert!(program.is_machine_code());
@@ -31,14 +50,16 @@ fn random_programs_give_the_same_bits() {
         let (graph, nodes) = tape::random_graph(&mut random, 5, 40 + 20 * round);
         let outputs: Vec<Node> = (0..12).map(|_| nodes[random.below(nodes.len())]).collect();
         let program = Program::compile(&graph, &outputs);
-        let machine = by_machine(&program, 1 + random.below(120));
-        let (mut a, mut b) = (program.workspace(), machine.workspace());
-        let (mut expected, mut found) = (vec![0.0; outputs.len()], vec![0.0; outputs.len()]);
-        for _ in 0..5 {
-            let inputs: Vec<f64> = random.vector(5).iter().map(|x| 3.0 * x).collect();
-            program.run(&inputs, &[], &mut a, &mut expected).unwrap();
-            machine.run(&inputs, &[], &mut b, &mut found).unwrap();
-            assert_same(&found, &expected);
+        for maker in makers(1 + random.below(120)) {
+            let machine = by_machine(&program, maker);
+            let (mut a, mut b) = (program.workspace(), machine.workspace());
+            let (mut expected, mut found) = (vec![0.0; outputs.len()], vec![0.0; outputs.len()]);
+            for _ in 0..5 {
+                let inputs: Vec<f64> = random.vector(5).iter().map(|x| 3.0 * x).collect();
+                program.run(&inputs, &[], &mut a, &mut expected).unwrap();
+                machine.run(&inputs, &[], &mut b, &mut found).unwrap();
+                assert_same(&found, &expected);
+            }
         }
     }
 }
@@ -68,14 +89,16 @@ fn every_operation_gives_the_same_bits_at_every_kind_of_number() {
     nodes.extend((-11..=11).map(|n| g.powi(a, n)));
     nodes.extend((0..4).map(|order| g.table(0, order, a)));
     let program = Program::compile(&g, &nodes);
-    let machine = by_machine(&program, 7);
-    let (mut expected, mut found) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
-    for x in kinds {
-        for y in kinds {
-            let inputs = [x, y, 5.0, 7.0];
-            program.run(&inputs, &[], &mut program.workspace(), &mut expected).unwrap();
-            machine.run(&inputs, &[], &mut machine.workspace(), &mut found).unwrap();
-            assert_same(&found, &expected);
+    for maker in makers(7) {
+        let machine = by_machine(&program, maker);
+        let (mut expected, mut found) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
+        for x in kinds {
+            for y in kinds {
+                let inputs = [x, y, 5.0, 7.0];
+                program.run(&inputs, &[], &mut program.workspace(), &mut expected).unwrap();
+                machine.run(&inputs, &[], &mut machine.workspace(), &mut found).unwrap();
+                assert_same(&found, &expected);
+            }
         }
     }
 }
@@ -96,8 +119,8 @@ fn programs_of_scenes_give_the_same_bits() {
         let program = Program::compile(&equations.graph, &nodes);
         assert_eq!(program.calls() > 0, model.elements.iter().any(|element| element.class.opaque));
         let mut random = Random(29);
-        for piece in [13, 256, usize::MAX] {
-            let machine = by_machine(&program, piece);
+        for maker in makers(13).into_iter().chain([256, usize::MAX].map(Maker::Cranelift)) {
+            let machine = by_machine(&program, maker);
             let (mut a, mut b) = (program.workspace(), machine.workspace());
             let (mut expected, mut found) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
             for _ in 0..3 {
@@ -117,6 +140,7 @@ fn what_is_no_longer_wanted_is_not_made() {
     let a = g.input(0);
     let node = g.sin(a);
     let program = Program::compile(&g, &[node]);
-    let made = MachineCode::compile(&program, &AtomicBool::new(true));
-    assert!(matches!(made, Err(MachineError::Cancelled)));
+    let told = AtomicBool::new(true);
+    assert!(matches!(MachineCode::compile(&program, &told), Err(MachineError::Cancelled)));
+    assert!(matches!(MachineCode::in_pieces(&program, &told, 7), Err(MachineError::Cancelled)));
 }

@@ -1,14 +1,7 @@
-//! [`MachineCode`]: a program as functions of the processor, made while the program runs.
+//! Machine code by Cranelift.
 //!
-//! The same operations in the same order as the interpreter, none fused, and the same Rust functions for what is no single
-//! instruction: the results are the interpreter's, bit for bit. Long lists are cut into functions of [`PIECE`]
-//! operations, since the cost of compiling a function grows faster than its length; numbers that outlive a function stay in
-//! the workspace.
-//!
-//! With x the registers of the workspace, an operation reads a register from x only where the function has not computed it
-//! itself, and writes one back only if it is read after the function ends.
-
-#![allow(unsafe_code, reason = "the only way to call machine code; each use says why it holds")]
+//! Long lists are cut into functions of [`PIECE`] operations, since the cost of compiling a function grows faster than its
+//! length; numbers that outlive a function stay in the workspace.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,14 +10,15 @@ use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlagsData, SigRef, Value, 
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Module, ModuleError};
-use element_api::Table;
 
-use super::costs::MachineError;
-use super::tape::{Instruction, Program, Register};
+use super::super::costs::MachineError;
+use super::super::tape::{Instruction, Program, Register};
+use super::calls::{INLINE_POWER, atan2, cos, exp, ln, look_up, powf, powi, sin, tanh};
+use super::{Made, Piece, liveness};
 
 /// Operations per function. Measured on the right sides of the benchmark scenes (x86-64, 600 to 1800 operations): 64 cost
 /// as much to compile and run slower, 1024 take 1.4 times as long to compile and run equally fast.
-const PIECE: usize = 256;
+pub(super) const PIECE: usize = 256;
 
 /// Cranelift's settings. `opt_level` speed takes 1.4 times as long to compile and its code is not faster: the graph has
 /// folded and shared already what could be. The single-pass register allocator saves no time and its code takes twice as
@@ -32,99 +26,53 @@ const PIECE: usize = 256;
 const FLAGS: [(&str, &str); 3] =
     [("opt_level", "none"), ("regalloc_algorithm", "backtracking"), ("enable_verifier", "false")];
 
-/// A part of a list of instructions: takes the registers and the tables.
-type Piece = unsafe extern "C" fn(*mut f64, *const Table);
+/// The memory of the functions; taken when it is given back.
+pub(super) struct Memory(Mutex<Option<JITModule>>);
 
-/// Functions that do what the lists of instructions of one program do.
-pub struct MachineCode {
-    /// For each list (one per stage, then the one after all calls) its functions in running order.
-    lists: Vec<Vec<Piece>>,
-    registers: usize,
-    tables: usize,
-    /// Size of the code, bytes.
-    bytes: usize,
-    /// The memory of the functions; taken when it is given back.
-    memory: Mutex<Option<JITModule>>,
-}
-
-impl MachineCode {
-    /// Makes the functions of a program. `cancel` is looked at between functions.
-    ///
-    /// # Errors
-    /// See [`MachineError`]; the program can always be interpreted instead.
-    pub fn compile(program: &Program, cancel: &AtomicBool) -> Result<Self, MachineError> {
-        Self::in_pieces(program, cancel, PIECE)
-    }
-
-    /// The same with functions of `piece` operations.
-    pub(super) fn in_pieces(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Self, MachineError> {
-        if !cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
-            return Err(MachineError::Unavailable);
-        }
-        let builder = JITBuilder::with_flags(&FLAGS, cranelift_module::default_libcall_names());
-        let mut maker = Maker {
-            module: JITModule::new(builder.map_err(refused)?),
-            frontend: FunctionBuilderContext::new(),
-            piece,
-            bytes: 0,
-        };
-        let functions = maker.functions(program, cancel);
-        let finished = functions.and_then(|lists| {
-            maker.module.finalize_definitions().map_err(refused)?;
-            Ok(lists)
-        });
-        let Maker { module, bytes, .. } = maker;
-        let functions = match finished {
-            Ok(functions) => functions,
-            Err(error) => {
-                // SAFETY: no function of this module has been handed out.
-                unsafe { module.free_memory() };
-                return Err(error);
-            }
-        };
-        let piece = |id: &FuncId| {
-            let address = module.get_finalized_function(*id);
-            // SAFETY: the function was made by `Maker::function` with just this signature and calling convention, and the
-            // memory it lies in lives as long as the `MachineCode`.
-            unsafe { std::mem::transmute::<*const u8, Piece>(address) }
-        };
-        let lists = functions.iter().map(|list| list.iter().map(piece).collect()).collect();
-        let (registers, tables) = (program.registers, program.tables.len());
-        Ok(Self { lists, registers, tables, bytes, memory: Mutex::new(Some(module)) })
-    }
-
-    /// Size of the code, bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.bytes
-    }
-
-    /// Runs list number `list` of the program that this was made from. `[hot, no allocation]`
-    pub(super) fn run(&self, list: usize, tables: &[Table], x: &mut [f64]) {
-        assert!(x.len() >= self.registers && tables.len() >= self.tables, "registers and tables of another program");
-        for piece in &self.lists[list] {
-            // SAFETY: the functions read and write registers below `self.registers` and pass table numbers below
-            // `self.tables`, which `Maker::functions` checked and the assertion above finds within the slices; `x` is
-            // borrowed mutably, and nothing keeps the pointers.
-            unsafe { piece(x.as_mut_ptr(), tables.as_ptr()) };
-        }
-    }
-}
-
-impl Drop for MachineCode {
+impl Drop for Memory {
     fn drop(&mut self) {
-        let module = self.memory.get_mut().ok().and_then(Option::take);
+        let module = self.0.get_mut().ok().and_then(Option::take);
         if let Some(module) = module {
-            // SAFETY: the functions are called through `self` only, which nobody holds any more.
+            // SAFETY: the functions are called through the `MachineCode` that holds this only, which nobody holds any more.
             unsafe { module.free_memory() };
         }
     }
 }
 
-impl std::fmt::Debug for MachineCode {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MachineCode").field("bytes", &self.bytes).finish_non_exhaustive()
+/// Makes the functions of a program, of `piece` operations. `cancel` is looked at between functions.
+pub(super) fn make(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Made<Memory>, MachineError> {
+    if !cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
+        return Err(MachineError::Unavailable);
     }
+    let builder = JITBuilder::with_flags(&FLAGS, cranelift_module::default_libcall_names());
+    let mut maker = Maker {
+        module: JITModule::new(builder.map_err(refused)?),
+        frontend: FunctionBuilderContext::new(),
+        piece,
+        bytes: 0,
+    };
+    let functions = maker.functions(program, cancel);
+    let finished = functions.and_then(|lists| {
+        maker.module.finalize_definitions().map_err(refused)?;
+        Ok(lists)
+    });
+    let Maker { module, bytes, .. } = maker;
+    let functions = match finished {
+        Ok(functions) => functions,
+        Err(error) => {
+            // SAFETY: no function of this module has been handed out.
+            unsafe { module.free_memory() };
+            return Err(error);
+        }
+    };
+    let piece = |id: &FuncId| {
+        let address = module.get_finalized_function(*id);
+        // SAFETY: the function was made by `Maker::function` with just this signature and calling convention, and the
+        // memory it lies in lives as long as the `Memory`.
+        unsafe { std::mem::transmute::<*const u8, Piece>(address) }
+    };
+    let lists = functions.iter().map(|list| list.iter().map(piece).collect()).collect();
+    Ok((lists, bytes, Memory(Mutex::new(Some(module)))))
 }
 
 /// Makes functions.
@@ -139,40 +87,21 @@ struct Maker {
 impl Maker {
     /// All functions of a program, by list.
     fn functions(&mut self, program: &Program, cancel: &AtomicBool) -> Result<Vec<Vec<FuncId>>, MachineError> {
-        let lists: Vec<&[Instruction]> = program.lists().collect();
-        // What is read later, from the last instruction to the first.
-        let mut live = vec![false; program.registers];
-        program.outputs.iter().for_each(|register| live[*register as usize] = true);
-        let mut made: Vec<Vec<FuncId>> = vec![Vec::new(); lists.len()];
-        for (number, list) in lists.iter().enumerate().rev() {
-            // A stage's list is followed by its calls and kernels.
-            if let Some(stage) = program.stages.get(number) {
-                for kernel in &stage.kernels {
-                    kernel.scatter.iter().for_each(|register| live[*register as usize] = false);
-                }
-                for kernel in &stage.kernels {
-                    kernel.gather.iter().for_each(|register| live[*register as usize] = true);
-                }
-                for batch in &stage.batches {
-                    batch.results.iter().flatten().for_each(|register| live[*register as usize] = false);
-                }
-                for batch in &stage.batches {
-                    batch.arguments.iter().for_each(|register| live[*register as usize] = true);
-                }
-            }
+        let mut made: Vec<Vec<FuncId>> = vec![Vec::new(); program.lists().count()];
+        liveness::backwards(program, |number, list, live| {
             let mut functions: Vec<FuncId> = Vec::new();
             for instructions in list.rchunks(self.piece) {
                 if cancel.load(Ordering::Relaxed) {
                     return Err(MachineError::Cancelled);
                 }
-                check(instructions, program);
-                let stored = stored(instructions, &live);
+                let stored = liveness::stored(instructions, live);
                 functions.push(self.function(instructions, &stored, program.registers)?);
-                before(instructions, &mut live);
+                liveness::before(instructions, live);
             }
             functions.reverse();
             made[number] = functions;
-        }
+            Ok(())
+        })?;
         Ok(made)
     }
 
@@ -206,41 +135,6 @@ impl Maker {
         Ok(function)
     }
 }
-
-/// The instructions of a program are its own work; that they stay within it is what the machine code relies on.
-fn check(instructions: &[Instruction], program: &Program) {
-    let within = |register: Register| assert!((register as usize) < program.registers, "a register too many");
-    for instruction in instructions {
-        within(instruction.result());
-        instruction.operands(within);
-        if let Instruction::Table(_, _, table, _) = instruction {
-            assert!((*table as usize) < program.tables.len(), "a table too many");
-        }
-    }
-}
-
-/// Which instructions must leave their result in the workspace: the last ones to write a register that is read later.
-fn stored(instructions: &[Instruction], live_after: &[bool]) -> Vec<bool> {
-    let mut wanted = live_after.to_vec();
-    let mut stored: Vec<bool> = instructions
-        .iter()
-        .rev()
-        .map(|instruction| std::mem::take(&mut wanted[instruction.result() as usize]))
-        .collect();
-    stored.reverse();
-    stored
-}
-
-/// Turns the registers read after the instructions into those read by them or after.
-fn before(instructions: &[Instruction], live: &mut [bool]) {
-    for instruction in instructions.iter().rev() {
-        live[instruction.result() as usize] = false;
-        instruction.operands(|register| live[register as usize] = true);
-    }
-}
-
-/// Whole powers up to this are multiplied out.
-const INLINE_POWER: u32 = 8;
 
 /// The function being written.
 struct Body<'f> {
@@ -396,37 +290,4 @@ fn refused(error: ModuleError) -> MachineError {
 /// Place of a register in the workspace, bytes.
 fn offset(register: Register) -> i32 {
     i32::try_from(u64::from(register) * 8).expect("fewer than 2^28 registers")
-}
-
-// What the interpreter calls, as functions with an address.
-
-extern "C" fn sin(a: f64) -> f64 {
-    a.sin()
-}
-extern "C" fn cos(a: f64) -> f64 {
-    a.cos()
-}
-extern "C" fn exp(a: f64) -> f64 {
-    a.exp()
-}
-extern "C" fn ln(a: f64) -> f64 {
-    a.ln()
-}
-extern "C" fn tanh(a: f64) -> f64 {
-    a.tanh()
-}
-extern "C" fn atan2(a: f64, b: f64) -> f64 {
-    a.atan2(b)
-}
-extern "C" fn powf(a: f64, exponent: f64) -> f64 {
-    a.powf(exponent)
-}
-extern "C" fn powi(a: f64, n: i32) -> f64 {
-    a.powi(n)
-}
-extern "C" fn look_up(a: f64, tables: *const Table, table: u32, order: u32) -> f64 {
-    // SAFETY: called by machine code only, which passes the pointer to the program's tables that `MachineCode::run` was
-    // given and numbers that `check` found below their count.
-    let table = unsafe { &*tables.add(table as usize) };
-    table.derivative(a, order)
 }

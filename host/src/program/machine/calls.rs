@@ -1,0 +1,37 @@
+//! What the interpreter calls, as functions with an address.
+
+use element_api::Table;
+
+pub(super) extern "C" fn sin(a: f64) -> f64 {
+    a.sin()
+}
+pub(super) extern "C" fn cos(a: f64) -> f64 {
+    a.cos()
+}
+pub(super) extern "C" fn exp(a: f64) -> f64 {
+    a.exp()
+}
+pub(super) extern "C" fn ln(a: f64) -> f64 {
+    a.ln()
+}
+pub(super) extern "C" fn tanh(a: f64) -> f64 {
+    a.tanh()
+}
+pub(super) extern "C" fn atan2(a: f64, b: f64) -> f64 {
+    a.atan2(b)
+}
+pub(super) extern "C" fn powf(a: f64, exponent: f64) -> f64 {
+    a.powf(exponent)
+}
+pub(super) extern "C" fn powi(a: f64, n: i32) -> f64 {
+    a.powi(n)
+}
+pub(super) extern "C" fn look_up(a: f64, tables: *const Table, table: u32, order: u32) -> f64 {
+    // SAFETY: called by machine code only, which passes the pointer to the program's tables that `MachineCode::run` was
+    // given and numbers that `liveness::check` found below their count.
+    let table = unsafe { &*tables.add(table as usize) };
+    table.derivative(a, order)
+}
+
+/// Whole powers up to this are multiplied out.
+pub(super) const INLINE_POWER: u32 = 8;
