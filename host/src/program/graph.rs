@@ -198,8 +198,9 @@ impl Graph {
     /// Where the number of an expression is in the table, or goes.
     fn place_of(&self, expr: &Expr) -> usize {
         let mask = self.known.len() - 1;
-        // The upper bits of this hash are its good ones.
-        let mut at = (FxBuildHasher.hash_one(expr) >> 20) as usize & mask;
+        // The best bits of this hash are those below number 26, the highest first.
+        let shift = 26_u32.saturating_sub(mask.count_ones());
+        let mut at = (FxBuildHasher.hash_one(expr) >> shift) as usize & mask;
         while self.known[at] != NO_NODE && self.exprs[self.known[at] as usize] != *expr {
             at = (at + 1) & mask;
         }
