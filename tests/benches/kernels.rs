@@ -22,7 +22,7 @@ use divan::counter::ItemsCount;
 use element_api::manifest::Library;
 use odyn::analysis::{Formulation, start_inputs};
 use odyn::catalog::Catalog;
-use odyn::program::{MachineCode, Node, Program};
+use odyn::program::{MachineCode, Maker, Node, Program};
 use odyn::scene::{Override, read};
 use odyn::session::{RunOptions, Session};
 
@@ -72,7 +72,8 @@ impl RightSide {
     fn compiled(session: Session) -> Self {
         let mut right_side = Self::new(session, "compiled");
         for used in right_side.formulation.programs() {
-            let code = MachineCode::compile(used.program, &AtomicBool::new(false)).expect("machine code");
+            let code =
+                MachineCode::compile(used.program, Maker::here(), &AtomicBool::new(false)).expect("machine code");
             used.program.install(Arc::new(code));
         }
         right_side
@@ -124,7 +125,7 @@ fn program(scene: &str) -> (Program, Vec<f64>) {
 }
 
 mod programs {
-    use super::{Arc, AtomicBool, Bencher, ItemsCount, MachineCode, Program, SCENES, program};
+    use super::{Arc, AtomicBool, Bencher, ItemsCount, MachineCode, Maker, Program, SCENES, program};
 
     fn alone(bencher: Bencher<'_, '_>, program: &Program, inputs: &[f64]) {
         let (mut workspace, mut outputs) = (program.workspace(), vec![0.0; program.output_count()]);
@@ -164,7 +165,7 @@ mod programs {
     #[divan::bench(args = SCENES)]
     fn machine_code(bencher: Bencher<'_, '_>, scene: &str) {
         let (mut program, inputs) = program(scene);
-        let code = MachineCode::compile(&program, &AtomicBool::new(false)).expect("machine code");
+        let code = MachineCode::compile(&program, Maker::here(), &AtomicBool::new(false)).expect("machine code");
         program.install(Arc::new(code));
         alone(bencher, &program, &inputs);
     }

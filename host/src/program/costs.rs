@@ -1,7 +1,7 @@
 //! What programs cost, for decisions before they are run; and why there may be no machine code.
 //!
 //! Measured on the right sides of the benchmark scenes (20 to 2300 operations) on a 2-core x86-64 machine: interpreted
-//! 2.0 to 2.7 ns per operation, as machine code 0.3 to 0.4 ns; to make it see [`Making`].
+//! 2.0 to 2.7 ns per operation, as machine code 0.3 to 0.4 ns; to make it see [`Maker`].
 
 use super::kernels::Writing;
 use super::machine::MachineCode;
@@ -10,38 +10,46 @@ use super::machine::MachineCode;
 pub const INTERPRETED: f64 = 2.3e-9;
 /// Time to run an operation as machine code, s.
 pub const MACHINE: f64 = 0.4e-9;
-/// What it costs to make machine code.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Making {
-    /// Time for a program, whatever its length: memory from the system, s.
-    pub program: f64,
-    /// Time for an operation, s.
-    pub operation: f64,
-    /// Size of an operation, bytes.
-    pub code: f64,
+/// Who makes machine code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Maker {
+    /// In one pass, at once.
+    Assembler,
+    /// Cranelift, for processors that the assembler doesn't know.
+    Compiler,
 }
 
-/// By the assembler.
-const ASSEMBLING: Making = Making { program: 15e-6, operation: 0.1e-6, code: 8.0 };
-/// By the compiler.
-const COMPILING: Making = Making { program: 100e-6, operation: 5e-6, code: 13.0 };
-
-impl Making {
-    /// By the one that this machine would use.
+impl Maker {
+    /// The better one that this machine has.
     #[must_use]
     pub fn here() -> Self {
-        if MachineCode::is_quick() { ASSEMBLING } else { COMPILING }
+        if MachineCode::can_assemble() { Self::Assembler } else { Self::Compiler }
     }
 
-    /// Time for a program, s.
+    /// Time for a program of so many operations, s.
     #[must_use]
-    pub fn time(&self, operations: usize) -> f64 {
-        self.program + self.operation * operations as f64
+    pub fn time(self, operations: usize) -> f64 {
+        // Per program, memory from the system above all; per operation.
+        let (program, operation) = match self {
+            Self::Assembler => (15e-6, 0.12e-6),
+            Self::Compiler => (100e-6, 5e-6),
+        };
+        program + operation * operations as f64
+    }
+
+    /// Size of the code of so many operations, bytes.
+    #[must_use]
+    pub fn bytes(self, operations: usize) -> f64 {
+        let operation = match self {
+            Self::Assembler => 9.0,
+            Self::Compiler => 13.0,
+        };
+        operation * operations as f64
     }
 
     /// Runs of a program after which making machine code of it would have paid for itself.
     #[must_use]
-    pub fn runs_that_pay(&self, operations: usize) -> f64 {
+    pub fn runs_that_pay(self, operations: usize) -> f64 {
         self.time(operations) / ((INTERPRETED - MACHINE) * operations.max(1) as f64)
     }
 }

@@ -27,7 +27,7 @@
 //! | `tape.rs` | programs and their interpreter |
 //! | `lanes.rs` | programs for several instances at once |
 //! | `kernels.rs` | operations that many bodies or joints repeat, looped over them |
-//! | `machine.rs` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
+//! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
 mod acting;
@@ -54,7 +54,7 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
-pub use costs::MachineError;
+pub use costs::{MachineError, Maker};
 pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
 pub use eliminate::Elimination;

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use element_api::Table;
 
-use super::costs::MachineError;
+use super::costs::{MachineError, Maker};
 use super::tape::Program;
 
 /// There is none of these.
@@ -16,13 +16,13 @@ impl MachineCode {
     ///
     /// # Errors
     /// Always [`MachineError::Unavailable`].
-    pub fn compile(_: &Program, _: &AtomicBool) -> Result<Self, MachineError> {
+    pub fn compile(_: &Program, _: Maker, _: &AtomicBool) -> Result<Self, MachineError> {
         Err(MachineError::Unavailable)
     }
 
-    /// Whether making it costs little.
+    /// No machine runs what is not made.
     #[must_use]
-    pub fn is_quick() -> bool {
+    pub fn can_assemble() -> bool {
         false
     }
 

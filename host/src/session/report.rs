@@ -10,8 +10,7 @@ use super::prune::PlanarCase;
 use crate::analysis::JointPlan;
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
-use crate::program::costs::Making;
-use crate::program::{Equations, Node, Program};
+use crate::program::{Equations, Maker, Node, Program};
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -259,7 +258,7 @@ impl Session {
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
         let solving = self.solving();
         let counts = solving.counts;
-        let making = Making::here();
+        let maker = Maker::here();
         PlanReport {
             islands: islands.collect(),
             engine: solving.engine,
@@ -274,9 +273,9 @@ impl Session {
             operations_per_evaluation: counts.operations,
             kernels: counts.kernels,
             operations_written: counts.written,
-            machine_code_bytes: (making.code * counts.compiled as f64) as u64,
-            machine_code_time_s: making.time(counts.compiled),
-            machine_code_pays_after: making.runs_that_pay(counts.compiled) as u64,
+            machine_code_bytes: maker.bytes(counts.compiled) as u64,
+            machine_code_time_s: maker.time(counts.compiled),
+            machine_code_pays_after: maker.runs_that_pay(counts.compiled) as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
             skipped: solving
                 .skips

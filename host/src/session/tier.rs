@@ -9,8 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
-use crate::program::costs::Making;
-use crate::program::{MachineCode, MachineError, Program, Used};
+use crate::program::{MachineCode, MachineError, Maker, Program, Used};
 
 /// Predicted savings over the cost of compiling from which on it is done. Compiling takes a processor that the run itself
 /// might have had, the run goes on interpreted meanwhile, and predictions err.
@@ -64,8 +63,8 @@ impl Drop for Job {
 }
 
 /// See the module documentation.
-#[derive(Default)]
 pub struct Tier {
+    maker: Maker,
     /// Start and end of the run, if programs may be compiled during it.
     span: Option<(f64, f64)>,
     steps: u64,
@@ -74,18 +73,29 @@ pub struct Tier {
     made: Made,
 }
 
+impl Default for Tier {
+    fn default() -> Self {
+        Self::fixed()
+    }
+}
+
 impl Tier {
     /// Programs stay what they are.
     #[must_use]
     pub fn fixed() -> Self {
-        Self::default()
+        Self { maker: Maker::here(), span: None, steps: 0, next_look: 0, job: None, made: Made::default() }
     }
 
     /// Programs are compiled during a run from `start` to `end` (s) when that pays.
     #[must_use]
     pub fn automatic(start: f64, end: f64) -> Self {
-        let next_look = if MachineCode::is_quick() { FIRST_QUICK_LOOK } else { FIRST_LOOK };
-        Self { span: Some((start, end)), next_look, ..Self::default() }
+        Self::by(Maker::here(), start, end)
+    }
+
+    /// The same by a certain maker.
+    pub(super) fn by(maker: Maker, start: f64, end: f64) -> Self {
+        let next_look = if maker == Maker::Assembler { FIRST_QUICK_LOOK } else { FIRST_LOOK };
+        Self { maker, span: Some((start, end)), next_look, ..Self::fixed() }
     }
 
     /// Compiles all programs but the spare ones now.
@@ -95,7 +105,7 @@ impl Tier {
     pub fn compile_now(&mut self, t: f64, mut programs: Vec<Used<'_>>) -> Result<(), MachineError> {
         let started = Instant::now();
         for used in programs.iter_mut().filter(|used| is_open(used) && !used.spare) {
-            let code = MachineCode::compile(used.program, &AtomicBool::new(false))?;
+            let code = MachineCode::compile(used.program, self.maker, &AtomicBool::new(false))?;
             self.install(t, used, code);
         }
         self.made.seconds += started.elapsed().as_secs_f64();
@@ -119,23 +129,24 @@ impl Tier {
         self.next_look = 2 * self.steps;
         let to_come = (end - t) / (t - start);
         let mut programs = programs();
-        let paying = programs.iter_mut().enumerate().filter(|(_, used)| is_open(used) && pays(used, to_come));
-        if MachineCode::is_quick() {
-            let started = Instant::now();
+        let maker = self.maker;
+        let paying = programs.iter_mut().enumerate().filter(|(_, used)| is_open(used) && pays(maker, used, to_come));
+        if maker == Maker::Assembler {
             let never = AtomicBool::new(false);
             for (_, used) in paying {
-                match MachineCode::compile(used.program, &never) {
+                let started = Instant::now();
+                match MachineCode::compile(used.program, maker, &never) {
                     Ok(code) => self.install(t, used, code),
                     // A reason to go on without.
                     Err(_) => self.span = None,
                 }
+                self.made.seconds += started.elapsed().as_secs_f64();
             }
-            self.made.seconds += started.elapsed().as_secs_f64();
             return;
         }
         let list: Vec<(usize, Program)> = paying.map(|(number, used)| (number, used.program.clone())).collect();
         if !list.is_empty() {
-            self.job = begin(list);
+            self.job = begin(maker, list);
             self.span = self.span.filter(|_| self.job.is_some());
         }
     }
@@ -180,20 +191,21 @@ fn is_open(used: &Used<'_>) -> bool {
 }
 
 /// Whether compiling a program pays if `to_come` times as many runs follow as it has had.
-fn pays(used: &Used<'_>, to_come: f64) -> bool {
+fn pays(maker: Maker, used: &Used<'_>, to_come: f64) -> bool {
     let runs = used.runs as f64;
-    let paying = Making::here().runs_that_pay(used.program.straight_operations());
+    let paying = maker.runs_that_pay(used.program.straight_operations());
     runs >= PROOF * paying && runs * to_come >= MARGIN * paying
 }
 
 /// Starts a thread that compiles; none where there are no threads.
-fn begin(list: Vec<(usize, Program)>) -> Option<Job> {
+fn begin(maker: Maker, list: Vec<(usize, Program)>) -> Option<Job> {
     let cancel = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&cancel);
     let work = move || {
         let started = Instant::now();
-        let codes =
-            list.iter().map_while(|(number, program)| Some((*number, MachineCode::compile(program, &told).ok()?)));
+        let codes = list
+            .iter()
+            .map_while(|(number, program)| Some((*number, MachineCode::compile(program, maker, &told).ok()?)));
         let codes: Vec<_> = codes.collect();
         (codes, started.elapsed().as_secs_f64())
     };

@@ -22,7 +22,7 @@ use std::sync::atomic::AtomicBool;
 
 use element_api::Table;
 
-use super::costs::MachineError;
+use super::costs::{MachineError, Maker};
 use super::tape::Program;
 
 /// A list of instructions, or a part of one, as a function: takes the registers and the tables.
@@ -54,24 +54,18 @@ impl MachineCode {
     ///
     /// # Errors
     /// See [`MachineError`]; the program can always be interpreted instead.
-    pub fn compile(program: &Program, cancel: &AtomicBool) -> Result<Self, MachineError> {
-        if Self::is_quick() {
-            Self::assemble(program, cancel)
-        } else {
-            Self::in_pieces(program, cancel, cranelift::PIECE)
+    pub fn compile(program: &Program, maker: Maker, cancel: &AtomicBool) -> Result<Self, MachineError> {
+        if maker == Maker::Compiler {
+            return Self::in_pieces(program, cancel, cranelift::PIECE);
         }
-    }
-
-    /// Whether making it costs so little (see [`super::costs`]) that no other thread is needed.
-    #[must_use]
-    pub fn is_quick() -> bool {
-        assembler::is_available()
-    }
-
-    /// By the assembler.
-    pub(super) fn assemble(program: &Program, cancel: &AtomicBool) -> Result<Self, MachineError> {
         let (lists, bytes, memory) = assembler::make(program, cancel)?;
         Ok(Self::new(program, lists, bytes, Memory::Assembled(memory)))
+    }
+
+    /// Whether this machine runs what the assembler makes.
+    #[must_use]
+    pub fn can_assemble() -> bool {
+        assembler::is_available()
     }
 
     /// By Cranelift, with functions of `piece` operations.

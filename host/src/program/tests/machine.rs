@@ -16,25 +16,25 @@ fn assert_same(machine: &[f64], interpreted: &[f64]) {
 
 /// Who makes the machine code.
 #[derive(Debug, Clone, Copy)]
-enum Maker {
+enum By {
     Assembler,
-    /// In pieces of so many operations.
+    /// Cranelift, in pieces of so many operations.
     Cranelift(usize),
 }
 
 /// Those that this machine has.
-fn makers(piece: usize) -> Vec<Maker> {
-    let assembler = MachineCode::is_quick().then_some(Maker::Assembler);
-    assembler.into_iter().chain([Maker::Cranelift(piece)]).collect()
+fn makers(piece: usize) -> Vec<By> {
+    let assembler = MachineCode::can_assemble().then_some(By::Assembler);
+    assembler.into_iter().chain([By::Cranelift(piece)]).collect()
 }
 
 /// A program of the same outputs that runs as machine code.
-fn by_machine(program: &Program, maker: Maker) -> Program {
+fn by_machine(program: &Program, maker: By) -> Program {
     let mut program = program.clone();
     let never = AtomicBool::new(false);
     let code = match maker {
-        Maker::Assembler => MachineCode::assemble(&program, &never),
-        Maker::Cranelift(piece) => MachineCode::in_pieces(&program, &never, piece),
+        By::Assembler => MachineCode::compile(&program, Maker::Assembler, &never),
+        By::Cranelift(piece) => MachineCode::in_pieces(&program, &never, piece),
     };
     let code = code.unwrap();
     assert!(code.bytes() > 0 || program.operations() == 0);
@@ -119,7 +119,7 @@ fn programs_of_scenes_give_the_same_bits() {
         let program = Program::compile(&equations.graph, &nodes);
         assert_eq!(program.calls() > 0, model.elements.iter().any(|element| element.class.opaque));
         let mut random = Random(29);
-        for maker in makers(13).into_iter().chain([256, usize::MAX].map(Maker::Cranelift)) {
+        for maker in makers(13).into_iter().chain([256, usize::MAX].map(By::Cranelift)) {
             let machine = by_machine(&program, maker);
             let (mut a, mut b) = (program.workspace(), machine.workspace());
             let (mut expected, mut found) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
@@ -141,6 +141,6 @@ fn what_is_no_longer_wanted_is_not_made() {
     let node = g.sin(a);
     let program = Program::compile(&g, &[node]);
     let told = AtomicBool::new(true);
-    assert!(matches!(MachineCode::compile(&program, &told), Err(MachineError::Cancelled)));
+    assert!(matches!(MachineCode::compile(&program, Maker::here(), &told), Err(MachineError::Cancelled)));
     assert!(matches!(MachineCode::in_pieces(&program, &told, 7), Err(MachineError::Cancelled)));
 }

@@ -4,8 +4,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use super::*;
-use crate::program::costs::Making;
-use crate::program::{Graph, Program, Used, Workspace};
+use crate::program::{Graph, Maker, Program, Used, Workspace};
 use crate::session::Tier;
 
 /// A run of the scene with an engine, its step sizes and samples chosen for many steps.
@@ -75,10 +74,15 @@ impl Fake {
     }
 }
 
+/// Those that this machine has.
+fn makers() -> Vec<Maker> {
+    if Maker::here() == Maker::Assembler { vec![Maker::Assembler, Maker::Compiler] } else { vec![Maker::Compiler] }
+}
+
 /// Whether an automatic run of `steps` equal steps with ten runs of its program each would compile it, and after how many.
-fn compiles(steps: u32) -> Option<u32> {
+fn compiles(maker: Maker, steps: u32) -> Option<u32> {
     let mut fake = Fake::new();
-    let mut tier = Tier::automatic(2.0, 4.0);
+    let mut tier = Tier::by(maker, 2.0, 4.0);
     for step in 1..=steps {
         fake.runs += 10;
         let t = 2.0 + 2.0 * f64::from(step) / f64::from(steps);
@@ -92,34 +96,40 @@ fn compiles(steps: u32) -> Option<u32> {
 
 #[test]
 fn only_what_pays_is_compiled() {
-    let paying = (Making::here().runs_that_pay(1) / 10.0) as u32;
-    // Not where compiling costs more than all runs, and not at a margin that a wrong prediction would eat up.
-    assert_eq!(compiles(paying / 2), None);
-    assert_eq!(compiles(2 * paying), None);
-    // As soon as there is proof, in a long run.
-    let begun = compiles(100 * paying).unwrap();
-    assert!((paying / 4..=paying).contains(&begun), "{begun} of {paying}");
+    for maker in makers() {
+        let paying = (maker.runs_that_pay(1) / 10.0) as u32;
+        // Not where compiling costs more than all runs, and not at a margin that a wrong prediction would eat up.
+        assert_eq!(compiles(maker, paying / 2), None);
+        assert_eq!(compiles(maker, 2 * paying), None);
+        // As soon as there is proof, in a long run.
+        let begun = compiles(maker, 100 * paying).unwrap();
+        assert!((paying / 4..=paying).contains(&begun), "{begun} of {paying}");
+    }
 }
 
 #[test]
 fn a_compiled_program_is_taken_over_between_two_steps() {
-    let mut fake = Fake::new();
-    let before = fake.value(0.3);
-    let mut tier = Tier::automatic(0.0, 1e9);
-    fake.runs = 1_000_000;
-    let mut t = 0.0;
-    while tier.made().programs == 0 && t < 60_000.0 {
-        t += 1.0;
-        tier.between_steps(t, || fake.used(false));
-        sleep(Duration::from_millis(u64::from(tier.is_compiling())));
+    for maker in makers() {
+        let mut fake = Fake::new();
+        let before = fake.value(0.3);
+        let mut tier = Tier::by(maker, 0.0, 1e9);
+        fake.runs = 1_000_000;
+        let mut t = 0.0;
+        while tier.made().programs == 0 && t < 60_000.0 {
+            t += 1.0;
+            tier.between_steps(t, || fake.used(false));
+            sleep(Duration::from_millis(u64::from(tier.is_compiling())));
+        }
+        let made = *tier.made();
+        assert_eq!((made.programs, made.since), (1, Some(t)));
+        assert!(fake.program.is_machine_code() && made.bytes > 0 && made.seconds > 0.0);
+        // At once, or by a thread meanwhile.
+        assert_eq!(t == 1.0, maker == Maker::Assembler);
+        assert_eq!(fake.value(0.3).to_bits(), before.to_bits());
+        // Nothing is compiled twice.
+        (0..100).for_each(|_| tier.between_steps(t, || fake.used(false)));
+        assert_eq!(*tier.made(), made);
     }
-    let made = *tier.made();
-    assert_eq!((made.programs, made.since), (1, Some(t)));
-    assert!(fake.program.is_machine_code() && made.bytes > 0 && made.seconds > 0.0);
-    assert_eq!(fake.value(0.3).to_bits(), before.to_bits());
-    // Nothing is compiled twice.
-    (0..100).for_each(|_| tier.between_steps(t, || fake.used(false)));
-    assert_eq!(*tier.made(), made);
 }
 
 #[test]
