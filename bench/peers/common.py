@@ -12,7 +12,9 @@ COLUMNS = ["problem", "solver", "method", "setting", "value", "status", "error",
 PROBLEMS = {
     "A01": ("A01.csv", ["x", "y"], 10.0),
     "A02_N2": ("A02_N2.csv", ["B0x", "B0y"], 10.0),
+    "A03": ("A03.csv", ["Fx", "Fy", "Ex", "Ey", "Gx", "Gy", "Hx", "Hy"], 0.05),
     "A04": ("A04.csv", ["P3x", "P3y", "P3z"], 10.0),
+    "A05": ("A05.csv", ["s"], 10.0),
     "chain_N10": ("chain_N10.csv", ["tip_x", "tip_y"], 1.0),
 }
 

@@ -250,7 +250,7 @@ impl Session {
             format!(
                 "{} ({}), {} elements, {}",
                 plural(names.len(), "body", "bodies"),
-                names.join(", "),
+                some(&names),
                 island.elements.len(),
                 plural(island.loops, "closed loop", "closed loops")
             )
@@ -444,6 +444,17 @@ fn needs_solver(quantity: &crate::model::Quantity, model: &Model) -> bool {
         }
         Quantity::Load { element, .. } => model.elements[*element].class.kind == Kind::Joint,
         _ => false,
+    }
+}
+
+/// Names that are shown of a list.
+const SHOWN: usize = 12;
+
+/// A list of names; the first and the last of a long one.
+fn some(names: &[&str]) -> String {
+    match names {
+        [first @ .., last] if names.len() > SHOWN => format!("{}, ..., {last}", first[..SHOWN - 1].join(", ")),
+        _ => names.join(", "),
     }
 }
 

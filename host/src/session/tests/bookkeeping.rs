@@ -174,3 +174,20 @@ fn reports_before_the_run_count_what_the_plan_found() {
     assert!(plan.opaque.is_empty());
     assert_eq!(open(&scenes::opaque_tangle()).plan_report().opaque.len(), 3);
 }
+
+#[test]
+fn of_many_bodies_the_plan_names_some() {
+    let mut text = settings("gravity = [0, -10, 0]; t_end = 1; output_step = 1");
+    for k in 0..20 {
+        let before = if k == 0 { "ground".to_string() } else { format!("b{}", k - 1) };
+        let reach = if k == 0 { -0.5 } else { 0.5 };
+        text += &format!(
+            "[[body]]\nname = \"b{k}\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [{k}, 0, 0]\n\
+             [[joint]]\nname = \"j{k}\"\ntype = \"ball\"\nbodies = [\"{before}\", \"b{k}\"]\n\
+             frames = [{{ position = [{reach}, 0, 0] }}, {{ position = [-0.5, 0, 0] }}]\n"
+        );
+    }
+    let plan = open(&text).plan_report();
+    let names = "b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, ..., b19";
+    assert_eq!(plan.islands, [format!("20 bodies ({names}), 20 elements, 0 closed loops")]);
+}
