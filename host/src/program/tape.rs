@@ -428,6 +428,34 @@ fn used_calls(graph: &Graph, live: &[Node]) -> Vec<UsedCall> {
     list
 }
 
+/// The nodes (ascending) in another order: functions that the processor calls, with all they need, before the rest. As machine
+/// code every number must leave the processor's registers for a call; early there are few.
+fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
+    let mut early = vec![false; nodes.last().map_or(0, |node| node.0 as usize + 1)];
+    for node in nodes.iter().rev() {
+        let called = matches!(
+            graph.expr(*node),
+            Expr::Sin(_)
+                | Expr::Cos(_)
+                | Expr::Atan2(..)
+                | Expr::Exp(_)
+                | Expr::Ln(_)
+                | Expr::Tanh(_)
+                | Expr::Powf(..)
+                | Expr::Table { .. }
+        );
+        if called || early[node.0 as usize] {
+            early[node.0 as usize] = true;
+            if !matches!(graph.expr(*node), Expr::Call { .. }) {
+                graph.operands(*node, |operand| early[operand.0 as usize] = true);
+            }
+        }
+    }
+    let (mut first, rest): (Vec<Node>, Vec<Node>) = nodes.iter().partition(|node| early[node.0 as usize]);
+    first.extend(rest);
+    first
+}
+
 /// No register.
 const NONE: Register = Register::MAX;
 
@@ -525,7 +553,7 @@ impl<'g> Builder<'g> {
     fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
         let mut list = Vec::with_capacity(nodes.len());
         let mut operands = Vec::with_capacity(4);
-        for node in nodes {
+        for node in &calls_first(self.graph, nodes) {
             if self.register_of[node.0 as usize] != NONE {
                 continue;
             }
