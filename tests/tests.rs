@@ -13,6 +13,7 @@
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
+//! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
@@ -29,6 +30,7 @@ mod allocations;
 mod benchmarks;
 mod broken_scenes;
 mod compressor;
+mod events;
 mod examples;
 mod fixtures;
 mod formulations;

@@ -3,9 +3,6 @@
 //!
 //! A new case is a scene file there; `odyn verify` shows it.
 
-use std::path::PathBuf;
-use std::thread;
-
 use insta::assert_snapshot;
 use odyn::verification::{Case, Coverage, Element, Settings, Verifier, scenes_in};
 
@@ -14,30 +11,13 @@ use crate::support::{kept, root};
 /// The libraries whose elements must all be verified.
 const LIBRARIES: [&str; 4] = ["odyn-compressor", "odyn-controls", "odyn-forces", "odyn-joints"];
 
-/// Runs all scenes, each on one of a few threads; the cases are in the order of the scenes.
+/// Runs all scenes.
 fn verified() -> (Vec<Case>, Vec<Element>) {
     let scenes = scenes_in(&root().join("verification")).unwrap();
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(scenes.len());
-    let some = |first: usize| -> (Vec<(usize, Case)>, Vec<Element>) {
-        let settings = Settings { library_copies: Some(kept("library-copies")), ..Settings::default() };
-        let mut verifier = Verifier::new(settings);
-        let own = scenes.iter().enumerate().skip(first).step_by(threads);
-        let cases = own.map(|(k, scene): (usize, &PathBuf)| (k, verifier.verify(scene))).collect();
-        (cases, verifier.elements().to_vec())
-    };
-    let (mut cases, mut elements) = (Vec::new(), Vec::new());
-    thread::scope(|scope| {
-        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
-        for one in running {
-            let (own_cases, own_elements) = one.join().unwrap();
-            cases.extend(own_cases);
-            elements.extend(own_elements);
-        }
-    });
-    cases.sort_by_key(|(k, _)| *k);
-    elements.sort_by(|a, b| a.name.cmp(&b.name));
-    elements.dedup_by(|a, b| a.name == b.name);
-    (cases.into_iter().map(|(_, case)| case).collect(), elements)
+    let settings = Settings { library_copies: Some(kept("library-copies")), ..Settings::default() };
+    let mut verifier = Verifier::new(settings);
+    let cases = verifier.verify_all(&scenes, 0, &|_| ()).unwrap();
+    (cases, verifier.elements().to_vec())
 }
 
 /// What is wrong with a case; empty if nothing is.

@@ -177,8 +177,8 @@ pub(super) struct SceneArgs {
     /// Coordinates of the equations of motion: auto, cartesian or joint
     #[arg(long, value_name = "NAME")]
     pub(super) formulation: Option<String>,
-    /// Do without these savings, in place of the scene's own list: planar, kinematic, row-choice, on-demand.
-    /// Results are the same, found by more work
+    /// Do without these savings, in place of the scene's own list: planar, kinematic, row-choice, on-demand,
+    /// events. Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,
     /// Library of elements, or folder to look for libraries in; may be repeated
@@ -279,6 +279,9 @@ pub(super) struct VerifyArgs {
     /// Tell elements that no scene verifies, but let them pass
     #[arg(long)]
     pub(super) allow_gaps: bool,
+    /// Scenes at the same time; as many as there are processors if left out. The report and the manual do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) jobs: Option<u16>,
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,

@@ -1,6 +1,7 @@
 //! `odyn verify`
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes};
 use odyn::manual::{INDEX_FILE, Manual};
@@ -17,13 +18,16 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
     let (scenes, whole_folder) = scenes("verify", &args.scenes)?;
     let settings = Settings { plugins: args.plugins.clone(), ladder: !args.quick, ..Settings::default() };
     let mut verifier = Verifier::new(settings);
-    let mut cases = Vec::with_capacity(scenes.len());
-    for (k, scene) in scenes.iter().enumerate() {
-        let case = verifier.verify(scene);
+    let ended = AtomicUsize::new(0);
+    let told = |case: &Case| {
         let verdict = if case.passed() { "ok" } else { "FAILED" };
-        eprintln!("{}/{} {}: {verdict}", k + 1, scenes.len(), case.name);
-        cases.push(case);
-    }
+        let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
+        eprintln!("{number}/{} {}: {verdict}", scenes.len(), case.name);
+    };
+    let cases = verifier.verify_all(&scenes, args.jobs.map_or(0, usize::from), &told).map_err(|cause| {
+        let message = format!("cannot start threads: {cause}");
+        Failure::new(exit::FILES, Diagnostic::error(codes::BAD_OVERRIDE, message).help("try `--jobs 1`"))
+    })?;
     let mut coverage = Coverage::of(&cases, verifier.elements());
     if !whole_folder {
         // What single scenes leave out is no gap.

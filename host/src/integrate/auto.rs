@@ -44,9 +44,7 @@ impl Integrator for Auto {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = self.whole_run(&mut run, y);
-        run.end(result)
+        Run::through(system, y, span, options, |run, y| self.whole_run(run, y))
     }
 }
 

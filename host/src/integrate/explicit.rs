@@ -1,5 +1,6 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
+use super::events::{Events, Next};
 use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::stiffness::Stiffness;
@@ -17,6 +18,10 @@ const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
 /// Share of the border of stability from which on it is stability that limits a step: the step control makes the sizes vary
 /// about a mean somewhat inside the border. Up to there the interpolation is trusted.
 const NEAR_BORDER: f64 = 0.75;
+
+/// Share of a step by which its interpolation may be continued: its error, which goes at least with the square of the distance
+/// from the end, is a few percent there of what it is inside.
+const REACH: f64 = 0.08;
 
 /// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
 /// those after it serve the dense output.
@@ -90,6 +95,8 @@ pub struct Explicit {
     /// Whether somebody wants to know `signs`.
     watched: bool,
     signs: Signs,
+    /// Whether the step under way is aimed at a switch, so that its interpolation is needed.
+    approaching: bool,
 }
 
 impl Integrator for Explicit {
@@ -104,9 +111,7 @@ impl Integrator for Explicit {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = self.whole_run(&mut run, y, options.first_step, None);
-        run.end(result.map(|_| ()))
+        Run::through(system, y, span, options, |run, y| self.whole_run(run, y, options.first_step, None).map(|_| ()))
     }
 }
 
@@ -125,6 +130,7 @@ impl Explicit {
             stiffness: Stiffness::default(),
             watched: false,
             signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
+            approaching: false,
         }
     }
 
@@ -181,6 +187,7 @@ impl Explicit {
         let mut then = None;
         // Where the next step had better end.
         let mut end_at = None;
+        let mut events = Events::new(run, REACH);
         while run.t < run.span.t_end {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
@@ -189,12 +196,25 @@ impl Explicit {
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
             }
+            self.approaching = events.is_pending();
             let reason = match self.try_step(run, y, t_new) {
                 Ok(error) if error <= 1.0 => {
+                    let start = run.t;
                     self.finish_step(run, y, t_new)?;
                     h = tried * control.factor_after_acceptance(error);
                     if let Some(aimed) = then.take() {
                         h = aimed;
+                    }
+                    let polynomial = &self.polynomial;
+                    match events.accepted(run, y, start, |share, out| interpolate(polynomial, share, out))? {
+                        Next::Plain => {}
+                        Next::EndAt(time) => end_at = Some(time),
+                        Next::Passed(size) => h = size,
+                        Next::Crossed(size) => {
+                            control = StepControl::new(run.options, self.pair);
+                            self.start_derivative(run, y)?;
+                            h = size.min(self.first_step(run, y)?);
+                        }
                     }
                     let suspect = suspicion.as_mut().and_then(|suspicion| suspicion.see(run, self.signs));
                     if let Some(suspect) = suspect.filter(|_| run.t < run.span.t_end) {
@@ -208,6 +228,8 @@ impl Explicit {
                 Ok(error) => {
                     then = None;
                     h = tried * control.factor_after_rejection(error);
+                    let rates = &self.stages[..y.len()];
+                    end_at = events.rejected(run, y, rates, t_new, &self.y_new)?;
                     StopReason::StepTooSmall { step: h }
                 }
                 Err(Trouble::EndAt(time)) => {
@@ -347,6 +369,8 @@ impl Explicit {
             if limited {
                 return Err(Trouble::EndAt(time));
             }
+            self.prepare_interpolation(run, y, t_new)?;
+        } else if self.approaching {
             self.prepare_interpolation(run, y, t_new)?;
         }
         Ok(())

@@ -39,10 +39,11 @@ impl Jacobian {
             let n = y.len();
             self.argument.copy_from_slice(y);
             for (j, value) in y.iter().enumerate() {
-                let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt();
+                // Along the motion: away from a switch that was just passed.
+                let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt().copysign(start[j]);
                 self.argument[j] = value + step;
                 let step = self.argument[j] - value;
-                run.rhs(run.t, &self.argument, &mut self.rates, step)?;
+                run.rhs(run.t, &self.argument, &mut self.rates, step.abs())?;
                 self.argument[j] = *value;
                 let column = &mut self.matrix[n * j..n * (j + 1)];
                 for ((entry, rate), start) in column.iter_mut().zip(&self.rates).zip(start) {

@@ -58,14 +58,14 @@ impl Integrator for Kinematic {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let scratch = [&mut self.y_new, &mut self.error];
-        for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
-            work.clear();
-            work.resize(y.len(), 0.0);
-        }
-        let result = self.steps(&mut run, y);
-        run.end(result)
+        Run::through(system, y, span, options, |run, y| {
+            let scratch = [&mut self.y_new, &mut self.error];
+            for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
+                work.clear();
+                work.resize(y.len(), 0.0);
+            }
+            self.steps(run, y)
+        })
     }
 }
 

@@ -25,12 +25,14 @@
 //!
 //! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
 //! Steps are not shortened to hit samples, only to hit `t_end`; except where the interpolation is known to be bad: where
-//! stability limits an explicit method, and where an implicit method's error test says so.
+//! stability limits an explicit method, and where an implicit method's error test says so. A step that is rejected because
+//! the right side switches inside it is made to end there (`events.rs`).
 
 mod auto;
 mod dop853;
 mod dop853_tableau;
 mod dopri5;
+mod events;
 mod explicit;
 mod jacobian;
 mod kinematic;
@@ -151,6 +153,21 @@ pub trait System {
     /// # Errors
     /// See [`Failure`]; recoverable if the state is too far away.
     fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Number of conditions at which `f` may switch from one expression to another (contact, friction, limits). Methods with
+    /// error control end steps there.
+    fn conditions(&self) -> usize {
+        0
+    }
+
+    /// A number for each condition that changes its sign where `f` switches; negative on one side, not negative on the other.
+    /// Asked for where a step was too inaccurate, to find out whether a switch is why.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn switching(&mut self, _t: f64, _y: &[f64], _values: &mut [f64]) -> Result<(), Failure> {
         Ok(())
     }
 
@@ -378,6 +395,10 @@ pub struct Counters {
     pub stiff_from: Option<f64>,
     /// Changes between an explicit and an implicit method.
     pub switches: usize,
+    /// Steps that were made to end where the right side switches ([`System::switching`]).
+    pub events: usize,
+    /// How often switches followed each other so closely that steps were no longer made to end there, for a while.
+    pub chatters: usize,
     /// Smallest accepted step; 0 without any.
     pub h_min: f64,
     /// Largest accepted step; 0 without any.

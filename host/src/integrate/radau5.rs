@@ -2,6 +2,7 @@
 
 use nalgebra::Complex;
 
+use super::events::{Events, Next};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
 use super::rivals::Defender;
@@ -32,6 +33,9 @@ const INTERPOLATED_ERROR: f64 = 1.0;
 const NEAR_SAMPLE: f64 = 0.01;
 /// Least error that the predictive control remembers, in units of the error test.
 const LEAST_REMEMBERED_ERROR: f64 = 1e-2;
+
+/// Share of a step by which its interpolation may be continued: its error goes with the distance from the end.
+const REACH: f64 = 1e-3;
 
 /// Abscissae `(4 - sqrt 6)/10`, `(4 + sqrt 6)/10`, 1.
 const C: [f64; STAGES] = [0.155_051_025_721_682_2, 0.644_948_974_278_317_8, 1.0];
@@ -150,6 +154,14 @@ impl Control {
         if self.rejected { ratio.min(1.0) } else { ratio }
     }
 
+    /// The equations switched: nothing that is known of the last steps holds for the next.
+    fn start_anew(&mut self) {
+        self.has_jacobian = false;
+        self.polynomial_of = None;
+        self.last = None;
+        self.last_estimate = None;
+    }
+
     /// The iterations failed; where the Jacobian is one of another state, a new one is taken.
     fn slow(&mut self, share: f64) -> Fault {
         self.theta = 1.0;
@@ -192,9 +204,7 @@ impl Integrator for Radau5 {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = self.whole_run(&mut run, y);
-        run.end(result)
+        Run::through(system, y, span, options, |run, y| self.whole_run(run, y))
     }
 }
 
@@ -250,16 +260,20 @@ impl Radau5 {
         mut defender: Option<Defender>,
     ) -> Result<Option<f64>, Trouble> {
         let mut h = first_step;
+        let mut events = Events::new(run, REACH);
+        // Where the next step ends because of a switch.
+        let mut end_at: Option<f64> = None;
         while run.t < run.span.t_end {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
-            let t_new = self.step_end(run, control, h);
+            let t_new = end_at.take().unwrap_or_else(|| self.step_end(run, control, h));
             let tried = t_new - run.t;
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
             }
             let reason = match self.try_step(run, y, t_new, control) {
                 Ok(error) if error <= 1.0 => {
+                    let start = run.t;
                     self.finish_step(run, y, t_new, control)?;
                     let ratio = control.ratio_after_acceptance(tried, error);
                     control.rejected = false;
@@ -268,6 +282,17 @@ impl Radau5 {
                         if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
                     let kept = (KEEP_STEP[0]..=KEEP_STEP[1]).contains(&(wanted / tried));
                     h = if kept && control.theta <= KEEP_JACOBIAN { tried } else { wanted };
+                    let (polynomial, end) = (&self.polynomial, &self.y_end);
+                    match events.accepted(run, y, start, |share, out| continued(polynomial, end, share - 1.0, out))? {
+                        Next::Plain => {}
+                        Next::EndAt(time) => end_at = Some(time),
+                        Next::Passed(size) => h = size,
+                        Next::Crossed(size) => {
+                            control.start_anew();
+                            self.start_derivative(run, y)?;
+                            h = size.min(self.first_step(run, y, control));
+                        }
+                    }
                     let given_up = defender.as_mut().and_then(|defender| defender.see(run, &self.jacobian.matrix));
                     if given_up.is_some() && run.t < run.span.t_end {
                         return Ok(given_up);
@@ -276,11 +301,15 @@ impl Radau5 {
                 }
                 Ok(error) => {
                     h = tried * if control.last.is_none() { 0.1 } else { control.ratio(error).min(0.9) };
+                    end_at = events.rejected(run, y, &self.start, t_new, &self.y_new)?;
                     StopReason::StepTooSmall { step: h }
                 }
                 Err(Fault::Slow(share)) => {
                     h = tried * share;
                     control.factored = None;
+                    if self.predict(y, tried, control) {
+                        end_at = events.rejected(run, y, &self.start, t_new, &self.y_new)?;
+                    }
                     StopReason::NoConvergence { step: tried }
                 }
                 Err(Fault::Trouble(Trouble::EndAt(time))) => {
@@ -444,6 +473,15 @@ impl Radau5 {
         Err(control.slow(0.5))
     }
 
+    /// The end of a step of size `h` as the last one predicts it, into `y_new`; false where there is none.
+    fn predict(&mut self, y: &[f64], h: f64, control: &Control) -> bool {
+        let Some(last) = control.polynomial_of else { return false };
+        for (k, value) in self.y_new.iter_mut().enumerate() {
+            *value = y[k] + rise(&self.polynomial, k, h / last);
+        }
+        true
+    }
+
     /// Starts the iterations: the polynomial of the last step, continued.
     fn guess(&mut self, h: f64, control: &Control) {
         let Some(last) = control.polynomial_of else {
@@ -544,8 +582,7 @@ impl Radau5 {
         self.y_end.copy_from_slice(y);
         let (polynomial, end) = (&self.polynomial, &self.y_end);
         let accepted = run.finish_step(t_new, y, &mut self.argument, |time, out| {
-            let s = (time - t) / h - 1.0;
-            out.iter_mut().enumerate().for_each(|(k, value)| *value = end[k] + rise(polynomial, k, s));
+            continued(polynomial, end, (time - t) / h - 1.0, out);
         })?;
         control.polynomial_of = Some(h);
         control.jacobian_is_current = false;
@@ -555,6 +592,11 @@ impl Radau5 {
         }
         Ok(())
     }
+}
+
+/// The state at the share `s` of the step after its end (negative inside it).
+fn continued(polynomial: &[Vec<f64>; STAGES], end: &[f64], s: f64, out: &mut [f64]) {
+    out.iter_mut().enumerate().for_each(|(k, value)| *value = end[k] + rise(polynomial, k, s));
 }
 
 /// The collocation polynomial at the share `s` of the step after its end (negative inside it), less its value there.

@@ -28,16 +28,16 @@ impl Integrator for Rk4 {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
         let Some(fixed_step) = options.fixed_step else {
             return Err(IntegrateError::Invalid("the method rk4 needs a fixed step".to_string()));
         };
-        for work in self.stages.iter_mut().chain([&mut self.argument, &mut self.y_new]) {
-            work.clear();
-            work.resize(y.len(), 0.0);
-        }
-        let result = self.steps(&mut run, y, fixed_step);
-        run.end(result)
+        Run::through(system, y, span, options, |run, y| {
+            for work in self.stages.iter_mut().chain([&mut self.argument, &mut self.y_new]) {
+                work.clear();
+                work.resize(y.len(), 0.0);
+            }
+            self.steps(run, y, fixed_step)
+        })
     }
 }
 

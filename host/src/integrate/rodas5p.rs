@@ -1,5 +1,6 @@
 //! Rosenbrock method of order 5 for stiff problems and loose tolerances.
 
+use super::events::{Events, Next};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
 use super::run::{Run, Trouble, all_finite};
@@ -119,6 +120,8 @@ pub(super) const H: [[f64; STAGES]; 3] = [
 
 /// The error estimate goes with `h^5`.
 const EXPONENT: f64 = 1.0 / 5.0;
+/// Share of a step by which its interpolation may be continued: its error goes with the distance from the end.
+const REACH: f64 = 1e-3;
 /// Limits of the ratio of step sizes.
 const RATIO: [f64; 2] = [0.2, 6.0];
 /// Least error that the predictive control remembers.
@@ -148,6 +151,8 @@ pub struct Rodas5p {
     y_old: Vec<f64>,
     end: Vec<f64>,
     polynomial: [Vec<f64>; 3],
+    /// Whether the step under way is aimed at a switch, so that its interpolation is needed.
+    approaching: bool,
 }
 
 impl Integrator for Rodas5p {
@@ -166,9 +171,7 @@ impl Integrator for Rodas5p {
         span: &Span<'_>,
         options: &Options,
     ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = self.whole_run(&mut run, y);
-        run.end(result)
+        Run::through(system, y, span, options, |run, y| self.whole_run(run, y))
     }
 }
 
@@ -201,16 +204,21 @@ impl Rodas5p {
         // Step size and error of the last accepted step.
         let mut last: Option<(f64, f64)> = None;
         let mut rejected = false;
+        let mut events = Events::new(run, REACH);
+        // Where the next step ends because of a switch.
+        let mut end_at: Option<f64> = None;
         while run.t < run.span.t_end {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
-            let t_new = run.step_end(h);
+            let t_new = end_at.take().unwrap_or_else(|| run.step_end(h));
             let tried = t_new - run.t;
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
             }
+            self.approaching = events.is_pending();
             let reason = match self.try_step(run, y, t_new) {
                 Ok(error) if error <= 1.0 => {
+                    let start = run.t;
                     self.finish_step(run, y, t_new)?;
                     let mut ratio = ratio(run, error);
                     // Not more than the predecessor suggests (Gustafsson; Hairer & Wanner II, eq. IV.8.28).
@@ -221,10 +229,22 @@ impl Rodas5p {
                     last = Some((tried, error.max(LEAST_REMEMBERED_ERROR)));
                     h = tried * if rejected { ratio.min(1.0) } else { ratio };
                     rejected = false;
+                    let known = (&self.y_old, &self.y_new, &self.polynomial);
+                    match events.accepted(run, y, start, |share, out| interpolate(known, share, out))? {
+                        Next::Plain => {}
+                        Next::EndAt(time) => end_at = Some(time),
+                        Next::Passed(size) => h = size,
+                        Next::Crossed(size) => {
+                            last = None;
+                            self.start_derivative(run, y)?;
+                            h = size.min(self.first_step(run, y));
+                        }
+                    }
                     continue;
                 }
                 Ok(error) => {
                     h = tried * if last.is_none() { 0.1 } else { ratio(run, error).min(0.9) };
+                    end_at = events.rejected(run, y, &self.start, t_new, &self.y_new)?;
                     StopReason::StepTooSmall { step: h }
                 }
                 Err(Trouble::Retry(reason)) => {
@@ -325,7 +345,7 @@ impl Rodas5p {
         run.rhs(t_new, &self.y_new, &mut self.end, h)?;
         finite_or_retry(&self.end, h)?;
         self.y_old.copy_from_slice(y);
-        if run.sample_before(t_new).is_some() {
+        if self.approaching || run.sample_before(t_new).is_some() {
             for (row, polynomial) in H.iter().zip(&mut self.polynomial) {
                 polynomial.fill(0.0);
                 add(row, &self.stages, 1.0, polynomial);
@@ -338,13 +358,9 @@ impl Rodas5p {
     fn finish_step(&mut self, run: &mut Run<'_>, y: &mut [f64], t_new: f64) -> Result<(), Trouble> {
         let (t, h) = (run.t, t_new - run.t);
         y.copy_from_slice(&self.y_new);
-        let (old, new, [p, q, r]) = (&self.y_old, &self.y_new, &self.polynomial);
+        let known = (&self.y_old, &self.y_new, &self.polynomial);
         let accepted = run.finish_step(t_new, y, &mut self.argument, |time, out| {
-            let s = (time - t) / h;
-            for (k, value) in out.iter_mut().enumerate() {
-                let bend = p[k] + s * (q[k] + s * r[k]);
-                *value = (1.0 - s) * old[k] + s * (new[k] + (1.0 - s) * bend);
-            }
+            interpolate(known, (time - t) / h, out);
         })?;
         self.jacobian.forget();
         std::mem::swap(&mut self.start, &mut self.end);
@@ -352,6 +368,14 @@ impl Rodas5p {
             self.start_derivative(run, y)?;
         }
         Ok(())
+    }
+}
+
+/// The state at the share `s` of a step: its ends, and the rows of the polynomial between.
+fn interpolate((old, new, [p, q, r]): (&Vec<f64>, &Vec<f64>, &[Vec<f64>; 3]), s: f64, out: &mut [f64]) {
+    for (k, value) in out.iter_mut().enumerate() {
+        let bend = p[k] + s * (q[k] + s * r[k]);
+        *value = (1.0 - s) * old[k] + s * (new[k] + (1.0 - s) * bend);
     }
 }
 

@@ -54,6 +54,22 @@ impl<'a> Run<'a> {
         Ok(Self { system, options, span, counters: Counters::default(), t: span.t_start, next_sample: 0 })
     }
 
+    /// A whole run: what all methods do before and after their steps, around `steps`.
+    ///
+    /// # Errors
+    /// [`IntegrateError`].
+    pub fn through(
+        system: &mut dyn System,
+        y: &mut [f64],
+        span: &Span<'_>,
+        options: &Options,
+        steps: impl FnOnce(&mut Run<'_>, &mut [f64]) -> Result<(), Trouble>,
+    ) -> Result<Outcome, IntegrateError> {
+        let mut run = Run::new(system, y, span, options)?;
+        let result = steps(&mut run, y);
+        run.end(result)
+    }
+
     /// Ends the run, well or in trouble.
     ///
     /// # Errors
@@ -122,6 +138,18 @@ impl<'a> Run<'a> {
     /// [`Trouble`], as the system says.
     pub fn time_derivative(&mut self, t: f64, y: &[f64], slopes: &mut [f64]) -> Result<bool, Trouble> {
         self.system.time_derivative(t, y, slopes).map_err(|failure| trouble_of(failure, t, 0.0))
+    }
+
+    /// The values of all conditions; false where they are not to be had, or not finite.
+    ///
+    /// # Errors
+    /// [`Trouble::Abort`], where the system can't go on at all.
+    pub fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<bool, Trouble> {
+        match self.system.switching(t, y, values) {
+            Ok(()) => Ok(all_finite(values)),
+            Err(failure @ Failure::Fatal(_)) => Err(trouble_of(failure, t, 0.0)),
+            Err(_) => Ok(false),
+        }
     }
 
     /// Finishes the step from the last accepted state to `t`, `y`: samples, `accept`,

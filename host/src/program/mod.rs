@@ -23,6 +23,7 @@
 //! | `rewrite.rs` | nodes of one graph carried over to another |
 //! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `observe.rs` | requested output channels |
+//! | `switches.rs` | where equations switch |
 //! | `planar.rs` | the equations of a motion that stays parallel to a plane |
 //! | `tape.rs` | programs and their interpreter |
 //! | `lanes.rs` | programs for several instances at once |
@@ -48,6 +49,7 @@ mod observe;
 mod opaque;
 mod planar;
 mod rewrite;
+mod switches;
 mod tape;
 mod vector;
 
@@ -66,4 +68,5 @@ pub use kinematics::BodyNodes;
 pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use planar::{NotPlanar, Planar};
+pub use switches::Switches;
 pub use tape::{Program, Sets, Used, Workspace};

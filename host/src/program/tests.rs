@@ -13,6 +13,7 @@ mod lanes;
 mod machine;
 mod planar;
 mod reports;
+mod switches;
 mod tape;
 
 use nalgebra::Vector3;

@@ -141,6 +141,12 @@ fn work(summary: &Summary) -> String {
         count(summary.factorisations, "factorisation"),
         count(summary.projections, "projection"),
     ];
+    if summary.events > 0 {
+        parts.push(count(summary.events, "event"));
+    }
+    if summary.chatters > 0 {
+        parts.push(format!("{} times too many to end steps at", summary.chatters));
+    }
     if summary.rank_safe > 0 {
         parts.push(format!("{} rank-safe", summary.rank_safe));
     }

@@ -68,6 +68,10 @@ pub struct Summary {
     pub steps: u64,
     /// Steps tried and not accepted.
     pub rejected: u64,
+    /// Steps that end where the equations switch.
+    pub events: u64,
+    /// How often switches followed each other so closely that, for a while, steps no longer ended there.
+    pub chatters: u64,
     /// Evaluations of the right side.
     pub evaluations: u64,
     /// Factorisations of the system for accelerations and multipliers.

@@ -10,7 +10,7 @@ use super::prune::PlanarCase;
 use crate::analysis::JointPlan;
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
-use crate::program::{Equations, Maker, Node, Program};
+use crate::program::{Equations, Maker, Node, Program, Switches};
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -95,6 +95,10 @@ pub struct PlanReport {
     pub machine_code_time_s: f64,
     /// Evaluations after which it has paid for itself (predicted).
     pub machine_code_pays_after: u64,
+    /// Elements whose loads or rates switch from one expression to another, with the number of conditions.
+    pub switches: Vec<String>,
+    /// All conditions at which the equations switch.
+    pub conditions: usize,
     /// Opaque elements, called at run time.
     pub opaque: Vec<String>,
     /// What is skipped.
@@ -259,7 +263,13 @@ impl Session {
         let solving = self.solving();
         let counts = solving.counts;
         let maker = Maker::here();
+        let switches = Switches::find(&self.equations, &self.plan.layout);
+        let name = |(element, count): &(usize, usize)| {
+            format!("{} ({})", self.model.elements[*element].name, plural(*count, "condition", "conditions"))
+        };
         PlanReport {
+            switches: Switches::by_element(&self.equations, &self.plan.layout).iter().map(name).collect(),
+            conditions: switches.conditions.len(),
             islands: islands.collect(),
             engine: solving.engine,
             formulation: solving.formulation,
@@ -534,6 +544,14 @@ impl std::fmt::Display for PlanReport {
         )?;
         for element in &self.opaque {
             writeln!(f, "opaque: {element} is called at run time; slower than a recorded element")?;
+        }
+        if self.conditions > 0 {
+            writeln!(
+                f,
+                "switches: {} ({}); steps that they spoil end there (--without events)",
+                plural(self.conditions, "condition", "conditions"),
+                self.switches.join(", ")
+            )?;
         }
         let mut text = String::new();
         for skip in &self.skipped {

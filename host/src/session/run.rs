@@ -12,6 +12,7 @@ use super::tier::{Made, Tier};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Kinematic, Options, Outcome, Span, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
+use crate::program::Switches;
 use crate::results::{
     ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status,
     Summary, Take, significant,
@@ -169,6 +170,10 @@ impl Session {
                 system
                     .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
                     .map_err(|e| start_error(&self.scene, &e))?;
+            }
+            if self.pruning.events && fixed_step.is_none() {
+                let switches = Switches::find(&self.equations, &layout);
+                system.end_steps_at(&mut self.equations, &switches);
             }
             if !self.pruning.on_demand {
                 system.solve_at_samples();
@@ -341,6 +346,8 @@ impl Session {
                 summary.jacobians = counters.jacobians as u64;
                 summary.newton_iterations = counters.newton_iterations as u64;
                 summary.newton_factorisations = counters.factorisations as u64;
+                summary.events = counters.events as u64;
+                summary.chatters = counters.chatters as u64;
                 summary.method_switches = counters.switches as u64;
                 summary.stiff_from = counters.stiff_from.map(|t| t / self.scene.units.factor(Dimension::TIME));
                 match outcome.status {

@@ -8,7 +8,7 @@ use crate::integrate::{Accepted, Failure, Flow, Price, System};
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, MachineError, Node, Used};
+use crate::program::{Equations, MachineError, Node, Switches, Used};
 use crate::results::Audit;
 
 use super::restart::Restart;
@@ -79,6 +79,8 @@ pub struct Simulation<'a> {
     told: Vec<Told>,
     report: Part,
     energy: Part,
+    /// Conditions at which the equations switch, where steps are to end there.
+    switches: Option<Part>,
     rows: Constraints,
     audit: Audit,
     /// Bodies without rotation.
@@ -135,6 +137,7 @@ impl<'a> Simulation<'a> {
         let mut simulation = Self {
             accept: Part::new(equations, &after, layout),
             energy: Part::new(equations, &[equations.kinetic, equations.potential], layout),
+            switches: None,
             report,
             told,
             rows,
@@ -192,6 +195,16 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
+    /// Offers the conditions of these switches, so that steps may end there.
+    pub fn end_steps_at(&mut self, equations: &mut Equations, switches: &Switches) {
+        if switches.conditions.is_empty() {
+            return;
+        }
+        let graph = &mut equations.graph;
+        let nodes: Vec<Node> = switches.conditions.iter().map(|(a, b)| graph.sub(*a, *b)).collect();
+        self.switches = Some(Part::new(equations, &nodes, &self.layout));
+    }
+
     /// Solves for accelerations and reactions at every sample, asked for or not.
     pub fn solve_at_samples(&mut self) {
         self.report.needs_dynamics = true;
@@ -224,6 +237,7 @@ impl<'a> Simulation<'a> {
         let mut list = self.formulation.programs();
         list.extend([self.rows.used(false), self.energy.used(), self.report.used(), self.accept.used()]);
         list.extend(self.told.iter_mut().map(|told| told.inputs.used()));
+        list.extend(self.switches.iter_mut().map(|part| part.evaluator.used(true)));
         list
     }
 
@@ -471,6 +485,17 @@ impl System for Simulation<'_> {
             self.aims_left = MOST_AIMS.min(self.aims_left + 1);
         }
         self.formulation.next_step(t, y, self.aims_left > 0).map_err(failure)
+    }
+
+    fn conditions(&self) -> usize {
+        self.switches.as_ref().map_or(0, |part| part.evaluator.outputs().len())
+    }
+
+    fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        let Some(part) = &mut self.switches else { return Ok(()) };
+        let inputs = self.formulation.observe(t, y, part.needs_dynamics).map_err(failure)?.inputs.to_vec();
+        values.copy_from_slice(part.run(&inputs, self.formulation.sets()).map_err(failure)?);
+        Ok(())
     }
 
     fn max_step_hint(&self, _: f64, y: &[f64]) -> f64 {

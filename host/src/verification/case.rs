@@ -29,7 +29,7 @@ pub struct Measured {
     pub time_unit: String,
     /// Method of integration.
     pub method: String,
-    /// Formulation and evaluation of the equations.
+    /// Formulation of the equations; not whether machine code was made, which no result depends on.
     pub engine: String,
     /// Relative tolerance of the run that is judged.
     pub tolerance: f64,

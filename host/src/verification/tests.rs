@@ -239,6 +239,31 @@ fn a_scene_that_goes_wrong_is_a_failed_case_with_the_reason() {
     assert!(missing.outcome.unwrap_err().contains("missing.toml"));
 }
 
+/// Cases do not depend on how many are run at the same time, and each is told of once.
+#[test]
+fn cases_are_the_same_however_many_run_at_the_same_time() {
+    let scratch = Scratch::new("jobs");
+    let wrong = THROW.replace("9.81e-6", "9.80e-6");
+    let texts = [THROW, wrong.as_str(), "title = ", THROW, wrong.as_str()];
+    let named = texts.iter().enumerate().map(|(k, text)| scratch.file(&format!("scene-{k}.toml"), text));
+    let paths: Vec<PathBuf> = named.collect();
+    let run = |jobs: usize| {
+        let told = std::sync::Mutex::new(Vec::new());
+        let note = |case: &Case| told.lock().unwrap().push(case.name.clone());
+        let cases = Verifier::new(Settings::default()).verify_all(&paths, jobs, &note).unwrap();
+        let mut told = told.into_inner().unwrap();
+        told.sort();
+        (cases, told)
+    };
+    let (one, told) = run(1);
+    assert_eq!(told, ["scene-0", "scene-1", "scene-2", "scene-3", "scene-4"]);
+    assert_eq!(one.iter().map(Case::passed).collect::<Vec<_>>(), [true, false, false, true, false]);
+    for jobs in [2, 5] {
+        let (several, told_too) = run(jobs);
+        assert!(several == one && told_too == told, "{jobs} at the same time");
+    }
+}
+
 #[test]
 fn a_wrong_answer_fails() {
     let scratch = Scratch::new("answer");

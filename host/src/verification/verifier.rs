@@ -2,7 +2,6 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::Arc;
 
 use super::balance::Reports;
@@ -31,8 +30,14 @@ pub struct Settings {
 /// Runs scenes and judges them. Libraries are loaded once for all scenes that name the same ones.
 pub struct Verifier {
     settings: Settings,
-    catalogs: Vec<(Vec<String>, Vec<PathBuf>, Rc<Catalog>)>,
+    catalogs: Vec<(Vec<String>, Vec<PathBuf>, Arc<Catalog>)>,
     elements: Vec<Element>,
+}
+
+/// A scene that was read, with its libraries; or why there is nothing to run.
+struct Begun {
+    case: Case,
+    ready: Result<(Scene, Arc<Catalog>), String>,
 }
 
 /// The scene files of a folder, sorted; folders inside it are not looked into.
@@ -66,6 +71,33 @@ impl Verifier {
 
     /// Runs a scene and judges it. Whatever goes wrong is in the case.
     pub fn verify(&mut self, path: &Path) -> Case {
+        let begun = self.begin(path);
+        finish(&self.settings, begun)
+    }
+
+    /// Runs scenes and judges them, `jobs` at the same time (0 = as many as there are processors). Cases are in the order of
+    /// the scenes and do not depend on `jobs`; `told` hears of each when it has ended, from any thread.
+    ///
+    /// # Errors
+    /// When there are no threads to be had.
+    pub fn verify_all(
+        &mut self,
+        paths: &[PathBuf],
+        jobs: usize,
+        told: &(dyn Fn(&Case) + Sync),
+    ) -> io::Result<Vec<Case>> {
+        // Libraries are loaded by one thread, once for all scenes that share them.
+        let begun: Vec<Begun> = paths.iter().map(|path| self.begin(path)).collect();
+        let settings = &self.settings;
+        all(begun, jobs, &|begun| {
+            let case = finish(settings, begun);
+            told(&case);
+            case
+        })
+    }
+
+    /// Reads a scene and loads its libraries.
+    fn begin(&mut self, path: &Path) -> Begun {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let name = part(path.file_stem());
         let mut case = Case {
@@ -81,8 +113,7 @@ impl Verifier {
             Ok((scene, _)) => scene,
             Err(rejected) => {
                 case.source = rejected.source.text.clone();
-                case.outcome = Err(render(&rejected.diagnostics, &rejected.source, false));
-                return case;
+                return Begun { ready: Err(render(&rejected.diagnostics, &rejected.source, false)), case };
             }
         };
         case.source = scene.source.text.clone();
@@ -93,52 +124,20 @@ impl Verifier {
             case.text = verification.text.clone();
             case.elements = verification.elements.iter().map(|name| name.value.clone()).collect();
         }
-        case.outcome = self.measure(path, &scene);
-        case
-    }
-
-    fn measure(&mut self, path: &Path, scene: &Scene) -> Result<Measured, String> {
-        if scene.checks.is_empty() {
-            return Err("the scene has no [[check]]".into());
-        }
-        let catalog = self.catalog(path, scene)?;
-        let session = open(scene, &catalog)?;
-        for name in scene.verification.iter().flat_map(|verification| &verification.elements) {
-            let named = |element: &crate::model::Instance| format!("{}/{}", element.library, element.class.name);
-            if !session.model.elements.iter().any(|element| named(element) == name.value) {
-                return Err(format!("[verification] names `{}`, but the scene has no such element", name.value));
-            }
-        }
-        let report = run(session)?;
-        let mut measured = Measured {
-            time_unit: report.summary.time_unit.clone(),
-            method: report.summary.method.clone(),
-            engine: report.summary.engine.clone(),
-            tolerance: report.summary.tolerance,
-            checks: scene.checks.iter().zip(&report.checks).map(|(record, result)| checked(record, result)).collect(),
-            balance: None,
-            work: work(&report.summary),
-            ladder: Vec::new(),
+        let ready = match scene.checks.is_empty() {
+            true => Err("the scene has no [[check]]".into()),
+            false => self.catalog(path, &scene).map(|catalog| (scene, catalog)),
         };
-        // A run of its own: what it reports in addition would be counted as work.
-        let mut session = open(scene, &catalog)?;
-        let reports = Reports::request(&mut session);
-        measured.balance = reports.judge(&run(session)?);
-        if self.settings.ladder {
-            let at = |tolerance| rung(scene, &catalog, tolerance);
-            // Tolerances beyond reach are left out: that is no failure of the scene, which is judged at its own.
-            measured.ladder = LADDER.into_iter().filter_map(at).collect();
-        }
-        Ok(measured)
+        Begun { case, ready }
     }
 
     /// The libraries that a scene names.
-    fn catalog(&mut self, path: &Path, scene: &Scene) -> Result<Rc<Catalog>, String> {
+    fn catalog(&mut self, path: &Path, scene: &Scene) -> Result<Arc<Catalog>, String> {
         let requests: Vec<String> = scene.plugins.libraries.iter().map(|request| request.value.clone()).collect();
         let base = path.parent().unwrap_or(Path::new(""));
         let folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|folder| base.join(&folder.value)).collect();
         if let Some((.., known)) = self.catalogs.iter().find(|(r, f, _)| *r == requests && *f == folders) {
-            return Ok(Rc::clone(known));
+            return Ok(Arc::clone(known));
         }
         let mut catalog = match &self.settings.library_copies {
             Some(folder) => Catalog::new().with_copies_in(folder),
@@ -155,10 +154,61 @@ impl Verifier {
             return Err(render(&diagnostics, &scene.source, false));
         }
         collect(&mut self.elements, &catalog);
-        let catalog = Rc::new(catalog);
-        self.catalogs.push((requests, folders, Rc::clone(&catalog)));
+        let catalog = Arc::new(catalog);
+        self.catalogs.push((requests, folders, Arc::clone(&catalog)));
         Ok(catalog)
     }
+}
+
+/// The cases in the order of the scenes, on several threads where that is wanted and there are any.
+fn all(begun: Vec<Begun>, jobs: usize, one: &(dyn Fn(Begun) -> Case + Sync)) -> io::Result<Vec<Case>> {
+    #[cfg(feature = "parallel")]
+    if jobs != 1 {
+        use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(io::Error::other)?;
+        // Scenes differ in length: each is a task of its own.
+        return Ok(pool.install(|| begun.into_par_iter().with_max_len(1).map(one).collect()));
+    }
+    let _ = jobs;
+    Ok(begun.into_iter().map(one).collect())
+}
+
+/// Runs and judges what was begun.
+fn finish(settings: &Settings, begun: Begun) -> Case {
+    let Begun { mut case, ready } = begun;
+    case.outcome = ready.and_then(|(scene, catalog)| measure(settings, &scene, &catalog));
+    case
+}
+
+fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Measured, String> {
+    let session = open(scene, catalog)?;
+    for name in scene.verification.iter().flat_map(|verification| &verification.elements) {
+        let named = |element: &crate::model::Instance| format!("{}/{}", element.library, element.class.name);
+        if !session.model.elements.iter().any(|element| named(element) == name.value) {
+            return Err(format!("[verification] names `{}`, but the scene has no such element", name.value));
+        }
+    }
+    let report = run(session)?;
+    let mut measured = Measured {
+        time_unit: report.summary.time_unit.clone(),
+        method: report.summary.method.clone(),
+        engine: formulation(&report.summary.engine).to_string(),
+        tolerance: report.summary.tolerance,
+        checks: scene.checks.iter().zip(&report.checks).map(|(record, result)| checked(record, result)).collect(),
+        balance: None,
+        work: work(&report.summary),
+        ladder: Vec::new(),
+    };
+    // A run of its own: what it reports in addition would be counted as work.
+    let mut session = open(scene, catalog)?;
+    let reports = Reports::request(&mut session);
+    measured.balance = reports.judge(&run(session)?);
+    if settings.ladder {
+        let at = |tolerance| rung(scene, catalog, tolerance);
+        // Tolerances beyond reach are left out: that is no failure of the scene, which is judged at its own.
+        measured.ladder = LADDER.into_iter().filter_map(at).collect();
+    }
+    Ok(measured)
 }
 
 fn open(scene: &Scene, catalog: &Catalog) -> Result<Session, String> {
@@ -209,6 +259,11 @@ fn checked(record: &CheckRecord, result: &CheckResult) -> Checked {
         problem: result.problem.clone(),
         errors: result.series.iter().map(|(t, value, reference)| (*t, (value - reference).abs())).collect(),
     }
+}
+
+/// The engine without the word whether machine code was made, which depends on how busy the machine is, and changes no result.
+fn formulation(engine: &str) -> &str {
+    engine.strip_prefix("compiled, ").or_else(|| engine.strip_prefix("interpreted, ")).unwrap_or(engine)
 }
 
 fn work(summary: &Summary) -> Work {

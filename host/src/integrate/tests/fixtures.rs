@@ -23,6 +23,8 @@ pub struct Probe {
     pub jacobian: Option<Rhs>,
     /// Absolute tolerance as a share of the relative one.
     pub absolute: f64,
+    /// Conditions at which `rhs` switches, and how many.
+    pub switching: Option<(usize, Rhs)>,
 }
 
 impl Probe {
@@ -42,6 +44,7 @@ impl Probe {
             accepts: 0,
             jacobian: None,
             absolute: 1.0,
+            switching: None,
         }
     }
 
@@ -86,6 +89,17 @@ impl System for Probe {
     fn project(&mut self, _t: f64, y: &mut [f64]) -> Result<(), Failure> {
         if let Some(projection) = self.projection {
             projection(y);
+        }
+        Ok(())
+    }
+
+    fn conditions(&self) -> usize {
+        self.switching.map_or(0, |(count, _)| count)
+    }
+
+    fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        if let Some((_, switching)) = self.switching {
+            switching(t, y, values);
         }
         Ok(())
     }

@@ -1,0 +1,124 @@
+//! Steps that end where the right side switches: as accurate as smooth ones, and few.
+
+use super::*;
+
+/// A mass between a spring and a force of constant size towards the middle: u'' = -u - 2 sign(u).
+fn relay(_t: f64, y: &[f64], dy: &mut [f64]) {
+    dy[0] = y[1];
+    dy[1] = -y[0] - if y[0] < 0.0 { -2.0 } else { 2.0 };
+}
+
+fn position(_t: f64, y: &[f64], values: &mut [f64]) {
+    values[0] = y[0];
+}
+
+/// From the middle with speed 1 it comes back after this time with speed -1.
+fn half_period() -> f64 {
+    2.0 * 0.5_f64.atan()
+}
+
+fn relay_solution(t: f64) -> [f64; 2] {
+    let halves = (t / half_period()).floor();
+    let s = t - halves * half_period();
+    let sign = if halves % 2.0 == 0.0 { 1.0 } else { -1.0 };
+    [sign * (2.0 * s.cos() + s.sin() - 2.0), sign * (s.cos() - 2.0 * s.sin())]
+}
+
+/// Largest error at samples and the end, and the work.
+fn relay_run(method: &mut dyn Integrator, tolerance: f64, located: bool) -> (f64, Counters) {
+    let mut system = Probe::new(relay, 2, tolerance);
+    system.switching = located.then_some((1, position as Rhs));
+    let mut y = vec![0.0, 1.0];
+    let t_end = 10.3;
+    let samples: Vec<f64> = (0..=206).map(|k| (0.05 * f64::from(k)).min(t_end)).collect();
+    let span = Span { t_start: 0.0, t_end, sample_times: &samples };
+    let outcome = method.integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+    assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
+    assert_eq!(system.samples.len(), samples.len());
+    let worst = system.samples.iter().map(|(t, y)| distance(y, &relay_solution(*t))).fold(0.0, f64::max);
+    (worst.max(distance(&y, &relay_solution(t_end))), outcome.counters)
+}
+
+/// Eleven switches from 0 to 10.3, the first of them at a half period.
+const SWITCHES: usize = 11;
+
+#[test]
+fn every_method_ends_steps_at_a_switch() {
+    for (name, bound) in [("dop853", 1e-8), ("dopri5", 1e-7), ("radau5", 1e-6), ("rodas5p", 1e-7), ("auto", 1e-8)] {
+        let mut method = by_name(name).unwrap();
+        let (error, counters) = relay_run(method.as_mut(), 1e-10, true);
+        let (plain, without) = relay_run(method.as_mut(), 1e-10, false);
+        println!(
+            "{name}: {error:.1e} {} events, {} rejected, {} evaluations; without {plain:.1e}, {} rejected, {}",
+            counters.events, counters.rejected, counters.evaluations, without.rejected, without.evaluations
+        );
+        assert!(error < bound, "{name}: {error:e}");
+        assert_eq!((counters.events, counters.chatters), (SWITCHES, 0), "{name}");
+        assert_eq!(without.events, 0, "{name}");
+        assert!(counters.evaluations < without.evaluations, "{name}");
+    }
+}
+
+#[test]
+fn locating_a_jump_takes_a_fraction_of_the_steps_across_it() {
+    let (error, counters) = relay_run(&mut dop853(), 1e-10, true);
+    let (_, without) = relay_run(&mut dop853(), 1e-10, false);
+    assert!(error < 1e-9, "{error:e}");
+    assert!(4 * counters.evaluations < without.evaluations, "{} {}", counters.evaluations, without.evaluations);
+}
+
+#[test]
+fn states_at_switches_are_on_the_far_side() {
+    let mut system = Probe::new(relay, 2, 1e-9);
+    system.switching = Some((1, position as Rhs));
+    let mut y = vec![0.0, 1.0];
+    let span = Span { t_start: 0.0, t_end: 1.5, sample_times: &[] };
+    let outcome = dop853().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+    assert_eq!(outcome.counters.events, 1);
+    let there = system.steps.iter().find(|(t, ..)| (t - half_period()).abs() < 1e-9);
+    let (_, _, state) = there.expect("a step ends at the switch");
+    assert!(state[0] < 0.0 && state[0] > -1e-9, "{state:?}");
+    // No step is across it.
+    assert!(system.steps.iter().all(|(t, h, _)| *t <= half_period() + 1e-9 || t - h >= half_period() - 1e-12));
+}
+
+#[test]
+fn nothing_is_looked_at_without_rejected_steps() {
+    fn never(_t: f64, _y: &[f64], _values: &mut [f64]) {
+        panic!("conditions are evaluated");
+    }
+    let mut system = Probe::new(smooth, 3, 1e-6);
+    system.switching = Some((1, never as Rhs));
+    let mut y = smooth_solution(0.0).to_vec();
+    let span = Span { t_start: 0.0, t_end: 5.0, sample_times: &[1.0] };
+    let options = Options { max_step: Some(0.1), ..Options::default() };
+    let outcome = dop853().integrate(&mut system, &mut y, &span, &options).unwrap();
+    assert_eq!((outcome.counters.rejected, outcome.counters.events), (0, 0));
+}
+
+/// A square wave that begins at 4, a thousand times faster than the oscillator beside it.
+fn square_wave(t: f64, y: &[f64], dy: &mut [f64]) {
+    oscillator(t, y, dy);
+    let on = if wave(t) < 0.0 { -1.0 } else { 1.0 };
+    dy[2] = if t < 4.0 { 0.0 } else { on };
+}
+
+fn wave(t: f64) -> f64 {
+    (1000.0 * std::f64::consts::PI * t).sin()
+}
+
+#[test]
+fn too_many_switches_are_left_to_error_control() {
+    let mut system = Probe::new(square_wave, 3, 1e-7);
+    system.switching = Some((1, |t, _, values| values[0] = wave(t)));
+    let mut y = vec![1.0, 0.0, 0.0];
+    // Ten and a half periods of the wave.
+    let t_end = 4.021;
+    let span = Span { t_start: 0.0, t_end, sample_times: &[] };
+    let outcome = dop853().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+    let Counters { events, chatters, .. } = outcome.counters;
+    println!("{:?}", outcome.counters);
+    assert!(chatters > 0 && events < 21, "{events} {chatters}");
+    // As accurate as error control is by itself there.
+    assert!(distance(&y, &[t_end.cos(), -t_end.sin(), 1e-3]) < 1e-5, "{y:?}");
+}

@@ -1,0 +1,75 @@
+//! Steps end where equations switch: results at least as accurate, found by less work, in both coordinates and by all engines.
+
+use odyn::results::Summary;
+use odyn::session::{RunReport, Session};
+
+use crate::support::{options, root};
+
+#[track_caller]
+fn run(scene: &str, sets: &[&str]) -> RunReport {
+    let path = root().join(format!("verification/{scene}.toml"));
+    let session = Session::open(&path, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+    session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The largest error of the scene's checks in their tolerances.
+fn worst(summary: &Summary) -> f64 {
+    summary.checks.iter().map(|check| check.largest / check.tolerance).fold(0.0, f64::max)
+}
+
+const WITHOUT: &str = "simulation.without=[\"events\"]";
+
+/// Scene, method, share of the evaluations that are left at most, and how often the largest error may be that without.
+const SAVED: [(&str, &str, f64, f64); 7] = [
+    ("bump-stop", "dop853", 0.7, 1.0),
+    ("bump-stop", "dopri5", 0.95, 0.1),
+    ("bump-stop", "radau5", 0.95, 1.0),
+    ("bump-stop", "rodas5p", 0.98, 0.1),
+    ("integral", "dop853", 0.6, 1.0),
+    ("integral", "radau5", 0.85, 0.01),
+    ("pid-limits", "dop853", 0.9, 1.1),
+];
+
+#[test]
+fn ending_steps_at_switches_saves_work_and_costs_no_accuracy() {
+    for (scene, method, share, accuracy) in SAVED {
+        let method_set = format!("simulation.method={method}");
+        let (with, without) = (run(scene, &[&method_set]).summary, run(scene, &[&method_set, WITHOUT]).summary);
+        assert!(with.events > 0 && without.events == 0, "{scene} {method}: {} events", with.events);
+        let (ours, all) = (with.evaluations, without.evaluations);
+        assert!((ours as f64) < share * all as f64, "{scene} {method}: {ours} of {all} evaluations");
+        let (error, before) = (worst(&with), worst(&without));
+        assert!(error <= accuracy * before, "{scene} {method}: {error:.2e} of the tolerance, without {before:.2e}");
+    }
+}
+
+#[test]
+fn engines_find_the_same_switches() {
+    let of = |engine: &str| run("bump-stop", &[&format!("simulation.engine={engine}")]);
+    let (interpreted, compiled) = (of("interpreted"), of("compiled"));
+    assert!(interpreted.summary.events > 0);
+    assert_eq!(interpreted.summary.events, compiled.summary.events);
+    assert_eq!(interpreted.columns, compiled.columns);
+}
+
+#[test]
+fn coordinates_of_bodies_find_them_too() {
+    let report = run("bump-stop", &["simulation.formulation=cartesian"]);
+    let plain = run("bump-stop", &["simulation.formulation=cartesian", WITHOUT]);
+    assert!(report.summary.events > 0 && report.summary.checks_passed());
+    assert!(10 * report.summary.evaluations < 7 * plain.summary.evaluations);
+}
+
+#[test]
+fn the_plan_names_what_switches() {
+    let plan = |scene: &str| {
+        let path = root().join(format!("verification/{scene}.toml"));
+        Session::open(&path, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}")).plan_report()
+    };
+    let report = plan("bump-stop");
+    assert_eq!(report.conditions, 4);
+    assert_eq!(report.switches, ["stops (2 conditions)", "buffer (1 condition)", "door_stop (1 condition)"]);
+    assert!(report.to_string().contains("switches: 4 conditions (stops (2 conditions), "));
+    let smooth = plan("revolute");
+    assert!(smooth.conditions == 0 && !smooth.to_string().contains("switches"));
+}
