@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `benchmarks.rs` | scenes agree with references, in both formulations, and with the work pinned |
 //! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
+//! | `second_order.rs` | the generalized-alpha method on scenes: its order, what it takes and refuses |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
@@ -41,6 +42,7 @@ mod methods;
 mod opaque;
 mod plugins;
 mod rooms;
+mod second_order;
 mod speed_control;
 mod states;
 mod study;

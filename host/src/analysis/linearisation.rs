@@ -241,7 +241,7 @@ impl Linearisation {
 }
 
 /// r1, r2 of the rows in use, state rates, power with that of the constraints.
-fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Vec<Node> {
+pub(super) fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Vec<Node> {
     let mut functions = terms.loads.to_vec();
     let (mut gammas, mut power) = (Vec::with_capacity(rows.len()), terms.power);
     let acceleration_slot = terms.coordinates.acceleration_slot;
@@ -278,7 +278,7 @@ fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows: &[usize]) 
 }
 
 /// What changes along a direction.
-fn seeds(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, direction: usize) -> Seeds {
+pub(super) fn seeds(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, direction: usize) -> Seeds {
     let one = g.constant(1.0);
     let coordinates = &terms.coordinates;
     let velocities = coordinates.columns;

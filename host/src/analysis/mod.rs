@@ -21,6 +21,7 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
+//! | `second_order.rs` | the equations with constraints on positions, for methods that solve them as they are |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -36,6 +37,7 @@ mod linearisation;
 mod planar;
 mod reference;
 mod scales;
+mod second_order;
 mod working;
 
 #[cfg(test)]
@@ -50,4 +52,5 @@ pub use joint_plan::JointPlan;
 pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
 pub use scales::Scales;
+pub use second_order::{SecondOrderForm, place, velocities_of};
 pub use working::{WorkingForm, sparse_engine};

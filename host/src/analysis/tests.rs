@@ -7,6 +7,7 @@ mod dynamics;
 mod joint;
 mod linearisation;
 mod projection;
+mod second_order;
 
 use nalgebra::{DMatrix, DVector};
 

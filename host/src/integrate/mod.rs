@@ -23,6 +23,9 @@
 //! 4. `accept`: the only place where discrete memory may change.
 //! 5. `step_done`: progress, audit, the wish to stop.
 //!
+//! Methods that solve for constraints on positions themselves ([`SecondOrder`]) leave the evaluations and `project` of 1 and 2
+//! out.
+//!
 //! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
 //! Steps are not shortened to hit samples, only to hit `t_end`; except where the interpolation is known to be bad: where
 //! stability limits an explicit method, and where an implicit method's error test says so. A step that is rejected because
@@ -34,6 +37,7 @@ mod dop853_tableau;
 mod dopri5;
 mod events;
 mod explicit;
+mod generalized_alpha;
 mod jacobian;
 mod kinematic;
 mod lu;
@@ -43,6 +47,7 @@ mod rivals;
 mod rk4;
 mod rodas5p;
 mod run;
+mod second_order;
 mod stiffness;
 
 #[cfg(test)]
@@ -54,12 +59,14 @@ pub use auto::Auto;
 pub use dop853::dop853;
 pub use dopri5::dopri5;
 pub use explicit::{Estimate, Explicit, Pair, Row};
+pub use generalized_alpha::GeneralizedAlpha;
 pub use kinematic::Kinematic;
 pub use methods::{Method, Methods, by_name, names};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
 pub use rodas5p::Rodas5p;
 pub use run::{Run, Trouble};
+pub use second_order::{Instant, SecondOrder};
 
 /// A method of integration.
 pub trait Integrator: Send {
@@ -68,6 +75,11 @@ pub trait Integrator: Send {
 
     /// Whether the method has no error control, so that [`Options::fixed_step`] must be given.
     fn needs_fixed_step(&self) -> bool {
+        false
+    }
+
+    /// Whether the method asks for [`System::second_order`].
+    fn needs_second_order(&self) -> bool {
         false
     }
 
@@ -146,6 +158,11 @@ pub trait System {
     /// See [`Failure`].
     fn time_derivative(&mut self, _t: f64, _y: &[f64], _slopes: &mut [f64]) -> Result<bool, Failure> {
         Ok(false)
+    }
+
+    /// The system as one of second order with constraints, if it is written so.
+    fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
+        None
     }
 
     /// Brings a new state back to its manifold. `[hot]`

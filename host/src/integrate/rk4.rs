@@ -97,7 +97,7 @@ impl Rk4 {
 
 /// Cubic that has the values and derivatives of both ends of a step of size `h`, at the share
 /// `s` of it.
-fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
+pub(super) fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
     for (i, value) in out.iter_mut().enumerate() {
         let rise = y[1][i] - y[0][i];
         let start_bend = h * f[0][i] - rise;

@@ -261,7 +261,7 @@ impl<'a> Run<'a> {
 }
 
 /// Trouble in a step that can be tried again.
-fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
+pub(super) fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
     match failure {
         Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, cause }),
         Failure::Unlucky { at, cause } => Trouble::Retry(StopReason::Unlucky { step, at, cause }),

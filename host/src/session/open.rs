@@ -148,7 +148,9 @@ impl Session {
             scene,
         };
         // In the coordinates of joints, what lies across the plane of a planar mechanism folds away by itself.
-        if session.pruning.planar && session.choose_tree()?.0.is_none() {
+        // Methods of second order take the equations as they are, in space.
+        let whole = session.method_of_second_order()?.is_some();
+        if session.pruning.planar && !whole && session.choose_tree()?.0.is_none() {
             session.find_plane();
         }
         session.compile_time = compiling.elapsed().as_secs_f64();

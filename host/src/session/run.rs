@@ -9,6 +9,7 @@ use super::error::{Exit, SessionError};
 use super::open::Session;
 use super::simulation::{Progress, Simulation};
 use super::tier::{Made, Tier};
+use crate::analysis::SecondOrderForm;
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Kinematic, Options, Outcome, Span, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
@@ -120,6 +121,11 @@ impl Session {
         if method.may_use_jacobian() {
             formulation.offer_jacobian(&self.equations);
         }
+        let second_order = match self.method_of_second_order()? {
+            Some(_) => Some(SecondOrderForm::new(&self.equations, &self.model, &self.plan)),
+            None => None,
+        };
+        let second_order = second_order.transpose().map_err(|e| start_error(&self.scene, &e))?;
         let planar = engine_name != "reference";
         let simulation = self.scene.simulation.clone();
         let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
@@ -174,6 +180,9 @@ impl Session {
             if self.pruning.events && fixed_step.is_none() {
                 let switches = Switches::find(&self.equations, &layout);
                 system.end_steps_at(&mut self.equations, &switches);
+            }
+            if let Some(form) = second_order {
+                system.offer_second_order(form);
             }
             if !self.pruning.on_demand {
                 system.solve_at_samples();

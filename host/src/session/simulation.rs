@@ -3,12 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Evaluator, Formulation, Group, Scales};
-use crate::integrate::{Accepted, Failure, Flow, Price, System};
+use crate::analysis::{
+    AnalysisError, Assembly, Constraints, Counters, Evaluator, Formulation, Group, Scales, SecondOrderForm, place,
+    velocities_of,
+};
+use crate::integrate::{Accepted, Failure, Flow, Instant, Price, SecondOrder, System};
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, MachineError, Node, Switches, Used};
+use crate::program::{Equations, MachineError, Node, Sets, Switches, Used};
 use crate::results::Audit;
 
 use super::restart::Restart;
@@ -81,6 +84,8 @@ pub struct Simulation<'a> {
     energy: Part,
     /// Conditions at which the equations switch, where steps are to end there.
     switches: Option<Part>,
+    /// The same motion with constraints on positions, for methods that ask for it.
+    second_order: Option<SecondOrderForm>,
     rows: Constraints,
     audit: Audit,
     /// Bodies without rotation.
@@ -138,6 +143,7 @@ impl<'a> Simulation<'a> {
             accept: Part::new(equations, &after, layout),
             energy: Part::new(equations, &[equations.kinetic, equations.potential], layout),
             switches: None,
+            second_order: None,
             report,
             told,
             rows,
@@ -205,6 +211,12 @@ impl<'a> Simulation<'a> {
         self.switches = Some(Part::new(equations, &nodes, &self.layout));
     }
 
+    /// Offers the equations to methods of second order.
+    pub fn offer_second_order(&mut self, mut form: SecondOrderForm) {
+        form.set_discrete(&self.references, &self.discrete);
+        self.second_order = Some(form);
+    }
+
     /// Solves for accelerations and reactions at every sample, asked for or not.
     pub fn solve_at_samples(&mut self) {
         self.report.needs_dynamics = true;
@@ -238,6 +250,7 @@ impl<'a> Simulation<'a> {
         list.extend([self.rows.used(false), self.energy.used(), self.report.used(), self.accept.used()]);
         list.extend(self.told.iter_mut().map(|told| told.inputs.used()));
         list.extend(self.switches.iter_mut().map(|part| part.evaluator.used(true)));
+        list.extend(self.second_order.iter_mut().flat_map(SecondOrderForm::programs));
         list
     }
 
@@ -250,7 +263,11 @@ impl<'a> Simulation<'a> {
     /// Work done so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        Counters { re_aimed: self.re_aimed, relaxed: self.relaxed, ..self.formulation.counters() }
+        let mut counters = Counters { re_aimed: self.re_aimed, relaxed: self.relaxed, ..self.formulation.counters() };
+        let (evaluations, factorisations) = self.second_order.as_ref().map_or((0, 0), SecondOrderForm::work);
+        counters.evaluations += evaluations;
+        counters.factorisations += factorisations;
+        counters
     }
 
     /// Everything that changes during a run, as it is at an accepted state.
@@ -350,8 +367,16 @@ impl<'a> Simulation<'a> {
         }
         if changed == Accepted::Changed {
             self.formulation.set_discrete(&self.references, &self.discrete);
+            if let Some(form) = &mut self.second_order {
+                form.set_discrete(&self.references, &self.discrete);
+            }
         }
         Ok(changed)
+    }
+
+    fn second_order_parts(&mut self) -> Result<(&mut SecondOrderForm, &Sets), Failure> {
+        let form = self.second_order.as_mut().ok_or_else(|| Failure::Fatal("no equations of second order".into()))?;
+        Ok((form, self.formulation.sets()))
     }
 
     /// The step under way touches a singular position at `t`.
@@ -487,6 +512,10 @@ impl System for Simulation<'_> {
         self.formulation.next_step(t, y, self.aims_left > 0).map_err(failure)
     }
 
+    fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
+        if self.second_order.is_some() { Some(self) } else { None }
+    }
+
     fn conditions(&self) -> usize {
         self.switches.as_ref().map_or(0, |part| part.evaluator.outputs().len())
     }
@@ -528,5 +557,50 @@ impl System for Simulation<'_> {
         tier.between_steps(t, || self.programs());
         self.tier = tier;
         if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+}
+
+/// Where the equations were offered ([`Simulation::offer_second_order`]).
+impl SecondOrder for Simulation<'_> {
+    fn velocities(&self) -> usize {
+        self.layout.velocities()
+    }
+
+    fn multipliers(&self) -> usize {
+        self.second_order.as_ref().map_or(0, |form| form.rows_in_use().len())
+    }
+
+    fn sums_from(&self) -> usize {
+        self.dim() - 1
+    }
+
+    fn velocities_of(&self, y: &[f64], velocities: &mut [f64]) {
+        velocities_of(y, velocities);
+    }
+
+    fn place(&self, y0: &[f64], increment: &[f64], velocities: &[f64], y: &mut [f64]) {
+        place(y0, increment, velocities, y);
+    }
+
+    fn residual(
+        &mut self,
+        at: &Instant<'_>,
+        forces: &mut [f64],
+        rows: &mut [f64],
+        dy: &mut [f64],
+    ) -> Result<(), Failure> {
+        let (form, sets) = self.second_order_parts()?;
+        let solution = (at.accelerations, at.multipliers);
+        form.residual((at.t, at.y), solution, sets, (forces, rows), dy).map_err(failure)
+    }
+
+    fn factor(&mut self, mass_share: f64, damping_share: f64) -> Result<(), Failure> {
+        let (form, sets) = self.second_order_parts()?;
+        form.factor(mass_share, damping_share, sets).map_err(failure)
+    }
+
+    fn solve(&mut self, forces: &[f64], rows: &[f64], moves: &mut [f64], changes: &mut [f64]) -> Result<(), Failure> {
+        let (form, _) = self.second_order_parts()?;
+        form.solve((forces, rows), (moves, changes)).map_err(failure)
     }
 }
