@@ -9,7 +9,7 @@
 //! The places are Chebyshev points of the two intervals `1 <= |s - c| / g <= 4`, where `c` is the singular position and `g`
 //! the distance at which solving is sound (the image of Chebyshev points in `(s - c)^2`). With `r` the distance of the next
 //! singularity in the complex plane, in units of `g`, the error is about `1.1e5 / r^14`; round-off at the places reaches the
-//! result 16 times.
+//! result 16 times. Loads are interpolated with the rest: one that switches on this stretch is smoothed.
 
 use super::formulation::AnalysisError;
 

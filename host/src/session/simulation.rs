@@ -393,7 +393,7 @@ impl System for Simulation<'_> {
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        self.largest_share(y0, y1, error) * INTERPOLATION_MARGIN / self.tolerance
+        self.largest_share(y0, y1, error) / (self.tolerance / INTERPOLATION_MARGIN)
     }
 
     fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {

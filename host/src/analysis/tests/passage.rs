@@ -86,5 +86,6 @@ fn a_flat_four_bar_accelerates_as_its_neighbours_do() {
         stand.form.project(TIME, &mut projected).unwrap();
         assert!(difference(&projected, &state) < bound, "{angle}: moved by {:e}", difference(&projected, &state));
     }
-    assert!(stand.form.counters().interpolated >= 12);
+    // Rates and reports, at the two nearest at least.
+    assert!(stand.form.counters().interpolated >= 4, "{:?}", stand.form.counters());
 }
