@@ -214,7 +214,7 @@ impl Session {
         summary.factorisations = counters.factorisations;
         summary.rank_safe = counters.rank_safe;
         summary.position_corrections = counters.position_corrections;
-        summary.re_aimed = counters.re_aimed;
+        summary.interpolated = counters.interpolated;
         summary.coupling_iterations = counters.coupling_iterations;
         summary.rows = samplings.taken.len() as u64;
         let unit = self.scene.units.factor(Dimension::TIME);
@@ -496,7 +496,7 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
         StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_not_finite(cause.as_ref()) => codes::MOTION_NOT_FINITE,
-        StopReason::Failed { .. } | StopReason::Unlucky { .. } => codes::PROJECTION_FAILED,
+        StopReason::Failed { .. } => codes::PROJECTION_FAILED,
     }
 }
 

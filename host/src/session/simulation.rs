@@ -17,16 +17,9 @@ use super::tier::Tier;
 /// An angle that has moved this far from its reference gets a new one, rad.
 const NEW_REFERENCE: f64 = 1.0;
 
-/// Steps aimed past a singular position before it is evaluated after all.
-const MOST_AIMS: u32 = 12;
-/// Steps without aiming after that; an accepted step allows one aimed step anew.
-const UNAIMED_STEPS: u32 = 10;
 /// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
 /// times), and it is results that a tolerance is about.
 const INTERPOLATION_MARGIN: f64 = 5.0;
-/// Tightest tolerance for steps that are evaluated next to a singular position after all: accelerations carry round-off
-/// over the cubed distance there.
-const SINGULAR_TOLERANCE: f64 = 1e-10;
 
 /// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
 const PARTICLE_SPIN: f64 = 1e-6;
@@ -91,13 +84,6 @@ pub struct Simulation<'a> {
     progress: Progress<'a>,
     stop: Arc<AtomicBool>,
     row_right: Vec<f64>,
-    /// Aimed steps still allowed.
-    aims_left: u32,
-    /// Steps accepted since none was left.
-    unaimed_steps: u32,
-    re_aimed: u64,
-    rank_safe_seen: u64,
-    relaxed: u64,
     tier: Tier,
 }
 
@@ -155,11 +141,6 @@ impl<'a> Simulation<'a> {
             progress,
             stop,
             row_right: vec![0.0; layout.rows],
-            aims_left: MOST_AIMS,
-            unaimed_steps: 0,
-            re_aimed: 0,
-            rank_safe_seen: 0,
-            relaxed: 0,
             tier: Tier::fixed(),
             layout: layout.clone(),
         };
@@ -179,7 +160,7 @@ impl<'a> Simulation<'a> {
         let inputs = self.formulation.observe(t, &state, true)?.inputs;
         let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
         self.scales.anticipate(&accelerations);
-        self.formulation.next_step(t, &state, true)?;
+        self.formulation.next_step(t, &state)?;
         self.watch(t, &state)?;
         Ok(state)
     }
@@ -250,7 +231,7 @@ impl<'a> Simulation<'a> {
     /// Work done so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        Counters { re_aimed: self.re_aimed, relaxed: self.relaxed, ..self.formulation.counters() }
+        self.formulation.counters()
     }
 
     /// Everything that changes during a run, as it is at an accepted state.
@@ -354,13 +335,6 @@ impl<'a> Simulation<'a> {
         Ok(changed)
     }
 
-    /// The step under way touches a singular position at `t`.
-    fn unlucky(&mut self, t: f64) -> Failure {
-        self.aims_left = self.aims_left.saturating_sub(1);
-        self.re_aimed += 1;
-        Failure::Unlucky { at: t, cause: Box::new(AnalysisError::NextToSingular) }
-    }
-
     /// The largest entry of a difference of states, as a share of the size of its group.
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
@@ -429,25 +403,11 @@ impl System for Simulation<'_> {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
-        match self.formulation.rates(t, y, dy) {
-            Err(AnalysisError::NextToSingular) => Err(self.unlucky(t)),
-            result => result.map_err(failure),
-        }
+        self.formulation.rates(t, y, dy).map_err(failure)
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let worst = self.largest_share(y0, y1, error);
-        // Next to a singular position accelerations carry round-off over the squared distance from it. A tolerance below
-        // that noise would drive the step size to zero instead of over the position.
-        let rank_safe = self.formulation.counters().rank_safe;
-        let passes_singular = rank_safe > self.rank_safe_seen && self.aims_left == 0;
-        self.rank_safe_seen = rank_safe;
-        let tolerance = self.tolerance / INTERPOLATION_MARGIN;
-        if passes_singular && tolerance < SINGULAR_TOLERANCE {
-            self.relaxed += 1;
-            return worst / SINGULAR_TOLERANCE;
-        }
-        worst / tolerance
+        self.largest_share(y0, y1, error) / (self.tolerance / INTERPOLATION_MARGIN)
     }
 
     fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
@@ -473,18 +433,7 @@ impl System for Simulation<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
         self.formulation.project(t, y).map_err(failure)?;
-        if self.aims_left > 0 && self.formulation.is_near_singular() {
-            return Err(self.unlucky(t));
-        }
-        // A scene that stays next to a singular position must get on nevertheless: no aiming for some steps.
-        if self.aims_left == 0 {
-            self.unaimed_steps += 1;
-        }
-        if self.aims_left > 0 || self.unaimed_steps > UNAIMED_STEPS {
-            self.unaimed_steps = 0;
-            self.aims_left = MOST_AIMS.min(self.aims_left + 1);
-        }
-        self.formulation.next_step(t, y, self.aims_left > 0).map_err(failure)
+        self.formulation.next_step(t, y).map_err(failure)
     }
 
     fn conditions(&self) -> usize {
