@@ -274,8 +274,9 @@ fn most_common(terms: &[Term]) -> Option<Common> {
                 *counts.entry(Common::Factor(*factor)).or_default() += 1;
             }
         }
-        if term.coefficient.abs() != 1.0 && !term.factors.is_empty() {
-            *counts.entry(Common::Number(term.coefficient.abs().to_bits())).or_default() += 1;
+        let size = term.coefficient.abs();
+        if size.is_finite() && size != 1.0 && !term.factors.is_empty() {
+            *counts.entry(Common::Number(size.to_bits())).or_default() += 1;
         }
     }
     let mut most = None;

@@ -99,3 +99,14 @@ fn random_programs_keep_their_values() {
     }
     assert!(saved > 150, "{saved}");
 }
+
+#[test]
+fn numbers_that_are_none_are_no_common_factor() {
+    let mut g = Graph::default();
+    let [a, b] = std::array::from_fn(|k| g.input(k));
+    let none = g.constant(f64::NAN);
+    let (left, right) = (g.mul(none, a), g.mul(none, b));
+    let sum = g.add(left, right);
+    let (shorter, nodes) = condense(&g, &[sum]);
+    assert!(value(&shorter, nodes[0], &[1.0, 2.0]).is_nan());
+}
