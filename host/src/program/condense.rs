@@ -42,8 +42,8 @@ pub fn condense(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
 /// What a node is part of.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    Sum,
-    Product,
+    Additive,
+    Multiplicative,
     Other,
 }
 
@@ -74,7 +74,7 @@ impl<'g> Wholes<'g> {
         let only = |node: &Node, of: Kind| users[node.0 as usize] == 1 && user_kind[node.0 as usize] == of;
         let (mut inside, mut in_sum) = (vec![false; size], vec![false; size]);
         for node in &live {
-            in_sum[node.0 as usize] = only(node, Kind::Sum);
+            in_sum[node.0 as usize] = only(node, Kind::Additive);
             inside[node.0 as usize] = match kind(graph, *node) {
                 Kind::Other => false,
                 own => only(node, own),
@@ -93,7 +93,7 @@ impl<'g> Wholes<'g> {
         let mut open = vec![(whole, 1.0)];
         while let Some((node, sign)) = open.pop() {
             let mut add = |operand: Node, sign: f64| {
-                if self.is_inside(operand) && kind(self.graph, operand) == Kind::Sum {
+                if self.is_inside(operand) && kind(self.graph, operand) == Kind::Additive {
                     open.push((operand, sign));
                 } else {
                     list.push((operand, sign));
@@ -123,7 +123,7 @@ impl<'g> Wholes<'g> {
         while let Some(node) = open.pop() {
             if let Expr::Mul(a, b) = self.graph.expr(node) {
                 for operand in [a, b] {
-                    if self.is_inside(operand) && kind(self.graph, operand) == Kind::Product {
+                    if self.is_inside(operand) && kind(self.graph, operand) == Kind::Multiplicative {
                         open.push(operand);
                     } else {
                         list.push(operand);
@@ -138,8 +138,8 @@ impl<'g> Wholes<'g> {
 
 fn kind(graph: &Graph, node: Node) -> Kind {
     match graph.expr(node) {
-        Expr::Add(..) | Expr::Sub(..) | Expr::Neg(_) => Kind::Sum,
-        Expr::Mul(..) => Kind::Product,
+        Expr::Add(..) | Expr::Sub(..) | Expr::Neg(_) => Kind::Additive,
+        Expr::Mul(..) => Kind::Multiplicative,
         _ => Kind::Other,
     }
 }
@@ -160,14 +160,14 @@ fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     for node in &wholes.live {
         let made = match kind(graph, *node) {
-            Kind::Sum if wholes.is_inside(*node) => continue,
-            Kind::Product if wholes.is_inside(*node) || wholes.in_sum[node.0 as usize] => continue,
-            Kind::Sum => {
+            Kind::Additive if wholes.is_inside(*node) => continue,
+            Kind::Multiplicative if wholes.is_inside(*node) || wholes.in_sum[node.0 as usize] => continue,
+            Kind::Additive => {
                 let terms = wholes.terms(*node).into_iter();
                 let terms = terms.map(|(term, sign)| split(&mut g, &wholes, &rewriting, term, sign)).collect();
                 sum_of(&mut g, terms)
             }
-            Kind::Product => {
+            Kind::Multiplicative => {
                 let term = split(&mut g, &wholes, &rewriting, *node, 1.0);
                 product_of(&mut g, &term)
             }
@@ -181,7 +181,7 @@ fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
 
 /// A term with its factors in the new graph.
 fn split(g: &mut Graph, wholes: &Wholes<'_>, rewriting: &Rewriting<'_>, term: Node, sign: f64) -> Term {
-    let own = kind(wholes.graph, term) == Kind::Product && !rewriting.knows(term);
+    let own = kind(wholes.graph, term) == Kind::Multiplicative && !rewriting.knows(term);
     let old = if own { wholes.factors(term) } else { vec![term] };
     let mut coefficient = sign;
     let mut factors = Vec::with_capacity(old.len());
@@ -377,11 +377,11 @@ fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     for node in wholes.live.iter().filter(|node| !wholes.is_inside(**node)) {
         let (pairing, parts): (_, Vec<(Part, bool)>) = match kind(graph, *node) {
             Kind::Other => continue,
-            Kind::Sum => {
+            Kind::Additive => {
                 let terms = wholes.terms(*node).into_iter();
                 (&mut sums, terms.map(|(term, sign)| (term.0 as usize, sign < 0.0)).collect())
             }
-            Kind::Product => {
+            Kind::Multiplicative => {
                 (&mut products, wholes.factors(*node).into_iter().map(|factor| (factor.0 as usize, false)).collect())
             }
         };
@@ -398,7 +398,7 @@ fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
         let made = match kind(graph, *node) {
             Kind::Other => rewriting.one(&mut g, *node),
             _ if wholes.is_inside(*node) => continue,
-            Kind::Sum => {
+            Kind::Additive => {
                 let mut parts = sums.wholes[number_of[node]].clone();
                 parts.sort_by_key(|(_, negative)| *negative);
                 let mut total = g.constant(0.0);
@@ -408,7 +408,7 @@ fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
                 }
                 total
             }
-            Kind::Product => {
+            Kind::Multiplicative => {
                 let mut total = g.constant(1.0);
                 for (part, _) in &products.wholes[number_of[node]] {
                     let part = write(&mut g, &rewriting, &products, &mut known_products, *part, false);

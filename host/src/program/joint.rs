@@ -48,6 +48,8 @@ pub struct JointEquations {
     pub state_rates: Vec<Node>,
     /// Power of everything that has no potential, without that of constraints, W.
     pub power: Node,
+    /// Nodes that all of the above depend on, themselves included.
+    pub size: usize,
     /// The bodies at the references of their trees, in the tree's order.
     limbs: Vec<Limb>,
 }
@@ -146,8 +148,11 @@ impl JointEquations {
             shared.extend(row.jacobian.iter().map(|(_, slope)| *slope));
         }
         let (mass, loads) = project(&mut g, model, &bodies, &limbs, &body_loads, &shared, how);
+        shared.extend(mass.iter().map(|(_, _, node)| *node));
+        shared.extend(&loads);
+        let size = g.live(&shared).len();
         let bodies = bodies.into_iter().map(|body| body.nodes).collect();
-        Self { graph: g, coordinates, rotations, bodies, mass, rows, loads, state_rates, power, limbs }
+        Self { graph: g, coordinates, rotations, bodies, mass, rows, loads, state_rates, power, size, limbs }
     }
 
     /// Accelerations body by body, for trees that no rows close. `g` is [`JointEquations::graph`] or a copy of it.
