@@ -617,7 +617,7 @@ impl Formulation for JointForm {
         let jacobian = 3.0 * operations + 4.0 * unknowns.powi(3) + 4.0 * directions * unknowns * unknowns;
         let (known, preparation) = match &self.derivatives {
             Derivatives::Unknown => (false, 0.0),
-            Derivatives::Possible => (true, 50.0 * work(&self.coordinates, &self.equations.graph, &self.layout) as f64),
+            Derivatives::Possible => (true, 50.0 * work(&self.coordinates, self.equations.size, &self.layout) as f64),
             Derivatives::Known(..) => (true, 0.0),
         };
         let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();

@@ -826,7 +826,7 @@ impl Formulation for WorkingForm {
         let (known, preparation) = match &self.derivatives {
             Derivatives::Unknown => (false, 0.0),
             Derivatives::Possible(equations) => {
-                (true, 50.0 * work(&coordinates, &equations.graph, &self.layout) as f64)
+                (true, 50.0 * work(&coordinates, equations.graph.len(), &self.layout) as f64)
             }
             Derivatives::Known(_) => (true, 0.0),
         };

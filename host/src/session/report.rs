@@ -192,7 +192,10 @@ impl Session {
             };
             let velocities = joint.equations.coordinates.columns;
             return Solving {
-                engine: "elimination operation by operation; rank-safe where the rank falls".into(),
+                engine: match joint.solves_by_bodies() {
+                    true => "body by body along the tree (articulated bodies)".into(),
+                    false => "elimination operation by operation; rank-safe where the rank falls".into(),
+                },
                 formulation: "joint".into(),
                 why,
                 tree: joint.tree.joints.iter().map(carried).collect(),
