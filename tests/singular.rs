@@ -131,13 +131,13 @@ fn a_slider_crank_of_equal_lengths() {
         (0.25 * m + j + m * (2.25 * square + 0.25 * cosine * cosine) + j + m * 4.0 * square) * speed * speed
     };
     let start = twice_energy(c, 2.3);
-    let columns = ["x", "c", "q_t"].map(|name| column(&report, name));
-    for k in 0..report.times.len() {
-        let (x, cosine, speed) = (columns[0][k], 2.0 * columns[1][k], columns[2][k]);
+    let [xs, centres, speeds] = ["x", "c", "q_t"].map(|name| column(&report, name));
+    for ((x, centre), speed) in xs.iter().zip(centres).zip(speeds) {
+        let cosine = 2.0 * centre;
         assert!((x - 2.0 * cosine).abs() < 1e-11, "the slider is at {x}, the crank's end at {cosine}");
-        assert!((twice_energy(cosine, speed) - start).abs() < 1e-10 * start && speed > 0.0);
+        assert!((twice_energy(cosine, *speed) - start).abs() < 1e-10 * start && *speed > 0.0);
     }
-    assert!(columns[0].iter().any(|x| *x < -1.9), "it came to the other side");
+    assert!(xs.iter().any(|x| *x < -1.9), "it came to the other side");
 }
 
 /// The shortest link and the longest are as long together as the two others: with all links in line the rocker can go on
