@@ -127,6 +127,11 @@ pub trait Formulation {
     /// # Errors
     /// See [`AnalysisError`].
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError>;
+    /// Accepted states from one look at the violation of all rows to the next. More than one where most rows hold by the
+    /// choice of coordinates, and projection judges the others at every step.
+    fn states_per_audit(&self) -> u64 {
+        1
+    }
     /// Prepares for a step from an accepted state.
     ///
     /// # Errors

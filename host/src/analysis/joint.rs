@@ -20,6 +20,9 @@ use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Measure};
 use crate::program::{JointEquations, Node, Used as Compiled};
 
+/// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
+pub const STATES_PER_AUDIT: u64 = 8;
+
 /// Which engine solved.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Used {
@@ -624,6 +627,10 @@ impl Formulation for JointForm {
         // Besides its operations, an evaluation moves numbers about: measured on scenes of few bodies.
         let rates = operations + 200.0 + 25.0 * unknowns;
         Price { rates, jacobian: known.then_some(jacobian), preparation }
+    }
+
+    fn states_per_audit(&self) -> u64 {
+        STATES_PER_AUDIT
     }
 
     fn programs(&mut self) -> Vec<Compiled<'_>> {

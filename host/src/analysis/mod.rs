@@ -47,7 +47,7 @@ pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
-pub use joint::JointForm;
+pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
 pub use planar::PlanarForm;
 pub use reference::ReferenceForm;

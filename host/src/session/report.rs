@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::open::Session;
 use super::prune::PlanarCase;
-use crate::analysis::JointPlan;
+use crate::analysis::{JointPlan, STATES_PER_AUDIT};
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
 use crate::program::{Equations, Maker, Node, Program, Switches};
@@ -244,6 +244,17 @@ impl Session {
                 why: "they hold wherever the tree's joints are (in a planar mechanism, all across the plane)".into(),
                 saved: "their share of every evaluation".into(),
                 switch: None,
+            });
+        }
+        if self.pruning.audit {
+            skips.push(Skip {
+                what: format!(
+                    "the violation of all rows in {} of {STATES_PER_AUDIT} accepted states",
+                    STATES_PER_AUDIT - 1
+                ),
+                why: "the tree's joints hold by themselves, and projection judges the other rows at every step".into(),
+                saved: "their evaluation in the frames of space".into(),
+                switch: Some("audit"),
             });
         }
         skips

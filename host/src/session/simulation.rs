@@ -76,6 +76,10 @@ pub struct Simulation<'a> {
     switches: Option<Part>,
     rows: Constraints,
     audit: Audit,
+    /// Accepted states so far.
+    watched: u64,
+    /// Violations are looked at in one of so many.
+    period: u64,
     /// Bodies without rotation.
     particles: Vec<(usize, String)>,
     sample_state: Vec<f64>,
@@ -127,6 +131,7 @@ impl<'a> Simulation<'a> {
             report,
             told,
             rows,
+            period: formulation.states_per_audit(),
             formulation,
             tolerance,
             scales: assembly.scales,
@@ -134,6 +139,7 @@ impl<'a> Simulation<'a> {
             references: assembly.references.clone(),
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
+            watched: 0,
             particles: particles(model),
             sample_state: Vec::new(),
             samples: 0,
@@ -189,6 +195,11 @@ impl<'a> Simulation<'a> {
     /// Solves for accelerations and reactions at every sample, asked for or not.
     pub fn solve_at_samples(&mut self) {
         self.report.needs_dynamics = true;
+    }
+
+    /// Looks at the violation of all rows in every accepted state.
+    pub fn watch_every_state(&mut self) {
+        self.period = 1;
     }
 
     /// Lets programs be compiled during the run.
@@ -269,7 +280,17 @@ impl<'a> Simulation<'a> {
         self.report.evaluator.program().operations()
     }
 
-    /// Violations and energies at an accepted state.
+    /// Violations at the last accepted state, unless they are known: to be called at the end of the run.
+    pub fn watch_end(&mut self, t: f64, state: &[f64]) {
+        if self.watched % self.period != 1 % self.period {
+            let known = self.formulation.observe(t, state, false).map(|observed| observed.inputs.to_vec());
+            if known.and_then(|inputs| self.watch_rows(&inputs)).is_err() {
+                self.audit.violation(f64::NAN, f64::NAN, None);
+            }
+        }
+    }
+
+    /// Energies, and now and then violations, at an accepted state.
     fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         // Copied, since the formulation lends both its inputs and its element sets.
         let inputs = self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs.to_vec();
@@ -289,7 +310,14 @@ impl<'a> Simulation<'a> {
         }
         let work = state.last().copied().unwrap_or(0.0);
         self.audit.energy(kinetic, potential, work);
-        self.rows.evaluate(&inputs, sets)?;
+        let number = self.watched;
+        self.watched += 1;
+        if number.is_multiple_of(self.period) { self.watch_rows(&inputs) } else { Ok(()) }
+    }
+
+    /// Violations of all rows.
+    fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
+        self.rows.evaluate(inputs, self.formulation.sets())?;
         let (position, row) = self.rows.worst(self.rows.function(0), self.scales.length);
         self.row_right.copy_from_slice(self.rows.function(1));
         for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
