@@ -11,6 +11,7 @@ use crate::analysis::{JointPlan, STATES_PER_AUDIT};
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
 use crate::program::{Equations, Maker, Node, Program, Switches};
+use crate::results::significant;
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -551,9 +552,9 @@ impl std::fmt::Display for PlanReport {
         }
         writeln!(
             f,
-            "machine code: about {:.0} kB in {:.1} ms, which pays after {} evaluations; until then interpreted",
+            "machine code: about {:.0} kB in {} ms, which pays after {} evaluations; until then interpreted",
             self.machine_code_bytes as f64 / 1e3,
-            self.machine_code_time_s * 1e3,
+            significant(self.machine_code_time_s * 1e3, 2),
             self.machine_code_pays_after
         )?;
         for element in &self.opaque {
