@@ -50,7 +50,11 @@ fn check_warns_of_two_inertias_and_changes_nothing() {
 
 #[test]
 fn plan_tells_what_is_skipped() {
-    assert_snapshot!(open("compressor.toml", &[]).plan_report());
+    let plan = open("compressor.toml", &[]).plan_report().to_string();
+    // What machine code costs depends on the processor.
+    let (costs, rest): (Vec<&str>, Vec<&str>) = plan.lines().partition(|line| line.starts_with("machine code: about "));
+    assert_eq!(costs.len(), 1);
+    assert_snapshot!(rest.join("\n"));
 }
 
 /// Nothing of the result depends on the moments of inertia that the paper gives block and connecting rod about other axes

@@ -23,8 +23,6 @@ static BOGACKI_SHAMPINE: Pair = {
         order: 3.0,
         beta: 0.0,
         beta_share: 0.0,
-        gaps: &[0.25, 0.625, 0.875],
-        widest_gap: 0.25,
         stability: 2.51,
     }
 };

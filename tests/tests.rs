@@ -10,6 +10,7 @@
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
+//! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
@@ -43,6 +44,7 @@ mod opaque;
 mod plugins;
 mod rooms;
 mod second_order;
+mod singular;
 mod speed_control;
 mod states;
 mod study;

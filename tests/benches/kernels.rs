@@ -65,7 +65,7 @@ impl RightSide {
         let mut state = vec![0.0; formulation.groups().len()];
         formulation.state_of(&session.assembly.working, &mut state);
         let t = session.scene.simulation.t_start;
-        formulation.next_step(t, &state, false).expect("a scene that can start");
+        formulation.next_step(t, &state).expect("a scene that can start");
         Self { formulation, rates: vec![0.0; state.len()], state, t }
     }
 

@@ -1,7 +1,7 @@
 //! [`Evaluator`]: a program with its scratch and results.
 
 use super::formulation::AnalysisError;
-use crate::program::{Graph, Node, Program, Sets, Used, Workspace};
+use crate::program::{Graph, Node, Program, Sets, Used, Workspace, condense};
 
 /// See the module documentation.
 pub struct Evaluator {
@@ -16,6 +16,13 @@ impl Evaluator {
     pub fn new(graph: &Graph, nodes: &[Node]) -> Self {
         let program = Program::compile(graph, nodes);
         Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program }
+    }
+
+    /// Prepares the evaluation of nodes by as few operations as can be found.
+    #[must_use]
+    pub fn condensed(graph: &Graph, nodes: &[Node]) -> Self {
+        let (graph, nodes) = condense(graph, nodes);
+        Self::new(&graph, &nodes)
     }
 
     /// Evaluates. `[hot, no allocation]`

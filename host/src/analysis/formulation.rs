@@ -37,12 +37,10 @@ pub struct Counters {
     pub position_corrections: u64,
     /// Evaluations brought to the constraints first, because the rows in use get close to dependent.
     pub stage_projections: u64,
-    /// Steps aimed anew so as to pass over a singular position.
-    pub re_aimed: u64,
+    /// Evaluations and projections next to a singular position, by interpolation between places on both sides of it.
+    pub interpolated: u64,
     /// Iterations for forces that depend on accelerations and reactions.
     pub coupling_iterations: u64,
-    /// Steps past a singular position judged by the tightest tolerance that makes sense there.
-    pub relaxed: u64,
 }
 
 /// Roughly the operations that work takes, on the scale of dense linear algebra (some 1 ns each).
@@ -88,7 +86,7 @@ pub enum AnalysisError {
         /// What was computed.
         what: String,
     },
-    /// A step ends, or is evaluated, next to a position where the constraints lose rank.
+    /// What was asked for lies next to a position where the constraints lose rank, and is interpolated instead.
     #[error("the constraints lose rank there (singular position)")]
     NextToSingular,
     /// Positions could not be brought back to the constraints.
@@ -129,18 +127,17 @@ pub trait Formulation {
     /// # Errors
     /// See [`AnalysisError`].
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError>;
-    /// Whether the position projected last lies next to one where the constraints lose rank. Constraint forces and
-    /// corrections grow there without bound, so a step had better not end there.
-    fn is_near_singular(&self) -> bool {
-        false
+    /// Accepted states from one look at the violation of all rows to the next. More than one where most rows hold by the
+    /// choice of coordinates, and projection judges the others at every step.
+    fn states_per_audit(&self) -> u64 {
+        1
     }
-    /// Prepares for a step from an accepted state. With `keep_away`, rates next to a singular position are refused with
-    /// [`AnalysisError::NextToSingular`] during it.
+    /// Prepares for a step from an accepted state.
     ///
     /// # Errors
     /// See [`AnalysisError`].
-    fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
-        let _ = (t, state, keep_away);
+    fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let _ = (t, state);
         Ok(())
     }
     /// Everything a report may ask for at this state. With `dynamics`, accelerations and multipliers too.

@@ -10,14 +10,18 @@ use super::joint_engines::{Function, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms, work};
+use super::passage::{Passage, Passing};
 use super::working::{
     APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE, SICK_TREE,
-    TOO_NEAR, WorkingForm, normalise, parameter_rates,
+    WorkingForm, normalise, parameter_rates,
 };
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Measure};
 use crate::program::{JointEquations, Node, Used as Compiled};
+
+/// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
+pub const STATES_PER_AUDIT: u64 = 8;
 
 /// Which engine solved.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -58,8 +62,10 @@ pub struct JointForm {
     last_health: f64,
     corrected_safely: bool,
     careful: bool,
-    keep_away: bool,
     stage: Vec<f64>,
+    passage: Passage,
+    /// Scratch: what brings a state to the constraints.
+    correction: Vec<f64>,
     counters: Counters,
     /// The equations, for their derivatives.
     equations: JointEquations,
@@ -97,6 +103,8 @@ impl JointForm {
             rates: vec![0.0; layout.states + 1],
             row_names: bodies.row_names().to_vec(),
             stage: vec![0.0; coordinates.motion + layout.states + 1],
+            passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
+            correction: vec![0.0; coordinates.motion + layout.states + 1],
             choice: plan.independent.len() < plan.rows.len(),
             least_health: if chosen.is_empty() { SICK_TREE } else { plan.start_health * SICK_SHARE },
             start_health: plan.start_health,
@@ -108,7 +116,6 @@ impl JointForm {
             inputs: vec![0.0; coordinates.input_count],
             corrected_safely: false,
             careful: false,
-            keep_away: false,
             counters: Counters::default(),
             derivatives: Derivatives::Possible,
             layout: layout.clone(),
@@ -133,7 +140,7 @@ impl JointForm {
     /// Accelerations, rates of states and power at the inputs' state.
     fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
         let columns = self.coordinates.columns;
-        if let Some(regular) = self.regular.as_mut().filter(|_| !self.careful) {
+        if let Some(regular) = &mut self.regular {
             regular.motion.run(&self.inputs, self.bodies.sets())?;
             let outputs = regular.motion.outputs();
             if pivot_ratio(outputs, columns, &regular.squares) >= self.least_health {
@@ -156,15 +163,15 @@ impl JointForm {
     }
 
     /// The smallest move (in the metric of the mass) that meets the rows to first order, left in `accelerations`. Gives the
-    /// worst violation and its row.
-    fn correct_positions(&mut self) -> Result<(f64, Option<usize>), AnalysisError> {
+    /// worst violation and its row. Unless `finely`, violations that are round-off are left alone.
+    fn correct_positions(&mut self, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
         let columns = self.coordinates.columns;
-        if let Some(regular) = self.regular.as_mut().filter(|_| !self.careful) {
+        if let Some(regular) = &mut self.regular {
             regular.position.run(&self.inputs, self.bodies.sets())?;
             let outputs = regular.position.outputs();
             let worst =
                 worst(&outputs[columns..columns + regular.rows.len()], &regular.rows, &self.safe.rows, &self.row_sizes);
-            if worst.0 <= ROUND_OFF * self.length || !worst.0.is_finite() {
+            if (!finely && worst.0 <= ROUND_OFF * self.length) || !worst.0.is_finite() {
                 return Ok(worst);
             }
             if pivot_ratio(outputs, columns, &regular.squares) >= self.least_health {
@@ -190,7 +197,7 @@ impl JointForm {
     /// The smallest change of velocities that meets the rows, left in `accelerations`.
     fn correct_velocities(&mut self) -> Result<(), AnalysisError> {
         let columns = self.coordinates.columns;
-        if let Some(regular) = self.regular.as_mut().filter(|_| !self.careful) {
+        if let Some(regular) = &mut self.regular {
             regular.velocity.run(&self.inputs, self.bodies.sets())?;
             let outputs = regular.velocity.outputs();
             self.last_health = pivot_ratio(outputs, columns, &regular.squares);
@@ -214,27 +221,33 @@ impl JointForm {
         Ok(())
     }
 
-    /// Newton's method on the positions.
-    fn project_positions(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+    /// Newton's method on the positions; with `keep_away`, refused next to a singular position. Without it they are corrected
+    /// once more than usual: what is left of violations goes into the positions divided by the distance.
+    fn project_positions(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
+        let mut again = !keep_away;
         for _ in 0..MOST_CORRECTIONS {
             self.load(t, state);
-            let (violation, row) = self.correct_positions()?;
+            let (violation, row) = self.correct_positions(!keep_away)?;
+            if keep_away && violation.is_finite() && self.corrected_safely && self.is_singular(NEAR_SINGULAR) {
+                return Err(AnalysisError::NextToSingular);
+            }
             if !violation.is_finite() {
                 return Err(AnalysisError::NotFinite { what: format!("constraint {}", self.row_name(row)) });
             }
-            if violation <= ROUND_OFF * self.length {
+            if keep_away && violation <= ROUND_OFF * self.length {
                 return Ok(());
             }
             self.counters.position_corrections += 1;
             let size = self.advance(state);
             // Quadratic convergence: the next violation is about size^2 / length.
-            if (size / self.length).powi(2) <= ROUND_OFF {
+            let converged = (size / self.length).powi(2) <= ROUND_OFF;
+            if converged && !std::mem::take(&mut again) {
                 self.load(t, state);
                 return Ok(());
             }
         }
         self.load(t, state);
-        let (violation, row) = self.correct_positions()?;
+        let (violation, row) = self.correct_positions(false)?;
         if violation > 1e-9 * self.length {
             let violation = violation / self.length;
             return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
@@ -260,6 +273,83 @@ impl JointForm {
             size = d.iter().fold(size, |size, step| size.max(step.abs() * self.length));
         }
         size
+    }
+
+    fn normalise(&self, state: &mut [f64]) {
+        for rotation in &self.coordinates.rotations {
+            normalise(&mut state[rotation.position..rotation.position + 4]);
+        }
+    }
+
+    /// Brings positions and velocities to the constraints; with `keep_away`, refused next to a singular position.
+    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
+        self.normalise(state);
+        if self.safe.rows.is_empty() {
+            return Ok(());
+        }
+        self.project_positions(t, state, keep_away)?;
+        self.correct_velocities()?;
+        for line in &self.coordinates.lines {
+            state[line.velocity] += self.accelerations[line.column];
+        }
+        for rotation in &self.coordinates.rotations {
+            for k in 0..3 {
+                state[rotation.velocity + k] += self.accelerations[rotation.column + k];
+            }
+        }
+        Ok(())
+    }
+
+    /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
+    fn rates_plainly(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        rates: &mut [f64],
+        keep_away: bool,
+    ) -> Result<(), AnalysisError> {
+        self.load(t, state);
+        let used = self.solve_dynamics()?;
+        if used == Used::Safe && keep_away && self.is_singular(NEAR_SINGULAR) {
+            return Err(AnalysisError::NextToSingular);
+        }
+        for line in &self.coordinates.lines {
+            rates[line.position] = state[line.velocity];
+            rates[line.velocity] = self.accelerations[line.column];
+        }
+        for rotation in &self.coordinates.rotations {
+            let p = &state[rotation.position..rotation.position + 4];
+            let w = &state[rotation.velocity..rotation.velocity + 3];
+            let turn = parameter_rates([p[0], p[1], p[2], p[3]], [w[0], w[1], w[2]]);
+            rates[rotation.position..rotation.position + 4].copy_from_slice(&turn);
+            let spin = &self.accelerations[rotation.column..rotation.column + 3];
+            rates[rotation.velocity..rotation.velocity + 3].copy_from_slice(spin);
+        }
+        rates[self.coordinates.motion..].copy_from_slice(&self.rates);
+        Ok(())
+    }
+
+    fn rates_of_stage(&mut self, t: f64, stage: &mut [f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
+        let projected = if self.careful { self.project_plainly(t, stage, true) } else { Ok(()) };
+        self.counters.stage_projections += u64::from(self.careful);
+        match projected.and_then(|()| self.rates_plainly(t, stage, rates, true)) {
+            Err(AnalysisError::NextToSingular) => {}
+            result => return result,
+        }
+        let mut passage = std::mem::take(&mut self.passage);
+        let passed = passage.interpolate(self, t, stage, rates, |form, t, place, rates| {
+            form.project_plainly(t, place, false)?;
+            form.rates_plainly(t, place, rates, false)
+        });
+        self.passage = passage;
+        if passed? {
+            self.counters.interpolated += 1;
+            return Ok(());
+        }
+        if self.careful {
+            self.project_plainly(t, stage, false)?;
+        }
+        self.rates_plainly(t, stage, rates, false)
     }
 
     fn is_singular(&self, share: f64) -> bool {
@@ -352,6 +442,36 @@ fn groups(coordinates: &Coordinates, layout: &Layout) -> Vec<Group> {
     groups
 }
 
+impl Passing for JointForm {
+    fn fastest(&self, state: &[f64]) -> f64 {
+        let scale = |measure: Measure| if measure == Measure::Length { 1.0 / self.length } else { 1.0 };
+        let lines = self.coordinates.lines.iter().map(|line| state[line.velocity].abs() * scale(line.measure));
+        let spins = self.coordinates.rotations.iter().flat_map(|rotation| (0..3).map(|k| rotation.velocity + k));
+        lines.chain(spins.map(|at| state[at].abs())).fold(0.0, f64::max)
+    }
+
+    fn shift(&self, state: &[f64], s: f64, moved: &mut [f64]) {
+        moved.copy_from_slice(state);
+        for line in &self.coordinates.lines {
+            moved[line.position] += s * state[line.velocity];
+        }
+        for rotation in &self.coordinates.rotations {
+            let p = &state[rotation.position..rotation.position + 4];
+            let w = &state[rotation.velocity..rotation.velocity + 3];
+            let turn = parameter_rates([p[0], p[1], p[2], p[3]], [w[0], w[1], w[2]]);
+            moved[rotation.position..rotation.position + 4].iter_mut().zip(turn).for_each(|(e, rate)| *e += s * rate);
+        }
+        self.normalise(moved);
+    }
+
+    fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
+        self.load(t, state);
+        let health = self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+        let lost = health.rank < self.at_start.rank;
+        Ok(if lost { 0.0 } else { health.smallest_pivot_ratio / self.at_start.smallest_pivot_ratio })
+    }
+}
+
 impl Formulation for JointForm {
     fn name(&self) -> &'static str {
         if self.regular.is_some() { "joint" } else { "joint, rank-safe" }
@@ -386,28 +506,9 @@ impl Formulation for JointForm {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
         stage.copy_from_slice(state);
-        let projected = if self.careful { self.project(t, &mut stage) } else { Ok(()) };
-        self.counters.stage_projections += u64::from(self.careful);
-        self.load(t, &stage);
+        let result = self.rates_of_stage(t, &mut stage, rates);
         self.stage = stage;
-        projected?;
-        let used = self.solve_dynamics()?;
-        if used == Used::Safe && self.keep_away && self.is_singular(TOO_NEAR) {
-            return Err(AnalysisError::NextToSingular);
-        }
-        for line in &self.coordinates.lines {
-            rates[line.position] = self.stage[line.velocity];
-            rates[line.velocity] = self.accelerations[line.column];
-        }
-        for rotation in &self.coordinates.rotations {
-            let p = &self.stage[rotation.position..rotation.position + 4];
-            let w = &self.stage[rotation.velocity..rotation.velocity + 3];
-            let turn = parameter_rates([p[0], p[1], p[2], p[3]], [w[0], w[1], w[2]]);
-            rates[rotation.position..rotation.position + 4].copy_from_slice(&turn);
-            let spin = &self.accelerations[rotation.column..rotation.column + 3];
-            rates[rotation.velocity..rotation.velocity + 3].copy_from_slice(spin);
-        }
-        rates[self.coordinates.motion..].copy_from_slice(&self.rates);
+        result?;
         if rates.iter().all(|x| x.is_finite()) {
             return Ok(());
         }
@@ -415,31 +516,28 @@ impl Formulation for JointForm {
     }
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
-        for rotation in &self.coordinates.rotations {
-            normalise(&mut state[rotation.position..rotation.position + 4]);
+        match self.project_plainly(t, state, true) {
+            Err(AnalysisError::NextToSingular) => {}
+            result => return result,
         }
-        if self.safe.rows.is_empty() {
-            return Ok(());
+        let (mut passage, mut move_by) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.correction));
+        let passed = passage.interpolate(self, t, state, &mut move_by, |form, t, place, correction| {
+            correction.copy_from_slice(place);
+            form.project_plainly(t, place, false)?;
+            correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
+            Ok(())
+        });
+        (self.passage, self.correction) = (passage, move_by);
+        if !passed? {
+            return self.project_plainly(t, state, false);
         }
-        self.project_positions(t, state)?;
-        self.correct_velocities()?;
-        for line in &self.coordinates.lines {
-            state[line.velocity] += self.accelerations[line.column];
-        }
-        for rotation in &self.coordinates.rotations {
-            for k in 0..3 {
-                state[rotation.velocity + k] += self.accelerations[rotation.column + k];
-            }
-        }
+        self.counters.interpolated += 1;
+        state.iter_mut().zip(&self.correction).for_each(|(value, by)| *value += by);
+        self.normalise(state);
         Ok(())
     }
 
-    fn is_near_singular(&self) -> bool {
-        self.corrected_safely && self.is_singular(NEAR_SINGULAR)
-    }
-
-    fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
-        self.keep_away = keep_away;
+    fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         if self.safe.rows.is_empty() {
             return Ok(());
         }
@@ -522,13 +620,17 @@ impl Formulation for JointForm {
         let jacobian = 3.0 * operations + 4.0 * unknowns.powi(3) + 4.0 * directions * unknowns * unknowns;
         let (known, preparation) = match &self.derivatives {
             Derivatives::Unknown => (false, 0.0),
-            Derivatives::Possible => (true, 50.0 * work(&self.coordinates, &self.equations.graph, &self.layout) as f64),
+            Derivatives::Possible => (true, 50.0 * work(&self.coordinates, self.equations.size, &self.layout) as f64),
             Derivatives::Known(..) => (true, 0.0),
         };
         let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();
         // Besides its operations, an evaluation moves numbers about: measured on scenes of few bodies.
         let rates = operations + 200.0 + 25.0 * unknowns;
         Price { rates, jacobian: known.then_some(jacobian), preparation }
+    }
+
+    fn states_per_audit(&self) -> u64 {
+        STATES_PER_AUDIT
     }
 
     fn programs(&mut self) -> Vec<Compiled<'_>> {

@@ -6,7 +6,7 @@ use element_api::ElementSet;
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters};
 use crate::linalg::{DenseQr, Health, KktSolver, KktStructure};
-use crate::program::{Elimination, JointEquations, Node};
+use crate::program::{Articulated, Elimination, Graph, JointEquations, Node};
 
 /// The equations of motion solved operation by operation.
 pub(super) struct Unrolled {
@@ -19,11 +19,35 @@ pub(super) struct Unrolled {
     pub(super) rows: Vec<usize>,
     /// Squared lengths of the rows in the coordinates of bodies, in the metric of M^-1.
     pub(super) squares: Vec<f64>,
+    /// Whether accelerations are solved for body by body.
+    pub(super) by_bodies: bool,
 }
 
+/// How accelerations are solved for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Solving {
+    /// By whichever way takes fewer operations, counted.
+    Fewest,
+    /// By elimination of mass matrix and rows.
+    Eliminated,
+    /// Body by body, where there are no rows.
+    Articulated,
+}
+
+/// Operations of an elimination beyond which it is not even tried where bodies can be taken one by one.
+const LONG_ELIMINATION: usize = 100_000;
+
 impl Unrolled {
-    pub(super) fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>) -> Self {
+    pub(super) fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>, how: Solving) -> Self {
         let mut g = joint.graph.clone();
+        let mut open = None;
+        if rows.is_empty() && how != Solving::Eliminated {
+            let solved = joint.articulated(&mut g);
+            if how == Solving::Articulated || tree_elimination(joint) > LONG_ELIMINATION {
+                return Self::of_tree(joint, g, solved, squares);
+            }
+            open = Some(solved);
+        }
         let columns = joint.coordinates.columns;
         let chosen = || rows.iter().map(|row| &joint.rows[*row]);
         let jacobian: Vec<Vec<(usize, Node)>> = chosen().map(|row| row.jacobian.clone()).collect();
@@ -42,7 +66,12 @@ impl Unrolled {
         outputs.extend(&joint.state_rates);
         outputs.push(power);
         outputs.extend(&pivots);
-        let motion = Evaluator::new(&g, &outputs);
+        if let Some(solved) = open
+            && g.live(&tree_outputs(joint, &solved)).len() < g.live(&outputs).len()
+        {
+            return Self::of_tree(joint, g, solved, squares);
+        }
+        let motion = Evaluator::condensed(&g, &outputs);
 
         let still = vec![g.constant(0.0); columns];
         let values: Vec<Node> = chosen().map(|row| row.value).collect();
@@ -50,7 +79,7 @@ impl Unrolled {
         let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
         outputs.extend(values);
         outputs.extend(&pivots);
-        let position = Evaluator::new(&g, &outputs);
+        let position = Evaluator::condensed(&g, &outputs);
 
         let mut right = Vec::with_capacity(rows.len());
         for row in chosen() {
@@ -64,9 +93,34 @@ impl Unrolled {
         }
         let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
         outputs.extend(&pivots);
-        let velocity = Evaluator::new(&g, &outputs);
-        Self { motion, position, velocity, rows: rows.to_vec(), squares }
+        let velocity = Evaluator::condensed(&g, &outputs);
+        Self { motion, position, velocity, rows: rows.to_vec(), squares, by_bodies: false }
     }
+
+    /// Trees that no rows close: nothing is to be corrected.
+    fn of_tree(joint: &JointEquations, mut g: Graph, solved: Articulated, squares: Vec<f64>) -> Self {
+        let motion = Evaluator::condensed(&g, &tree_outputs(joint, &solved));
+        let mut outputs = vec![g.constant(0.0); joint.coordinates.columns];
+        outputs.extend(&solved.pivots);
+        let (position, velocity) = (Evaluator::condensed(&g, &outputs), Evaluator::condensed(&g, &outputs));
+        Self { motion, position, velocity, rows: Vec::new(), squares, by_bodies: true }
+    }
+}
+
+fn tree_outputs(joint: &JointEquations, solved: &Articulated) -> Vec<Node> {
+    let mut outputs = solved.accelerations.clone();
+    outputs.extend(&joint.state_rates);
+    outputs.push(joint.power);
+    outputs.extend(&solved.pivots);
+    outputs
+}
+
+/// About how many operations elimination of the mass matrix from the tips inwards takes: there is no fill, so that a velocity
+/// meets those it has entries with.
+fn tree_elimination(joint: &JointEquations) -> usize {
+    let mut entries = vec![0; joint.coordinates.columns];
+    joint.mass.iter().for_each(|(row, ..)| entries[*row] += 1);
+    entries.iter().map(|met: &usize| met * met).sum()
 }
 
 /// The smallest pivot of a row at the end of the outputs of one of the programs of [`Unrolled`], as a share of the squared

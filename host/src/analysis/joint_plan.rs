@@ -3,7 +3,7 @@
 use super::assembly::{Assembly, start_inputs};
 use super::constraints::Constraints;
 use super::formulation::{AnalysisError, Counters};
-use super::joint_engines::{Safe, Unrolled, pivot_ratio};
+use super::joint_engines::{Safe, Solving, Unrolled, pivot_ratio};
 use super::joint_start::JointStart;
 use crate::linalg::Health;
 use crate::model::Model;
@@ -72,6 +72,12 @@ impl JointPlan {
         self.regular.motion.program()
     }
 
+    /// Whether accelerations are solved for body by body, not by elimination of the mass matrix.
+    #[must_use]
+    pub fn solves_by_bodies(&self) -> bool {
+        self.regular.by_bodies
+    }
+
     /// Leaves no choice of rows: all stay in use, and the rank-safe engine solves throughout.
     pub fn use_all_rows(&mut self) {
         self.start_health = 0.0;
@@ -90,7 +96,34 @@ impl JointPlan {
         assembly: &Assembly,
         t: f64,
     ) -> Result<Self, AnalysisError> {
-        let joint = JointEquations::build(equations, model, layout, &tree);
+        let build = |turned: Option<JointEquations>| {
+            let joint = turned.unwrap_or_else(|| JointEquations::build(equations, model, layout, &tree));
+            Self::of(equations, joint, model, layout, tree.clone(), assembly, t)
+        };
+        let turned = JointEquations::build_turned(equations, model, layout, &tree);
+        let was_turned = turned.is_some();
+        let plan = build(turned)?;
+        if was_turned && plan.independent.len() < plan.rows.len() {
+            // A frame's axes may lie in the plane that a loop moves in where the ground's do not: then more rows hold by
+            // themselves.
+            let other = build(None)?;
+            if other.rows.len() < plan.rows.len() {
+                return Ok(other);
+            }
+        }
+        Ok(plan)
+    }
+
+    /// The plan for equations that are written.
+    fn of(
+        equations: &Equations,
+        joint: JointEquations,
+        model: &Model,
+        layout: &Layout,
+        tree: SpanningTree,
+        assembly: &Assembly,
+        t: f64,
+    ) -> Result<Self, AnalysisError> {
         let length = assembly.scales.length;
         let inputs = inputs_at_start(&joint, model, layout, &tree, assembly, t);
         let of_tree = |row: usize| tree.uses(layout.element_of_row(row).0);
@@ -110,7 +143,7 @@ impl JointPlan {
         independent.sort_unstable();
         let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
         let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
-        let mut regular = Unrolled::new(&joint, &chosen, squares);
+        let mut regular = Unrolled::new(&joint, &chosen, squares, Solving::Fewest);
         let outputs = regular.velocity.run(&inputs, &model.sets)?;
         let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
         Ok(Self {

@@ -47,7 +47,7 @@ impl<'a> Terms<'a> {
             || !equations.coupling.is_empty()
             || equations.rates_need_solution(layout);
         let coordinates = Coordinates::of_bodies(layout);
-        let possible = !unknown && work(&coordinates, &equations.graph, layout) <= MOST_WORK;
+        let possible = !unknown && work(&coordinates, equations.graph.len(), layout) <= MOST_WORK;
         possible.then(|| Self {
             graph: &equations.graph,
             coordinates,
@@ -62,7 +62,7 @@ impl<'a> Terms<'a> {
 
     /// In the coordinates of joints; `None` where derivatives are not known (opaque elements), or too many.
     pub(super) fn of_joints(joint: &'a JointEquations, layout: &Layout) -> Option<Self> {
-        let possible = joint.graph.calls.is_empty() && work(&joint.coordinates, &joint.graph, layout) <= MOST_WORK;
+        let possible = joint.graph.calls.is_empty() && work(&joint.coordinates, joint.size, layout) <= MOST_WORK;
         possible.then(|| Self {
             graph: &joint.graph,
             coordinates: joint.coordinates.clone(),
@@ -77,8 +77,8 @@ impl<'a> Terms<'a> {
 }
 
 /// Operations to be looked at for the derivatives, one by one and in each direction.
-pub(super) fn work(coordinates: &Coordinates, graph: &Graph, layout: &Layout) -> usize {
-    coordinates.directions(layout) * graph.len()
+pub(super) fn work(coordinates: &Coordinates, operations: usize, layout: &Layout) -> usize {
+    coordinates.directions(layout) * operations
 }
 
 /// See the module documentation.

@@ -15,6 +15,7 @@
 //! | `joint_engines.rs` | their elimination, and the rank-safe factorisation |
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
+//! | `passage.rs` | through positions where the constraints lose rank |
 //! | `planar.rs` | the working form of motions parallel to a plane |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
@@ -34,6 +35,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
+mod passage;
 mod planar;
 mod reference;
 mod scales;
@@ -47,7 +49,7 @@ pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
-pub use joint::JointForm;
+pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
 pub use planar::PlanarForm;
 pub use reference::ReferenceForm;

@@ -79,12 +79,8 @@ impl Formulation for PlanarForm {
         Ok(())
     }
 
-    fn is_near_singular(&self) -> bool {
-        self.form.is_near_singular()
-    }
-
-    fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
-        self.form.next_step(t, state, keep_away)
+    fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        self.form.next_step(t, state)
     }
 
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {

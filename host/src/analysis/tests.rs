@@ -6,6 +6,7 @@ mod assembly;
 mod dynamics;
 mod joint;
 mod linearisation;
+mod passage;
 mod projection;
 mod second_order;
 
@@ -52,7 +53,7 @@ impl Stand {
     /// A random state on the constraints: positions off the start by about `size`, any velocities.
     fn consistent(&mut self, random: &mut Random, size: f64) -> Vec<f64> {
         let mut state = self.disturbed(random, size);
-        self.form.next_step(TIME, &state, false).unwrap();
+        self.form.next_step(TIME, &state).unwrap();
         self.form.project(TIME, &mut state).unwrap();
         state
     }

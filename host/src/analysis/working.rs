@@ -6,6 +6,7 @@ use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::linearisation::{Linearisation, Terms, work};
+use super::passage::{Passage, Passing};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Plan};
@@ -19,16 +20,14 @@ pub const BODY_STATES: usize = 13;
 pub(super) const SICK_SHARE: f64 = 2.5e-3;
 /// The same for scenes that cannot lose rank, as a plain ratio.
 pub(super) const SICK_TREE: f64 = 1e-12;
-/// Share of the rank-safe engine's pivot ratio at the start below which a step had better not end: next to a singular
-/// position.
+/// Share of the rank-safe engine's pivot ratio at the start below which nothing is solved, but interpolated: see
+/// [`Passage`].
 pub(super) const NEAR_SINGULAR: f64 = 0.05;
-/// The same for evaluations. Round-off in the positions reaches the accelerations divided by the cube of the distance.
-pub(super) const TOO_NEAR: f64 = 0.01;
-/// Share of the smallest singular value at the start below which steps are taken with care: with the rank-safe engine, and
-/// with stages brought to the constraints before they are evaluated. Two reasons, both about states off the constraints,
-/// where the stages of a method are by its local error. At a singular position the acceleration there has a pole,
-/// (offset) / (distance), which a method would approach with ever smaller steps. And redundant rows contradict each other
-/// there, so that it makes a difference which of them the rank-safe engine picks. On the constraints neither is the case.
+/// Share of the smallest singular value at the start below which stages are brought to the constraints before they are
+/// evaluated. Two reasons, both about states off the constraints, where the stages of a method are by its local error. At a
+/// singular position the acceleration there has a pole, (offset) / (distance), which a method would approach with ever
+/// smaller steps. And redundant rows contradict each other there, so that it makes a difference which of them are solved.
+/// On the constraints neither is the case.
 pub(super) const APPROACH: f64 = 0.5;
 /// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
 /// where they really vanish.
@@ -179,8 +178,11 @@ pub struct WorkingForm {
     careful: bool,
     /// The state that is evaluated.
     stage: Vec<f64>,
-    /// Refuse to evaluate next to a singular position.
-    keep_away: bool,
+    passage: Passage,
+    /// Scratch: what brings a state to the constraints.
+    correction: Vec<f64>,
+    /// Scratch: accelerations and multipliers.
+    forces: Vec<f64>,
     force: Vec<f64>,
     key: Vec<f64>,
     row_names: Vec<String>,
@@ -225,6 +227,7 @@ impl WorkingForm {
         } else {
             Watch::Nothing
         };
+        let dim = BODY_STATES * layout.bodies + layout.states + 1;
         let row_names = (0..layout.rows)
             .map(|row| {
                 let (element, k) = layout.element_of_row(row);
@@ -237,8 +240,10 @@ impl WorkingForm {
             accelerations: vec![0.0; layout.velocities()],
             force: vec![0.0; layout.velocities()],
             careful: false,
-            stage: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
-            keep_away: false,
+            stage: vec![0.0; dim],
+            passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
+            correction: vec![0.0; dim],
+            forces: vec![0.0; layout.velocities() + layout.rows],
             key: Vec::with_capacity(7 * layout.bodies + 1),
             least_health: if watch == Watch::Nothing { SICK_TREE } else { start_health * SICK_SHARE },
             watch,
@@ -285,10 +290,11 @@ impl WorkingForm {
 
     /// Accelerations and multipliers at the inputs' state: [M Phi_q^T; Phi_q 0] [a; lambda] = [Q; gamma].
     fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
-        if let Some(engine) = self.regular.as_mut().filter(|_| !self.careful) {
+        let least = self.least_to_trust();
+        if let Some(engine) = &mut self.regular {
             engine.dynamics.evaluate(&self.inputs, &self.sets)?;
             let health = engine.factor(Source::Dynamics, &self.key, &mut self.counters);
-            if is_healthy(&health, self.least_health) {
+            if is_healthy(&health, least) {
                 let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
                 let coupling = self.coupling.as_mut();
                 engine.solve_motion(coupling, &mut self.inputs, &self.sets, solution, &mut self.counters)?;
@@ -305,19 +311,21 @@ impl WorkingForm {
     }
 
     /// The smallest move (in the metric of the mass) that changes the rows by minus their residual: M d + Phi_q^T mu = 0,
-    /// Phi_q d = -residual. Left in `accelerations`. Returns which residual was worst and by how much.
-    fn solve_correction(&mut self, velocity: bool) -> Result<(f64, Option<usize>), AnalysisError> {
+    /// Phi_q d = -residual. Left in `accelerations`. Returns which residual was worst and by how much. Unless `finely`,
+    /// residuals of positions that are round-off are left alone.
+    fn solve_correction(&mut self, velocity: bool, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
         self.force.fill(0.0);
-        if let Some(engine) = self.regular.as_mut().filter(|_| !self.careful) {
+        let least = self.least_to_trust();
+        if let Some(engine) = &mut self.regular {
             engine.geometry.evaluate(&self.inputs, &self.sets)?;
             let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
             // A residual that is not a number is for the caller to report, with its row.
-            if !velocity && (worst.0 <= ROUND_OFF * self.length || !worst.0.is_finite()) {
+            if !velocity && ((!finely && worst.0 <= ROUND_OFF * self.length) || !worst.0.is_finite()) {
                 self.accelerations.fill(0.0);
                 return Ok(worst);
             }
             let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
-            if is_healthy(&health, self.least_health) {
+            if is_healthy(&health, least) {
                 engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
                 self.corrected_safely = false;
                 return Ok(worst);
@@ -335,33 +343,144 @@ impl WorkingForm {
         Ok(worst)
     }
 
-    /// Newton's method on the positions.
-    fn project_positions(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+    /// The pivot ratio from which on the sparse engine is trusted. Next to a singular position that is one of whole rows: a small
+    /// ratio at the start may be that of rows that have nothing to do with it.
+    fn least_to_trust(&self) -> f64 {
+        if self.careful { self.least_health.max(SICK_SHARE) } else { self.least_health }
+    }
+
+    /// Newton's method on the positions; with `keep_away`, refused next to a singular position. Without it they are corrected
+    /// once more than usual: what is left of violations goes into the positions divided by the distance.
+    fn project_positions(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
+        let mut again = !keep_away;
         for _ in 0..MOST_CORRECTIONS {
             self.load(t, state);
-            let (violation, row) = self.solve_correction(false)?;
+            let (violation, row) = self.solve_correction(false, !keep_away)?;
+            if keep_away && violation.is_finite() && self.corrected_safely && self.is_singular(NEAR_SINGULAR) {
+                return Err(AnalysisError::NextToSingular);
+            }
             if !violation.is_finite() {
                 return Err(AnalysisError::NotFinite { what: format!("constraint {}", self.row_name(row)) });
             }
-            if violation <= ROUND_OFF * self.length {
+            if keep_away && violation <= ROUND_OFF * self.length {
                 return Ok(());
             }
             self.counters.position_corrections += 1;
             let size = self.move_bodies(state);
             // Quadratic convergence: the next violation is about size^2 / length.
-            if (size / self.length).powi(2) <= ROUND_OFF {
+            let converged = (size / self.length).powi(2) <= ROUND_OFF;
+            if converged && !std::mem::take(&mut again) {
                 self.load(t, state);
                 return Ok(());
             }
         }
         self.load(t, state);
-        let (violation, row) = self.solve_correction(false)?;
+        let (violation, row) = self.solve_correction(false, false)?;
         // Near-singular positions stall at a small violation; far ones mean that the branch is lost.
         if violation > 1e-9 * self.length {
             let violation = violation / self.length;
             return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
         }
         Ok(())
+    }
+
+    /// Brings positions and velocities to the constraints; with `keep_away`, refused next to a singular position.
+    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
+        self.normalise(state);
+        if self.layout.rows == 0 {
+            return Ok(());
+        }
+        self.project_positions(t, state, keep_away)?;
+        self.load(t, state);
+        self.solve_correction(true, false)?;
+        for body in 0..self.layout.bodies {
+            for k in 0..6 {
+                state[BODY_STATES * body + 7 + k] += self.accelerations[6 * body + k];
+            }
+        }
+        Ok(())
+    }
+
+    /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
+    fn rates_plainly(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        rates: &mut [f64],
+        keep_away: bool,
+    ) -> Result<(), AnalysisError> {
+        self.load(t, state);
+        let used = self.solve_dynamics()?;
+        if matches!(used, Used::Safe) && keep_away && self.is_singular(NEAR_SINGULAR) {
+            return Err(AnalysisError::NextToSingular);
+        }
+        let (times, multipliers) = match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => (engine.dynamics.function(1), &engine.multipliers),
+            _ => (self.safe.dynamics.function(1), &self.safe.multipliers),
+        };
+        for body in 0..self.layout.bodies {
+            let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
+            let dy = &mut rates[BODY_STATES * body..BODY_STATES * (body + 1)];
+            dy[..3].copy_from_slice(&y[7..10]);
+            let p_rate = parameter_rates([y[3], y[4], y[5], y[6]], [y[10], y[11], y[12]]);
+            dy[3..7].copy_from_slice(&p_rate);
+            dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
+        }
+        let states = BODY_STATES * self.layout.bodies;
+        rates[states..states + self.layout.states].copy_from_slice(&self.rates[..self.layout.states]);
+        // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
+        let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
+        rates[states + self.layout.states] = self.rates[self.layout.states] + driven;
+        Ok(())
+    }
+
+    /// Accelerations and multipliers next to a singular position into the inputs; `false` where the velocity does not lead
+    /// through it, and nothing is done.
+    fn observe_between(&mut self, t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
+        // They follow each other among the inputs.
+        let slots = self.layout.acceleration_slot()..self.layout.inputs();
+        let (mut passage, mut forces) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.forces));
+        let passed = passage.interpolate(self, t, state, &mut forces, |form, t, place, forces| {
+            form.project_plainly(t, place, false)?;
+            form.load(t, place);
+            let used = form.solve_dynamics()?;
+            form.publish(used);
+            forces.copy_from_slice(&form.inputs[slots.clone()]);
+            Ok(())
+        });
+        (self.passage, self.forces) = (passage, forces);
+        self.load(t, state);
+        if !passed? {
+            // As it was before.
+            self.solve_dynamics()?;
+            return Ok(false);
+        }
+        self.counters.interpolated += 1;
+        self.inputs[slots].copy_from_slice(&self.forces);
+        Ok(true)
+    }
+
+    fn rates_of_stage(&mut self, t: f64, stage: &mut [f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
+        let projected = if self.careful { self.project_plainly(t, stage, true) } else { Ok(()) };
+        self.counters.stage_projections += u64::from(self.careful);
+        match projected.and_then(|()| self.rates_plainly(t, stage, rates, true)) {
+            Err(AnalysisError::NextToSingular) => {}
+            result => return result,
+        }
+        let mut passage = std::mem::take(&mut self.passage);
+        let passed = passage.interpolate(self, t, stage, rates, |form, t, place, rates| {
+            form.project_plainly(t, place, false)?;
+            form.rates_plainly(t, place, rates, false)
+        });
+        self.passage = passage;
+        if passed? {
+            self.counters.interpolated += 1;
+            return Ok(());
+        }
+        if self.careful {
+            self.project_plainly(t, stage, false)?;
+        }
+        self.rates_plainly(t, stage, rates, false)
     }
 
     /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
@@ -532,6 +651,31 @@ pub fn sparse_engine(
     SparseLdl::with_computed_order(&structure, Some(&clusters(layout, rows)))
 }
 
+impl Passing for WorkingForm {
+    fn fastest(&self, state: &[f64]) -> f64 {
+        let bodies = state[..BODY_STATES * self.layout.bodies].chunks_exact(BODY_STATES);
+        let speeds = bodies.flat_map(|y| y[7..13].iter().enumerate());
+        speeds.fold(0.0, |most, (k, speed)| most.max(speed.abs() / if k < 3 { self.length } else { 1.0 }))
+    }
+
+    fn shift(&self, state: &[f64], s: f64, moved: &mut [f64]) {
+        moved.copy_from_slice(state);
+        for body in moved[..BODY_STATES * self.layout.bodies].chunks_exact_mut(BODY_STATES) {
+            let (pose, velocity) = body.split_at_mut(7);
+            let d = [0, 1, 2, 3, 4, 5].map(|k| s * velocity[k]);
+            move_body(pose, &d);
+        }
+    }
+
+    fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
+        self.load(t, state);
+        self.safe.geometry.evaluate(&self.inputs, &self.sets)?;
+        let health = self.safe.factor(Source::Geometry, &self.key, &mut self.counters)?;
+        let lost = health.rank < self.start.rank;
+        Ok(if lost { 0.0 } else { health.smallest_pivot_ratio / self.start.smallest_pivot_ratio })
+    }
+}
+
 impl Formulation for WorkingForm {
     fn name(&self) -> &'static str {
         if self.regular.is_some() { "sparse" } else { "rank-safe" }
@@ -561,33 +705,9 @@ impl Formulation for WorkingForm {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
         stage.copy_from_slice(state);
-        let projected = if self.careful { self.project(t, &mut stage) } else { Ok(()) };
-        self.counters.stage_projections += u64::from(self.careful);
-        self.load(t, &stage);
+        let result = self.rates_of_stage(t, &mut stage, rates);
         self.stage = stage;
-        projected?;
-        let used = self.solve_dynamics()?;
-        if matches!(used, Used::Safe) && self.keep_away && self.is_singular(TOO_NEAR) {
-            return Err(AnalysisError::NextToSingular);
-        }
-        let state = &self.stage;
-        let (times, multipliers) = match (used, &self.regular) {
-            (Used::Regular, Some(engine)) => (engine.dynamics.function(1), &engine.multipliers),
-            _ => (self.safe.dynamics.function(1), &self.safe.multipliers),
-        };
-        for body in 0..self.layout.bodies {
-            let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
-            let dy = &mut rates[BODY_STATES * body..BODY_STATES * (body + 1)];
-            dy[..3].copy_from_slice(&y[7..10]);
-            let p_rate = parameter_rates([y[3], y[4], y[5], y[6]], [y[10], y[11], y[12]]);
-            dy[3..7].copy_from_slice(&p_rate);
-            dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
-        }
-        let states = BODY_STATES * self.layout.bodies;
-        rates[states..states + self.layout.states].copy_from_slice(&self.rates[..self.layout.states]);
-        // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
-        let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
-        rates[states + self.layout.states] = self.rates[self.layout.states] + driven;
+        result?;
         if rates.iter().all(|x| x.is_finite()) {
             return Ok(());
         }
@@ -595,27 +715,28 @@ impl Formulation for WorkingForm {
     }
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+        match self.project_plainly(t, state, true) {
+            Err(AnalysisError::NextToSingular) => {}
+            result => return result,
+        }
+        let (mut passage, mut move_by) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.correction));
+        let passed = passage.interpolate(self, t, state, &mut move_by, |form, t, place, correction| {
+            correction.copy_from_slice(place);
+            form.project_plainly(t, place, false)?;
+            correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
+            Ok(())
+        });
+        (self.passage, self.correction) = (passage, move_by);
+        if !passed? {
+            return self.project_plainly(t, state, false);
+        }
+        self.counters.interpolated += 1;
+        state.iter_mut().zip(&self.correction).for_each(|(value, by)| *value += by);
         self.normalise(state);
-        if self.layout.rows == 0 {
-            return Ok(());
-        }
-        self.project_positions(t, state)?;
-        self.load(t, state);
-        self.solve_correction(true)?;
-        for body in 0..self.layout.bodies {
-            for k in 0..6 {
-                state[BODY_STATES * body + 7 + k] += self.accelerations[6 * body + k];
-            }
-        }
         Ok(())
     }
 
-    fn is_near_singular(&self) -> bool {
-        self.corrected_safely && self.is_singular(NEAR_SINGULAR)
-    }
-
-    fn next_step(&mut self, t: f64, state: &[f64], keep_away: bool) -> Result<(), AnalysisError> {
-        self.keep_away = keep_away;
+    fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         self.load(t, state);
         let mut pivot_ratio = 0.0;
         self.careful = match &mut self.regular {
@@ -650,7 +771,10 @@ impl Formulation for WorkingForm {
         self.load(t, state);
         if dynamics {
             let used = self.solve_dynamics()?;
-            self.publish(used);
+            let near = matches!(used, Used::Safe) && self.is_singular(NEAR_SINGULAR);
+            if !near || !self.observe_between(t, state)? {
+                self.publish(used);
+            }
         }
         Ok(Observed { inputs: &self.inputs })
     }
@@ -702,7 +826,7 @@ impl Formulation for WorkingForm {
         let (known, preparation) = match &self.derivatives {
             Derivatives::Unknown => (false, 0.0),
             Derivatives::Possible(equations) => {
-                (true, 50.0 * work(&coordinates, &equations.graph, &self.layout) as f64)
+                (true, 50.0 * work(&coordinates, equations.graph.len(), &self.layout) as f64)
             }
             Derivatives::Known(_) => (true, 0.0),
         };

@@ -14,8 +14,6 @@ pub(super) static PAIR: Pair = Pair {
     beta: 0.0,
     beta_share: 0.2,
     // Middles of 0.118..0.25, 0.333..0.6, 0.651..0.857, 0.857..1.
-    gaps: &[0.184, 0.467, 0.754, 0.929],
-    widest_gap: 0.467,
     stability: 6.1,
 };
 
@@ -27,8 +25,7 @@ pub(super) static PAIR: Pair = Pair {
 /// - the new state is projected before its derivative is taken, and the interpolation uses the
 ///   projected state;
 /// - norms come from the system;
-/// - steps that fail, or are not finite, are tried again at a quarter of their size; unlucky ones are aimed anew so that
-///   the time to keep away from lies between two stages;
+/// - steps that fail, or are not finite, are tried again at a quarter of their size;
 /// - the last two steps are made equal;
 /// - where stability limits the steps, those with samples inside are made to end there.
 ///

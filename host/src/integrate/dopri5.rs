@@ -46,8 +46,6 @@ static PAIR: Pair = Pair {
     beta: 0.04,
     beta_share: 0.75,
     // Middles of 0..0.2, 0.3..0.8, 0.89..1.
-    gaps: &[0.1, 0.55, 0.944],
-    widest_gap: 0.55,
     stability: 3.25,
 };
 

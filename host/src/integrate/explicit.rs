@@ -11,8 +11,6 @@ pub type Row = &'static [(usize, f64)];
 
 /// Step sizes shrink by this factor when a step fails other than by its error.
 pub(super) const RECOVERY_FACTOR: f64 = 0.25;
-/// An aimed step may be longer than the one tried by this factor.
-const AIMED_STRETCH: f64 = 1.02;
 /// Least error that the PI control remembers.
 const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
 /// Share of the border of stability from which on it is stability that limits a step: the step control makes the sizes vary
@@ -45,11 +43,6 @@ pub struct Pair {
     pub beta: f64,
     /// How much the exponent of the error falls by that weight.
     pub beta_share: f64,
-    /// Middles of the widest gaps between the nodes of the method, as shares of the step, ascending. A time to keep away
-    /// from is best passed there.
-    pub gaps: &'static [f64],
-    /// The widest of them.
-    pub widest_gap: f64,
     /// `h |lambda|` at the border of the region of stability.
     pub stability: f64,
 }
@@ -183,8 +176,6 @@ impl Explicit {
             Some(h) => h,
             None => self.first_step(run, y)?,
         };
-        // The step after an aimed one, where that only prepares for it.
-        let mut then = None;
         // Where the next step had better end.
         let mut end_at = None;
         let mut events = Events::new(run, REACH);
@@ -202,9 +193,6 @@ impl Explicit {
                     let start = run.t;
                     self.finish_step(run, y, t_new)?;
                     h = tried * control.factor_after_acceptance(error);
-                    if let Some(aimed) = then.take() {
-                        h = aimed;
-                    }
                     let polynomial = &self.polynomial;
                     match events.accepted(run, y, start, |share, out| interpolate(polynomial, share, out))? {
                         Next::Plain => {}
@@ -226,7 +214,6 @@ impl Explicit {
                     continue;
                 }
                 Ok(error) => {
-                    then = None;
                     h = tried * control.factor_after_rejection(error);
                     let rates = &self.stages[..y.len()];
                     end_at = events.rejected(run, y, rates, t_new, &self.y_new)?;
@@ -239,10 +226,7 @@ impl Explicit {
                     continue;
                 }
                 Err(Trouble::Retry(reason)) => {
-                    (h, then) = match &reason {
-                        StopReason::Unlucky { at, .. } => aim(self.pair, tried, at - run.t),
-                        _ => (tried * RECOVERY_FACTOR, None),
-                    };
+                    h = tried * RECOVERY_FACTOR;
                     reason
                 }
                 Err(trouble) => return Err(trouble),
@@ -529,18 +513,6 @@ impl StepControl {
 
     fn rejected(&mut self) {
         self.after_rejection = true;
-    }
-}
-
-/// The step that passes over a time at `distance` between two stages, about as long as the one tried; where there is none,
-/// a step that ends well before it, and the one to follow.
-fn aim(pair: &Pair, tried: f64, distance: f64) -> (f64, Option<f64>) {
-    let passing = pair.gaps.iter().map(|gap| distance / gap).find(|step| *step <= AIMED_STRETCH * tried);
-    match passing {
-        Some(step) if step > 0.0 => (step, None),
-        // At the very start of the step: no size helps, but a smaller one may.
-        Some(_) => (tried * RECOVERY_FACTOR, None),
-        None => ((distance - pair.widest_gap * tried).max(RECOVERY_FACTOR * tried), Some(tried)),
     }
 }
 

@@ -251,14 +251,6 @@ pub enum Flow {
 pub enum Failure {
     /// A smaller step may help.
     Recoverable(Box<dyn Error + Send + Sync>),
-    /// The solution is smooth, but `f` cannot be evaluated well near one time: a step of another size, which passes over
-    /// that time between two stages, will do.
-    Unlucky {
-        /// The time to keep away from, not before the start of the step.
-        at: f64,
-        /// The system's error.
-        cause: Box<dyn Error + Send + Sync>,
-    },
     /// Nothing will help.
     Fatal(Box<dyn Error + Send + Sync>),
 }
@@ -367,17 +359,6 @@ pub enum StopReason {
         /// Last step size tried.
         step: f64,
     },
-    /// The system called steps [`Failure::Unlucky`] until they were too small to advance the time.
-    #[error("no step passes over t = {at} (last step tried {step:e}): {cause}")]
-    Unlucky {
-        /// Last step size tried.
-        step: f64,
-        /// The time that no step passed over.
-        at: f64,
-        /// The system's error.
-        #[source]
-        cause: Box<dyn Error + Send + Sync>,
-    },
     /// The system failed with [`Failure::Recoverable`], and no smaller step is possible.
     #[error("no step is possible beyond this time (last step tried {step:e}): {cause}")]
     Failed {
@@ -429,8 +410,6 @@ pub struct Counters {
 pub struct Recoveries {
     /// Steps tried again smaller after [`Failure::Recoverable`].
     pub smaller_step: usize,
-    /// Steps aimed anew after [`Failure::Unlucky`].
-    pub re_aimed: usize,
     /// Steps tried again smaller because the result, or its error, was not finite.
     pub not_finite: usize,
     /// Steps tried again smaller because Newton's method did not converge.

@@ -189,7 +189,6 @@ impl<'a> Run<'a> {
     pub fn reject(&mut self, reason: &StopReason) {
         self.counters.rejected += 1;
         match reason {
-            StopReason::Unlucky { .. } => self.counters.recoveries.re_aimed += 1,
             StopReason::Failed { .. } => self.counters.recoveries.smaller_step += 1,
             StopReason::NotFinite { .. } => self.counters.recoveries.not_finite += 1,
             StopReason::NoConvergence { .. } => self.counters.recoveries.no_convergence += 1,
@@ -264,7 +263,6 @@ impl<'a> Run<'a> {
 pub(super) fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
     match failure {
         Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, cause }),
-        Failure::Unlucky { at, cause } => Trouble::Retry(StopReason::Unlucky { step, at, cause }),
         Failure::Fatal(cause) => Trouble::Abort(IntegrateError::System { t, cause }),
     }
 }

@@ -6,6 +6,7 @@ pub const SAVINGS: &[(&str, &str)] = &[
     ("kinematic", "mechanisms driven in all their freedoms are integrated"),
     ("row-choice", "dependent rows stay in use: rank-safe elimination for every evaluation"),
     ("on-demand", "accelerations and reactions are solved for at output times even if no output asks for them"),
+    ("audit", "the violation of all rows is looked at in every accepted state, in joint coordinates too"),
     ("events", "steps are not made to end where equations switch (contact, friction, limits)"),
 ];
 
@@ -20,13 +21,15 @@ pub struct Pruning {
     pub row_choice: bool,
     /// Accelerations and reactions at output times only where an output asks for them.
     pub on_demand: bool,
+    /// In joint coordinates, looks at the violation of all rows in some accepted states only.
+    pub audit: bool,
     /// Steps that end where equations switch, instead of many that approach it.
     pub events: bool,
 }
 
 impl Default for Pruning {
     fn default() -> Self {
-        Self { planar: true, kinematic: true, row_choice: true, on_demand: true, events: true }
+        Self { planar: true, kinematic: true, row_choice: true, on_demand: true, audit: true, events: true }
     }
 }
 
@@ -43,6 +46,7 @@ impl Pruning {
                 "kinematic" => &mut allowed.kinematic,
                 "row-choice" => &mut allowed.row_choice,
                 "on-demand" => &mut allowed.on_demand,
+                "audit" => &mut allowed.audit,
                 "events" => &mut allowed.events,
                 _ => return Err(k),
             };

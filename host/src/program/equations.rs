@@ -229,7 +229,7 @@ impl Equations {
     }
 
     /// Derivatives of recorded functions along each coordinate of the bodies they may depend on.
-    fn traced_rows(&mut self, values: &[Node], bodies: &[usize]) -> Vec<Row> {
+    pub(super) fn traced_rows(&mut self, values: &[Node], bodies: &[usize]) -> Vec<Row> {
         let mut jacobian: Vec<Vec<(usize, Node)>> = vec![Vec::new(); values.len()];
         let columns = self.form.columns();
         for body in bodies {
@@ -369,7 +369,7 @@ pub(super) fn own_input(g: &mut Graph, input: Input, index: usize, frames: &[Fra
 }
 
 /// The bodies among an element's markers, each once.
-fn bodies_of(markers: &[Marker]) -> Vec<usize> {
+pub(super) fn bodies_of(markers: &[Marker]) -> Vec<usize> {
     let mut bodies: Vec<usize> = markers.iter().filter_map(|marker| marker.body).collect();
     bodies.sort_unstable();
     bodies.dedup();

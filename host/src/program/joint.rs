@@ -13,13 +13,17 @@
 use element_api::recording::{Input, Role};
 use rustc_hash::FxHashMap;
 
+use super::articulated::{Articulated, articulated};
 use super::derivative::{Seeds, derivatives};
 use super::equations::{Equations, Form, Row};
 use super::graph::{Graph, Node};
 use super::import::import;
 use super::kinematics::{BodyNodes, entries, rotation_nodes};
+use super::projection::{Projecting, project};
 use super::rewrite::Rewriting;
+use super::spatial::{Limb, limbs};
 use super::tape::{Program, Workspace};
+use super::turned_rows::turn_rows;
 use super::vector::{M3, V3};
 use crate::model::{Model, rotation};
 use crate::plan::{Coordinates, Layout, Measure, SpanningTree, TreeJoint};
@@ -44,29 +48,38 @@ pub struct JointEquations {
     pub state_rates: Vec<Node>,
     /// Power of everything that has no potential, without that of constraints, W.
     pub power: Node,
+    /// Nodes that all of the above depend on, themselves included.
+    pub size: usize,
+    /// The bodies at the references of their trees, in the tree's order.
+    limbs: Vec<Limb>,
 }
 
 /// Twelve numbers that tell how a body moves with one velocity: along (ground axes) and about (body axes).
 #[derive(Debug, Clone, Copy)]
-struct Partial {
-    column: usize,
-    along: V3,
-    about: V3,
+pub(super) struct Partial {
+    pub(super) column: usize,
+    pub(super) along: V3,
+    pub(super) about: V3,
 }
 
 /// A body on its tree.
 #[derive(Clone)]
-struct Carried {
-    nodes: BodyNodes,
+pub(super) struct Carried {
+    pub(super) nodes: BodyNodes,
     /// From the tree's reference point to the centre of mass.
-    d: V3,
+    pub(super) d: V3,
     /// Angular velocity, ground axes.
     spin: V3,
-    partials: Vec<Partial>,
+    /// Of the centre of mass: those of the body before, then those of its own joint.
+    pub(super) partials: Vec<Partial>,
+    /// Those of its own joint, at the origin of the joint's second frame.
+    pub(super) own: Vec<Partial>,
+    /// From the reference point to that origin.
+    pub(super) at_joint: V3,
     /// Acceleration of the centre of mass with all u' zero, ground axes.
-    bias: V3,
+    pub(super) bias: V3,
     /// Angular acceleration with all u' zero, body axes.
-    spin_bias: V3,
+    pub(super) spin_bias: V3,
     /// The same, ground axes.
     spin_bias_ground: V3,
     /// The reference point.
@@ -77,6 +90,27 @@ impl JointEquations {
     /// Writes the equations of motion of the working form in the coordinates of a tree.
     #[must_use]
     pub fn build(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Self {
+        Self::build_by(cartesian, model, layout, tree, Projecting::Fewest)
+    }
+
+    /// The same with rows that are a vector in the axes of a frame taken in ground axes instead, which is shorter; `None`
+    /// where there are none. Their multipliers are in ground axes, too.
+    #[must_use]
+    pub fn build_turned(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Option<Self> {
+        let mut turned = cartesian.clone();
+        let any = turn_rows(&mut turned, model, layout, tree) > 0;
+        any.then(|| Self::build_by(&turned, model, layout, tree, Projecting::Fewest))
+    }
+
+    /// The same with mass matrix and right side written in a given way.
+    #[must_use]
+    pub fn build_by(
+        cartesian: &Equations,
+        model: &Model,
+        layout: &Layout,
+        tree: &SpanningTree,
+        how: Projecting,
+    ) -> Self {
         let measures: Vec<(Vec<Measure>, bool)> =
             tree.joints.iter().map(|joint| (measures(model, joint), joint.rotates)).collect();
         let coordinates = Coordinates::of_joints(&measures, layout);
@@ -104,11 +138,27 @@ impl JointEquations {
             });
         }
         let body_loads = rewriting.carry_all(&mut g, &cartesian.loads);
-        let (mass, loads) = project(&mut g, model, &bodies, &body_loads, coordinates.columns);
         let state_rates = rewriting.carry_all(&mut g, &cartesian.state_rates);
         let power = rewriting.carry(&mut g, cartesian.power);
+        let limbs = limbs(&mut g, model, tree, &bodies, &body_loads);
+        let mut shared = state_rates.clone();
+        shared.push(power);
+        for row in &rows {
+            shared.push(row.gamma);
+            shared.extend(row.jacobian.iter().map(|(_, slope)| *slope));
+        }
+        let (mass, loads) = project(&mut g, model, &bodies, &limbs, &body_loads, &shared, how);
+        shared.extend(mass.iter().map(|(_, _, node)| *node));
+        shared.extend(&loads);
+        let size = g.live(&shared).len();
         let bodies = bodies.into_iter().map(|body| body.nodes).collect();
-        Self { graph: g, coordinates, rotations, bodies, mass, rows, loads, state_rates, power }
+        Self { graph: g, coordinates, rotations, bodies, mass, rows, loads, state_rates, power, size, limbs }
+    }
+
+    /// Accelerations body by body, for trees that no rows close. `g` is [`JointEquations::graph`] or a copy of it.
+    #[must_use]
+    pub fn articulated(&self, g: &mut Graph) -> Articulated {
+        articulated(g, &self.limbs, self.coordinates.columns)
     }
 }
 
@@ -170,61 +220,6 @@ fn row_in_joints(g: &mut Graph, rewriting: &mut Rewriting<'_>, row: &Row, bodies
     let mut jacobian: Vec<(usize, Node)> = slopes.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect();
     jacobian.sort_unstable_by_key(|(column, _)| *column);
     Row { value, time, gamma, jacobian }
-}
-
-/// Mass matrix and right side.
-fn project(
-    g: &mut Graph,
-    model: &Model,
-    bodies: &[Carried],
-    body_loads: &[Node],
-    columns: usize,
-) -> (Vec<(usize, usize, Node)>, Vec<Node>) {
-    let zero = g.constant(0.0);
-    let mut loads = vec![zero; columns];
-    let mut entries: FxHashMap<(usize, usize), Node> = FxHashMap::default();
-    for (b, (body, carried)) in model.bodies.iter().zip(bodies).enumerate() {
-        let inertia = g.matrix(&body.inertia);
-        let mass = g.constant(body.mass);
-        let turning = !body.particle;
-        let force: V3 = std::array::from_fn(|k| body_loads[6 * b + k]);
-        let moment: V3 = std::array::from_fn(|k| body_loads[6 * b + 3 + k]);
-        let carry = g.scale3(mass, carried.bias);
-        let force = g.sub3(force, carry);
-        let turn = g.apply(&inertia, carried.spin_bias);
-        let moment = g.sub3(moment, turn);
-        let momenta: Vec<(V3, V3)> = carried
-            .partials
-            .iter()
-            .map(|partial| (g.scale3(mass, partial.along), g.apply(&inertia, partial.about)))
-            .collect();
-        for (i, left) in carried.partials.iter().enumerate() {
-            let push = g.dot3(left.along, force);
-            loads[left.column] = g.add(loads[left.column], push);
-            if turning {
-                let twist = g.dot3(left.about, moment);
-                loads[left.column] = g.add(loads[left.column], twist);
-            }
-            for (right, (linear, angular)) in carried.partials.iter().zip(&momenta).take(i + 1) {
-                let mut entry = g.dot3(left.along, *linear);
-                if turning {
-                    let turned = g.dot3(left.about, *angular);
-                    entry = g.add(entry, turned);
-                }
-                let at = (left.column.min(right.column), left.column.max(right.column));
-                let sum = entries.get(&at).copied();
-                let sum = sum.map_or(entry, |sum| g.add(sum, entry));
-                entries.insert(at, sum);
-            }
-        }
-    }
-    let mut mass: Vec<(usize, usize, Node)> = entries
-        .into_iter()
-        .filter(|((column, row), node)| column == row || !g.is_zero(*node))
-        .map(|((column, row), node)| (row, column, node))
-        .collect();
-    mass.sort_unstable_by_key(|(row, column, _)| (*column, *row));
-    (mass, loads)
 }
 
 /// What a joint does by its own coordinates.
@@ -317,7 +312,9 @@ impl Writer {
             nodes: BodyNodes { r: motion.position, p: [zero; 4], a, v, w: motion.spin, p_rate: [zero; 4] },
             d: nothing,
             spin,
+            own: partials.clone(),
             partials,
+            at_joint: nothing,
             bias: nothing,
             spin_bias: nothing,
             spin_bias_ground: nothing,
@@ -336,6 +333,8 @@ impl Writer {
             d: nothing,
             spin: nothing,
             partials: Vec::new(),
+            own: Vec::new(),
+            at_joint: nothing,
             bias: nothing,
             spin_bias: nothing,
             spin_bias_ground: nothing,
@@ -439,10 +438,10 @@ impl Writer {
                 about: g.apply_transposed(&relative, partial.about),
             });
         }
-        for partial in own {
+        for partial in &own {
             let axis = g.apply(&a, partial.about);
             let swept = g.cross(axis, y);
-            partials.push(Partial { along: g.add3(partial.along, swept), ..partial });
+            partials.push(Partial { along: g.add3(partial.along, swept), ..*partial });
         }
         let r = g.add3(parent.reference, d);
         Carried {
@@ -450,6 +449,8 @@ impl Writer {
             d,
             spin,
             partials,
+            own,
+            at_joint,
             bias,
             spin_bias,
             spin_bias_ground,

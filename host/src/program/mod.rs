@@ -20,7 +20,12 @@
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `joint.rs` | the equations of motion in the coordinates of joints |
+//! | `projection.rs` | their mass matrix and right side, by pairs of velocities or by composite bodies |
+//! | `spatial.rs` | bodies of a tree at one point: motions, inertias, loads of six numbers |
+//! | `turned_rows.rs` | their rows, without the frames they were seen from |
+//! | `articulated.rs` | accelerations of open trees, body by body |
 //! | `rewrite.rs` | nodes of one graph carried over to another |
+//! | `condense.rs` | the same numbers by fewer operations |
 //! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
@@ -32,6 +37,8 @@
 //! | `costs.rs` | what programs cost |
 
 mod acting;
+mod articulated;
+mod condense;
 pub mod costs;
 mod coupling;
 mod derivative;
@@ -48,14 +55,19 @@ mod machine;
 mod observe;
 mod opaque;
 mod planar;
+mod projection;
 mod rewrite;
+mod spatial;
 mod switches;
 mod tape;
+mod turned_rows;
 mod vector;
 
 #[cfg(test)]
 mod tests;
 
+pub use articulated::Articulated;
+pub use condense::condense;
 pub use costs::{MachineError, Maker};
 pub use coupling::CoupledInput;
 pub use derivative::{Seeds, derivatives};
@@ -68,5 +80,6 @@ pub use kinematics::BodyNodes;
 pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use planar::{NotPlanar, Planar};
+pub use projection::Projecting;
 pub use switches::Switches;
 pub use tape::{Program, Sets, Used, Workspace};

@@ -39,8 +39,23 @@ impl<'g> Rewriting<'g> {
         nodes.iter().map(|node| self.carry(new, *node)).collect()
     }
 
+    /// The new node for an old one that was carried over or replaced.
+    pub(super) fn known(&self, node: Node) -> Node {
+        self.new_of[&node]
+    }
+
+    /// Whether there is a new node for an old one.
+    pub(super) fn knows(&self, node: Node) -> bool {
+        self.new_of.contains_key(&node)
+    }
+
+    /// Says what stands for an old node.
+    pub(super) fn replace(&mut self, node: Node, new: Node) {
+        self.new_of.insert(node, new);
+    }
+
     /// A node whose operands are carried over.
-    fn one(&mut self, g: &mut Graph, node: Node) -> Node {
+    pub(super) fn one(&mut self, g: &mut Graph, node: Node) -> Node {
         let at = |node: Node| self.new_of[&node];
         match self.old.expr(node) {
             Expr::Constant(bits) => g.constant(f64::from_bits(bits)),

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
+mod condense;
 mod derivatives;
 mod eliminate;
 mod equations;

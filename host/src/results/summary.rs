@@ -93,8 +93,8 @@ pub struct Summary {
     pub rank_safe: u64,
     /// Newton corrections of positions.
     pub position_corrections: u64,
-    /// Steps aimed anew so as to pass over a singular position.
-    pub re_aimed: u64,
+    /// Evaluations and projections next to a singular position, by interpolation between places on both sides of it.
+    pub interpolated: u64,
     /// Iterations for forces that depend on reactions or accelerations.
     pub coupling_iterations: u64,
     /// Reading the scene, loading libraries, resolving, assembly, s.

@@ -17,8 +17,10 @@ pub const FORMULATIONS: &[(&str, &str)] = &[
 
 /// Operations of a body's share in the working form, with its joint and its elimination: what was counted on chains.
 const CARTESIAN_BODY: usize = 1000;
-/// Operations of a pair of partial velocities in the mass matrix.
+/// Operations of a pair of velocities in the mass matrix, or of a body in one of them.
 const PAIR: usize = 10;
+/// What all that a joint carries takes as one body, in pairs.
+const COMPOSITE: usize = 5;
 /// Operations per body besides that.
 const JOINT_BODY: usize = 150;
 /// Operations beyond which nothing is written down as one program.
@@ -157,15 +159,16 @@ impl Session {
     }
 }
 
-/// Operations per evaluation in the coordinates of a tree, without those of elements: pairs of partial velocities that meet
-/// in a body.
+/// Operations per evaluation in the coordinates of a tree, without those of elements: pairs of velocities that meet in a body,
+/// or in all that a joint carries, whichever are fewer.
 fn predicted(tree: &SpanningTree, bodies: usize) -> usize {
     let mut path = vec![0_usize; bodies];
     let mut operations = 0;
     for joint in &tree.joints {
         let own = joint.coordinates + 3 * usize::from(joint.rotates);
-        path[joint.child] = own + joint.parent.map_or(0, |parent| path[parent]);
-        operations += JOINT_BODY + PAIR * path[joint.child] * (path[joint.child] + 1) / 2;
+        let here = own + joint.parent.map_or(0, |parent| path[parent]);
+        path[joint.child] = here;
+        operations += JOINT_BODY + PAIR * (here * (here + 1) / 2).min(own * (here + COMPOSITE));
     }
     operations
 }

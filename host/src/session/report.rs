@@ -7,10 +7,11 @@ use serde::Serialize;
 
 use super::open::Session;
 use super::prune::PlanarCase;
-use crate::analysis::JointPlan;
+use crate::analysis::{JointPlan, STATES_PER_AUDIT};
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
 use crate::program::{Equations, Maker, Node, Program, Switches};
+use crate::results::significant;
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -192,7 +193,10 @@ impl Session {
             };
             let velocities = joint.equations.coordinates.columns;
             return Solving {
-                engine: "elimination operation by operation; rank-safe where the rank falls".into(),
+                engine: match joint.solves_by_bodies() {
+                    true => "body by body along the tree (articulated bodies)".into(),
+                    false => "elimination operation by operation; rank-safe where the rank falls".into(),
+                },
                 formulation: "joint".into(),
                 why,
                 tree: joint.tree.joints.iter().map(carried).collect(),
@@ -241,6 +245,17 @@ impl Session {
                 why: "they hold wherever the tree's joints are (in a planar mechanism, all across the plane)".into(),
                 saved: "their share of every evaluation".into(),
                 switch: None,
+            });
+        }
+        if self.pruning.audit {
+            skips.push(Skip {
+                what: format!(
+                    "the violation of all rows in {} of {STATES_PER_AUDIT} accepted states",
+                    STATES_PER_AUDIT - 1
+                ),
+                why: "the tree's joints hold by themselves, and projection judges the other rows at every step".into(),
+                saved: "their evaluation in the frames of space".into(),
+                switch: Some("audit"),
             });
         }
         skips
@@ -537,9 +552,9 @@ impl std::fmt::Display for PlanReport {
         }
         writeln!(
             f,
-            "machine code: about {:.0} kB in {:.1} ms, which pays after {} evaluations; until then interpreted",
+            "machine code: about {:.0} kB in {} ms, which pays after {} evaluations; until then interpreted",
             self.machine_code_bytes as f64 / 1e3,
-            self.machine_code_time_s * 1e3,
+            significant(self.machine_code_time_s * 1e3, 2),
             self.machine_code_pays_after
         )?;
         for element in &self.opaque {

@@ -187,6 +187,9 @@ impl Session {
             if !self.pruning.on_demand {
                 system.solve_at_samples();
             }
+            if !self.pruning.audit {
+                system.watch_every_state();
+            }
             let mut state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
             match engine_name.as_str() {
                 "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
@@ -209,12 +212,15 @@ impl Session {
             let integrating = Instant::now();
             let outcome = method.integrate(&mut system, &mut state, &span, &options);
             summary.integration_time_s = integrating.elapsed().as_secs_f64();
-            let (audit, counters) = (*system.audit(), system.counters());
-            note_machine_code(&mut summary, system.tier().made(), self.scene.units.factor(Dimension::TIME));
             let end = match &outcome {
                 Ok(Outcome { status: integrate::Status::StoppedEarly { t, .. }, .. }) => *t,
                 _ => t_end,
             };
+            if outcome.is_ok() {
+                system.watch_end(end, &state);
+            }
+            let (audit, counters) = (*system.audit(), system.counters());
+            note_machine_code(&mut summary, system.tier().made(), self.scene.units.factor(Dimension::TIME));
             let restart = outcome.is_ok().then(|| system.restart(&self.model, end, &state));
             (outcome, audit, counters, restart)
         };
@@ -223,7 +229,7 @@ impl Session {
         summary.factorisations = counters.factorisations;
         summary.rank_safe = counters.rank_safe;
         summary.position_corrections = counters.position_corrections;
-        summary.re_aimed = counters.re_aimed;
+        summary.interpolated = counters.interpolated;
         summary.coupling_iterations = counters.coupling_iterations;
         summary.rows = samplings.taken.len() as u64;
         let unit = self.scene.units.factor(Dimension::TIME);
@@ -505,7 +511,7 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
         StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_not_finite(cause.as_ref()) => codes::MOTION_NOT_FINITE,
-        StopReason::Failed { .. } | StopReason::Unlucky { .. } => codes::PROJECTION_FAILED,
+        StopReason::Failed { .. } => codes::PROJECTION_FAILED,
     }
 }
 

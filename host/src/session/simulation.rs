@@ -20,16 +20,9 @@ use super::tier::Tier;
 /// An angle that has moved this far from its reference gets a new one, rad.
 const NEW_REFERENCE: f64 = 1.0;
 
-/// Steps aimed past a singular position before it is evaluated after all.
-const MOST_AIMS: u32 = 12;
-/// Steps without aiming after that; an accepted step allows one aimed step anew.
-const UNAIMED_STEPS: u32 = 10;
 /// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
 /// times), and it is results that a tolerance is about.
 const INTERPOLATION_MARGIN: f64 = 5.0;
-/// Tightest tolerance for steps that are evaluated next to a singular position after all: accelerations carry round-off
-/// over the cubed distance there.
-const SINGULAR_TOLERANCE: f64 = 1e-10;
 
 /// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
 const PARTICLE_SPIN: f64 = 1e-6;
@@ -88,6 +81,10 @@ pub struct Simulation<'a> {
     second_order: Option<SecondOrderForm>,
     rows: Constraints,
     audit: Audit,
+    /// Accepted states so far.
+    watched: u64,
+    /// Violations are looked at in one of so many.
+    period: u64,
     /// Bodies without rotation.
     particles: Vec<(usize, String)>,
     sample_state: Vec<f64>,
@@ -96,13 +93,6 @@ pub struct Simulation<'a> {
     progress: Progress<'a>,
     stop: Arc<AtomicBool>,
     row_right: Vec<f64>,
-    /// Aimed steps still allowed.
-    aims_left: u32,
-    /// Steps accepted since none was left.
-    unaimed_steps: u32,
-    re_aimed: u64,
-    rank_safe_seen: u64,
-    relaxed: u64,
     tier: Tier,
 }
 
@@ -147,6 +137,7 @@ impl<'a> Simulation<'a> {
             report,
             told,
             rows,
+            period: formulation.states_per_audit(),
             formulation,
             tolerance,
             scales: assembly.scales,
@@ -154,6 +145,7 @@ impl<'a> Simulation<'a> {
             references: assembly.references.clone(),
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
+            watched: 0,
             particles: particles(model),
             sample_state: Vec::new(),
             samples: 0,
@@ -161,11 +153,6 @@ impl<'a> Simulation<'a> {
             progress,
             stop,
             row_right: vec![0.0; layout.rows],
-            aims_left: MOST_AIMS,
-            unaimed_steps: 0,
-            re_aimed: 0,
-            rank_safe_seen: 0,
-            relaxed: 0,
             tier: Tier::fixed(),
             layout: layout.clone(),
         };
@@ -185,7 +172,7 @@ impl<'a> Simulation<'a> {
         let inputs = self.formulation.observe(t, &state, true)?.inputs;
         let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
         self.scales.anticipate(&accelerations);
-        self.formulation.next_step(t, &state, true)?;
+        self.formulation.next_step(t, &state)?;
         self.watch(t, &state)?;
         Ok(state)
     }
@@ -220,6 +207,11 @@ impl<'a> Simulation<'a> {
     /// Solves for accelerations and reactions at every sample, asked for or not.
     pub fn solve_at_samples(&mut self) {
         self.report.needs_dynamics = true;
+    }
+
+    /// Looks at the violation of all rows in every accepted state.
+    pub fn watch_every_state(&mut self) {
+        self.period = 1;
     }
 
     /// Lets programs be compiled during the run.
@@ -263,7 +255,7 @@ impl<'a> Simulation<'a> {
     /// Work done so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        let mut counters = Counters { re_aimed: self.re_aimed, relaxed: self.relaxed, ..self.formulation.counters() };
+        let mut counters = self.formulation.counters();
         let (evaluations, factorisations) = self.second_order.as_ref().map_or((0, 0), SecondOrderForm::work);
         counters.evaluations += evaluations;
         counters.factorisations += factorisations;
@@ -305,7 +297,17 @@ impl<'a> Simulation<'a> {
         self.report.evaluator.program().operations()
     }
 
-    /// Violations and energies at an accepted state.
+    /// Violations at the last accepted state, unless they are known: to be called at the end of the run.
+    pub fn watch_end(&mut self, t: f64, state: &[f64]) {
+        if self.watched % self.period != 1 % self.period {
+            let known = self.formulation.observe(t, state, false).map(|observed| observed.inputs.to_vec());
+            if known.and_then(|inputs| self.watch_rows(&inputs)).is_err() {
+                self.audit.violation(f64::NAN, f64::NAN, None);
+            }
+        }
+    }
+
+    /// Energies, and now and then violations, at an accepted state.
     fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         // Copied, since the formulation lends both its inputs and its element sets.
         let inputs = self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs.to_vec();
@@ -325,7 +327,14 @@ impl<'a> Simulation<'a> {
         }
         let work = state.last().copied().unwrap_or(0.0);
         self.audit.energy(kinetic, potential, work);
-        self.rows.evaluate(&inputs, sets)?;
+        let number = self.watched;
+        self.watched += 1;
+        if number.is_multiple_of(self.period) { self.watch_rows(&inputs) } else { Ok(()) }
+    }
+
+    /// Violations of all rows.
+    fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
+        self.rows.evaluate(inputs, self.formulation.sets())?;
         let (position, row) = self.rows.worst(self.rows.function(0), self.scales.length);
         self.row_right.copy_from_slice(self.rows.function(1));
         for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
@@ -377,13 +386,6 @@ impl<'a> Simulation<'a> {
     fn second_order_parts(&mut self) -> Result<(&mut SecondOrderForm, &Sets), Failure> {
         let form = self.second_order.as_mut().ok_or_else(|| Failure::Fatal("no equations of second order".into()))?;
         Ok((form, self.formulation.sets()))
-    }
-
-    /// The step under way touches a singular position at `t`.
-    fn unlucky(&mut self, t: f64) -> Failure {
-        self.aims_left = self.aims_left.saturating_sub(1);
-        self.re_aimed += 1;
-        Failure::Unlucky { at: t, cause: Box::new(AnalysisError::NextToSingular) }
     }
 
     /// The largest entry of a difference of states, as a share of the size of its group.
@@ -454,25 +456,11 @@ impl System for Simulation<'_> {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
-        match self.formulation.rates(t, y, dy) {
-            Err(AnalysisError::NextToSingular) => Err(self.unlucky(t)),
-            result => result.map_err(failure),
-        }
+        self.formulation.rates(t, y, dy).map_err(failure)
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let worst = self.largest_share(y0, y1, error);
-        // Next to a singular position accelerations carry round-off over the squared distance from it. A tolerance below
-        // that noise would drive the step size to zero instead of over the position.
-        let rank_safe = self.formulation.counters().rank_safe;
-        let passes_singular = rank_safe > self.rank_safe_seen && self.aims_left == 0;
-        self.rank_safe_seen = rank_safe;
-        let tolerance = self.tolerance / INTERPOLATION_MARGIN;
-        if passes_singular && tolerance < SINGULAR_TOLERANCE {
-            self.relaxed += 1;
-            return worst / SINGULAR_TOLERANCE;
-        }
-        worst / tolerance
+        self.largest_share(y0, y1, error) / (self.tolerance / INTERPOLATION_MARGIN)
     }
 
     fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
@@ -498,18 +486,7 @@ impl System for Simulation<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
         self.formulation.project(t, y).map_err(failure)?;
-        if self.aims_left > 0 && self.formulation.is_near_singular() {
-            return Err(self.unlucky(t));
-        }
-        // A scene that stays next to a singular position must get on nevertheless: no aiming for some steps.
-        if self.aims_left == 0 {
-            self.unaimed_steps += 1;
-        }
-        if self.aims_left > 0 || self.unaimed_steps > UNAIMED_STEPS {
-            self.unaimed_steps = 0;
-            self.aims_left = MOST_AIMS.min(self.aims_left + 1);
-        }
-        self.formulation.next_step(t, y, self.aims_left > 0).map_err(failure)
+        self.formulation.next_step(t, y).map_err(failure)
     }
 
     fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {

@@ -204,7 +204,7 @@ fn a_scene_may_start_in_a_singular_position() {
     let mut stand = stand(&text);
     let start = stand.state.clone();
     let mut rates = vec![0.0; start.len()];
-    stand.form.next_step(0.0, &start, false).unwrap();
+    stand.form.next_step(0.0, &start).unwrap();
     stand.form.rates(0.0, &start, &mut rates).unwrap();
     assert!(rates.iter().all(|x| x.is_finite()));
     assert!((start[12] - 2.0).abs() < 1e-13);

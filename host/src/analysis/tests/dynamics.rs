@@ -135,7 +135,7 @@ fn the_rank_safe_engine_takes_over_near_a_singular_position_without_a_jump() {
         // All cranks turn at 2 rad/s, the coupler does not turn.
         let mut random = Random(127);
         (0..3).for_each(|b| state[13 * b + 7..13 * b + 13].copy_from_slice(&random.vector(6)));
-        stand.form.next_step(TIME, &state, false).unwrap();
+        stand.form.next_step(TIME, &state).unwrap();
         stand.form.project(TIME, &mut state).unwrap();
         let inputs = stand.inputs(&state);
         let mut theirs = vec![0.0; twin.groups().len()];

@@ -1,6 +1,8 @@
 //! The coordinates of joints against those of bodies.
 
 use super::*;
+use crate::analysis::joint_engines::{Solving, Unrolled};
+use crate::program::{JointEquations, Projecting};
 
 /// A body on a ball joint that carries one on a slide by its first frame, and a free body held by a strut: all kinds of
 /// coordinates, a joint that is met from its second frame, and a tree of two parts.
@@ -40,8 +42,13 @@ fn driven() -> String {
            axis = [0, 0, 1]\nparams = { speed = 2 }\n"
 }
 
+/// A chain whose first and last rod share a point: a loop in space, closed between bodies that move.
+fn tied() -> String {
+    chain(4) + "[[joint]]\nname = \"tie\"\ntype = \"ball\"\nbodies = [\"rod0\", \"rod3\"]\npoint = [0.5, 0.7, 0.3]\n"
+}
+
 fn all_scenes() -> Vec<String> {
-    vec![scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1), branches(), driven()]
+    vec![scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1), branches(), driven(), tied()]
 }
 
 /// A scene in the coordinates of joints, planned.
@@ -135,7 +142,7 @@ fn the_bodies_accelerate_as_in_their_own_coordinates() {
 #[test]
 fn projection_closes_loops_and_keeps_them_closed() {
     let mut random = Random(405);
-    for text in [scenes::four_bar(1.1), driven()] {
+    for text in [scenes::four_bar(1.1), driven(), tied()] {
         let mut form = joint_form(&text);
         let mut stand = stand(&text);
         let mut start = vec![0.0; form.groups().len()];
@@ -160,7 +167,7 @@ fn projection_closes_loops_and_keeps_them_closed() {
 #[test]
 fn derivatives_of_the_rates_are_what_differences_say() {
     let mut random = Random(407);
-    for text in [scenes::tangle(), scenes::four_bar(1.1), branches(), driven()] {
+    for text in [scenes::tangle(), scenes::four_bar(1.1), branches(), driven(), tied()] {
         let mut form = joint_form(&text);
         let mut stand = stand(&text);
         let n = form.groups().len();
@@ -211,4 +218,135 @@ fn rows_that_hold_wherever_the_joints_are_are_left_out() {
     // One hinge of five rows closes the loop; out of the plane three of them always hold.
     let velocities = planned.equations.coordinates.columns;
     assert_eq!((velocities, planned.rows.len(), planned.independent.len(), planned.met.len()), (3, 2, 2, 3));
+}
+
+/// A chain of hinges about axes that lie askew, each rod hung on the end of the one before.
+fn chain(rods: usize) -> String {
+    let mut text = "[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.1\n".to_string();
+    for k in 0..rods {
+        let before = if k == 0 { "ground".to_string() } else { format!("rod{}", k - 1) };
+        let axis = if k % 2 == 0 { [0.1, 1.0, 0.2] } else { [-0.3, 0.2, 1.0] };
+        text += &format!(
+            "[[body]]\nname = \"rod{k}\"\nmass = 0.7\ninertia = [0.01, 0.08, 0.08]\nposition = [{}, 0, 0]\n\
+             [[joint]]\nname = \"hinge{k}\"\ntype = \"hinge\"\nbodies = [\"{before}\", \"rod{k}\"]\n\
+             point = [{k}, 0, 0]\naxis = {axis:?}\n",
+            k as f64 + 0.5
+        );
+    }
+    text
+}
+
+#[test]
+fn composites_give_the_mass_matrix_and_the_loads_of_all_pairs() {
+    let mut random = Random(409);
+    for text in all_scenes().into_iter().chain([chain(6)]) {
+        let (Prepared { model, equations, plan, .. }, planned) = joint_plan(&text);
+        let columns = planned.equations.coordinates.columns;
+        let whole = |how: Projecting| {
+            let written = JointEquations::build_by(&equations, &model, &plan.layout, &planned.tree, how);
+            let mut nodes = written.loads.clone();
+            nodes.extend(written.mass.iter().map(|(_, _, node)| *node));
+            let places: Vec<(usize, usize)> = written.mass.iter().map(|(row, column, _)| (*row, *column)).collect();
+            (Evaluator::new(&written.graph, &nodes), places)
+        };
+        let mut ways = [Projecting::Pairs, Projecting::Composites, Projecting::Fewest].map(whole);
+        for _ in 0..5 {
+            let inputs = random.vector(planned.equations.coordinates.input_count);
+            let found: Vec<Vec<f64>> = ways
+                .iter_mut()
+                .map(|(evaluator, places)| {
+                    let outputs = evaluator.run(&inputs, &model.sets).unwrap();
+                    let mut dense = vec![0.0; columns * (columns + 1)];
+                    dense[..columns].copy_from_slice(&outputs[..columns]);
+                    for ((row, column), value) in places.iter().zip(&outputs[columns..]) {
+                        dense[columns * (row + 1) + column] = *value;
+                    }
+                    dense
+                })
+                .collect();
+            for other in &found[1..] {
+                let off = difference(&found[0], other);
+                assert!(off < 1e-12, "{off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn accelerations_body_by_body_are_those_of_elimination() {
+    let mut random = Random(411);
+    for text in [branches(), chain(6), chain(1)] {
+        let (Prepared { model, .. }, planned) = joint_plan(&text);
+        assert!(planned.rows.is_empty());
+        let solve = |how: Solving| Unrolled::new(&planned.equations, &[], Vec::new(), how).motion;
+        let (mut eliminated, mut articulated) = (solve(Solving::Eliminated), solve(Solving::Articulated));
+        for _ in 0..10 {
+            let inputs = random.vector(planned.equations.coordinates.input_count);
+            let expected = eliminated.run(&inputs, &model.sets).unwrap().to_vec();
+            let found = articulated.run(&inputs, &model.sets).unwrap();
+            // Pivots depend on the order.
+            let n = found.len() - planned.equations.coordinates.columns;
+            let off = difference(&found[..n], &expected[..n]);
+            assert!(off < 1e-11, "{off:e}");
+            assert!(found[n..].iter().all(|pivot| *pivot > 0.0));
+            let determinant = |pivots: &[f64]| pivots.iter().product::<f64>();
+            let (ours, theirs) = (determinant(&found[n..]), determinant(&expected[n..]));
+            assert!((ours / theirs - 1.0).abs() < 1e-10, "{ours} {theirs}");
+        }
+    }
+}
+
+#[test]
+fn operations_of_a_chain_grow_like_its_length() {
+    let count = |rods: usize| {
+        let (_, planned) = joint_plan(&chain(rods));
+        Unrolled::new(&planned.equations, &[], Vec::new(), Solving::Articulated).motion.program().operations()
+    };
+    let [short, middle, long] = [6, 10, 14].map(count);
+    assert!(long - middle <= (middle - short) * 101 / 100, "{short} {middle} {long}");
+}
+
+#[test]
+fn rows_without_their_frame_are_shorter_and_vanish_with_those_in_it() {
+    let mut stand = stand(&tied());
+    let (Prepared { model, equations, plan, .. }, planned) = joint_plan(&tied());
+    let straight = JointEquations::build_turned(&equations, &model, &plan.layout, &planned.tree).unwrap();
+    let in_frame = JointEquations::build(&equations, &model, &plan.layout, &planned.tree);
+    let rows = planned.rows.clone();
+    assert_eq!(rows.len(), 3);
+    let operations = |written: &JointEquations| {
+        let chosen = rows.iter().map(|row| &written.rows[*row]);
+        let nodes: Vec<Node> =
+            chosen.flat_map(|row| row.jacobian.iter().map(|(_, slope)| *slope).chain([row.gamma])).collect();
+        Evaluator::new(&written.graph, &nodes).program().operations()
+    };
+    let (short, long) = (operations(&straight), operations(&in_frame));
+    assert!(5 * short < 4 * long, "{short} {long}");
+    // Lengths of the three rows together, of their gradients and of gamma do not turn.
+    let mut form = joint_form(&tied());
+    let mut random = Random(413);
+    for _ in 0..5 {
+        let working = stand.consistent(&mut random, 0.1);
+        let mut state = vec![f64::NAN; form.groups().len()];
+        form.state_of(&working, &mut state);
+        let coordinates = &straight.coordinates;
+        let mut inputs = vec![0.0; coordinates.input_count];
+        (0..coordinates.motion).for_each(|k| inputs[coordinates.slot_of(k)] = state[k]);
+        let found = [&straight, &in_frame].map(|written| {
+            let columns = coordinates.columns;
+            let chosen = || rows.iter().map(|row| &written.rows[*row]);
+            let mut nodes: Vec<Node> = chosen().map(|row| row.value).collect();
+            nodes.extend(chosen().map(|row| row.gamma));
+            nodes.extend(chosen().flat_map(|row| row.jacobian.iter().map(|(_, slope)| *slope)));
+            let places: Vec<usize> = chosen().flat_map(|row| row.jacobian.iter().map(|(column, _)| *column)).collect();
+            let mut evaluator = Evaluator::new(&written.graph, &nodes);
+            let outputs = evaluator.run(&inputs, &model.sets).unwrap();
+            assert!(outputs[..3].iter().all(|value| value.abs() < 1e-13));
+            let mut squares = vec![0.0; columns + 1];
+            squares[columns] = outputs[3..6].iter().map(|x| x * x).sum();
+            places.iter().zip(&outputs[6..]).for_each(|(column, slope)| squares[*column] += slope * slope);
+            squares
+        });
+        assert!(difference(&found[0], &found[1]) < 1e-11, "{found:?}");
+    }
 }

@@ -196,11 +196,11 @@ impl<'l> Writer<'l> {
             inst::movq_rm::<Numbered>::new(R12, RSI).encode(self.code);
             self.base = RBX;
         }
-        for at in 0..self.list.len() {
+        for (at, stored) in stored.iter().enumerate() {
             let result = self.instruction(at);
             let value = at as u32;
             self.next_use[at] = self.first_use[at];
-            if stored[at] {
+            if *stored {
                 self.save(value, result);
             }
             if self.first_use[at] != NEVER {

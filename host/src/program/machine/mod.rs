@@ -43,7 +43,7 @@ pub struct MachineCode {
 #[expect(dead_code, reason = "held, not read")]
 enum Memory {
     Assembled(assembler::Memory),
-    Cranelift(cranelift::Memory),
+    Cranelift(Box<cranelift::Memory>),
 }
 
 /// Functions by list, the size of their code in bytes, and what they lie in.
@@ -71,7 +71,7 @@ impl MachineCode {
     /// By Cranelift, with functions of `piece` operations.
     pub(super) fn in_pieces(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Self, MachineError> {
         let (lists, bytes, memory) = cranelift::make(program, cancel, piece)?;
-        Ok(Self::new(program, lists, bytes, Memory::Cranelift(memory)))
+        Ok(Self::new(program, lists, bytes, Memory::Cranelift(Box::new(memory))))
     }
 
     fn new(program: &Program, lists: Vec<Vec<Piece>>, bytes: usize, memory: Memory) -> Self {

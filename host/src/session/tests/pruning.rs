@@ -182,7 +182,7 @@ fn what_no_output_asks_for_is_not_solved_for() {
     assert_eq!(apart(&asked, &all), 0.0);
     assert_eq!(saved(&text, "on-demand").as_deref(), Some("11 solutions"));
     // Rates at samples are solved with the factor of the projection before; those on steps' ends are known.
-    assert!(asked.summary.factorisations < all.summary.factorisations);
+    assert_eq!(asked.summary.factorisations, all.summary.factorisations);
 }
 
 #[test]
@@ -206,4 +206,15 @@ fn interpolation_is_prepared_only_where_an_output_time_lies_inside_a_step() {
     assert_eq!(few.steps, many.steps);
     // Three stages more for the polynomial of dop853.
     assert_eq!(many.evaluations, few.evaluations + 3 * few.steps);
+}
+
+#[test]
+fn violations_are_looked_at_in_some_states_only() {
+    let text = scenes::four_bar(1.1);
+    let [some, all] = [run(&text), run(&without(&text, "\"audit\""))];
+    assert_eq!(some.columns, all.columns);
+    let violation = |report: &RunReport| report.summary.audit.position_violation;
+    assert!(0.0 < violation(&some) && violation(&some) <= violation(&all), "{} {}", violation(&some), violation(&all));
+    assert_eq!(some.summary.audit.energy_error_relative, all.summary.audit.energy_error_relative);
+    assert!(saved(&text, "audit").is_some() && saved(&without(&text, "\"audit\""), "audit").is_none());
 }

@@ -1,0 +1,91 @@
+//! Interpolation through a singular position against the functions it goes through.
+
+use super::super::passage::{Passage, Passing};
+use super::*;
+
+/// A point on a line, `(x, v)`, singular at `x = 0.02`. Remembers how near it was asked.
+struct Line {
+    nearest: f64,
+}
+
+const SINGULAR: f64 = 0.02;
+
+impl Passing for Line {
+    fn fastest(&self, state: &[f64]) -> f64 {
+        state[1].abs()
+    }
+
+    fn shift(&self, state: &[f64], s: f64, moved: &mut [f64]) {
+        moved.copy_from_slice(&[state[0] + s * state[1], state[1]]);
+    }
+
+    fn share(&mut self, _: f64, state: &[f64]) -> Result<f64, AnalysisError> {
+        Ok((state[0] - SINGULAR).abs())
+    }
+}
+
+#[test]
+fn what_is_smooth_is_found_from_both_sides() {
+    for velocity in [-7.0, 0.3] {
+        for x in [SINGULAR, SINGULAR + 1e-9, SINGULAR - 0.03, SINGULAR + 0.06] {
+            let mut line = Line { nearest: 1.0 };
+            let mut found = [0.0; 2];
+            let mut passage = Passage::new(2, 2);
+            let passed = passage.interpolate(&mut line, 3.0, &[x, velocity], &mut found, |line, t, place, answer| {
+                line.nearest = line.nearest.min((place[0] - SINGULAR).abs());
+                // The nearest singularity in the complex plane is at a distance of 1.
+                answer.copy_from_slice(&[1.0 / (1.0 + (place[0] - SINGULAR).powi(2)), t]);
+                Ok(())
+            });
+            assert!(passed.unwrap());
+            let off = (found[0] - 1.0 / (1.0 + (x - SINGULAR).powi(2))).abs();
+            assert!(off < 3e-11, "{off:e} at {x}");
+            assert!((found[1] - 3.0).abs() < 1e-13, "time {}", found[1]);
+            assert!(line.nearest > 0.069, "asked at {}", line.nearest);
+        }
+    }
+}
+
+#[test]
+fn what_does_not_move_does_not_pass() {
+    let mut found = [0.0; 2];
+    let never = |_: &mut Line, _: f64, _: &mut [f64], _: &mut [f64]| panic!("asked");
+    let passed = Passage::new(2, 2).interpolate(&mut Line { nearest: 1.0 }, 0.0, &[SINGULAR, 0.0], &mut found, never);
+    assert!(!passed.unwrap());
+}
+
+#[test]
+fn a_flat_four_bar_accelerates_as_its_neighbours_do() {
+    // Interpolated next to the flat position, solved where that is sound: a parallelogram with its cranks at an angle q moves
+    // like one mass, q'' = -(m_left + m_right) / 2 + m_coupler over (2 J + m_coupler) g cos q.
+    let mut stand = stand(&scenes::four_bar(1.1));
+    for (angle, bound) in [(0.3, 1e-11), (0.1, 1e-10), (0.03, 5e-9), (1e-3, 5e-9), (1e-7, 5e-9), (-0.02, 5e-9)] {
+        let mut state = prepared(&scenes::four_bar(1.1)).assembly.working;
+        let (s, c) = f64::sin_cos(angle);
+        let (turn, cranks) = (f64::sin_cos(0.5 * angle), [[0.0, 0.0], [1.0, 0.0]]);
+        for (body, [x, y]) in cranks.into_iter().enumerate() {
+            let at = 13 * body;
+            state[at..at + 7].copy_from_slice(&[x + 0.5 * c, y + 0.5 * s, 0.0, turn.1, 0.0, 0.0, turn.0]);
+            state[at + 7..at + 13].copy_from_slice(&[-s, c, 0.0, 0.0, 0.0, 2.0]);
+        }
+        state[26..33].copy_from_slice(&[0.5 + c, s, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        state[33..39].copy_from_slice(&[-2.0 * s, 2.0 * c, 0.0, 0.0, 0.0, 0.0]);
+        stand.form.next_step(TIME, &state).unwrap();
+        let mut rates = vec![0.0; state.len()];
+        stand.form.rates(TIME, &state, &mut rates).unwrap();
+        let (mass, inertia) = (1.5, 0.1 + 1.5 * 0.25);
+        let expected = -2.0 * mass * 9.81 * c / (2.0 * inertia + mass);
+        for at in [12, 25] {
+            let off = (rates[at] - expected).abs();
+            assert!(off < bound, "{angle}: {} is off by {off:e}", rates[at]);
+        }
+        let inputs = stand.inputs(&state);
+        let off = (stand.accelerations(&inputs)[5] - expected).abs();
+        assert!(off < bound, "{angle}: reported off by {off:e}");
+        let mut projected = state.clone();
+        stand.form.project(TIME, &mut projected).unwrap();
+        assert!(difference(&projected, &state) < bound, "{angle}: moved by {:e}", difference(&projected, &state));
+    }
+    // Rates and reports, at the two nearest at least.
+    assert!(stand.form.counters().interpolated >= 4, "{:?}", stand.form.counters());
+}

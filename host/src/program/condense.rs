@@ -1,0 +1,451 @@
+//! [`condense`]: the same numbers by fewer operations.
+//!
+//! While a graph is built, operations are shared where they are equal as written. Here sums and products are taken as wholes,
+//! whatever the order they were written in: equal terms are collected, factors that several terms of a sum have are taken out
+//! of it, pairs that several sums or several products have are computed once (the greedy heuristic of kernel extraction,
+//! Brayton & McMullen 1982; for pairs Hosangadi, Fallah & Kastner 2006). Round-off changes, the numbers do not. What does not
+//! save is not done.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashMap;
+
+use super::graph::{Expr, Graph, Node};
+use super::rewrite::Rewriting;
+
+/// Nodes beyond which a program is left as it is: looking at it would take longer than is saved.
+const LARGEST: usize = 30_000;
+/// Terms of a sum, or factors of a product, beyond which its pairs are not looked at.
+const MOST_TERMS: usize = 64;
+/// Times that pairs are looked for in what came out; later ones find next to nothing.
+const ROUNDS: usize = 2;
+
+/// A graph with the same outputs by fewer operations, and these outputs in it.
+#[must_use]
+pub fn condense(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
+    let mut best = (graph.clone(), outputs.to_vec());
+    let mut least = graph.live(outputs).len();
+    if least > LARGEST {
+        return best;
+    }
+    for pass in [factored, paired] {
+        let (mut found, nodes) = pass(&best.0, &best.1);
+        let count = found.live(&nodes).len();
+        if count < least {
+            found.requested = graph.requested;
+            (best, least) = ((found, nodes), count);
+        }
+    }
+    best
+}
+
+/// What a node is part of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Additive,
+    Multiplicative,
+    Other,
+}
+
+/// Live nodes, and which of them are parts of larger sums and products only.
+struct Wholes<'g> {
+    graph: &'g Graph,
+    live: Vec<Node>,
+    /// By node: whether it is inside of its only user.
+    inside: Vec<bool>,
+    /// By node: whether its only user is (part of) a sum.
+    in_sum: Vec<bool>,
+}
+
+impl<'g> Wholes<'g> {
+    fn new(graph: &'g Graph, outputs: &[Node]) -> Self {
+        let live = graph.live(outputs);
+        let size = live.last().map_or(0, |node| node.0 as usize + 1);
+        let mut users = vec![0_u32; size];
+        let mut user_kind = vec![Kind::Other; size];
+        for node in &live {
+            let kind = kind(graph, *node);
+            graph.operands(*node, |operand| {
+                users[operand.0 as usize] += 1;
+                user_kind[operand.0 as usize] = kind;
+            });
+        }
+        outputs.iter().for_each(|node| users[node.0 as usize] += 2);
+        let only = |node: &Node, of: Kind| users[node.0 as usize] == 1 && user_kind[node.0 as usize] == of;
+        let (mut inside, mut in_sum) = (vec![false; size], vec![false; size]);
+        for node in &live {
+            in_sum[node.0 as usize] = only(node, Kind::Additive);
+            inside[node.0 as usize] = match kind(graph, *node) {
+                Kind::Other => false,
+                own => only(node, own),
+            };
+        }
+        Self { graph, live, inside, in_sum }
+    }
+
+    fn is_inside(&self, node: Node) -> bool {
+        self.inside[node.0 as usize]
+    }
+
+    /// The terms of a sum, with their signs.
+    fn terms(&self, whole: Node) -> Vec<(Node, f64)> {
+        let mut list = Vec::new();
+        let mut open = vec![(whole, 1.0)];
+        while let Some((node, sign)) = open.pop() {
+            let mut add = |operand: Node, sign: f64| {
+                if self.is_inside(operand) && kind(self.graph, operand) == Kind::Additive {
+                    open.push((operand, sign));
+                } else {
+                    list.push((operand, sign));
+                }
+            };
+            match self.graph.expr(node) {
+                Expr::Add(a, b) => {
+                    add(a, sign);
+                    add(b, sign);
+                }
+                Expr::Sub(a, b) => {
+                    add(a, sign);
+                    add(b, -sign);
+                }
+                Expr::Neg(a) => add(a, -sign),
+                _ => {}
+            }
+        }
+        list.sort_by_key(|(node, _)| *node);
+        list
+    }
+
+    /// The factors of a product.
+    fn factors(&self, whole: Node) -> Vec<Node> {
+        let mut list = Vec::new();
+        let mut open = vec![whole];
+        while let Some(node) = open.pop() {
+            if let Expr::Mul(a, b) = self.graph.expr(node) {
+                for operand in [a, b] {
+                    if self.is_inside(operand) && kind(self.graph, operand) == Kind::Multiplicative {
+                        open.push(operand);
+                    } else {
+                        list.push(operand);
+                    }
+                }
+            }
+        }
+        list.sort_unstable();
+        list
+    }
+}
+
+fn kind(graph: &Graph, node: Node) -> Kind {
+    match graph.expr(node) {
+        Expr::Add(..) | Expr::Sub(..) | Expr::Neg(_) => Kind::Additive,
+        Expr::Mul(..) => Kind::Multiplicative,
+        _ => Kind::Other,
+    }
+}
+
+/// A term of a sum: coefficient times factors.
+#[derive(Debug, Clone)]
+struct Term {
+    coefficient: f64,
+    /// Ascending.
+    factors: Vec<Node>,
+}
+
+/// Equal terms collected, common factors taken out of sums.
+fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
+    let wholes = Wholes::new(graph, outputs);
+    let mut g = Graph::with_places(graph.places.clone());
+    g.writing = graph.writing;
+    let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
+    for node in &wholes.live {
+        let made = match kind(graph, *node) {
+            Kind::Additive if wholes.is_inside(*node) => continue,
+            Kind::Multiplicative if wholes.is_inside(*node) || wholes.in_sum[node.0 as usize] => continue,
+            Kind::Additive => {
+                let terms = wholes.terms(*node).into_iter();
+                let terms = terms.map(|(term, sign)| split(&mut g, &wholes, &rewriting, term, sign)).collect();
+                sum_of(&mut g, terms)
+            }
+            Kind::Multiplicative => {
+                let term = split(&mut g, &wholes, &rewriting, *node, 1.0);
+                product_of(&mut g, &term)
+            }
+            Kind::Other => rewriting.one(&mut g, *node),
+        };
+        rewriting.replace(*node, made);
+    }
+    let outputs = outputs.iter().map(|node| rewriting.known(*node)).collect();
+    (g, outputs)
+}
+
+/// A term with its factors in the new graph.
+fn split(g: &mut Graph, wholes: &Wholes<'_>, rewriting: &Rewriting<'_>, term: Node, sign: f64) -> Term {
+    let own = kind(wholes.graph, term) == Kind::Multiplicative && !rewriting.knows(term);
+    let old = if own { wholes.factors(term) } else { vec![term] };
+    let mut coefficient = sign;
+    let mut factors = Vec::with_capacity(old.len());
+    for factor in old {
+        let mut factor = rewriting.known(factor);
+        if let Expr::Neg(inner) = g.expr(factor) {
+            coefficient = -coefficient;
+            factor = inner;
+        }
+        match g.value(factor) {
+            Some(value) => coefficient *= value,
+            None => factors.push(factor),
+        }
+    }
+    factors.sort_unstable();
+    Term { coefficient, factors }
+}
+
+fn product_of(g: &mut Graph, term: &Term) -> Node {
+    let mut factors = term.factors.iter();
+    let Some(first) = factors.next() else { return g.constant(term.coefficient) };
+    let product = factors.fold(*first, |product, factor| g.mul(product, *factor));
+    let coefficient = g.constant(term.coefficient);
+    g.mul(coefficient, product)
+}
+
+/// A sum, with the factors that most of its terms have taken out first.
+fn sum_of(g: &mut Graph, terms: Vec<Term>) -> Node {
+    let mut collected: BTreeMap<Vec<Node>, f64> = BTreeMap::new();
+    for term in terms {
+        *collected.entry(term.factors).or_default() += term.coefficient;
+    }
+    let mut terms: Vec<Term> =
+        collected.into_iter().map(|(factors, coefficient)| Term { coefficient, factors }).collect();
+    terms.retain(|term| term.coefficient != 0.0);
+    let mut parts: Vec<Node> = Vec::new();
+    while let Some(common) = most_common(&terms) {
+        let (with, without): (Vec<Term>, Vec<Term>) = terms.into_iter().partition(|term| common.divides(term));
+        let rest = with.into_iter().map(|term| common.taken_from(term)).collect();
+        let sum = sum_of(g, rest);
+        let factor = match common {
+            Common::Factor(node) => node,
+            Common::Number(bits) => g.constant(f64::from_bits(bits)),
+        };
+        parts.push(g.mul(factor, sum));
+        terms = without;
+    }
+    parts.extend(terms.iter().map(|term| product_of(g, term)));
+    // Negative parts are subtracted; a sum of nothing but these is one negation.
+    parts.sort_by_key(|part| matches!(g.expr(*part), Expr::Neg(_)));
+    let zero = g.constant(0.0);
+    parts.into_iter().reduce(|sum, part| g.add(sum, part)).unwrap_or(zero)
+}
+
+/// What several terms of a sum have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Common {
+    Factor(Node),
+    /// The size of the coefficient, by its bits.
+    Number(u64),
+}
+
+impl Common {
+    fn divides(self, term: &Term) -> bool {
+        match self {
+            Self::Factor(node) => term.factors.contains(&node),
+            Self::Number(bits) => term.coefficient.abs().to_bits() == bits && !term.factors.is_empty(),
+        }
+    }
+
+    fn taken_from(self, mut term: Term) -> Term {
+        match self {
+            Self::Factor(node) => {
+                if let Some(at) = term.factors.iter().position(|factor| *factor == node) {
+                    term.factors.remove(at);
+                }
+            }
+            Self::Number(_) => term.coefficient = term.coefficient.signum(),
+        }
+        term
+    }
+}
+
+/// What most terms have, if at least two have it; among equals what was computed first.
+fn most_common(terms: &[Term]) -> Option<Common> {
+    let mut counts: BTreeMap<Common, usize> = BTreeMap::new();
+    for term in terms {
+        for (k, factor) in term.factors.iter().enumerate() {
+            if k == 0 || term.factors[k - 1] != *factor {
+                *counts.entry(Common::Factor(*factor)).or_default() += 1;
+            }
+        }
+        let size = term.coefficient.abs();
+        if size.is_finite() && size != 1.0 && !term.factors.is_empty() {
+            *counts.entry(Common::Number(size.to_bits())).or_default() += 1;
+        }
+    }
+    let mut most = None;
+    let mut least = 1;
+    for (common, count) in counts {
+        if count > least {
+            (most, least) = (Some(common), count);
+        }
+    }
+    most
+}
+
+/// A part of sums or products: an old node, or a pair that was made.
+type Part = usize;
+
+/// Two parts of a sum, the second with a sign against the first, or two factors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+struct Pair {
+    first: Part,
+    second: Part,
+    opposite: bool,
+}
+
+/// Sums, or products, of which pairs are made.
+struct Pairing {
+    /// Parts with signs, ascending by part, by whole.
+    wholes: Vec<Vec<(Part, bool)>>,
+    made: Vec<Pair>,
+    /// Parts below are old nodes.
+    first_made: usize,
+}
+
+impl Pairing {
+    /// Makes the pairs that several wholes have, the most frequent first.
+    fn make(&mut self) {
+        for _ in 0..ROUNDS {
+            let mut found: Vec<(Pair, u32)> = Vec::new();
+            for (number, whole) in self.wholes.iter().enumerate().filter(|(_, whole)| whole.len() <= MOST_TERMS) {
+                for (k, first) in whole.iter().enumerate() {
+                    for second in &whole[k + 1..] {
+                        let pair = Pair { first: first.0, second: second.0, opposite: first.1 != second.1 };
+                        found.push((pair, number as u32));
+                    }
+                }
+            }
+            found.sort_unstable();
+            found.dedup();
+            let groups = found.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1);
+            let mut several: Vec<(Pair, Vec<u32>)> =
+                groups.map(|group| (group[0].0, group.iter().map(|(_, number)| *number).collect())).collect();
+            several.sort_unstable_by(|a, b| b.1.len().cmp(&a.1.len()).then(a.0.cmp(&b.0)));
+            let before = self.made.len();
+            for (pair, places) in several {
+                // Pairs made just now may have used one of its parts up.
+                let has = |number: &u32| pair_in(&self.wholes[*number as usize], pair).is_some();
+                let left: Vec<u32> = places.into_iter().filter(has).collect();
+                if left.len() > 1 {
+                    let part = self.first_made + self.made.len();
+                    self.made.push(pair);
+                    left.into_iter().for_each(|number| replace(&mut self.wholes[number as usize], pair, part));
+                }
+            }
+            if self.made.len() == before {
+                return;
+            }
+        }
+    }
+}
+
+/// Where the parts of a pair are in a whole.
+fn pair_in(whole: &[(Part, bool)], pair: Pair) -> Option<(usize, usize)> {
+    for (k, first) in whole.iter().enumerate().filter(|(_, first)| first.0 == pair.first) {
+        let second = whole[k + 1..].iter().position(|x| x.0 == pair.second && (x.1 != first.1) == pair.opposite);
+        if let Some(second) = second {
+            return Some((k, k + 1 + second));
+        }
+    }
+    None
+}
+
+fn replace(whole: &mut Vec<(Part, bool)>, pair: Pair, part: Part) {
+    if let Some((first, second)) = pair_in(whole, pair) {
+        let sign = whole[first].1;
+        whole.remove(second);
+        whole.remove(first);
+        // The newest part has the largest number.
+        whole.push((part, sign));
+    }
+}
+
+/// Pairs that several sums or several products have, computed once.
+fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
+    let wholes = Wholes::new(graph, outputs);
+    let first_made = wholes.inside.len();
+    let empty = || Pairing { wholes: Vec::new(), made: Vec::new(), first_made };
+    let (mut sums, mut products) = (empty(), empty());
+    let mut number_of: FxHashMap<Node, usize> = FxHashMap::default();
+    for node in wholes.live.iter().filter(|node| !wholes.is_inside(**node)) {
+        let (pairing, parts): (_, Vec<(Part, bool)>) = match kind(graph, *node) {
+            Kind::Other => continue,
+            Kind::Additive => {
+                let terms = wholes.terms(*node).into_iter();
+                (&mut sums, terms.map(|(term, sign)| (term.0 as usize, sign < 0.0)).collect())
+            }
+            Kind::Multiplicative => {
+                (&mut products, wholes.factors(*node).into_iter().map(|factor| (factor.0 as usize, false)).collect())
+            }
+        };
+        number_of.insert(*node, pairing.wholes.len());
+        pairing.wholes.push(parts);
+    }
+    sums.make();
+    products.make();
+    let mut g = Graph::with_places(graph.places.clone());
+    g.writing = graph.writing;
+    let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
+    let (mut known_sums, mut known_products) = (vec![None; sums.made.len()], vec![None; products.made.len()]);
+    for node in &wholes.live {
+        let made = match kind(graph, *node) {
+            Kind::Other => rewriting.one(&mut g, *node),
+            _ if wholes.is_inside(*node) => continue,
+            Kind::Additive => {
+                let mut parts = sums.wholes[number_of[node]].clone();
+                parts.sort_by_key(|(_, negative)| *negative);
+                let mut total = g.constant(0.0);
+                for (part, negative) in parts {
+                    let part = write(&mut g, &rewriting, &sums, &mut known_sums, part, true);
+                    total = if negative { g.sub(total, part) } else { g.add(total, part) };
+                }
+                total
+            }
+            Kind::Multiplicative => {
+                let mut total = g.constant(1.0);
+                for (part, _) in &products.wholes[number_of[node]] {
+                    let part = write(&mut g, &rewriting, &products, &mut known_products, *part, false);
+                    total = g.mul(total, part);
+                }
+                total
+            }
+        };
+        rewriting.replace(*node, made);
+    }
+    let outputs = outputs.iter().map(|node| rewriting.known(*node)).collect();
+    (g, outputs)
+}
+
+/// The node of a part. Pairs are made of parts with smaller numbers.
+fn write(
+    g: &mut Graph,
+    rewriting: &Rewriting<'_>,
+    pairing: &Pairing,
+    known: &mut [Option<Node>],
+    part: Part,
+    sum: bool,
+) -> Node {
+    if part < pairing.first_made {
+        return rewriting.known(Node(part as u32));
+    }
+    if let Some(node) = known[part - pairing.first_made] {
+        return node;
+    }
+    let pair = pairing.made[part - pairing.first_made];
+    let first = write(g, rewriting, pairing, known, pair.first, sum);
+    let second = write(g, rewriting, pairing, known, pair.second, sum);
+    let node = match (sum, pair.opposite) {
+        (true, false) => g.add(first, second),
+        (true, true) => g.sub(first, second),
+        (false, _) => g.mul(first, second),
+    };
+    known[part - pairing.first_made] = Some(node);
+    node
+}

@@ -1,0 +1,185 @@
+//! Positions where constraints lose rank: passed in both formulations, at every tolerance, on the branch the motion is on.
+
+use odyn::results::Table;
+use odyn::session::{RunReport, Session};
+
+use crate::support::{Scratch, column, options, root};
+
+const FORMULATIONS: [&str; 2] = ["joint", "cartesian"];
+
+/// A run that reaches its end, whatever its checks say.
+#[track_caller]
+fn finished(path: &std::path::Path, formulation: &str, tolerance: f64) -> RunReport {
+    let sets = [format!("simulation.formulation={formulation}"), format!("simulation.tolerance={tolerance:e}")];
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let session = Session::open(path, &options(&sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+    let summary = &report.summary;
+    assert_eq!(summary.status, odyn::results::Status::Completed, "{formulation} {tolerance:e}: {}", summary.reason);
+    let audit = &summary.audit;
+    assert!(audit.position_violation < 1e-12, "{formulation} {tolerance:e}: {audit:?}");
+    assert!(audit.velocity_violation < 1e-10, "{formulation} {tolerance:e}: {audit:?}");
+    assert!(audit.energy_error_relative < 20.0 * tolerance + 1e-12, "{formulation} {tolerance:e}: {audit:?}");
+    report
+}
+
+/// The error follows the tolerance down to 1e-10, where round-off at the places of interpolation and over the many steps is
+/// left.
+#[track_caller]
+fn four_bars(count: usize, formulations: &[&str], tolerances: &[f64]) {
+    let table = Table::read(&root().join(format!("tests/reference/A02_N{count}.csv"))).unwrap();
+    let path = root().join(format!("scenes/benchmarks/A02_N{count}.toml"));
+    for formulation in formulations {
+        let mut interpolated = 0;
+        for tolerance in tolerances {
+            let report = finished(&path, formulation, *tolerance);
+            for name in ["B0x", "B0y"] {
+                let k = table.names.iter().position(|other| other == name).unwrap();
+                let pairs = column(&report, name).iter().zip(&table.columns[k]);
+                let off = pairs.map(|(ours, exact)| (ours - exact).abs()).fold(0.0, f64::max);
+                assert!(off < 1000.0 * tolerance + 1e-10, "N = {count}, {formulation} {tolerance:e}: {name} {off:e}");
+            }
+            interpolated += report.summary.interpolated;
+        }
+        assert!(interpolated > 0, "N = {count}, {formulation}: nothing singular was met");
+    }
+}
+
+#[test]
+fn one_four_bar_at_every_tolerance() {
+    four_bars(1, &FORMULATIONS, &[1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12]);
+}
+
+#[test]
+fn two_four_bars_at_every_tolerance() {
+    four_bars(2, &FORMULATIONS, &[1e-4, 1e-6, 1e-8, 1e-10, 1e-12]);
+}
+
+#[test]
+fn forty_four_bars_that_lose_forty_ranks() {
+    four_bars(40, &["joint"], &[1e-6, 1e-9, 1e-12]);
+}
+
+fn body(name: &str, at: [f64; 2], more: &str) -> String {
+    let [x, y] = at;
+    format!(
+        "[[body]]\nname = \"{name}\"\nmass = 1.3\ninertia = [0.1, 0.12, 0.15]\nposition = [{x:?}, {y:?}, 0]\n{more}\n"
+    )
+}
+
+fn joint(name: &str, kind: &str, i: &str, j: &str, at: [f64; 2], axis: [f64; 3]) -> String {
+    let [x, y] = at;
+    format!(
+        "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = [\"{i}\", \"{j}\"]\npoint = [{x:?}, {y:?}, 0]\n\
+         axis = {axis:?}\n"
+    )
+}
+
+fn output(name: &str, quantity: &str, of: &str, component: &str) -> String {
+    format!("[[output]]\nname = \"{name}\"\nquantity = \"{quantity}\"\nof = \"{of}\"\n{component}\n")
+}
+
+fn settings(gravity: f64, t_end: f64) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, {gravity:?}, 0]\nt_end = {t_end:?}\n\
+         output_step = 0.05\n"
+    )
+}
+
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Runs in both formulations agree with the tightest one to within their tolerance; gives that one.
+#[track_caller]
+fn converges(text: &str, names: &[&str]) -> RunReport {
+    let folder = Scratch::new();
+    let path = folder.file("scene.toml", text);
+    let tightest = finished(&path, "joint", 1e-13);
+    for formulation in FORMULATIONS {
+        for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
+            let report = finished(&path, formulation, tolerance);
+            for name in names {
+                let pairs = column(&report, name).iter().zip(column(&tightest, name));
+                let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(off < 1000.0 * tolerance + 1e-9, "{formulation} {tolerance:e}: {name} {off:e}");
+            }
+        }
+    }
+    tightest
+}
+
+/// A crank and a rod of equal length: with the crank upright the slider is at the crank's pivot, and could stay there. It
+/// goes on, x = 2 cos q.
+#[test]
+fn a_slider_crank_of_equal_lengths() {
+    let (s, c) = 0.7_f64.sin_cos();
+    let text = settings(0.0, 6.0)
+        + &body("crank", [0.5 * c, 0.5 * s], "angular_velocity = [0, 0, 2.3]")
+        + &body("rod", [1.5 * c, 0.5 * s], "")
+        + &body("slider", [2.0 * c, 0.0], "")
+        + &joint("A", "revolute", "ground", "crank", [0.0, 0.0], Z)
+        + &joint("B", "revolute", "crank", "rod", [c, s], Z)
+        + &joint("C", "revolute", "rod", "slider", [2.0 * c, 0.0], Z)
+        + &joint("rail", "translational", "ground", "slider", [2.0 * c, 0.0], [1.0, 0.0, 0.0])
+        + &output("x", "position", "slider", "component = \"x\"")
+        + &output("c", "position", "crank", "component = \"x\"")
+        + &output("q_t", "angular_velocity", "crank", "component = \"z\"");
+    let report = converges(&text, &["x", "c", "q_t"]);
+    assert!(report.summary.interpolated > 0);
+    let (m, j) = (1.3, 0.15);
+    let twice_energy = |cosine: f64, speed: f64| {
+        let square = 1.0 - cosine * cosine;
+        (0.25 * m + j + m * (2.25 * square + 0.25 * cosine * cosine) + j + m * 4.0 * square) * speed * speed
+    };
+    let start = twice_energy(c, 2.3);
+    let [xs, centres, speeds] = ["x", "c", "q_t"].map(|name| column(&report, name));
+    for ((x, centre), speed) in xs.iter().zip(centres).zip(speeds) {
+        let cosine = 2.0 * centre;
+        assert!((x - 2.0 * cosine).abs() < 1e-11, "the slider is at {x}, the crank's end at {cosine}");
+        assert!((twice_energy(cosine, *speed) - start).abs() < 1e-10 * start && *speed > 0.0);
+    }
+    assert!(xs.iter().any(|x| *x < -1.9), "it came to the other side");
+}
+
+/// The shortest link and the longest are as long together as the two others: with all links in line the rocker can go on
+/// either way.
+#[test]
+fn a_four_bar_with_a_change_point() {
+    let root5 = 5.0_f64.sqrt();
+    let end = [2.0 + 2.0 / root5, 1.0 + 4.0 / root5];
+    let middle = |a: [f64; 2], b: [f64; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    let (pivot, far, tip) = ([0.0, 0.0], [4.0, 0.0], [0.0, 2.0]);
+    let text = settings(0.0, 6.0)
+        + &body("crank", middle(pivot, tip), "angular_velocity = [0, 0, 3]")
+        + &body("coupler", middle(tip, end), "")
+        + &body("rocker", middle(far, end), "")
+        + &joint("A", "revolute", "ground", "crank", pivot, Z)
+        + &joint("B", "revolute", "crank", "coupler", tip, Z)
+        + &joint("C", "revolute", "coupler", "rocker", end, Z)
+        + &joint("D", "revolute", "ground", "rocker", far, Z)
+        + &output("y", "position", "rocker", "component = \"y\"")
+        + &output("c", "position", "crank", "component = \"x\"");
+    let report = converges(&text, &["y", "c"]);
+    assert!(report.summary.interpolated > 0);
+    // On the same branch throughout, the rocker passes its line of centres each time that the crank does.
+    let y = column(&report, "y");
+    assert!(y.iter().any(|y| *y > 1.0) && y.iter().any(|y| *y < -1.0), "the rocker crosses over");
+}
+
+/// Three revolutes in series whose first and last axes come to lie in one line: the constraints of the gimbals keep their
+/// rank, and so do the joint coordinates, since each ring has an inertia.
+#[test]
+fn gimbals_through_their_lock() {
+    let o = [0.0, 0.0];
+    let text = settings(-9.81, 4.0)
+        + &body("outer", o, "angular_velocity = [0, 0, 0.3]")
+        + &body("inner", o, "angular_velocity = [0, 2, 0.3]")
+        + &body("rotor", o, "angular_velocity = [1.5, 2, 0.3]")
+        + &joint("A", "revolute", "ground", "outer", o, Z)
+        + &joint("B", "revolute", "outer", "inner", o, [0.0, 1.0, 0.0])
+        + &joint("C", "revolute", "inner", "rotor", o, [1.0, 0.0, 0.0])
+        + &output("x", "position", "rotor", "point = [1, 0, 0]\ncomponent = \"x\"")
+        + &output("z", "position", "rotor", "point = [0, 1, 0]\ncomponent = \"z\"");
+    let report = converges(&text, &["x", "z"]);
+    let x = column(&report, "x");
+    assert!(x.iter().any(|x| *x < 0.0), "the axis of the rotor passed that of the outer ring");
+}
