@@ -121,7 +121,9 @@ fn unknown_savings_are_refused_with_the_nearest_name() {
     let diagnostic = &error.diagnostics[0];
     assert_eq!(diagnostic.message, "there is no saving `plenar`");
     assert!(diagnostic.help.iter().any(|line| line == "did you mean `planar`?"), "{:?}", diagnostic.help);
-    assert!(diagnostic.help.iter().any(|line| line.contains("planar, kinematic, row-choice, on-demand, audit, events")));
+    assert!(
+        diagnostic.help.iter().any(|line| line.contains("planar, kinematic, row-choice, on-demand, audit, events"))
+    );
 }
 
 /// A driven slider-crank: crank 0.3 m, rod 0.8 m, a strut that the slider pushes.
