@@ -10,7 +10,7 @@ use super::joint_engines::{Function, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms, work};
-use super::passage::{Passage, Passing};
+use super::passage::{self, Passage, Passing, Refusing};
 use super::working::{
     APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE, SICK_TREE,
     WorkingForm, normalise, parameter_rates,
@@ -64,8 +64,6 @@ pub struct JointForm {
     careful: bool,
     stage: Vec<f64>,
     passage: Passage,
-    /// Scratch: what brings a state to the constraints.
-    correction: Vec<f64>,
     counters: Counters,
     /// The equations, for their derivatives.
     equations: JointEquations,
@@ -104,7 +102,6 @@ impl JointForm {
             row_names: bodies.row_names().to_vec(),
             stage: vec![0.0; coordinates.motion + layout.states + 1],
             passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
-            correction: vec![0.0; coordinates.motion + layout.states + 1],
             choice: plan.independent.len() < plan.rows.len(),
             least_health: if chosen.is_empty() { SICK_TREE } else { plan.start_health * SICK_SHARE },
             start_health: plan.start_health,
@@ -275,83 +272,6 @@ impl JointForm {
         size
     }
 
-    fn normalise(&self, state: &mut [f64]) {
-        for rotation in &self.coordinates.rotations {
-            normalise(&mut state[rotation.position..rotation.position + 4]);
-        }
-    }
-
-    /// Brings positions and velocities to the constraints; with `keep_away`, refused next to a singular position.
-    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
-        self.normalise(state);
-        if self.safe.rows.is_empty() {
-            return Ok(());
-        }
-        self.project_positions(t, state, keep_away)?;
-        self.correct_velocities()?;
-        for line in &self.coordinates.lines {
-            state[line.velocity] += self.accelerations[line.column];
-        }
-        for rotation in &self.coordinates.rotations {
-            for k in 0..3 {
-                state[rotation.velocity + k] += self.accelerations[rotation.column + k];
-            }
-        }
-        Ok(())
-    }
-
-    /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
-    fn rates_plainly(
-        &mut self,
-        t: f64,
-        state: &[f64],
-        rates: &mut [f64],
-        keep_away: bool,
-    ) -> Result<(), AnalysisError> {
-        self.load(t, state);
-        let used = self.solve_dynamics()?;
-        if used == Used::Safe && keep_away && self.is_singular(NEAR_SINGULAR) {
-            return Err(AnalysisError::NextToSingular);
-        }
-        for line in &self.coordinates.lines {
-            rates[line.position] = state[line.velocity];
-            rates[line.velocity] = self.accelerations[line.column];
-        }
-        for rotation in &self.coordinates.rotations {
-            let p = &state[rotation.position..rotation.position + 4];
-            let w = &state[rotation.velocity..rotation.velocity + 3];
-            let turn = parameter_rates([p[0], p[1], p[2], p[3]], [w[0], w[1], w[2]]);
-            rates[rotation.position..rotation.position + 4].copy_from_slice(&turn);
-            let spin = &self.accelerations[rotation.column..rotation.column + 3];
-            rates[rotation.velocity..rotation.velocity + 3].copy_from_slice(spin);
-        }
-        rates[self.coordinates.motion..].copy_from_slice(&self.rates);
-        Ok(())
-    }
-
-    fn rates_of_stage(&mut self, t: f64, stage: &mut [f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
-        let projected = if self.careful { self.project_plainly(t, stage, true) } else { Ok(()) };
-        self.counters.stage_projections += u64::from(self.careful);
-        match projected.and_then(|()| self.rates_plainly(t, stage, rates, true)) {
-            Err(AnalysisError::NextToSingular) => {}
-            result => return result,
-        }
-        let mut passage = std::mem::take(&mut self.passage);
-        let passed = passage.interpolate(self, t, stage, rates, |form, t, place, rates| {
-            form.project_plainly(t, place, false)?;
-            form.rates_plainly(t, place, rates, false)
-        });
-        self.passage = passage;
-        if passed? {
-            self.counters.interpolated += 1;
-            return Ok(());
-        }
-        if self.careful {
-            self.project_plainly(t, stage, false)?;
-        }
-        self.rates_plainly(t, stage, rates, false)
-    }
-
     fn is_singular(&self, share: f64) -> bool {
         let health = self.safe.health;
         health.rank < self.at_start.rank || health.smallest_pivot_ratio < share * self.at_start.smallest_pivot_ratio
@@ -442,6 +362,72 @@ fn groups(coordinates: &Coordinates, layout: &Layout) -> Vec<Group> {
     groups
 }
 
+impl Refusing for JointForm {
+    fn passage(&mut self) -> &mut Passage {
+        &mut self.passage
+    }
+
+    fn counted(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
+    fn is_careful(&self) -> bool {
+        self.careful
+    }
+
+    fn normalise(&self, state: &mut [f64]) {
+        for rotation in &self.coordinates.rotations {
+            normalise(&mut state[rotation.position..rotation.position + 4]);
+        }
+    }
+
+    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
+        self.normalise(state);
+        if self.safe.rows.is_empty() {
+            return Ok(());
+        }
+        self.project_positions(t, state, keep_away)?;
+        self.correct_velocities()?;
+        for line in &self.coordinates.lines {
+            state[line.velocity] += self.accelerations[line.column];
+        }
+        for rotation in &self.coordinates.rotations {
+            for k in 0..3 {
+                state[rotation.velocity + k] += self.accelerations[rotation.column + k];
+            }
+        }
+        Ok(())
+    }
+
+    fn rates_plainly(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        rates: &mut [f64],
+        keep_away: bool,
+    ) -> Result<(), AnalysisError> {
+        self.load(t, state);
+        let used = self.solve_dynamics()?;
+        if used == Used::Safe && keep_away && self.is_singular(NEAR_SINGULAR) {
+            return Err(AnalysisError::NextToSingular);
+        }
+        for line in &self.coordinates.lines {
+            rates[line.position] = state[line.velocity];
+            rates[line.velocity] = self.accelerations[line.column];
+        }
+        for rotation in &self.coordinates.rotations {
+            let p = &state[rotation.position..rotation.position + 4];
+            let w = &state[rotation.velocity..rotation.velocity + 3];
+            let turn = parameter_rates([p[0], p[1], p[2], p[3]], [w[0], w[1], w[2]]);
+            rates[rotation.position..rotation.position + 4].copy_from_slice(&turn);
+            let spin = &self.accelerations[rotation.column..rotation.column + 3];
+            rates[rotation.velocity..rotation.velocity + 3].copy_from_slice(spin);
+        }
+        rates[self.coordinates.motion..].copy_from_slice(&self.rates);
+        Ok(())
+    }
+}
+
 impl Passing for JointForm {
     fn fastest(&self, state: &[f64]) -> f64 {
         let scale = |measure: Measure| if measure == Measure::Length { 1.0 / self.length } else { 1.0 };
@@ -506,7 +492,7 @@ impl Formulation for JointForm {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
         stage.copy_from_slice(state);
-        let result = self.rates_of_stage(t, &mut stage, rates);
+        let result = passage::rates_of_stage(self, t, &mut stage, rates);
         self.stage = stage;
         result?;
         if rates.iter().all(|x| x.is_finite()) {
@@ -516,25 +502,7 @@ impl Formulation for JointForm {
     }
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
-        match self.project_plainly(t, state, true) {
-            Err(AnalysisError::NextToSingular) => {}
-            result => return result,
-        }
-        let (mut passage, mut move_by) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.correction));
-        let passed = passage.interpolate(self, t, state, &mut move_by, |form, t, place, correction| {
-            correction.copy_from_slice(place);
-            form.project_plainly(t, place, false)?;
-            correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
-            Ok(())
-        });
-        (self.passage, self.correction) = (passage, move_by);
-        if !passed? {
-            return self.project_plainly(t, state, false);
-        }
-        self.counters.interpolated += 1;
-        state.iter_mut().zip(&self.correction).for_each(|(value, by)| *value += by);
-        self.normalise(state);
-        Ok(())
+        passage::project(self, t, state)
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {

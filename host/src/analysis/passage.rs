@@ -11,7 +11,7 @@
 //! singularity in the complex plane, in units of `g`, the error is about `1.1e5 / r^14`; round-off at the places reaches the
 //! result 16 times. Loads are interpolated with the rest: one that switches on this stretch is smoothed.
 
-use super::formulation::AnalysisError;
+use super::formulation::{AnalysisError, Counters};
 
 /// Places on each side.
 const PLACES: usize = 7;
@@ -37,9 +37,95 @@ pub(super) trait Passing {
     fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError>;
 }
 
+/// A formulation that may be next to a singular position. Where its own ways of solving refuse, it takes the passage.
+pub(super) trait Refusing: Passing {
+    /// Its passage.
+    fn passage(&mut self) -> &mut Passage;
+    /// Its counters.
+    fn counted(&mut self) -> &mut Counters;
+    /// Whether stages are brought to the constraints before they are evaluated.
+    fn is_careful(&self) -> bool;
+    /// Brings Euler parameters to length 1.
+    fn normalise(&self, state: &mut [f64]);
+    /// Brings positions and velocities to the constraints; with `keep_away`, refused next to a singular position.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError>;
+    /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn rates_plainly(&mut self, t: f64, state: &[f64], rates: &mut [f64], keep_away: bool)
+    -> Result<(), AnalysisError>;
+}
+
+/// The rates at a stage of a step, which may be moved to the constraints.
+///
+/// # Errors
+/// See [`AnalysisError`].
+pub(super) fn rates_of_stage<F: Refusing>(
+    form: &mut F,
+    t: f64,
+    stage: &mut [f64],
+    rates: &mut [f64],
+) -> Result<(), AnalysisError> {
+    let careful = form.is_careful();
+    let projected = if careful { form.project_plainly(t, stage, true) } else { Ok(()) };
+    form.counted().stage_projections += u64::from(careful);
+    match projected.and_then(|()| form.rates_plainly(t, stage, rates, true)) {
+        Err(AnalysisError::NextToSingular) => {}
+        result => return result,
+    }
+    let mut passage = std::mem::take(form.passage());
+    let passed = passage.interpolate(form, t, stage, rates, |form, t, place, rates| {
+        form.project_plainly(t, place, false)?;
+        form.rates_plainly(t, place, rates, false)
+    });
+    *form.passage() = passage;
+    if passed? {
+        form.counted().interpolated += 1;
+        return Ok(());
+    }
+    if careful {
+        form.project_plainly(t, stage, false)?;
+    }
+    form.rates_plainly(t, stage, rates, false)
+}
+
+/// Brings positions and velocities to the constraints, next to a singular position too.
+///
+/// # Errors
+/// See [`AnalysisError`].
+pub(super) fn project<F: Refusing>(form: &mut F, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+    match form.project_plainly(t, state, true) {
+        Err(AnalysisError::NextToSingular) => {}
+        result => return result,
+    }
+    let mut passage = std::mem::take(form.passage());
+    let mut correction = std::mem::take(&mut passage.correction);
+    let passed = passage.interpolate(form, t, state, &mut correction, |form, t, place, correction| {
+        correction.copy_from_slice(place);
+        form.project_plainly(t, place, false)?;
+        correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
+        Ok(())
+    });
+    passage.correction = correction;
+    *form.passage() = passage;
+    if !passed? {
+        return form.project_plainly(t, state, false);
+    }
+    form.counted().interpolated += 1;
+    state.iter_mut().zip(&form.passage().correction).for_each(|(value, by)| *value += by);
+    form.normalise(state);
+    Ok(())
+}
+
 /// Its places, and scratch; see the module documentation.
 #[derive(Debug, Default)]
 pub(super) struct Passage {
+    /// What brings a state to the constraints.
+    correction: Vec<f64>,
     /// Distances of the places on one side, ascending from 1.
     places: Vec<f64>,
     place: Vec<f64>,
@@ -61,7 +147,7 @@ impl Passage {
             0.5 * (low + high - (high - low) * angle.cos())
         };
         let places = (0..PLACES).map(|i| (square(i) / square(0)).sqrt()).collect();
-        Self { places, place: vec![0.0; dim], answer: vec![0.0; answers] }
+        Self { correction: vec![0.0; dim], places, place: vec![0.0; dim], answer: vec![0.0; answers] }
     }
 
     /// Evaluates the polynomial through the answers to a question, which is asked for the states at the places (to change as

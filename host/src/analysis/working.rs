@@ -6,7 +6,7 @@ use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::linearisation::{Linearisation, Terms, work};
-use super::passage::{Passage, Passing};
+use super::passage::{self, Passage, Passing, Refusing};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Plan};
@@ -179,8 +179,6 @@ pub struct WorkingForm {
     /// The state that is evaluated.
     stage: Vec<f64>,
     passage: Passage,
-    /// Scratch: what brings a state to the constraints.
-    correction: Vec<f64>,
     /// Scratch: accelerations and multipliers.
     forces: Vec<f64>,
     force: Vec<f64>,
@@ -242,7 +240,6 @@ impl WorkingForm {
             careful: false,
             stage: vec![0.0; dim],
             passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
-            correction: vec![0.0; dim],
             forces: vec![0.0; layout.velocities() + layout.rows],
             key: Vec::with_capacity(7 * layout.bodies + 1),
             least_health: if watch == Watch::Nothing { SICK_TREE } else { start_health * SICK_SHARE },
@@ -384,56 +381,6 @@ impl WorkingForm {
         Ok(())
     }
 
-    /// Brings positions and velocities to the constraints; with `keep_away`, refused next to a singular position.
-    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
-        self.normalise(state);
-        if self.layout.rows == 0 {
-            return Ok(());
-        }
-        self.project_positions(t, state, keep_away)?;
-        self.load(t, state);
-        self.solve_correction(true, false)?;
-        for body in 0..self.layout.bodies {
-            for k in 0..6 {
-                state[BODY_STATES * body + 7 + k] += self.accelerations[6 * body + k];
-            }
-        }
-        Ok(())
-    }
-
-    /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
-    fn rates_plainly(
-        &mut self,
-        t: f64,
-        state: &[f64],
-        rates: &mut [f64],
-        keep_away: bool,
-    ) -> Result<(), AnalysisError> {
-        self.load(t, state);
-        let used = self.solve_dynamics()?;
-        if matches!(used, Used::Safe) && keep_away && self.is_singular(NEAR_SINGULAR) {
-            return Err(AnalysisError::NextToSingular);
-        }
-        let (times, multipliers) = match (used, &self.regular) {
-            (Used::Regular, Some(engine)) => (engine.dynamics.function(1), &engine.multipliers),
-            _ => (self.safe.dynamics.function(1), &self.safe.multipliers),
-        };
-        for body in 0..self.layout.bodies {
-            let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
-            let dy = &mut rates[BODY_STATES * body..BODY_STATES * (body + 1)];
-            dy[..3].copy_from_slice(&y[7..10]);
-            let p_rate = parameter_rates([y[3], y[4], y[5], y[6]], [y[10], y[11], y[12]]);
-            dy[3..7].copy_from_slice(&p_rate);
-            dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
-        }
-        let states = BODY_STATES * self.layout.bodies;
-        rates[states..states + self.layout.states].copy_from_slice(&self.rates[..self.layout.states]);
-        // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
-        let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
-        rates[states + self.layout.states] = self.rates[self.layout.states] + driven;
-        Ok(())
-    }
-
     /// Accelerations and multipliers next to a singular position into the inputs; `false` where the velocity does not lead
     /// through it, and nothing is done.
     fn observe_between(&mut self, t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
@@ -458,29 +405,6 @@ impl WorkingForm {
         self.counters.interpolated += 1;
         self.inputs[slots].copy_from_slice(&self.forces);
         Ok(true)
-    }
-
-    fn rates_of_stage(&mut self, t: f64, stage: &mut [f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
-        let projected = if self.careful { self.project_plainly(t, stage, true) } else { Ok(()) };
-        self.counters.stage_projections += u64::from(self.careful);
-        match projected.and_then(|()| self.rates_plainly(t, stage, rates, true)) {
-            Err(AnalysisError::NextToSingular) => {}
-            result => return result,
-        }
-        let mut passage = std::mem::take(&mut self.passage);
-        let passed = passage.interpolate(self, t, stage, rates, |form, t, place, rates| {
-            form.project_plainly(t, place, false)?;
-            form.rates_plainly(t, place, rates, false)
-        });
-        self.passage = passage;
-        if passed? {
-            self.counters.interpolated += 1;
-            return Ok(());
-        }
-        if self.careful {
-            self.project_plainly(t, stage, false)?;
-        }
-        self.rates_plainly(t, stage, rates, false)
     }
 
     /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
@@ -525,12 +449,6 @@ impl WorkingForm {
             }
         }
         size
-    }
-
-    fn normalise(&self, state: &mut [f64]) {
-        for body in 0..self.layout.bodies {
-            normalise(&mut state[BODY_STATES * body + 3..BODY_STATES * body + 7]);
-        }
     }
 }
 
@@ -651,6 +569,74 @@ pub fn sparse_engine(
     SparseLdl::with_computed_order(&structure, Some(&clusters(layout, rows)))
 }
 
+impl Refusing for WorkingForm {
+    fn passage(&mut self) -> &mut Passage {
+        &mut self.passage
+    }
+
+    fn counted(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
+    fn is_careful(&self) -> bool {
+        self.careful
+    }
+
+    fn normalise(&self, state: &mut [f64]) {
+        for body in 0..self.layout.bodies {
+            normalise(&mut state[BODY_STATES * body + 3..BODY_STATES * body + 7]);
+        }
+    }
+
+    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
+        self.normalise(state);
+        if self.layout.rows == 0 {
+            return Ok(());
+        }
+        self.project_positions(t, state, keep_away)?;
+        self.load(t, state);
+        self.solve_correction(true, false)?;
+        for body in 0..self.layout.bodies {
+            for k in 0..6 {
+                state[BODY_STATES * body + 7 + k] += self.accelerations[6 * body + k];
+            }
+        }
+        Ok(())
+    }
+
+    fn rates_plainly(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        rates: &mut [f64],
+        keep_away: bool,
+    ) -> Result<(), AnalysisError> {
+        self.load(t, state);
+        let used = self.solve_dynamics()?;
+        if matches!(used, Used::Safe) && keep_away && self.is_singular(NEAR_SINGULAR) {
+            return Err(AnalysisError::NextToSingular);
+        }
+        let (times, multipliers) = match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => (engine.dynamics.function(1), &engine.multipliers),
+            _ => (self.safe.dynamics.function(1), &self.safe.multipliers),
+        };
+        for body in 0..self.layout.bodies {
+            let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
+            let dy = &mut rates[BODY_STATES * body..BODY_STATES * (body + 1)];
+            dy[..3].copy_from_slice(&y[7..10]);
+            let p_rate = parameter_rates([y[3], y[4], y[5], y[6]], [y[10], y[11], y[12]]);
+            dy[3..7].copy_from_slice(&p_rate);
+            dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
+        }
+        let states = BODY_STATES * self.layout.bodies;
+        rates[states..states + self.layout.states].copy_from_slice(&self.rates[..self.layout.states]);
+        // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
+        let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
+        rates[states + self.layout.states] = self.rates[self.layout.states] + driven;
+        Ok(())
+    }
+}
+
 impl Passing for WorkingForm {
     fn fastest(&self, state: &[f64]) -> f64 {
         let bodies = state[..BODY_STATES * self.layout.bodies].chunks_exact(BODY_STATES);
@@ -705,7 +691,7 @@ impl Formulation for WorkingForm {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
         stage.copy_from_slice(state);
-        let result = self.rates_of_stage(t, &mut stage, rates);
+        let result = passage::rates_of_stage(self, t, &mut stage, rates);
         self.stage = stage;
         result?;
         if rates.iter().all(|x| x.is_finite()) {
@@ -715,25 +701,7 @@ impl Formulation for WorkingForm {
     }
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
-        match self.project_plainly(t, state, true) {
-            Err(AnalysisError::NextToSingular) => {}
-            result => return result,
-        }
-        let (mut passage, mut move_by) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.correction));
-        let passed = passage.interpolate(self, t, state, &mut move_by, |form, t, place, correction| {
-            correction.copy_from_slice(place);
-            form.project_plainly(t, place, false)?;
-            correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
-            Ok(())
-        });
-        (self.passage, self.correction) = (passage, move_by);
-        if !passed? {
-            return self.project_plainly(t, state, false);
-        }
-        self.counters.interpolated += 1;
-        state.iter_mut().zip(&self.correction).for_each(|(value, by)| *value += by);
-        self.normalise(state);
-        Ok(())
+        passage::project(self, t, state)
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
