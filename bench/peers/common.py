@@ -1,11 +1,14 @@
 """What the scripts for other programs share: references, the measure of error, the table that `odyn bench --peers` reads."""
 
 import csv
+import multiprocessing
 import sys
 import time
 from pathlib import Path
 
 REFERENCES = Path(__file__).resolve().parents[2] / "tests" / "reference"
+# Seconds for all repeats of one setting; a program that does not come back within them is stopped.
+LIMIT = 60.0
 COLUMNS = ["problem", "solver", "method", "setting", "value", "status", "error", "integrate_s", "steps", "repeats"]
 
 # Problem, its reference, measured columns, end (s).
@@ -34,10 +37,39 @@ def steps_per_sample(problem, step):
     return max(1, round((times[1] - times[0]) / step))
 
 
+def begin(comment):
+    """The head of the table, on standard output."""
+    print(f"# {comment}")
+    csv.DictWriter(sys.stdout, COLUMNS, lineterminator="\n").writeheader()
+    sys.stdout.flush()
+
+
 def measure(problem, solver, method, step, run, repeats=3):
-    """A row of the table. `run()` gives the measured coordinates at all times of the reference, the seconds that took, and
-    the number of steps."""
+    """Writes a row of the table. `run()` gives the measured coordinates at all times of the reference, the seconds that took,
+    and the number of steps. It runs in a process of its own, so that neither a crash nor an endless loop ends the table."""
     row = {"problem": problem, "solver": solver, "method": method, "setting": "step", "value": repr(step)}
+    processes = multiprocessing.get_context("fork")
+    here, there = processes.Pipe(duplex=False)
+    child = processes.Process(target=lambda: there.send(outcome(problem, step, run, repeats)))
+    child.start()
+    there.close()
+    if not here.poll(LIMIT):
+        child.kill()
+        row["status"] = f"not done after {LIMIT:g} s"
+    else:
+        try:
+            row |= here.recv()
+        except EOFError:
+            row["status"] = "the process died"
+    child.join()
+    csv.DictWriter(sys.stdout, COLUMNS, restval="", lineterminator="\n").writerow(row)
+    sys.stdout.flush()
+    print(row["problem"], row["solver"], row["method"], row["value"], row["status"], row.get("error", ""),
+          row.get("integrate_s", ""), file=sys.stderr)
+
+
+def outcome(problem, step, run, repeats):
+    """Status, error and the median of the times."""
     try:
         seconds = []
         for _ in range(repeats):
@@ -47,21 +79,10 @@ def measure(problem, solver, method, step, run, repeats=3):
         assert len(samples) == len(expected), f"{len(samples)} samples instead of {len(expected)}"
         error = max(abs(a - b) for ours, theirs in zip(samples, expected) for a, b in zip(ours, theirs))
         assert error == error, "the motion is not finite"
-        row |= {"status": "ok", "error": f"{error:e}", "integrate_s": f"{sorted(seconds)[repeats // 2]:e}"}
-        row |= {"steps": steps, "repeats": repeats}
+        time_taken = sorted(seconds)[repeats // 2]
+        return {"status": "ok", "error": f"{error:e}", "integrate_s": f"{time_taken:e}", "steps": steps, "repeats": repeats}
     except Exception as reason:  # whatever a program raises is its result
-        row["status"] = str(reason).splitlines()[0][:200] if str(reason) else type(reason).__name__
-    print(row["problem"], row["solver"], row["method"], row["value"], row["status"], row.get("error", ""),
-          row.get("integrate_s", ""), file=sys.stderr)
-    return row
-
-
-def write(rows, comment):
-    """The table, on standard output."""
-    print(f"# {comment}")
-    writer = csv.DictWriter(sys.stdout, COLUMNS, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+        return {"status": str(reason).splitlines()[0][:200] if str(reason) else type(reason).__name__}
 
 
 def clock():

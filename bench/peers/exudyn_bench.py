@@ -32,7 +32,7 @@ from exudyn.itemInterface import (
     SensorKinematicTree,
 )
 
-from common import PROBLEMS, clock, measure, reference, steps_per_sample, write
+from common import PROBLEMS, begin, clock, measure, reference, steps_per_sample
 
 METHODS = {
     "GeneralizedAlpha": exudyn.DynamicSolverType.GeneralizedAlpha,
@@ -197,15 +197,14 @@ def runner(problem, model, solver, step):
 
 def main():
     exudyn.config.printToConsole = False
-    rows = []
+    begin(f"Exudyn {exudyn.__version__}")
     for problem in MODELS:
         ways = [(name, MODELS[problem], solver) for name, solver in METHODS.items()]
         if problem in TREES:
             ways += [(f"tree {name}", TREES[problem], solver) for name, solver in EXPLICIT.items()]
         for name, model, solver in ways:
             for step in STEPS:
-                rows.append(measure(problem, "exudyn", name, step, runner(problem, model, solver, step)))
-    write(rows, f"Exudyn {exudyn.__version__}")
+                measure(problem, "exudyn", name, step, runner(problem, model, solver, step))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import math
 
 import mujoco
 
-from common import clock, measure, reference, steps_per_sample, write
+from common import begin, clock, measure, reference, steps_per_sample
 
 HEAD = """<mujoco><compiler angle="radian" boundmass="0" boundinertia="0"/>
 <option gravity="{gravity}" timestep="{step}" integrator="{method}" tolerance="1e-15" iterations="100">
@@ -195,7 +195,7 @@ def runner(problem, method, step):
 
 
 def main():
-    rows = []
+    begin(f"MuJoCo {mujoco.__version__}")
     for problem in MODELS:
         for method in ("RK4", "implicitfast"):
             for step in STEPS_OF.get(problem, STEPS):
@@ -207,8 +207,7 @@ def main():
                     def run(message=message):
                         raise RuntimeError(message)
 
-                rows.append(measure(problem, "mujoco", method, step, run))
-    write(rows, f"MuJoCo {mujoco.__version__}")
+                measure(problem, "mujoco", method, step, run)
 
 
 if __name__ == "__main__":
