@@ -118,7 +118,6 @@ fn both(text: &str, tolerance: f64) -> [RunReport; 2] {
     assert!(merged.summary.engine.contains("merged"), "{}", merged.summary.engine);
     assert!(!twin.summary.engine.contains("merged"), "{}", twin.summary.engine);
     let off = apart(&merged, &twin);
-    println!("{off:.1e}");
     assert!(off < tolerance, "{off:e}");
     let audit = &merged.summary.audit;
     assert!(audit.position_violation < 1e-12 && audit.energy_error_relative < 1e-8, "{audit:?}");
@@ -128,11 +127,11 @@ fn both(text: &str, tolerance: f64) -> [RunReport; 2] {
 #[test]
 fn bodies_held_out_of_every_plane_move_as_one() {
     let text = clump(&scenes::tangle(), "", 0.0);
-    let [merged, _] = both(&text, 1e-8);
+    let [merged, _] = both(&text, 1e-9);
     let reference = run(&by(&text, "reference"));
     assert!(reference.summary.engine.contains("reference"), "{}", reference.summary.engine);
     let off = apart(&merged, &reference);
-    assert!(off < 1e-8, "{off:e}");
+    assert!(off < 1e-9, "{off:e}");
     for name in ["gap_first", "gap_third", "balance_force_c_x", "balance_torque_d_y", "velocity_e_x"] {
         assert!(super::off(&merged, name, |_| 0.0) < 1e-11, "{name}");
     }
@@ -145,21 +144,21 @@ fn bodies_held_out_of_every_plane_move_as_one() {
 
 #[test]
 fn opaque_elements_see_their_own_frames_on_merged_bodies() {
-    both(&clump(&scenes::opaque_tangle(), "opaque-", 0.0), 1e-7);
+    both(&clump(&scenes::opaque_tangle(), "opaque-", 0.0), 1e-9);
 }
 
 #[test]
 fn bodies_are_merged_where_assembly_put_them() {
     let text = clump(&scenes::tangle(), "", 0.01);
     assert!(open(&text).assembly.moves.iter().any(|moved| moved.body == "c"));
-    both(&text, 1e-8);
+    both(&text, 1e-9);
 }
 
 #[test]
 fn implicit_steps_see_the_jacobian_of_the_merged_bodies() {
     let settings = "t_end = 0.3\noutput_step = 0.05\nmethod = \"radau5\"\ntolerance = 1e-8\n";
     let text = clump(&scenes::tangle(), "", 0.0).replacen("t_end = 1\noutput_step = 0.1\n", settings, 1);
-    let [merged, twin] = both(&text, 1e-5);
+    let [merged, twin] = both(&text, 1e-8);
     assert!(merged.summary.newton_iterations <= twin.summary.newton_iterations + 20);
 }
 
@@ -169,7 +168,7 @@ fn all_rows_of_merged_bodies_may_stay_in_use() {
     let safe = run(&text);
     assert_eq!(safe.summary.engine.split(", ").skip(1).collect::<Vec<_>>(), ["merged", "rank-safe"]);
     let off = apart(&safe, &run(&clump(&scenes::tangle(), "", 0.0)));
-    assert!(off < 1e-8, "{off:e}");
+    assert!(off < 1e-9, "{off:e}");
 }
 
 /// The four-bar with a load on its coupler and its ground link a body.
@@ -249,7 +248,7 @@ fn bodies_held_twice_are_merged_once_and_their_reactions_stay_open() {
         + &weld("first", ["b", "c"], [&at, &Isometry3::identity()])
         + &weld("again", ["b", "c"], [&at, &Isometry3::identity()])
         + &told("c", "first");
-    let [merged, _] = both(&text, 1e-8);
+    let [merged, _] = both(&text, 1e-9);
     assert_eq!(merged.summary.redundant_rows, 6);
     let open_ones = merged.channels.iter().filter(|channel| !channel.unique).count();
     assert_eq!(open_ones, 6);
@@ -268,21 +267,21 @@ fn what_elements_ask_for_keeps_bodies_apart() {
     let rub = "[[force]]\nname = \"rub\"\ntype = \"rub\"\njoints = [\"second\"]\nparams.factor = 0.1\n";
     let text = base.clone() + rub;
     assert_eq!(refused(&text), ["merged: by `second`: `rub` takes the reaction of `second`"]);
-    both(&text, 1e-7);
+    both(&text, 1e-9);
     let text = base.clone() + &push("reaction_force_second_x");
     assert_eq!(refused(&text), ["merged: by `second`: `push` takes the reaction of `second`"]);
-    both(&text, 1e-7);
+    both(&text, 1e-9);
     // The axes of a body that would be gone.
     let text = base.clone() + &push("angular_velocity_c_y");
     assert_eq!(refused(&text), ["merged: by `first`: `push` takes a quantity in the axes of `c`"]);
-    both(&text, 1e-7);
+    both(&text, 1e-9);
     let text = base.clone() + &push("orientation_d_e1");
     assert_eq!(refused(&text), ["merged: by `second`: `push` takes a quantity in the axes of `d`"]);
-    both(&text, 1e-7);
+    both(&text, 1e-9);
     // The height of what stands on the ground.
     let text = base.clone() + &push("V");
     assert_eq!(refused(&text), ["merged: by `third`: `push` takes the potential energy"]);
-    both(&text, 1e-7);
+    both(&text, 1e-9);
     // All else is told of merged bodies as well; accelerations are found together with forces.
     for name in [
         "position_c_x",
@@ -296,7 +295,7 @@ fn what_elements_ask_for_keeps_bodies_apart() {
     ] {
         let text = base.clone() + &push(name);
         assert_eq!(refused(&text), Vec::<String>::new(), "{name}");
-        both(&text, 1e-7);
+        both(&text, 1e-9);
     }
 }
 
