@@ -177,8 +177,8 @@ pub(super) struct SceneArgs {
     /// Coordinates of the equations of motion: auto, cartesian or joint
     #[arg(long, value_name = "NAME")]
     pub(super) formulation: Option<String>,
-    /// Do without these savings, in place of the scene's own list: planar, kinematic, row-choice, on-demand,
-    /// events. Results are the same, found by more work
+    /// Do without these savings, in place of the scene's own list: merged, planar, kinematic, row-choice,
+    /// on-demand, audit, events. Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,
     /// Library of elements, or folder to look for libraries in; may be repeated

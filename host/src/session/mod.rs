@@ -12,7 +12,7 @@
 //! | `open.rs` | everything before time starts |
 //! | `formulation.rs` | which coordinates the equations of motion are written in |
 //! | `run.rs` | from the start to results |
-//! | `prune.rs` | which savings are allowed; motions parallel to a plane |
+//! | `prune.rs` | which savings are allowed; merged bodies; motions parallel to a plane |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |

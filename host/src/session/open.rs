@@ -7,7 +7,7 @@ use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
-use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined};
+use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
@@ -60,7 +60,9 @@ pub struct Session {
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
     pub(super) determined: bool,
-    /// The motion's plane, if one was found.
+    /// Bodies held together by joints without freedom as one, if there are any.
+    pub(super) merged: Option<MergedCase>,
+    /// The motion's plane, if one was found, with the equations of the merged bodies.
     pub(super) planar: Option<PlanarCase>,
     /// Reading, loading, resolving, s.
     pub load_time: f64,
@@ -125,6 +127,7 @@ impl Session {
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
         let mut plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        super::report::note_skips(&mut plan, &scene, &model, &equations);
         if !pruning.row_choice {
             plan.always_rank_safe = Some(ALL_ROWS.into());
         }
@@ -141,6 +144,7 @@ impl Session {
             start_health,
             pruning,
             determined,
+            merged: None,
             planar: None,
             options: options.clone(),
             load_time,
@@ -150,7 +154,9 @@ impl Session {
         // In the coordinates of joints, what lies across the plane of a planar mechanism folds away by itself.
         // Methods of second order take the equations as they are, in space.
         let whole = session.method_of_second_order()?.is_some();
-        if session.pruning.planar && !whole && session.choose_tree()?.0.is_none() {
+        let wanted = session.pruning.planar || session.pruning.merged;
+        if wanted && !whole && session.choose_tree()?.0.is_none() {
+            session.merge_bodies()?;
             session.find_plane();
         }
         session.compile_time = compiling.elapsed().as_secs_f64();
@@ -207,7 +213,7 @@ fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Ca
 }
 
 /// Decides what to compute, from the numbers at the assembled position.
-fn decide(
+pub(super) fn decide(
     scene: &Scene,
     model: &Model,
     equations: &Equations,
@@ -240,7 +246,7 @@ fn decide(
         rotations: &rotations,
         length: assembly.scales.length,
     };
-    let mut plan = Plan::decide(model, layout, &probe, |chosen| {
+    Plan::decide(model, layout, &probe, |chosen| {
         let mut solver = sparse_engine(equations, model, chosen, layout)?;
         solver.set_mass(&mass)?;
         // The values of the chosen rows, picked from those of all.
@@ -251,9 +257,7 @@ fn decide(
         *start_health = health.smallest_pivot_ratio;
         Ok(health)
     })
-    .map_err(|e| broken(&e))?;
-    super::report::note_skips(&mut plan, scene, model, equations);
-    Ok(plan)
+    .map_err(|e| broken(&e))
 }
 
 fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {

@@ -6,7 +6,7 @@ use element_api::Kind;
 use serde::Serialize;
 
 use super::open::Session;
-use super::prune::PlanarCase;
+use super::prune::{MergedCase, PlanarCase};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
@@ -207,11 +207,13 @@ impl Session {
                 skips: self.joint_skips(&joint),
             };
         }
-        let (equations, plan) = match &self.planar {
-            Some(case) => (&case.planar.equations, &case.plan),
-            None => (&self.equations, &self.plan),
+        let (equations, plan) = match (&self.planar, &self.merged) {
+            (Some(case), _) => (&case.planar.equations, &case.plan),
+            (None, Some(case)) => (&case.equations, &case.plan),
+            (None, None) => (&self.equations, &self.plan),
         };
-        let velocities = self.plan.layout.velocities() - self.across();
+        let across = if self.planar.is_some() { plan.layout.velocities() / 2 } else { 0 };
+        let velocities = plan.layout.velocities() - across;
         Solving {
             engine: match &plan.always_rank_safe {
                 None => "sparse elimination along the topology; rank-safe where the rank falls".into(),
@@ -316,11 +318,6 @@ impl Session {
             impossible: self.plan.impossible.iter().map(|(name, why)| format!("{name}: {why}")).collect(),
         }
     }
-
-    /// Velocities across the plane of a planar motion.
-    fn across(&self) -> usize {
-        if self.planar.is_some() { 3 * self.plan.layout.bodies } else { 0 }
-    }
 }
 
 /// Operations per evaluation of the right side with a choice of rows.
@@ -352,27 +349,55 @@ pub(super) fn note_determined(plan: &mut Plan, determined: bool) {
     }
 }
 
-/// Adds to the plan what is known about motions parallel to a plane.
-pub(super) fn note_planar(plan: &mut Plan, found: &Result<PlanarCase, String>, equations: &Equations) {
-    match found {
-        Err(why) => plan.impossible.push(("planar", why.clone())),
-        Ok(case) => {
-            let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
-            let after = operations(&case.planar.equations, &case.plan.independent_rows);
-            let dropped = rows - case.plan.independent_rows.len();
-            let velocities = plan.layout.velocities();
-            plan.skip(
-                format!("everything across the {} plane", case.planar.plane()),
-                "no load, constraint or velocity leaves it: proved from the equations",
-            );
-            plan.saving(format!(
-                "{} of {before} operations per evaluation, {dropped} of {rows} rows, {} of {velocities} velocities",
-                before.saturating_sub(after),
-                velocities / 2
-            ));
-            plan.switched_by("planar");
-        }
-    }
+/// Adds to the plan what joints without freedom hold together.
+pub(super) fn note_merged(plan: &mut Plan, case: &MergedCase, model: &Model, equations: &Equations) {
+    let body = |number: usize| model.bodies[number].name.as_str();
+    let merging = &case.merging;
+    let held = merging.joints.iter().map(|joint| {
+        let parent = joint.parent.map_or(GROUND, body);
+        let by = joint.element.map_or("", |element| &model.elements[element].name);
+        format!("`{}` on `{parent}` by `{by}`", body(joint.child))
+    });
+    let held: Vec<String> = held.collect();
+    let held: Vec<&str> = held.iter().map(String::as_str).collect();
+    let (before, after) =
+        (operations(equations, &plan.independent_rows), operations(&case.equations, &case.plan.independent_rows));
+    let (rows, left) = (plan.independent_rows.len(), case.plan.independent_rows.len());
+    let states = 13 * plan.layout.bodies;
+    plan.skip(
+        format!("the motion of {} ({})", plural(held.len(), "body", "bodies"), some(&held)),
+        "joints without freedom hold them: merged; reactions are found where asked for",
+    );
+    plan.saving(format!(
+        "{} of {states} states, {} of {rows} rows, {} of {before} operations per evaluation",
+        states - 13 * case.plan.layout.bodies,
+        rows.saturating_sub(left),
+        before.saturating_sub(after)
+    ));
+    plan.switched_by("merged");
+}
+
+/// What is known about motions parallel to a plane: what is saved, or why nothing is. `plan` is that of the equations in space.
+pub(super) fn planar_skip(
+    found: &Result<PlanarCase, String>,
+    equations: &Equations,
+    plan: &Plan,
+) -> Result<Skip, String> {
+    let case = found.as_ref().map_err(String::clone)?;
+    let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
+    let after = operations(&case.planar.equations, &case.plan.independent_rows);
+    let dropped = rows - case.plan.independent_rows.len();
+    let velocities = plan.layout.velocities();
+    Ok(Skip {
+        what: format!("everything across the {} plane", case.planar.plane()),
+        why: "no load, constraint or velocity leaves it: proved from the equations".into(),
+        saved: format!(
+            "{} of {before} operations per evaluation, {dropped} of {rows} rows, {} of {velocities} velocities",
+            before.saturating_sub(after),
+            velocities / 2
+        ),
+        switch: Some("planar"),
+    })
 }
 
 /// Adds to the plan what the equations and the requested outputs make unnecessary.

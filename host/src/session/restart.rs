@@ -128,11 +128,13 @@ impl Session {
                 return Err(SessionError::one(Exit::Plugin, &self.scene.source, diagnostic));
             }
         }
-        if self.planar.as_ref().is_some_and(|case| !case.planar.contains(&state.working, self.assembly.scales.length)) {
-            self.planar = None;
-        }
         self.scene.simulation.t_start = state.time;
         self.assembly.working = state.working;
+        let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);
+        let working = merged.as_ref().unwrap_or(&self.assembly.working);
+        if self.planar.as_ref().is_some_and(|case| !case.planar.contains(working, self.assembly.scales.length)) {
+            self.planar = None;
+        }
         // The audit begins anew.
         if let Some(work) = self.assembly.working.last_mut() {
             *work = 0.0;

@@ -119,7 +119,7 @@ impl Session {
         }
         let mut formulation = self.formulation(&engine_name)?;
         if method.may_use_jacobian() {
-            formulation.offer_jacobian(&self.equations);
+            formulation.offer_jacobian(self.merged.as_ref().map_or(&self.equations, |case| &case.equations));
         }
         let second_order = match self.method_of_second_order()? {
             Some(_) => Some(SecondOrderForm::new(&self.equations, &self.model, &self.plan)),
@@ -172,7 +172,9 @@ impl Session {
                 Arc::clone(stop),
             )
             .map_err(|e| start_error(&self.scene, &e))?;
-            if let Some(case) = planar.then_some(self.planar.as_ref()).flatten() {
+            // Merged bodies are watched as the scene has them.
+            let watched = self.planar.as_ref().filter(|_| planar && self.merged.is_none());
+            if let Some(case) = watched {
                 system
                     .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
                     .map_err(|e| start_error(&self.scene, &e))?;
