@@ -81,5 +81,7 @@ pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use planar::{NotPlanar, Planar};
 pub use projection::Projecting;
+#[cfg(test)]
+pub(crate) use spatial::FAR;
 pub use switches::Switches;
 pub use tape::{Program, Sets, Used, Workspace};

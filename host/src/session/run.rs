@@ -183,6 +183,7 @@ impl Session {
                 let switches = Switches::find(&self.equations, &layout);
                 system.end_steps_at(&mut self.equations, &switches);
             }
+            self.equations.graph.rest();
             if let Some(form) = second_order {
                 system.offer_second_order(form);
             }
