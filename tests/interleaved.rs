@@ -18,7 +18,7 @@ fn ready(scene: Scene) -> Session {
 }
 
 /// Runs to the end and gives the bytes of the table of results.
-fn table(session: Session, folder: &Path, progress: Box<dyn FnMut(f64) + '_>) -> Vec<u8> {
+fn table(session: Session, folder: &Path, progress: Box<dyn FnMut(f64) + Send + '_>) -> Vec<u8> {
     let report = session.run(Some(folder), progress, &Default::default()).unwrap();
     assert_eq!(report.exit_code(), 0);
     std::fs::read(folder.join("results.csv")).unwrap()
@@ -30,7 +30,7 @@ fn alone(scene: Scene) -> Vec<u8> {
 }
 
 /// Runs in a thread of its own, one step for each turn that it is given; gives the turn on after each step.
-fn in_turns(scene: Scene, mine: &Receiver<()>, other: SyncSender<()>) -> Vec<u8> {
+fn in_turns(scene: Scene, mine: Receiver<()>, other: SyncSender<()>) -> Vec<u8> {
     let scratch = Scratch::new();
     let session = ready(scene);
     let mut turns = 0;
@@ -50,8 +50,8 @@ fn step_by_step() {
     let (a, b) = (alone(A), alone(B));
     let ((to_a, from_b), (to_b, from_a)) = (sync_channel(1), sync_channel(1));
     let (interleaved_a, interleaved_b) = std::thread::scope(|scope| {
-        let first = scope.spawn(move || in_turns(A, &from_b, to_b));
-        let second = scope.spawn(move || in_turns(B, &from_a, to_a));
+        let first = scope.spawn(move || in_turns(A, from_b, to_b));
+        let second = scope.spawn(move || in_turns(B, from_a, to_a));
         (first.join().unwrap(), second.join().unwrap())
     });
     assert!(interleaved_a == a && interleaved_b == b, "taking turns changes results");

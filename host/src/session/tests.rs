@@ -4,6 +4,7 @@
 
 mod bookkeeping;
 mod checks;
+mod islands;
 mod motions;
 mod particles;
 mod pruning;
