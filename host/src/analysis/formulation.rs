@@ -107,7 +107,7 @@ pub struct Observed<'a> {
 }
 
 /// A way of writing the equations of motion. States are plain slices; `dim` numbers each.
-pub trait Formulation {
+pub trait Formulation: Send {
     /// Short name for reports.
     fn name(&self) -> &'static str;
     /// What each entry of the state vector is.

@@ -103,9 +103,11 @@ struct Growing<'a> {
     at: Vec<Vec<usize>>,
     /// Joints between each body and the ground, of those that are reached.
     depth: Vec<Option<usize>>,
-    /// Edges from what is reached: freedoms, depth there, element; number of the edge, whether it is met by its second end.
-    open: BinaryHeap<Reverse<(usize, usize, usize, usize, bool)>>,
+    open: BinaryHeap<Reverse<Reached>>,
 }
+
+/// An edge from what is reached: freedoms, depth there, element; number of the edge, whether it is met by its second end.
+type Reached = (usize, usize, usize, usize, bool);
 
 impl<'a> Growing<'a> {
     fn new(edges: &'a [Edge], bodies: usize) -> Self {

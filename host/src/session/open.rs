@@ -17,7 +17,7 @@ use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe, Pruning};
 use crate::program::{Equations, Form, Writing};
 use crate::results::significant;
-use crate::scene::{Dimension, Override, Scene, read};
+use crate::scene::{Dimension, Override, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
@@ -35,6 +35,8 @@ pub struct RunOptions {
     pub library_copies: Option<PathBuf>,
     /// The methods of integration that scenes may ask for.
     pub methods: Methods,
+    /// Threads for islands that run apart; 0 = as many as the machine has processors. Results do not depend on it.
+    pub jobs: usize,
 }
 
 /// A scene ready to run.
@@ -56,6 +58,12 @@ pub struct Session {
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
     pub(super) options: RunOptions,
+    /// Where the elements come from, for the islands.
+    pub(super) catalog: Catalog,
+    /// Islands take steps of their own.
+    pub(super) apart: bool,
+    /// Private memories of opaque elements that the run goes on with: name and bytes.
+    pub(super) memories: Vec<(String, Vec<u8>)>,
     /// Savings that are allowed.
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
@@ -87,7 +95,7 @@ impl Session {
         })?;
         let catalog = load_libraries(&scene, path, options)?;
         warnings.extend(catalog.warnings().iter().cloned());
-        Self::prepare(scene, warnings, &catalog, options, started)
+        Self::prepare(scene, warnings, &catalog, options, None, started)
     }
 
     /// Prepares a scene with a catalog at hand.
@@ -100,17 +108,20 @@ impl Session {
         catalog: &Catalog,
         options: &RunOptions,
     ) -> Result<Self, SessionError> {
-        Self::prepare(scene, warnings, catalog, options, Instant::now())
+        Self::prepare(scene, warnings, catalog, options, None, Instant::now())
     }
 
-    fn prepare(
+    /// Prepares a scene; `start` is its assembled state, where that is known.
+    pub(super) fn prepare(
         scene: Scene,
         mut warnings: Vec<Diagnostic>,
         catalog: &Catalog,
         options: &RunOptions,
+        start: Option<Assembly>,
         started: Instant,
     ) -> Result<Self, SessionError> {
         let pruning = allowed(&scene)?;
+        let apart = apart(&scene)?;
         let (model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
             let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
             let exit = if plugin { Exit::Plugin } else { Exit::Scene };
@@ -123,7 +134,10 @@ impl Session {
         let mut equations = Equations::build(&model, &layout, Form::Working);
         equations.graph.writing = writing(&scene)?;
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
-        let assembly = assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?;
+        let assembly = match start {
+            Some(start) => start,
+            None => assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?,
+        };
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
         let mut plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
@@ -147,6 +161,9 @@ impl Session {
             merged: None,
             planar: None,
             options: options.clone(),
+            catalog: catalog.clone(),
+            apart,
+            memories: Vec::new(),
             load_time,
             compile_time: 0.0,
             scene,
@@ -166,18 +183,31 @@ impl Session {
 
 /// How programs are written, by `kernels` of `[simulation]`.
 fn writing(scene: &Scene) -> Result<Writing, SessionError> {
-    let Some(word) = &scene.simulation.kernels else { return Ok(Writing::Automatic) };
-    match word.value.as_str() {
-        "auto" => Ok(Writing::Automatic),
-        "always" => Ok(Writing::Kernels),
-        "never" => Ok(Writing::Straight),
-        other => {
-            let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`kernels` cannot be `{other}`"))
-                .at(word.span.clone(), "unknown")
-                .help("known are auto, always, never");
-            Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
-        }
+    let words = [("auto", Writing::Automatic), ("always", Writing::Kernels), ("never", Writing::Straight)];
+    one_of("kernels", scene.simulation.kernels.as_ref(), &words, scene)
+}
+
+/// Whether islands take steps of their own, by `islands` of `[simulation]`.
+fn apart(scene: &Scene) -> Result<bool, SessionError> {
+    one_of("islands", scene.simulation.islands.as_ref(), &[("together", false), ("apart", true)], scene)
+}
+
+/// What the word of a setting stands for; the first of all where none is given.
+fn one_of<T: Copy>(
+    key: &str,
+    word: Option<&Spanned<String>>,
+    known: &[(&str, T)],
+    scene: &Scene,
+) -> Result<T, SessionError> {
+    let Some(word) = word else { return Ok(known[0].1) };
+    if let Some((_, meant)) = known.iter().find(|(name, _)| *name == word.value) {
+        return Ok(*meant);
     }
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{key}` cannot be `{}`", word.value))
+        .at(word.span.clone(), "unknown")
+        .help(format!("known are {}", names.join(", ")));
+    Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
 }
 
 /// The catalog of the libraries that a scene and the command line name.

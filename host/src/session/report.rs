@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use element_api::Kind;
 use serde::Serialize;
 
+use super::apart::Apart;
 use super::open::Session;
 use super::prune::{MergedCase, PlanarCase};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
@@ -106,25 +107,27 @@ pub struct PlanReport {
     pub skipped: Vec<Decision>,
     /// Savings that are not possible here, and why.
     pub impossible: Vec<String>,
+    /// What islands that share nothing cost, each by itself; none for a single one.
+    pub apart: Option<Apart>,
 }
 
 /// The part of [`PlanReport`] that the formulation decides.
-struct Solving {
+pub(super) struct Solving {
     engine: String,
-    formulation: String,
+    pub(super) formulation: String,
     why: String,
     tree: Vec<String>,
-    velocities: usize,
+    pub(super) velocities: usize,
     unknowns: usize,
     rows_met: usize,
-    counts: Counts,
+    pub(super) counts: Counts,
     skips: Vec<Skip>,
 }
 
 /// Operations of a program.
-struct Counts {
+pub(super) struct Counts {
     /// Run per evaluation.
-    operations: usize,
+    pub(super) operations: usize,
     kernels: usize,
     /// Written, those of a kernel once.
     written: usize,
@@ -182,7 +185,7 @@ impl Session {
     }
 
     /// How accelerations are solved for.
-    fn solving(&self) -> Solving {
+    pub(super) fn solving(&self) -> Solving {
         let choice = self.choose_formulation();
         let why = choice.as_ref().map_or_else(|error| error.to_string(), |choice| choice.why.clone());
         if let Ok(super::formulation::Choice { joint: Some(joint), .. }) = choice {
@@ -279,6 +282,10 @@ impl Session {
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
         let solving = self.solving();
         let counts = solving.counts;
+        let (apart, not_apart) = match self.apart_report(counts.operations) {
+            Ok(apart) => (apart, None),
+            Err(error) => (None, Some(("islands apart", error.diagnostics[0].message.clone()))),
+        };
         let maker = Maker::here();
         let switches = Switches::find(&self.equations, &self.plan.layout);
         let name = |(element, count): &(usize, usize)| {
@@ -315,7 +322,14 @@ impl Session {
                     without: skip.switch,
                 })
                 .collect(),
-            impossible: self.plan.impossible.iter().map(|(name, why)| format!("{name}: {why}")).collect(),
+            impossible: self
+                .plan
+                .impossible
+                .iter()
+                .chain(&not_apart)
+                .map(|(name, why)| format!("{name}: {why}"))
+                .collect(),
+            apart,
         }
     }
 }
@@ -508,7 +522,7 @@ fn some(names: &[&str]) -> String {
     }
 }
 
-fn plural(count: usize, one: &str, many: &str) -> String {
+pub(super) fn plural(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
@@ -553,6 +567,9 @@ impl std::fmt::Display for PlanReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (k, island) in self.islands.iter().enumerate() {
             writeln!(f, "island {}: {island}", k + 1)?;
+        }
+        if let Some(apart) = &self.apart {
+            write!(f, "{apart}")?;
         }
         writeln!(f, "coordinates: {}, {} velocities ({})", self.formulation, self.velocities, self.formulation_why)?;
         if !self.tree.is_empty() {

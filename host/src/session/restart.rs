@@ -117,17 +117,7 @@ impl Session {
             let message = format!("the run to go on from ended at {} s, not before this scene's end", state.time);
             return refuse(message, "give a later end: --t-end");
         }
-        for (name, memory) in &state.memories {
-            let Some(element) = self.model.elements.iter().find(|element| element.name == *name) else { continue };
-            let (set, index) = (element.set, element.index as usize);
-            if let Err(fault) = self.model.sets[set].load(index, memory) {
-                let diagnostic = Diagnostic::error(
-                    codes::PLUGIN_MISBEHAVED,
-                    format!("`{name}` does not accept its memory: {}", fault.message),
-                );
-                return Err(SessionError::one(Exit::Plugin, &self.scene.source, diagnostic));
-            }
-        }
+        self.load_memories(&state.memories)?;
         self.scene.simulation.t_start = state.time;
         self.assembly.working = state.working;
         let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);
@@ -141,6 +131,23 @@ impl Session {
         }
         self.assembly.references = state.references;
         self.assembly.discrete = state.discrete;
+        self.memories = state.memories;
+        Ok(())
+    }
+
+    /// Gives opaque elements back their private memories: names and bytes. Those of elements that are not here are left out.
+    pub(super) fn load_memories(&mut self, memories: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
+        for (name, memory) in memories {
+            let Some(element) = self.model.elements.iter().find(|element| element.name == *name) else { continue };
+            let (set, index) = (element.set, element.index as usize);
+            if let Err(fault) = self.model.sets[set].load(index, memory) {
+                let diagnostic = Diagnostic::error(
+                    codes::PLUGIN_MISBEHAVED,
+                    format!("`{name}` does not accept its memory: {}", fault.message),
+                );
+                return Err(SessionError::one(Exit::Plugin, &self.scene.source, diagnostic));
+            }
+        }
         Ok(())
     }
 }

@@ -28,9 +28,9 @@ const INTERPOLATION_MARGIN: f64 = 5.0;
 const PARTICLE_SPIN: f64 = 1e-6;
 
 /// Takes the channels at one sample time, in SI. An error ends the run.
-pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + 'a>;
+pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + Send + 'a>;
 /// Told the time after each accepted step.
-pub type Progress<'a> = Box<dyn FnMut(f64) + 'a>;
+pub type Progress<'a> = Box<dyn FnMut(f64) + Send + 'a>;
 
 /// A program, and whether accelerations or multipliers must be known for it.
 struct Part {
@@ -165,6 +165,13 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// See [`AnalysisError`].
     pub fn start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
+        let state = self.place_at_start(t, assembly)?;
+        self.watch(t, &state)?;
+        Ok(state)
+    }
+
+    /// The state at the start; takes the sizes of first accelerations. [`Simulation::watch_start`] follows.
+    pub(super) fn place_at_start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
         let mut state = vec![0.0; self.formulation.groups().len()];
         self.formulation.state_of(&assembly.working, &mut state);
         self.sample_state = state.clone();
@@ -173,8 +180,22 @@ impl<'a> Simulation<'a> {
         let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
         self.scales.anticipate(&accelerations);
         self.formulation.next_step(t, &state)?;
-        self.watch(t, &state)?;
         Ok(state)
+    }
+
+    /// Energies and violations at the start.
+    pub(super) fn watch_start(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        self.watch(t, state)
+    }
+
+    /// Sizes typical of what moves here, so far.
+    pub(super) fn scales(&self) -> &Scales {
+        &self.scales
+    }
+
+    /// Judges errors and violations by the sizes of a larger scene.
+    pub(super) fn widen_scales(&mut self, whole: &Scales) {
+        self.scales.widen(whole);
     }
 
     /// Watches the rows and energies of other equations of the same motion instead: those that were pruned.

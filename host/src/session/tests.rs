@@ -4,6 +4,7 @@
 
 mod bookkeeping;
 mod checks;
+mod islands;
 mod merged;
 mod motions;
 mod particles;
