@@ -30,7 +30,9 @@
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
 //! | `planar.rs` | the equations of a motion that stays parallel to a plane |
-//! | `tape.rs` | programs and their interpreter |
+//! | `tape.rs` | programs |
+//! | `interpreter.rs` | what runs them without machine code |
+//! | `turn.rs` | sine and cosine of an angle at once |
 //! | `lanes.rs` | programs for several instances at once |
 //! | `kernels.rs` | operations that many bodies or joints repeat, looped over them |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
@@ -46,6 +48,7 @@ mod eliminate;
 mod equations;
 mod graph;
 mod import;
+mod interpreter;
 mod joint;
 mod kernels;
 mod kinematics;
@@ -60,6 +63,7 @@ mod rewrite;
 mod spatial;
 mod switches;
 mod tape;
+mod turn;
 mod turned_rows;
 mod vector;
 
