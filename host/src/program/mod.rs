@@ -20,6 +20,7 @@
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `joint.rs` | the equations of motion in the coordinates of joints |
+//! | `carry.rs` | other quantities in these coordinates |
 //! | `projection.rs` | their mass matrix and right side, by pairs of velocities or by composite bodies |
 //! | `spatial.rs` | bodies of a tree at one point: motions, inertias, loads of six numbers |
 //! | `turned_rows.rs` | their rows, without the frames they were seen from |
@@ -40,6 +41,7 @@
 
 mod acting;
 mod articulated;
+mod carry;
 mod condense;
 pub mod costs;
 mod coupling;
