@@ -18,7 +18,7 @@ use super::working::{
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Measure};
-use crate::program::{JointEquations, Node, Used as Compiled};
+use crate::program::{Equations, JointEquations, Node, Used as Compiled};
 
 /// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
 pub const STATES_PER_AUDIT: u64 = 8;
@@ -511,8 +511,7 @@ impl Formulation for JointForm {
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
-        stage.copy_from_slice(state);
-        let result = passage::rates_of_stage(self, t, &mut stage, rates);
+        let result = passage::rates_of_stage(self, t, state, &mut stage, rates);
         self.stage = stage;
         result?;
         if rates.iter().all(|x| x.is_finite()) {
@@ -561,6 +560,16 @@ impl Formulation for JointForm {
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
         self.move_bodies(t, state)?;
         self.bodies.observe(t, &self.body_state, dynamics)
+    }
+
+    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+        let (graph, nodes) = self.equations.carry(equations, &self.layout, nodes)?;
+        Some(Evaluator::new(&graph, &nodes))
+    }
+
+    fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
+        self.load(t, state);
+        own.run(&self.inputs, self.bodies.sets())
     }
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {

@@ -714,8 +714,7 @@ impl Formulation for WorkingForm {
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
-        stage.copy_from_slice(state);
-        let result = passage::rates_of_stage(self, t, &mut stage, rates);
+        let result = passage::rates_of_stage(self, t, state, &mut stage, rates);
         self.stage = stage;
         result?;
         if rates.iter().all(|x| x.is_finite()) {

@@ -354,3 +354,41 @@ fn rows_without_their_frame_are_shorter_and_vanish_with_those_in_it() {
         assert!(difference(&found[0], &found[1]) < 1e-11, "{found:?}");
     }
 }
+
+#[test]
+fn quantities_are_the_same_with_and_without_the_bodies() {
+    let mut random = Random(401);
+    for text in all_scenes() {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        let Prepared { equations, .. } = prepared(&text);
+        let mut nodes = vec![equations.kinetic, equations.potential];
+        nodes.extend(&equations.angles);
+        nodes.extend(equations.bodies.iter().flat_map(|body| body.r.into_iter().chain(body.v).chain(body.w)));
+        let Some(mut own) = form.own_program(&equations, &nodes) else {
+            assert!(!equations.graph.calls.is_empty());
+            continue;
+        };
+        let mut by_bodies = Evaluator::new(&equations.graph, &nodes);
+        for _ in 0..10 {
+            let working = stand.consistent(&mut random, 0.2);
+            let mut state = vec![f64::NAN; form.groups().len()];
+            form.state_of(&working, &mut state);
+            let inputs = form.observe(TIME, &state, false).unwrap().inputs.to_vec();
+            let expected = by_bodies.run(&inputs, form.sets()).unwrap();
+            let off = difference(form.run_own(TIME, &state, &mut own).unwrap(), expected);
+            assert!(off < 1e-11, "{off:e}");
+        }
+    }
+}
+
+#[test]
+fn what_hangs_on_more_than_coordinates_is_left_to_the_bodies() {
+    let form = joint_form(&scenes::four_bar(1.1));
+    let Prepared { equations, plan, .. } = prepared(&scenes::four_bar(1.1));
+    assert!(form.own_program(&equations, &equations.bodies[0].r).is_some());
+    assert!(form.own_program(&equations, &equations.bodies[0].p).is_none());
+    let mut graph = equations.clone();
+    let accelerations = [graph.graph.input(plan.layout.acceleration_slot())];
+    assert!(form.own_program(&graph, &accelerations).is_none());
+}
