@@ -35,8 +35,9 @@ fn in_turns(scene: Scene, mine: Receiver<()>, other: SyncSender<()>) -> Vec<u8> 
     let session = ready(scene);
     let mut turns = 0;
     // An error means that the other one has finished; then nobody is waited for.
-    let take_turns = Box::new(|_| {
-        turns += 1;
+    let counted = &mut turns;
+    let take_turns = Box::new(move |_| {
+        *counted += 1;
         let _ = other.send(());
         let _ = mine.recv();
     });
