@@ -371,7 +371,7 @@ fn quantities_are_the_same_with_and_without_the_bodies() {
         };
         let mut by_bodies = Evaluator::new(&equations.graph, &nodes);
         for _ in 0..10 {
-            let working = stand.consistent(&mut random, 0.2);
+            let working = stand.consistent(&mut random, 0.1);
             let mut state = vec![f64::NAN; form.groups().len()];
             form.state_of(&working, &mut state);
             let inputs = form.observe(TIME, &state, false).unwrap().inputs.to_vec();
