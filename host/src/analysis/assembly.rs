@@ -1,10 +1,12 @@
 //! Positions and velocities before time starts.
 
+use nalgebra::Vector3;
+
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::scales::Scales;
 use super::working::{BODY_STATES, clusters, move_body};
-use crate::linalg::{KktSolver, KktStructure, SparseFirst};
+use crate::linalg::{KktSolver, KktStructure, LIGHT, SparseFirst};
 use crate::model::{Model, rotation, skew};
 use crate::plan::Layout;
 use crate::program::{Equations, Program};
@@ -17,6 +19,8 @@ const ASSEMBLY_RANK_TOLERANCE: f64 = 1e-8;
 const ASSEMBLED: f64 = 1e-12;
 /// Initial velocities that miss what was asked by more than this share of the largest one are reported.
 const VELOCITY_MISS: f64 = 1e-9;
+/// Velocities that miss the rows by at most this share of what these are made of meet them but for round-off.
+const AS_ASKED: f64 = 1e-12;
 
 /// The start of a simulation.
 #[derive(Debug, Clone)]
@@ -304,6 +308,12 @@ fn velocities(
     }
     let count = right.len();
     let n = layout.velocities();
+    if n as f64 * (count as f64).powi(2) > LIGHT
+        && let Some(v) = as_asked(&rows, model, state)
+    {
+        set_velocities(state, &v);
+        return Ok(Vec::new());
+    }
     let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern)?;
     // What is asked of a body is a cluster of its own.
     let mut clusters = clusters(layout, &all);
@@ -315,10 +325,7 @@ fn velocities(
     solver.refactor(&values)?;
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
     solver.solve(&vec![0.0; n], &right, &mut v, &mut multipliers)?;
-    for body in 0..layout.bodies {
-        let at = BODY_STATES * body + 7;
-        state[at..at + 6].copy_from_slice(&v[6 * body..6 * body + 6]);
-    }
+    set_velocities(state, &v);
     let mut reached = vec![0.0; count];
     for ((row, column), value) in structure.jacobian.iter().zip(&values) {
         reached[*row] += value * v[*column];
@@ -333,6 +340,39 @@ fn velocities(
         }
     }
     Ok(misses)
+}
+
+fn set_velocities(state: &mut [f64], v: &[f64]) {
+    for (y, v) in state.chunks_exact_mut(BODY_STATES).zip(v.chunks_exact(6)) {
+        y[7..].copy_from_slice(v);
+    }
+}
+
+/// The velocities that are asked for, with rest where nothing is, if that meets the joints: then nothing has to be solved, since
+/// each body has the only velocity it may have, or the one without kinetic energy. `None` where it does not, or where a body's
+/// velocity is given in part. `rows` are evaluated, with their derivatives by time as function 0.
+pub(super) fn as_asked(rows: &Constraints, model: &Model, state: &[f64]) -> Option<Vec<f64>> {
+    let mut v = Vec::with_capacity(6 * model.bodies.len());
+    for (body, y) in model.bodies.iter().zip(state.chunks_exact(BODY_STATES)) {
+        let given: Vec<f64> = body.velocity.iter().chain(&body.angular_velocity).flatten().copied().collect();
+        match given[..] {
+            [] => v.extend([0.0; 6]),
+            [x, y_, z, wx, wy, wz] => {
+                let a = rotation(&[y[3], y[4], y[5], y[6]]);
+                let spin = a.tr_mul(&Vector3::new(wx, wy, wz));
+                let center = Vector3::new(x, y_, z) + a * spin.cross(&body.center_of_mass);
+                v.extend(center.iter().chain(spin.iter()));
+            }
+            _ => return None,
+        }
+    }
+    let (mut off, mut size) = (rows.function(0).to_vec(), vec![0.0; rows.structure.m]);
+    size.iter_mut().zip(&off).for_each(|(size, time)| *size = time.abs());
+    for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
+        off[*row] += slope * v[*column];
+        size[*row] += (slope * v[*column]).abs();
+    }
+    off.iter().zip(&size).all(|(off, size)| off.abs() <= AS_ASKED * size).then_some(v)
 }
 
 /// The multi-turn angles at the start, in (-pi, pi].

@@ -1,6 +1,9 @@
 //! The start: positions near the given ones, velocities as given where the joints allow it.
 
+use nalgebra::Vector3;
+
 use super::*;
+use crate::analysis::assembly::as_asked;
 use crate::model::rotation;
 use crate::program::Form;
 use crate::tests::model;
@@ -208,4 +211,36 @@ fn a_scene_may_start_in_a_singular_position() {
     stand.form.rates(0.0, &start, &mut rates).unwrap();
     assert!(rates.iter().all(|x| x.is_finite()));
     assert!((start[12] - 2.0).abs() < 1e-13);
+}
+
+#[test]
+fn velocities_that_fit_are_taken_as_they_are() {
+    let text = scenes::four_bar(1.1);
+    let mut model = model(&text);
+    let layout = Layout::new(&model);
+    let equations = Equations::build(&model, &layout, Form::Working);
+    // A motion of the mechanism: what assembly makes of the speed of one rod.
+    model.bodies[0].angular_velocity = [Some(0.0), Some(0.0), Some(0.7)];
+    let solved = assemble(&equations, &model, &layout, 0.0).unwrap();
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(&equations, &model, &all, &[|row| row.time], &[]).unwrap();
+    rows.evaluate(&start_inputs(&layout, 0.0, &solved), &model.sets).unwrap();
+    assert!(as_asked(&rows, &model, &solved.working).is_none(), "some velocities are not given");
+    for (body, y) in model.bodies.iter_mut().zip(solved.working.chunks_exact(13)) {
+        let a = rotation(&[y[3], y[4], y[5], y[6]]);
+        let spin = Vector3::from_column_slice(&y[10..13]);
+        let origin = Vector3::from_column_slice(&y[7..10]) - a * spin.cross(&body.center_of_mass);
+        body.velocity = [0, 1, 2].map(|k| Some(origin[k]));
+        body.angular_velocity = [0, 1, 2].map(|k| Some((a * spin)[k]));
+    }
+    let taken = as_asked(&rows, &model, &solved.working).unwrap();
+    for (y, v) in solved.working.chunks_exact(13).zip(taken.chunks_exact(6)) {
+        assert!(difference(&y[7..13], v) < 1e-14, "{v:?} instead of {:?}", &y[7..13]);
+    }
+    assert!(amax(&taken) > 0.1);
+    model.bodies[1].velocity[0] = model.bodies[1].velocity[0].map(|v| v + 1e-9);
+    assert!(as_asked(&rows, &model, &solved.working).is_none(), "this does not fit the joints");
+    // Rest fits, and needs no numbers.
+    model.bodies.iter_mut().for_each(|body| (body.velocity, body.angular_velocity) = ([None; 3], [None; 3]));
+    assert_eq!(as_asked(&rows, &model, &solved.working), Some(vec![0.0; layout.velocities()]));
 }
