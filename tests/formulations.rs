@@ -1,6 +1,6 @@
-//! Joint coordinates and the coordinates of bodies describe the same motion, in every scene of the tree.
+//! Joint coordinates and the coordinates of bodies, merged or not, describe the same motion, in every scene of the tree.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use odyn::session::{RunReport, Session};
 use odyn::verification::scenes_in;
@@ -48,27 +48,60 @@ fn scenes() -> Vec<PathBuf> {
     scenes
 }
 
+/// The scene with settings, opened.
+fn open(path: &Path, settings: &[&str]) -> Session {
+    let settings: Vec<String> = settings.iter().map(|setting| format!("simulation.{setting}")).collect();
+    let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+    Session::open(path, &options(&settings, &[])).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn run(session: Session) -> RunReport {
+    session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// What differs by more than the tolerance of the runs explains, in words; empty where nothing does.
+fn difference(path: &Path, ours: &RunReport, theirs: &RunReport) -> String {
+    let (off, column) = worst(ours, theirs);
+    let allowed = (TOLERANCES * ours.summary.tolerance).max(ROUND_OFF);
+    if off <= allowed {
+        return String::new();
+    }
+    format!("{}: `{column}` differs by {off:.1e} of its peak, allowed {allowed:.1e}\n", path.display())
+}
+
+#[test]
+fn bodies_held_together_give_the_same_results_as_one() {
+    let mut merged = 0;
+    let mut failed = String::new();
+    for path in scenes() {
+        let in_bodies = "formulation=cartesian";
+        let session = open(&path, &[in_bodies]);
+        if !session.plan_report().skipped.iter().any(|skip| skip.without == Some("merged")) {
+            continue;
+        }
+        merged += 1;
+        let ours = run(session);
+        assert!(ours.summary.engine.contains("merged"), "{}", ours.summary.engine);
+        for other in ["without=[\"merged\"]", "engine=reference"] {
+            failed += &difference(&path, &ours, &run(open(&path, &[in_bodies, other])));
+        }
+    }
+    assert!(failed.is_empty(), "\n{failed}");
+    // Brackets and foundations of the scenes.
+    assert!(merged >= 5, "{merged}");
+}
+
 #[test]
 fn joint_coordinates_and_those_of_bodies_give_the_same_results() {
     let mut in_joints = 0;
     let mut failed = String::new();
     for path in scenes() {
-        let run = |formulation: &str| {
-            let setting = format!("simulation.formulation={formulation}");
-            let session = Session::open(&path, &options(&[&setting], &[])).unwrap_or_else(|error| panic!("{error}"));
-            session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
-        };
-        let (ours, theirs) = (run("auto"), run("cartesian"));
+        let [ours, theirs] = ["formulation=auto", "formulation=cartesian"].map(|setting| run(open(&path, &[setting])));
         if !ours.summary.engine.contains("joint") {
             continue;
         }
         in_joints += 1;
-        let (off, column) = worst(&ours, &theirs);
-        let allowed = (TOLERANCES * ours.summary.tolerance).max(ROUND_OFF);
-        if off.is_nan() || off > allowed {
-            failed +=
-                &format!("{}: `{column}` differs by {off:.1e} of its peak, allowed {allowed:.1e}\n", path.display());
-        }
+        failed += &difference(&path, &ours, &theirs);
     }
     assert!(failed.is_empty(), "\n{failed}");
     // Most scenes; the others depend on reactions or accelerations.

@@ -18,7 +18,7 @@ fn ready(scene: Scene) -> Session {
 }
 
 /// Runs to the end and gives the bytes of the table of results.
-fn table(session: Session, folder: &Path, progress: Box<dyn FnMut(f64) + '_>) -> Vec<u8> {
+fn table(session: Session, folder: &Path, progress: Box<dyn FnMut(f64) + Send + '_>) -> Vec<u8> {
     let report = session.run(Some(folder), progress, &Default::default()).unwrap();
     assert_eq!(report.exit_code(), 0);
     std::fs::read(folder.join("results.csv")).unwrap()
@@ -30,13 +30,14 @@ fn alone(scene: Scene) -> Vec<u8> {
 }
 
 /// Runs in a thread of its own, one step for each turn that it is given; gives the turn on after each step.
-fn in_turns(scene: Scene, mine: &Receiver<()>, other: SyncSender<()>) -> Vec<u8> {
+fn in_turns(scene: Scene, mine: Receiver<()>, other: SyncSender<()>) -> Vec<u8> {
     let scratch = Scratch::new();
     let session = ready(scene);
     let mut turns = 0;
     // An error means that the other one has finished; then nobody is waited for.
-    let take_turns = Box::new(|_| {
-        turns += 1;
+    let counted = &mut turns;
+    let take_turns = Box::new(move |_| {
+        *counted += 1;
         let _ = other.send(());
         let _ = mine.recv();
     });
@@ -50,8 +51,8 @@ fn step_by_step() {
     let (a, b) = (alone(A), alone(B));
     let ((to_a, from_b), (to_b, from_a)) = (sync_channel(1), sync_channel(1));
     let (interleaved_a, interleaved_b) = std::thread::scope(|scope| {
-        let first = scope.spawn(move || in_turns(A, &from_b, to_b));
-        let second = scope.spawn(move || in_turns(B, &from_a, to_a));
+        let first = scope.spawn(move || in_turns(A, from_b, to_b));
+        let second = scope.spawn(move || in_turns(B, from_a, to_a));
         (first.join().unwrap(), second.join().unwrap())
     });
     assert!(interleaved_a == a && interleaved_b == b, "taking turns changes results");

@@ -9,6 +9,7 @@ mod signal_elements;
 
 use element_api::adapt::{control, force, joint};
 use element_api::manifest::Library;
+pub use elements::WELD_STEP;
 use elements::*;
 use nalgebra::Matrix3;
 use signal_elements::*;
@@ -35,6 +36,7 @@ pub fn library(package: &str) -> Library {
             joint::<Screw<true>>(),
             joint::<Ball>(),
             joint::<Slide>(),
+            joint::<Weld>(),
             joint::<Drive>(),
             joint::<Forgetful>(),
             joint::<NoRows>(),

@@ -6,6 +6,7 @@ use crate::model::Model;
 use crate::program::{Equations, Node, Program, Sets, Used, Workspace};
 
 /// A program that gives chosen functions of a choice of rows together with their Jacobian.
+#[derive(Clone)]
 pub struct Constraints {
     /// Patterns of mass matrix and Jacobian for this choice.
     pub structure: KktStructure,

@@ -2,8 +2,9 @@
 
 use element_api::set::Fault;
 
+use super::evaluator::Evaluator;
 use crate::linalg::LinalgError;
-use crate::program::{Equations, Used};
+use crate::program::{Equations, Node, Used};
 
 /// What one entry of the state vector is; error control scales each group by its own size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,7 +108,7 @@ pub struct Observed<'a> {
 }
 
 /// A way of writing the equations of motion. States are plain slices; `dim` numbers each.
-pub trait Formulation {
+pub trait Formulation: Send {
     /// Short name for reports.
     fn name(&self) -> &'static str;
     /// What each entry of the state vector is.
@@ -145,6 +146,20 @@ pub trait Formulation {
     /// # Errors
     /// See [`AnalysisError`].
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError>;
+    /// A program of nodes of the working form that takes the formulation's own inputs; `None` where there is none. It is run
+    /// by [`Formulation::run_own`], and takes the place of [`Formulation::observe`] with a program of the working form.
+    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+        let _ = (equations, nodes);
+        None
+    }
+    /// Runs such a program. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
+        let inputs = self.observe(t, state, false)?.inputs.to_vec();
+        own.run(&inputs, self.sets())
+    }
     /// The programs that are run, for machine code to be made of them; always in the same order.
     fn programs(&mut self) -> Vec<Used<'_>> {
         Vec::new()

@@ -18,10 +18,14 @@ use super::working::{
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Measure};
-use crate::program::{JointEquations, Node, Used as Compiled};
+use crate::program::{Equations, JointEquations, Node, Used as Compiled};
 
 /// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
 pub const STATES_PER_AUDIT: u64 = 8;
+
+/// Coordinates of a tree beyond which its mass matrix is not written down for a factorisation of the whole, where elimination
+/// body by body comes upon a pivot that is not positive: millions of entries.
+const MOST_TO_FACTOR: usize = 3000;
 
 /// Which engine solved.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -84,7 +88,8 @@ impl JointForm {
     /// # Errors
     /// When the linear algebra refuses the model.
     pub fn new(plan: JointPlan, model: &Model, layout: &Layout, bodies: WorkingForm) -> Result<Self, AnalysisError> {
-        let joint = plan.equations;
+        let mut joint = plan.equations;
+        joint.graph.rest();
         let coordinates = joint.coordinates.clone();
         let mut safe = Safe::new(&joint, &plan.rows, &plan.lengths, MOTION_RANK_TOLERANCE)?;
         safe.solver.set_rank_limit(plan.at_start.rank);
@@ -148,6 +153,7 @@ impl JointForm {
             }
         }
         self.counters.rank_safe += u64::from(self.regular.is_some());
+        self.write_mass()?;
         self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
         self.safe.solve_motion()?;
         self.accelerations.copy_from_slice(&self.safe.accelerations);
@@ -157,6 +163,20 @@ impl JointForm {
         let driven: f64 = times.zip(&self.safe.multipliers).map(|(time, lambda)| time * lambda).sum();
         self.rates[self.layout.states] += driven;
         Ok(Used::Safe)
+    }
+
+    /// Makes the rank-safe engine ready for a tree whose mass matrix is not written yet.
+    fn write_mass(&mut self) -> Result<(), AnalysisError> {
+        if self.equations.mass_is_written() {
+            return Ok(());
+        }
+        if self.coordinates.columns > MOST_TO_FACTOR || self.inputs.iter().any(|input| !input.is_finite()) {
+            return Err(AnalysisError::NotFinite { what: "an acceleration".into() });
+        }
+        self.equations.write_mass();
+        self.safe = Safe::new(&self.equations, &[], &[], MOTION_RANK_TOLERANCE)?;
+        self.safe.solver.set_rank_limit(self.at_start.rank);
+        Ok(())
     }
 
     /// The smallest move (in the metric of the mass) that meets the rows to first order, left in `accelerations`. Gives the
@@ -491,8 +511,7 @@ impl Formulation for JointForm {
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
-        stage.copy_from_slice(state);
-        let result = passage::rates_of_stage(self, t, &mut stage, rates);
+        let result = passage::rates_of_stage(self, t, state, &mut stage, rates);
         self.stage = stage;
         result?;
         if rates.iter().all(|x| x.is_finite()) {
@@ -543,7 +562,22 @@ impl Formulation for JointForm {
         self.bodies.observe(t, &self.body_state, dynamics)
     }
 
+    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+        let (graph, nodes) = self.equations.carry(equations, &self.layout, nodes)?;
+        Some(Evaluator::new(&graph, &nodes))
+    }
+
+    fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
+        self.load(t, state);
+        own.run(&self.inputs, self.bodies.sets())
+    }
+
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
+        if matches!(self.derivatives, Derivatives::Possible)
+            && Terms::of_joints(&self.equations, &self.layout).is_some()
+        {
+            self.write_mass()?;
+        }
         let Some(regular) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
         if matches!(self.derivatives, Derivatives::Possible) {
             let terms = Terms::of_joints(&self.equations, &self.layout);

@@ -34,16 +34,13 @@ pub(super) enum Solving {
     Articulated,
 }
 
-/// Operations of an elimination beyond which it is not even tried where bodies can be taken one by one.
-const LONG_ELIMINATION: usize = 100_000;
-
 impl Unrolled {
     pub(super) fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>, how: Solving) -> Self {
         let mut g = joint.graph.clone();
         let mut open = None;
         if rows.is_empty() && how != Solving::Eliminated {
             let solved = joint.articulated(&mut g);
-            if how == Solving::Articulated || tree_elimination(joint) > LONG_ELIMINATION {
+            if how == Solving::Articulated || joint.long_to_eliminate() {
                 return Self::of_tree(joint, g, solved, squares);
             }
             open = Some(solved);
@@ -97,12 +94,13 @@ impl Unrolled {
         Self { motion, position, velocity, rows: rows.to_vec(), squares, by_bodies: false }
     }
 
-    /// Trees that no rows close: nothing is to be corrected.
-    fn of_tree(joint: &JointEquations, mut g: Graph, solved: Articulated, squares: Vec<f64>) -> Self {
+    /// Trees that no rows close: nothing is to be corrected, and nothing is solved for that.
+    fn of_tree(joint: &JointEquations, g: Graph, solved: Articulated, squares: Vec<f64>) -> Self {
         let motion = Evaluator::condensed(&g, &tree_outputs(joint, &solved));
-        let mut outputs = vec![g.constant(0.0); joint.coordinates.columns];
-        outputs.extend(&solved.pivots);
-        let (position, velocity) = (Evaluator::condensed(&g, &outputs), Evaluator::condensed(&g, &outputs));
+        let mut nothing = Graph::default();
+        let mut outputs = vec![nothing.constant(0.0); joint.coordinates.columns];
+        outputs.extend(vec![nothing.constant(1.0); joint.coordinates.columns]);
+        let (position, velocity) = (Evaluator::new(&nothing, &outputs), Evaluator::new(&nothing, &outputs));
         Self { motion, position, velocity, rows: Vec::new(), squares, by_bodies: true }
     }
 }
@@ -113,14 +111,6 @@ fn tree_outputs(joint: &JointEquations, solved: &Articulated) -> Vec<Node> {
     outputs.push(joint.power);
     outputs.extend(&solved.pivots);
     outputs
-}
-
-/// About how many operations elimination of the mass matrix from the tips inwards takes: there is no fill, so that a velocity
-/// meets those it has entries with.
-fn tree_elimination(joint: &JointEquations) -> usize {
-    let mut entries = vec![0; joint.coordinates.columns];
-    joint.mass.iter().for_each(|(row, ..)| entries[*row] += 1);
-    entries.iter().map(|met: &usize| met * met).sum()
 }
 
 /// The smallest pivot of a row at the end of the outputs of one of the programs of [`Unrolled`], as a share of the squared

@@ -80,7 +80,10 @@ impl JointPlan {
 
     /// Leaves no choice of rows: all stay in use, and the rank-safe engine solves throughout.
     pub fn use_all_rows(&mut self) {
-        self.start_health = 0.0;
+        // A large tree that no rows close has none to choose from.
+        if self.equations.mass_is_written() {
+            self.start_health = 0.0;
+        }
     }
 
     /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
@@ -117,7 +120,7 @@ impl JointPlan {
     /// The plan for equations that are written.
     fn of(
         equations: &Equations,
-        joint: JointEquations,
+        mut joint: JointEquations,
         model: &Model,
         layout: &Layout,
         tree: SpanningTree,
@@ -126,7 +129,29 @@ impl JointPlan {
     ) -> Result<Self, AnalysisError> {
         let length = assembly.scales.length;
         let inputs = inputs_at_start(&joint, model, layout, &tree, assembly, t);
-        let of_tree = |row: usize| tree.uses(layout.element_of_row(row).0);
+        let used = tree.used(model.elements.len());
+        let of_tree = |row: usize| used[layout.element_of_row(row).0];
+        if !joint.mass_is_written() {
+            let mut regular = Unrolled::new(&joint, &[], Vec::new(), Solving::Articulated);
+            let outputs = regular.motion.run(&inputs, &model.sets)?;
+            let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
+            if start_health >= LEAST_HEALTH {
+                return Ok(Self {
+                    met: Vec::new(),
+                    regular,
+                    start_health,
+                    at_start: Health { rank: 0, smallest_pivot_ratio: 1.0 },
+                    independent: Vec::new(),
+                    lengths: Vec::new(),
+                    sizes: Vec::new(),
+                    rows: Vec::new(),
+                    length,
+                    equations: joint,
+                    tree,
+                });
+            }
+            joint.write_mass();
+        }
         let candidates: Vec<usize> =
             (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
@@ -144,7 +169,9 @@ impl JointPlan {
         let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
         let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
         let mut regular = Unrolled::new(&joint, &chosen, squares, Solving::Fewest);
-        let outputs = regular.velocity.run(&inputs, &model.sets)?;
+        // Where nothing is to be corrected, the pivots are those of the motion.
+        let factored = if regular.by_bodies { &mut regular.motion } else { &mut regular.velocity };
+        let outputs = factored.run(&inputs, &model.sets)?;
         let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
         Ok(Self {
             met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),

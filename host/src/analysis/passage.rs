@@ -60,22 +60,31 @@ pub(super) trait Refusing: Passing {
     -> Result<(), AnalysisError>;
 }
 
-/// The rates at a stage of a step, which may be moved to the constraints.
+/// The rates at a stage of a step, which may be moved to the constraints; `stage` is room for that.
 ///
 /// # Errors
 /// See [`AnalysisError`].
 pub(super) fn rates_of_stage<F: Refusing>(
     form: &mut F,
     t: f64,
+    state: &[f64],
     stage: &mut [f64],
     rates: &mut [f64],
 ) -> Result<(), AnalysisError> {
     let careful = form.is_careful();
-    let projected = if careful { form.project_plainly(t, stage, true) } else { Ok(()) };
-    form.counted().stage_projections += u64::from(careful);
-    match projected.and_then(|()| form.rates_plainly(t, stage, rates, true)) {
+    let found = if careful {
+        stage.copy_from_slice(state);
+        form.counted().stage_projections += 1;
+        form.project_plainly(t, stage, true).and_then(|()| form.rates_plainly(t, stage, rates, true))
+    } else {
+        form.rates_plainly(t, state, rates, true)
+    };
+    match found {
         Err(AnalysisError::NextToSingular) => {}
         result => return result,
+    }
+    if !careful {
+        stage.copy_from_slice(state);
     }
     let mut passage = std::mem::take(form.passage());
     let passed = passage.interpolate(form, t, stage, rates, |form, t, place, rates| {

@@ -67,6 +67,14 @@ impl Scales {
         }
     }
 
+    /// Takes in the sizes of other parts of the same scene.
+    pub fn widen(&mut self, other: &Self) {
+        self.length = self.length.max(other.length);
+        self.speed = self.speed.max(other.speed);
+        self.spin = self.spin.max(other.spin);
+        self.energy = self.energy.max(other.energy);
+    }
+
     /// Speed to compare velocity errors with, m/s: never below a thousandth of what the rotation alone would give.
     #[must_use]
     pub fn speed_scale(&self) -> f64 {

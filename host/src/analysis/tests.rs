@@ -6,9 +6,11 @@ mod assembly;
 mod dynamics;
 mod joint;
 mod linearisation;
+mod long_trees;
 mod passage;
 mod projection;
 mod second_order;
+mod twice;
 
 use nalgebra::{DMatrix, DVector};
 

@@ -75,6 +75,21 @@ impl<S: KktSolver> Engine<S> {
         Ok(engine)
     }
 
+    /// The same rows by another solver.
+    fn with<T: KktSolver>(&self, model: &Model, solver: T) -> Result<Engine<T>, AnalysisError> {
+        let mut engine = Engine {
+            dynamics: self.dynamics.clone(),
+            geometry: self.geometry.clone(),
+            multipliers: self.multipliers.clone(),
+            right: self.right.clone(),
+            factored_at: Vec::new(),
+            health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
+            solver,
+        };
+        engine.solver.set_mass(&mass_values(model))?;
+        Ok(engine)
+    }
+
     /// Accelerations, multipliers, state rates and power from the functions evaluated and the factorisation in force.
     fn solve_motion(
         &mut self,
@@ -216,7 +231,11 @@ impl WorkingForm {
             }
         };
         let structure = structure(equations, model, &all)?;
-        let mut safe = Engine::new(equations, model, &all, DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?)?;
+        let solver = DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?;
+        let mut safe = match &regular {
+            Some(engine) if engine.dynamics.rows == all => engine.with(model, solver)?,
+            _ => Engine::new(equations, model, &all, solver)?,
+        };
         safe.solver.set_rank_limit(plan.health.rank);
         let watch = if !plan.redundant_rows.is_empty() {
             Watch::Rows
@@ -427,6 +446,11 @@ impl WorkingForm {
         for (row, value) in rows.iter().zip(multipliers) {
             self.inputs[slot + row] = *value;
         }
+    }
+
+    /// Changes element sets with another form of the same scene: one of them has those that are opaque.
+    pub(super) fn trade_sets(&mut self, other: &mut Self) {
+        std::mem::swap(&mut self.sets, &mut other.sets);
     }
 
     /// Names of all rows.
@@ -690,8 +714,7 @@ impl Formulation for WorkingForm {
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
         self.counters.evaluations += 1;
         let mut stage = std::mem::take(&mut self.stage);
-        stage.copy_from_slice(state);
-        let result = passage::rates_of_stage(self, t, &mut stage, rates);
+        let result = passage::rates_of_stage(self, t, state, &mut stage, rates);
         self.stage = stage;
         result?;
         if rates.iter().all(|x| x.is_finite()) {

@@ -120,6 +120,8 @@ impl Runner {
             overrides,
             plugins: self.settings.plugins.clone(),
             library_copies: self.settings.library_copies.clone(),
+            // One thread: times are to compare.
+            jobs: 1,
             ..RunOptions::default()
         };
         Session::open(path, &options).map_err(|error| error.render(false))
@@ -174,7 +176,7 @@ impl Runner {
         let session = self.open(path, overrides.to_vec())?;
         let stop = Arc::new(AtomicBool::new(false));
         let late = Arc::clone(&stop);
-        let watch: Box<dyn FnMut(f64)> = match deadline {
+        let watch: Box<dyn FnMut(f64) + Send> = match deadline {
             None => Box::new(|_| ()),
             Some(deadline) => Box::new(move |_| {
                 if Instant::now() > deadline {

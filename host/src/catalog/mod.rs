@@ -40,7 +40,7 @@ pub use file::{read_manifest, scan};
 pub use search::{ENVIRONMENT, SearchPath};
 
 /// The element types that a scene may use.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Catalog {
     libraries: Vec<Entry>,
     warnings: Vec<Diagnostic>,
@@ -51,6 +51,7 @@ pub struct Catalog {
 }
 
 /// One library of a catalog.
+#[derive(Clone)]
 struct Entry {
     info: Arc<LibraryInfo>,
     classes: Vec<Arc<dyn ElementClass>>,

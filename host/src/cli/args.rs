@@ -177,8 +177,12 @@ pub(super) struct SceneArgs {
     /// Coordinates of the equations of motion: auto, cartesian or joint
     #[arg(long, value_name = "NAME")]
     pub(super) formulation: Option<String>,
-    /// Do without these savings, in place of the scene's own list: planar, kinematic, row-choice, on-demand,
-    /// events. Results are the same, found by more work
+    /// Parts of the scene that share nothing: together (default: common steps) or apart (each its own steps, method and
+    /// coordinates; errors up to the tolerance in each)
+    #[arg(long, value_name = "NAME")]
+    pub(super) islands: Option<String>,
+    /// Do without these savings, in place of the scene's own list: merged, planar, kinematic, row-choice,
+    /// on-demand, audit, events. Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,
     /// Library of elements, or folder to look for libraries in; may be repeated
@@ -199,6 +203,9 @@ pub(super) struct RunArgs {
     /// Go on from where the run with this folder of results ended
     #[arg(long, value_name = "DIR")]
     pub(super) from: Option<PathBuf>,
+    /// Threads for islands that run apart; as many as there are processors if left out. Results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) jobs: Option<u16>,
     /// Largest constraint violation and energy error the audit lets pass
     #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) audit_tol: Option<f64>,
@@ -370,6 +377,7 @@ impl SceneArgs {
             ("fixed_step", self.fixed_step.as_ref()),
             ("engine", self.engine.as_ref()),
             ("formulation", self.formulation.as_ref()),
+            ("islands", self.islands.as_ref()),
         ];
         for (key, value) in settings {
             overrides.extend(value.map(|value| Override::new(format!("simulation.{key}={value}"))));

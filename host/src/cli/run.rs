@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes, render};
 use odyn::results::{Status, report};
-use odyn::session::{Restart, Session};
+use odyn::session::{Restart, RunOptions, Session};
 
 use super::args::RunArgs;
 use super::exit;
@@ -17,7 +17,8 @@ use super::terminal::{self, Progress, Stream};
 /// Integrates a scene and writes its results.
 pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let stop = stop_on_interrupt();
-    let mut session = Session::open(&args.scene.scene, &args.scene.options(args.audit_tol))?;
+    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), ..args.scene.options(args.audit_tol) };
+    let mut session = Session::open(&args.scene.scene, &options)?;
     let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
     if let Some(from) = &args.from {
         if same_folder(from, &folder) {

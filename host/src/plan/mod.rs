@@ -9,6 +9,7 @@
 mod coordinates;
 mod decide;
 mod layout;
+mod merging;
 mod pruning;
 mod topology;
 mod tree;
@@ -19,6 +20,7 @@ mod tests;
 pub use coordinates::{Coordinates, Line, Measure, Rotation};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip};
 pub use layout::Layout;
+pub use merging::{Merging, Refused};
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};
 pub use tree::{SpanningTree, TreeJoint};

@@ -2,15 +2,17 @@
 
 use element_api::Kind;
 
-use crate::model::Model;
+use crate::model::{Axes, Model, Quantity, Source};
 
-/// Bodies that can influence each other.
+/// Bodies and elements that can influence each other, with the outputs about them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Island {
-    /// Its bodies.
+    /// Its bodies, ascending; never none.
     pub bodies: Vec<usize>,
-    /// Its elements.
+    /// Its elements, ascending.
     pub elements: Vec<usize>,
+    /// The channels that it has a share in, ascending: its own, and energies of the whole scene.
+    pub channels: Vec<usize>,
     /// Number of independent closed loops of joints, ground counted as one body.
     pub loops: usize,
 }
@@ -18,37 +20,64 @@ pub struct Island {
 /// The islands of a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topology {
-    /// Islands in the order of their first body.
+    /// Islands in the order of their first body. Each element and each body is in one of them.
     pub islands: Vec<Island>,
 }
 
 impl Topology {
-    /// Finds the islands: joints and force elements connect, ground does not.
+    /// Finds the islands. Whatever can carry an influence connects: the bodies of an element, the signals that it takes, the
+    /// joints whose reactions it takes; and an output that names two bodies, since somebody has to compute it. Ground and
+    /// gravity do not connect.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        let mut parent: Vec<usize> = (0..model.bodies.len()).collect();
-        for element in &model.elements {
-            let mut bodies = element.markers.iter().filter_map(|m| m.body);
-            if let Some(first) = bodies.next() {
-                for other in bodies {
-                    let (a, b) = (root(&parent, first), root(&parent, other));
-                    parent[a.max(b)] = a.min(b);
+        let bodies = model.bodies.len();
+        if bodies == 0 {
+            return Self { islands: Vec::new() };
+        }
+        // Bodies, then elements.
+        let mut parent: Vec<usize> = (0..bodies + model.elements.len()).collect();
+        for (index, element) in model.elements.iter().enumerate() {
+            let own = bodies + index;
+            element.markers.iter().filter_map(|marker| marker.body).for_each(|body| join(&mut parent, own, body));
+            element.joints.iter().for_each(|joint| join(&mut parent, own, bodies + joint));
+            for source in &element.inputs {
+                let Source::Quantity(quantity) = source else { continue };
+                match named(quantity, bodies) {
+                    Some(nodes) => nodes.into_iter().for_each(|node| join(&mut parent, own, node)),
+                    // An energy of the whole scene as a signal: everything acts on this element.
+                    None => (0..parent.len()).for_each(|node| join(&mut parent, own, node)),
                 }
             }
         }
-        let mut islands: Vec<Island> = Vec::new();
-        let mut island_of_root = vec![None; model.bodies.len()];
-        for body in 0..model.bodies.len() {
-            let at = *island_of_root[root(&parent, body)].get_or_insert_with(|| {
-                islands.push(Island { bodies: Vec::new(), elements: Vec::new(), loops: 0 });
-                islands.len() - 1
-            });
-            islands[at].bodies.push(body);
+        for nodes in model.channels.iter().filter_map(|channel| named(&channel.quantity, bodies)) {
+            nodes.iter().for_each(|node| join(&mut parent, nodes[0], *node));
         }
-        for (index, element) in model.elements.iter().enumerate() {
-            let Some(body) = element.markers.iter().find_map(|m| m.body) else { continue };
-            if let Some(at) = island_of_root[root(&parent, body)] {
-                islands[at].elements.push(index);
+        // What touches no body, such as a signal that nobody takes, goes with the first one. The root of a group is the
+        // smallest of its numbers: a body, if it has one.
+        for element in bodies..parent.len() {
+            if root(&parent, element) >= bodies {
+                join(&mut parent, element, 0);
+            }
+        }
+        let mut islands: Vec<Island> = Vec::new();
+        let mut island_of_root = vec![0; bodies];
+        for node in 0..parent.len() {
+            let top = root(&parent, node);
+            if top == node {
+                island_of_root[top] = islands.len();
+                islands.push(Island { bodies: Vec::new(), elements: Vec::new(), channels: Vec::new(), loops: 0 });
+            }
+            let island = &mut islands[island_of_root[top]];
+            if node < bodies {
+                island.bodies.push(node);
+            } else {
+                island.elements.push(node - bodies);
+            }
+        }
+        for (number, channel) in model.channels.iter().enumerate() {
+            match named(&channel.quantity, bodies) {
+                Some(nodes) => islands[island_of_root[root(&parent, nodes[0])]].channels.push(number),
+                None => islands.iter_mut().for_each(|island| island.channels.push(number)),
             }
         }
         for island in &mut islands {
@@ -56,6 +85,27 @@ impl Topology {
         }
         Self { islands }
     }
+}
+
+/// What a quantity is about: bodies, then elements, counted behind the bodies; never nothing. `None`: it is a sum over the
+/// whole scene.
+fn named(quantity: &Quantity, bodies: usize) -> Option<Vec<usize>> {
+    let with = |node: usize, axes: &Axes| match axes {
+        Axes::Ground => vec![node],
+        Axes::Body(body) => vec![node, *body],
+    };
+    Some(match quantity {
+        Quantity::Point { body, axes, .. } | Quantity::Angular { body, axes, .. } => with(*body, axes),
+        Quantity::EulerParameter { body, .. } | Quantity::Balance { body, .. } => vec![*body],
+        Quantity::Coordinate { element, .. } | Quantity::Value { element, .. } => vec![bodies + element],
+        Quantity::Load { element, axes, .. } => with(bodies + element, axes),
+        Quantity::KineticEnergy | Quantity::PotentialEnergy | Quantity::TotalEnergy => return None,
+    })
+}
+
+fn join(parent: &mut [usize], one: usize, other: usize) {
+    let (a, b) = (root(parent, one), root(parent, other));
+    parent[a.max(b)] = a.min(b);
 }
 
 fn root(parent: &[usize], mut body: usize) -> usize {

@@ -1,5 +1,8 @@
 //! [`SpanningTree`]: which joints' own coordinates carry the bodies.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use element_api::Kind;
 
 use crate::model::Model;
@@ -38,12 +41,15 @@ impl SpanningTree {
     pub fn new(model: &Model, usable: impl Fn(usize) -> bool) -> Self {
         let edges: Vec<Edge> =
             (0..model.elements.len()).filter_map(|e| Edge::new(model, e)).filter(|e| usable(e.element)).collect();
+        let mut growing = Growing::new(&edges, model.bodies.len());
+        growing.reach(None, 0);
         let mut tree = Self::default();
-        let mut depth: Vec<Option<usize>> = vec![None; model.bodies.len()];
-        loop {
-            tree.grow(&edges, &mut depth);
-            let Some(floating) = depth.iter().position(Option::is_none) else { return tree };
-            depth[floating] = Some(0);
+        for floating in 0..model.bodies.len() {
+            tree.grow(&mut growing);
+            if growing.depth[floating].is_some() {
+                continue;
+            }
+            growing.reach(Some(floating), 0);
             tree.joints.push(TreeJoint {
                 element: None,
                 parent: None,
@@ -53,28 +59,16 @@ impl SpanningTree {
                 rotates: !model.bodies[floating].particle,
             });
         }
+        tree.grow(&mut growing);
+        tree
     }
 
     /// Adds joints between what is reached and what is not, until there are none.
-    fn grow(&mut self, edges: &[Edge], depth: &mut [Option<usize>]) {
-        let reached = |depth: &[Option<usize>], body: Option<usize>| body.map_or(Some(0), |body| depth[body]);
-        loop {
-            let open = edges.iter().filter_map(|edge| {
-                let (first, second) = (reached(depth, edge.bodies[0]), reached(depth, edge.bodies[1]));
-                match (first, second) {
-                    (Some(near), None) => Some((edge.freedoms, near, edge.element, edge, false)),
-                    (None, Some(near)) => Some((edge.freedoms, near, edge.element, edge, true)),
-                    _ => None,
-                }
-            });
-            let Some((_, near, _, edge, reversed)) =
-                open.min_by_key(|(freedoms, near, element, ..)| (*freedoms, *near, *element))
-            else {
-                return;
-            };
+    fn grow(&mut self, growing: &mut Growing<'_>) {
+        while let Some(Reverse((_, near, _, number, reversed))) = growing.open.pop() {
+            let edge = &growing.edges[number];
             let (parent, child) = if reversed { (1, 0) } else { (0, 1) };
-            let Some(carried) = edge.bodies[child] else { return };
-            depth[carried] = Some(near + 1);
+            let Some(carried) = edge.bodies[child].filter(|body| growing.depth[*body].is_none()) else { continue };
             self.joints.push(TreeJoint {
                 element: Some(edge.element),
                 parent: edge.bodies[parent],
@@ -83,19 +77,55 @@ impl SpanningTree {
                 coordinates: edge.coordinates,
                 rotates: edge.rotates,
             });
+            growing.reach(Some(carried), near + 1);
         }
     }
 
-    /// Whether an element's coordinates are used.
+    /// For each of so many elements, whether its coordinates are used.
     #[must_use]
-    pub fn uses(&self, element: usize) -> bool {
-        self.joints.iter().any(|joint| joint.element == Some(element))
+    pub fn used(&self, elements: usize) -> Vec<bool> {
+        let mut used = vec![false; elements];
+        self.joints.iter().filter_map(|joint| joint.element).for_each(|element| used[element] = true);
+        used
     }
 
     /// Number of velocities.
     #[must_use]
     pub fn freedoms(&self) -> usize {
         self.joints.iter().map(|joint| joint.coordinates + 3 * usize::from(joint.rotates)).sum()
+    }
+}
+
+/// A tree that grows.
+struct Growing<'a> {
+    edges: &'a [Edge],
+    /// Edges by the bodies they end at, the ground first.
+    at: Vec<Vec<usize>>,
+    /// Joints between each body and the ground, of those that are reached.
+    depth: Vec<Option<usize>>,
+    open: BinaryHeap<Reverse<Reached>>,
+}
+
+/// An edge from what is reached: freedoms, depth there, element; number of the edge, whether it is met by its second end.
+type Reached = (usize, usize, usize, usize, bool);
+
+impl<'a> Growing<'a> {
+    fn new(edges: &'a [Edge], bodies: usize) -> Self {
+        let mut at = vec![Vec::new(); bodies + 1];
+        for (number, edge) in edges.iter().enumerate() {
+            edge.bodies.iter().for_each(|body| at[body.map_or(0, |body| body + 1)].push(number));
+        }
+        Self { edges, at, depth: vec![None; bodies], open: BinaryHeap::new() }
+    }
+
+    fn reach(&mut self, body: Option<usize>, depth: usize) {
+        if let Some(body) = body {
+            self.depth[body] = Some(depth);
+        }
+        for number in &self.at[body.map_or(0, |body| body + 1)] {
+            let edge = &self.edges[*number];
+            self.open.push(Reverse((edge.freedoms, depth, edge.element, *number, edge.bodies[1] == body)));
+        }
     }
 }
 

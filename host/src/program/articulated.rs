@@ -53,14 +53,19 @@ pub(super) fn articulated(g: &mut Graph, limbs: &[Limb], columns: usize) -> Arti
             eliminated[*column] = Some(Eliminated { scaled, rate });
         }
         if let Some(parent) = limb.parent {
-            inertia[parent] = g.add_symmetric(&inertia[parent], &inertia[at]);
-            load[parent] = g.add6(load[parent], load[at]);
+            let carried = limb.inertia_at_parent(g, &inertia[at]);
+            inertia[parent] = g.add_symmetric(&inertia[parent], &carried);
+            let carried = limb.load_at_parent(g, load[at]);
+            load[parent] = g.add6(load[parent], carried);
         }
     }
     let mut accelerations = vec![zero; columns];
     let mut moved: Vec<V6> = Vec::with_capacity(limbs.len());
     for limb in limbs {
-        let mut acceleration = limb.parent.map_or([zero; 6], |parent| moved[parent]);
+        let mut acceleration = match limb.parent {
+            Some(parent) => limb.motion_of_parent(g, moved[parent]),
+            None => [zero; 6],
+        };
         for (column, motion) in &limb.columns {
             let Some(Eliminated { scaled, rate }) = &eliminated[*column] else { continue };
             let part = g.dot6(*scaled, acceleration);

@@ -10,18 +10,25 @@ pub type Seeds = FxHashMap<Node, Node>;
 /// The derivatives of `outputs` along a direction, by the chain rule from the seeds upwards (Griewank & Walther, ch. 3,
 /// forward mode). A seeded node counts as a variable of its own: what it was computed from is not looked at.
 pub fn derivatives(graph: &mut Graph, outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
-    let zero = graph.constant(0.0);
-    let mut known: FxHashMap<Node, Node> = seeds.clone();
-    for node in graph.ancestors(outputs, |node| seeds.contains_key(&node)) {
-        if !known.contains_key(&node) {
-            let derivative = one(graph, node, zero, &known);
-            known.insert(node, derivative);
-        }
-    }
-    outputs.iter().map(|node| known[node]).collect()
+    let below = graph.ancestors(outputs, |node| seeds.contains_key(&node));
+    derivatives_among(graph, &below, outputs, seeds)
 }
 
-/// The derivative of a node whose operands' derivatives are known.
+/// The same with all nodes that may depend on the seeds at hand, ascending: what several directions share.
+pub(super) fn derivatives_among(graph: &mut Graph, below: &[Node], outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
+    let zero = graph.constant(0.0);
+    // Nodes that are not in here are constant.
+    let mut known: FxHashMap<Node, Node> = seeds.clone();
+    for node in below {
+        if !known.contains_key(node) && !every_operand_constant(graph, *node, zero, &known) {
+            let derivative = one(graph, *node, zero, &known);
+            known.insert(*node, derivative);
+        }
+    }
+    outputs.iter().map(|node| known.get(node).copied().unwrap_or(zero)).collect()
+}
+
+/// The derivative of a node of whose operands at least one is not constant.
 fn one(g: &mut Graph, node: Node, zero: Node, known: &FxHashMap<Node, Node>) -> Node {
     let d = |a: Node| known.get(&a).copied().unwrap_or(zero);
     match g.expr(node) {
@@ -41,7 +48,6 @@ fn one(g: &mut Graph, node: Node, zero: Node, known: &FxHashMap<Node, Node>) -> 
             let top = g.sub(d(a), shift);
             g.div(top, b)
         }
-        _ if every_operand_constant(g, node, zero, known) => zero,
         Expr::Sqrt(a) => {
             let half = g.constant(0.5);
             let top = g.mul(half, d(a));

@@ -8,7 +8,7 @@ use element_api::Kind;
 use element_api::recording::{Input, Role};
 
 use super::coupling::CoupledInput;
-use super::derivative::{Seeds, derivatives};
+use super::derivative::{Seeds, derivatives, derivatives_among};
 use super::graph::{Graph, Node};
 use super::import::import;
 use super::kernels::NO_PLACE;
@@ -232,10 +232,22 @@ impl Equations {
     pub(super) fn traced_rows(&mut self, values: &[Node], bodies: &[usize]) -> Vec<Row> {
         let mut jacobian: Vec<Vec<(usize, Node)>> = vec![Vec::new(); values.len()];
         let columns = self.form.columns();
+        // All directions start at the coordinates of the bodies.
+        let mut coordinates: Vec<Node> = Vec::new();
+        for body in bodies {
+            let nodes = &self.bodies[*body];
+            coordinates.extend(nodes.r);
+            match self.form {
+                Form::Working => coordinates.extend(entries(&nodes.a)),
+                Form::Reference => coordinates.extend(nodes.p),
+            }
+        }
+        coordinates.sort_unstable();
+        let below = self.graph.ancestors(values, |node| coordinates.binary_search(&node).is_ok());
         for body in bodies {
             for k in 0..columns {
                 let seeds = self.coordinate_seeds(*body, k);
-                let slopes = derivatives(&mut self.graph, values, &seeds);
+                let slopes = derivatives_among(&mut self.graph, &below, values, &seeds);
                 for (row, slope) in jacobian.iter_mut().zip(slopes) {
                     if !self.graph.is_zero(slope) {
                         row.push((columns * body + k, slope));
@@ -245,9 +257,9 @@ impl Equations {
         }
         let time_input = self.graph.input(Layout::TIME);
         let one = self.graph.constant(1.0);
-        let times = derivatives(&mut self.graph, values, &Seeds::from_iter([(time_input, one)]));
+        let times = derivatives_among(&mut self.graph, &below, values, &Seeds::from_iter([(time_input, one)]));
         let seeds = self.motion_seeds(bodies);
-        let first = derivatives(&mut self.graph, values, &seeds);
+        let first = derivatives_among(&mut self.graph, &below, values, &seeds);
         let second = derivatives(&mut self.graph, &first, &seeds);
         let mut rows = Vec::with_capacity(values.len());
         for (k, (value, mut jacobian)) in values.iter().zip(jacobian).enumerate() {

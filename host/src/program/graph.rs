@@ -88,12 +88,21 @@ pub struct Call {
 /// An empty place in the table of known expressions.
 const NO_NODE: u32 = u32::MAX;
 
+/// A place in the table of known expressions.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// Of the expression: tells nearly all others apart without a look at the node.
+    hash: u32,
+    /// Its number, or [`NO_NODE`].
+    node: u32,
+}
+
 /// The operations of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Graph {
     exprs: Vec<Expr>,
-    /// Node numbers by the hash of what they are, with [`NO_NODE`] between; as many entries as a power of two.
-    known: Vec<u32>,
+    /// Nodes by the hash of what they are, with empty places between; as many entries as a power of two.
+    known: Vec<Known>,
     /// Tables that nodes refer to.
     pub tables: Vec<Table>,
     /// Calls that nodes refer to.
@@ -104,6 +113,16 @@ pub struct Graph {
     pub places: Vec<Place>,
     /// How programs of this graph are written.
     pub writing: Writing,
+}
+
+/// The best bits of the hash of an expression: those below number 26, the highest first, then the highest of all.
+fn hash_of(expr: &Expr) -> u32 {
+    (FxBuildHasher.hash_one(expr).rotate_right(26) >> 32) as u32
+}
+
+/// Where an expression goes in a table of so many places, a power of two, if nothing is there yet.
+fn first_place(hash: u32, size: usize) -> usize {
+    ((u64::from(hash) * size as u64) >> 32) as usize
 }
 
 impl Expr {
@@ -181,40 +200,53 @@ impl Graph {
         self.value(node) == Some(0.0)
     }
 
-    /// The node of an expression, a new one where there is none yet. The table holds numbers only, since for large scenes
-    /// it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
+    /// The node of an expression, a new one where there is none yet. The table holds numbers and hashes only, since for
+    /// large scenes it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
     fn intern(&mut self, expr: Expr) -> Node {
         if 4 * (self.exprs.len() + 1) > 3 * self.known.len() {
             self.enlarge();
         }
-        let at = self.place_of(&expr);
-        if self.known[at] == NO_NODE {
-            self.known[at] = self.exprs.len() as u32;
-            self.exprs.push(expr);
-        }
-        Node(self.known[at])
-    }
-
-    /// Where the number of an expression is in the table, or goes.
-    fn place_of(&self, expr: &Expr) -> usize {
+        let hash = hash_of(&expr);
         let mask = self.known.len() - 1;
-        // The best bits of this hash are those below number 26, the highest first.
-        let shift = 26_u32.saturating_sub(mask.count_ones());
-        let mut at = (FxBuildHasher.hash_one(expr) >> shift) as usize & mask;
-        while self.known[at] != NO_NODE && self.exprs[self.known[at] as usize] != *expr {
+        let mut at = first_place(hash, self.known.len());
+        loop {
+            let known = self.known[at];
+            if known.node == NO_NODE {
+                let node = self.exprs.len() as u32;
+                self.known[at] = Known { hash, node };
+                self.exprs.push(expr);
+                return Node(node);
+            }
+            if known.hash == hash && self.exprs[known.node as usize] == expr {
+                return Node(known.node);
+            }
             at = (at + 1) & mask;
         }
-        at
     }
 
+    /// Frees the table of known expressions; it is made again when a node is to be added.
+    pub fn rest(&mut self) {
+        self.known = Vec::new();
+        self.exprs.shrink_to_fit();
+    }
+
+    /// Twice as many places, or enough for the nodes of a graph that was made without any.
     fn enlarge(&mut self) {
-        let size = (2 * self.known.len()).max(64);
-        self.known.clear();
-        self.known.resize(size, NO_NODE);
-        for number in 0..self.exprs.len() {
-            let at = self.place_of(&self.exprs[number]);
-            self.known[at] = number as u32;
+        let size = (2 * self.known.len()).max(2 * self.exprs.len()).next_power_of_two().max(64);
+        let mut table = vec![Known { hash: 0, node: NO_NODE }; size];
+        let mut enter = |entry: Known| {
+            let mut at = first_place(entry.hash, size);
+            while table[at].node != NO_NODE {
+                at = (at + 1) & (size - 1);
+            }
+            table[at] = entry;
+        };
+        if self.known.is_empty() {
+            self.exprs.iter().zip(0..).for_each(|(expr, node)| enter(Known { hash: hash_of(expr), node }));
+        } else {
+            self.known.iter().filter(|entry| entry.node != NO_NODE).for_each(|entry| enter(*entry));
         }
+        self.known = table;
     }
 
     /// A number. Negative zero becomes zero: nothing here distinguishes them.

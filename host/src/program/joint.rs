@@ -19,9 +19,9 @@ use super::equations::{Equations, Form, Row};
 use super::graph::{Graph, Node};
 use super::import::import;
 use super::kinematics::{BodyNodes, entries, rotation_nodes};
-use super::projection::{Projecting, project};
+use super::projection::{Projecting, composite_loads, composite_mass, project};
 use super::rewrite::Rewriting;
-use super::spatial::{Limb, limbs};
+use super::spatial::{FAR, Limb, limbs, references};
 use super::tape::{Program, Workspace};
 use super::turned_rows::turn_rows;
 use super::vector::{M3, V3};
@@ -39,7 +39,10 @@ pub struct JointEquations {
     /// Positions, rotations and velocities of the bodies.
     pub bodies: Vec<BodyNodes>,
     /// Lower triangle of the mass matrix: (row, column, node), by columns, then rows; entries that vanish are left out.
+    /// Not numbers, on the diagonal only, until [`JointEquations::write_mass`] where that is for later.
     pub mass: Vec<(usize, usize, Node)>,
+    /// Whether the mass matrix is written.
+    mass_is_written: bool,
     /// The rows of the scene; those of the tree's joints are empty.
     pub rows: Vec<Row>,
     /// Right side of the equations of motion, one per velocity.
@@ -50,7 +53,7 @@ pub struct JointEquations {
     pub power: Node,
     /// Nodes that all of the above depend on, themselves included.
     pub size: usize,
-    /// The bodies at the references of their trees, in the tree's order.
+    /// The bodies at their references, in the tree's order.
     limbs: Vec<Limb>,
 }
 
@@ -66,11 +69,15 @@ pub(super) struct Partial {
 #[derive(Clone)]
 pub(super) struct Carried {
     pub(super) nodes: BodyNodes,
-    /// From the tree's reference point to the centre of mass.
+    /// From the tree's first reference point to the centre of mass.
+    whole: V3,
+    /// From the body's reference point to the centre of mass.
     pub(super) d: V3,
+    /// From the reference point of the body before to the body's, where they differ.
+    pub(super) shift: Option<V3>,
     /// Angular velocity, ground axes.
     spin: V3,
-    /// Of the centre of mass: those of the body before, then those of its own joint.
+    /// Of the centre of mass: those of the body before, then those of its own joint. None where nothing asks for them.
     pub(super) partials: Vec<Partial>,
     /// Those of its own joint, at the origin of the joint's second frame.
     pub(super) own: Vec<Partial>,
@@ -82,7 +89,7 @@ pub(super) struct Carried {
     pub(super) spin_bias: V3,
     /// The same, ground axes.
     spin_bias_ground: V3,
-    /// The reference point.
+    /// The tree's first reference point.
     reference: V3,
 }
 
@@ -97,6 +104,9 @@ impl JointEquations {
     /// where there are none. Their multipliers are in ground axes, too.
     #[must_use]
     pub fn build_turned(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Option<Self> {
+        if closes_no_loop(&tree.used(model.elements.len()), layout) {
+            return None;
+        }
         let mut turned = cartesian.clone();
         let any = turn_rows(&mut turned, model, layout, tree) > 0;
         any.then(|| Self::build_by(&turned, model, layout, tree, Projecting::Fewest))
@@ -111,12 +121,29 @@ impl JointEquations {
         tree: &SpanningTree,
         how: Projecting,
     ) -> Self {
+        Self::build_about(cartesian, model, layout, tree, how, FAR)
+    }
+
+    /// The same with references as [`references`] chooses them for `far`.
+    pub(crate) fn build_about(
+        cartesian: &Equations,
+        model: &Model,
+        layout: &Layout,
+        tree: &SpanningTree,
+        how: Projecting,
+        far: f64,
+    ) -> Self {
         let measures: Vec<(Vec<Measure>, bool)> =
             tree.joints.iter().map(|joint| (measures(model, joint), joint.rotates)).collect();
         let coordinates = Coordinates::of_joints(&measures, layout);
-        let mut writer = Writer::new(coordinates, model);
-        for joint in &tree.joints {
-            writer.hang(joint, model);
+        let used = tree.used(model.elements.len());
+        let of_tree = |row: usize| used[layout.element_of_row(row).0];
+        // Trees that no rows close are solved body by body where elimination would take long.
+        let short =
+            !(closes_no_loop(&used, layout) && how == Projecting::Fewest && elimination_of(tree) > LONG_ELIMINATION);
+        let mut writer = Writer::new(coordinates, model, short);
+        for (joint, anew) in tree.joints.iter().zip(references(model, tree, far)) {
+            writer.hang(joint, model, anew);
         }
         let bodies: Vec<Carried> = writer.carried.into_iter().flatten().collect();
         let (mut g, coordinates, rotations) = (writer.g, writer.coordinates, writer.rotations);
@@ -131,8 +158,7 @@ impl JointEquations {
         let zero = g.constant(0.0);
         let mut rows = Vec::with_capacity(cartesian.rows.len());
         for (number, row) in cartesian.rows.iter().enumerate() {
-            let of_tree = tree.uses(layout.element_of_row(number).0);
-            rows.push(match of_tree {
+            rows.push(match of_tree(number) {
                 true => Row { value: zero, time: zero, gamma: zero, jacobian: Vec::new() },
                 false => row_in_joints(&mut g, &mut rewriting, row, &bodies),
             });
@@ -147,12 +173,57 @@ impl JointEquations {
             shared.push(row.gamma);
             shared.extend(row.jacobian.iter().map(|(_, slope)| *slope));
         }
-        let (mass, loads) = project(&mut g, model, &bodies, &limbs, &body_loads, &shared, how);
+        let (mass, loads) = match short {
+            true => project(&mut g, model, &bodies, &limbs, &body_loads, &shared, how),
+            false => {
+                let missing = g.constant(f64::NAN);
+                let mass = (0..coordinates.columns).map(|column| (column, column, missing)).collect();
+                (mass, composite_loads(&mut g, &limbs, coordinates.columns))
+            }
+        };
         shared.extend(mass.iter().map(|(_, _, node)| *node));
         shared.extend(&loads);
         let size = g.live(&shared).len();
         let bodies = bodies.into_iter().map(|body| body.nodes).collect();
-        Self { graph: g, coordinates, rotations, bodies, mass, rows, loads, state_rates, power, size, limbs }
+        Self {
+            graph: g,
+            mass_is_written: short,
+            coordinates,
+            rotations,
+            bodies,
+            mass,
+            rows,
+            loads,
+            state_rates,
+            power,
+            size,
+            limbs,
+        }
+    }
+
+    /// Whether the mass matrix is written. Of large trees that no rows close it is not, since accelerations are found body by
+    /// body: it would take the square of their number of operations.
+    #[must_use]
+    pub fn mass_is_written(&self) -> bool {
+        self.mass_is_written
+    }
+
+    /// Writes the mass matrix, unless it is written.
+    pub fn write_mass(&mut self) {
+        if !self.mass_is_written {
+            self.mass = composite_mass(&mut self.graph, &self.limbs);
+            self.mass_is_written = true;
+            self.size += self.mass.len();
+        }
+    }
+
+    /// Whether elimination of the mass matrix from the tips inwards takes so long that it is not even tried where bodies can
+    /// be taken one by one. There is no fill: a velocity meets those it has entries with.
+    #[must_use]
+    pub fn long_to_eliminate(&self) -> bool {
+        let mut entries = vec![0; self.coordinates.columns];
+        self.mass.iter().for_each(|(row, ..)| entries[*row] += 1);
+        !self.mass_is_written || entries.iter().map(|met: &usize| met * met).sum::<usize>() > LONG_ELIMINATION
     }
 
     /// Accelerations body by body, for trees that no rows close. `g` is [`JointEquations::graph`] or a copy of it.
@@ -160,6 +231,26 @@ impl JointEquations {
     pub fn articulated(&self, g: &mut Graph) -> Articulated {
         articulated(g, &self.limbs, self.coordinates.columns)
     }
+}
+
+/// Whether all rows are those of joints whose coordinates are used.
+fn closes_no_loop(used: &[bool], layout: &Layout) -> bool {
+    (0..layout.rows).all(|row| used[layout.element_of_row(row).0])
+}
+
+/// Operations of an elimination beyond which it is not even tried where bodies can be taken one by one.
+const LONG_ELIMINATION: usize = 100_000;
+
+/// As [`JointEquations::long_to_eliminate`] counts, before anything is written: all velocities on the way to the ground meet.
+fn elimination_of(tree: &SpanningTree) -> usize {
+    let bodies = tree.joints.iter().map(|joint| joint.child + 1).max().unwrap_or(0);
+    let (mut path, mut operations) = (vec![0_usize; bodies], 0);
+    for joint in &tree.joints {
+        let before = joint.parent.map_or(0, |parent| path[parent]);
+        path[joint.child] = before + joint.coordinates + 3 * usize::from(joint.rotates);
+        operations += (before + 1..=path[joint.child]).map(|met| met * met).sum::<usize>();
+    }
+    operations
 }
 
 /// What the coordinates of a tree joint are: a length where the pose does not turn with it.
@@ -245,12 +336,14 @@ struct Writer {
     rotations: Vec<M3>,
     carried: Vec<Option<Carried>>,
     lines: usize,
+    /// Whether partial velocities are written: only accelerations body by body do without.
+    partials: bool,
 }
 
 impl Writer {
-    fn new(coordinates: Coordinates, model: &Model) -> Self {
+    fn new(coordinates: Coordinates, model: &Model, partials: bool) -> Self {
         let carried = vec![None; model.bodies.len()];
-        Self { g: Graph::default(), coordinates, rotations: Vec::new(), carried, lines: 0 }
+        Self { g: Graph::default(), coordinates, rotations: Vec::new(), carried, lines: 0, partials }
     }
 
     /// The joint's next coordinates.
@@ -280,12 +373,13 @@ impl Writer {
         Motion { position, turn, free, columns, velocities, q, spin_column, spin }
     }
 
-    fn hang(&mut self, joint: &TreeJoint, model: &Model) {
+    /// Hangs the next body on its joint; `anew`: its quantities are taken at a point of their own.
+    fn hang(&mut self, joint: &TreeJoint, model: &Model, anew: bool) {
         let motion = self.motion(joint, model);
         let child = joint.child;
         self.carried[child] = Some(match joint.element {
             None => self.floating(&motion, model, child),
-            Some(element) => self.jointed(joint, &motion, model, element),
+            Some(element) => self.jointed(joint, &motion, model, element, anew),
         });
     }
 
@@ -310,7 +404,9 @@ impl Writer {
         let spin = g.apply(&a, motion.spin);
         Carried {
             nodes: BodyNodes { r: motion.position, p: [zero; 4], a, v, w: motion.spin, p_rate: [zero; 4] },
+            whole: nothing,
             d: nothing,
+            shift: None,
             spin,
             own: partials.clone(),
             partials,
@@ -330,7 +426,9 @@ impl Writer {
         let a = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { one } else { zero }));
         Carried {
             nodes: BodyNodes { r: reference, p: [zero; 4], a, v: nothing, w: nothing, p_rate: [zero; 4] },
+            whole: nothing,
             d: nothing,
+            shift: None,
             spin: nothing,
             partials: Vec::new(),
             own: Vec::new(),
@@ -343,7 +441,7 @@ impl Writer {
     }
 
     /// A body on a joint. Suffixes: i and j are the joint's first and second frame, a the parent, b the child.
-    fn jointed(&mut self, joint: &TreeJoint, motion: &Motion, model: &Model, element: usize) -> Carried {
+    fn jointed(&mut self, joint: &TreeJoint, motion: &Motion, model: &Model, element: usize, anew: bool) -> Carried {
         let markers = &model.elements[element].markers;
         let (near, far) = if joint.reversed { (&markers[1], &markers[0]) } else { (&markers[0], &markers[1]) };
         let (arm_near, arm_far);
@@ -385,7 +483,10 @@ impl Writer {
             false => (g.add3(arm_a, slide), back),
             true => (arm_a, g.sub3(back, slide)),
         };
-        let at_joint = g.add3(parent.d, z);
+        let reached = g.add3(parent.whole, z);
+        let whole = g.add3(reached, y);
+        let reached = g.add3(parent.d, z);
+        let (at_joint, shift) = if anew { ([g.constant(0.0); 3], Some(reached)) } else { (reached, None) };
         let d = g.add3(at_joint, y);
         let own = own_partials(g, motion, &turn, &axes_i, &mount_far, joint.reversed);
         // Angular velocity and its bias, body axes of the child.
@@ -427,7 +528,7 @@ impl Writer {
         let bias = g.add3(bias, swept);
         // Partial velocities: those of the parent, carried on, and the joint's own.
         let way = g.add3(z, y);
-        let mut partials = Vec::with_capacity(parent.partials.len() + own.len());
+        let mut partials = Vec::new();
         for partial in &parent.partials {
             let axis = g.apply(&parent.nodes.a, partial.about);
             let swept = g.cross(axis, way);
@@ -438,15 +539,17 @@ impl Writer {
                 about: g.apply_transposed(&relative, partial.about),
             });
         }
-        for partial in &own {
+        for partial in own.iter().filter(|_| self.partials) {
             let axis = g.apply(&a, partial.about);
             let swept = g.cross(axis, y);
             partials.push(Partial { along: g.add3(partial.along, swept), ..*partial });
         }
-        let r = g.add3(parent.reference, d);
+        let r = g.add3(parent.reference, whole);
         Carried {
             nodes: BodyNodes { r, p: [zero; 4], a, v, w, p_rate: [zero; 4] },
+            whole,
             d,
+            shift,
             spin,
             partials,
             own,

@@ -14,7 +14,8 @@ use element_api::Table;
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
-use super::tape::{Program, Register, interpret_lanes};
+use super::interpreter::interpret_lanes;
+use super::tape::{Program, Register};
 
 /// Cells that run at the same time, each on its own lane of the registers.
 pub(super) const LANES: usize = 8;

@@ -9,6 +9,7 @@
 use element_api::Table;
 
 use super::tape::{Instruction, Program};
+use super::turn::{cos, sin, turn};
 
 /// The scratch numbers of `L` instances of one program; 4 or 8 are sensible.
 #[derive(Debug, Clone)]
@@ -47,6 +48,7 @@ impl Program {
 }
 
 fn interpret<const L: usize>(instructions: &[Instruction], tables: &[Table], x: &mut [[f64; L]]) {
+    let mut turned = [f64::NAN; L];
     for instruction in instructions {
         match *instruction {
             Instruction::Add(d, a, b) => x[d as usize] = both(&x[a as usize], &x[b as usize], |a, b| a + b),
@@ -56,8 +58,10 @@ fn interpret<const L: usize>(instructions: &[Instruction], tables: &[Table], x: 
             Instruction::Atan2(d, a, b) => x[d as usize] = both(&x[a as usize], &x[b as usize], f64::atan2),
             Instruction::Neg(d, a) => x[d as usize] = x[a as usize].map(|a| -a),
             Instruction::Sqrt(d, a) => x[d as usize] = x[a as usize].map(f64::sqrt),
-            Instruction::Sin(d, a) => x[d as usize] = x[a as usize].map(f64::sin),
-            Instruction::Cos(d, a) => x[d as usize] = x[a as usize].map(f64::cos),
+            Instruction::Sin(d, a) => x[d as usize] = x[a as usize].map(sin),
+            Instruction::Cos(d, a) => x[d as usize] = x[a as usize].map(cos),
+            Instruction::Turn(d, a) => (x[d as usize], turned) = turn(&x[a as usize]),
+            Instruction::Turned(d, _) => x[d as usize] = turned,
             Instruction::Exp(d, a) => x[d as usize] = x[a as usize].map(f64::exp),
             Instruction::Ln(d, a) => x[d as usize] = x[a as usize].map(f64::ln),
             Instruction::Tanh(d, a) => x[d as usize] = x[a as usize].map(f64::tanh),

@@ -20,6 +20,7 @@
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `joint.rs` | the equations of motion in the coordinates of joints |
+//! | `carry.rs` | other quantities in these coordinates |
 //! | `projection.rs` | their mass matrix and right side, by pairs of velocities or by composite bodies |
 //! | `spatial.rs` | bodies of a tree at one point: motions, inertias, loads of six numbers |
 //! | `turned_rows.rs` | their rows, without the frames they were seen from |
@@ -30,7 +31,9 @@
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
 //! | `planar.rs` | the equations of a motion that stays parallel to a plane |
-//! | `tape.rs` | programs and their interpreter |
+//! | `tape.rs` | programs |
+//! | `interpreter.rs` | what runs them without machine code |
+//! | `turn.rs` | sine and cosine of an angle at once |
 //! | `lanes.rs` | programs for several instances at once |
 //! | `kernels.rs` | operations that many bodies or joints repeat, looped over them |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
@@ -38,6 +41,7 @@
 
 mod acting;
 mod articulated;
+mod carry;
 mod condense;
 pub mod costs;
 mod coupling;
@@ -46,6 +50,7 @@ mod eliminate;
 mod equations;
 mod graph;
 mod import;
+mod interpreter;
 mod joint;
 mod kernels;
 mod kinematics;
@@ -60,6 +65,7 @@ mod rewrite;
 mod spatial;
 mod switches;
 mod tape;
+mod turn;
 mod turned_rows;
 mod vector;
 
@@ -81,5 +87,7 @@ pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use planar::{NotPlanar, Planar};
 pub use projection::Projecting;
+#[cfg(test)]
+pub(crate) use spatial::FAR;
 pub use switches::Switches;
 pub use tape::{Program, Sets, Used, Workspace};

@@ -114,36 +114,38 @@ fn by_pairs(
 }
 
 /// The composite-rigid-body algorithm.
-fn composite_mass(g: &mut Graph, limbs: &[Limb]) -> Mass {
+pub(super) fn composite_mass(g: &mut Graph, limbs: &[Limb]) -> Mass {
     let mut inertia: Vec<M6> = limbs.iter().map(|limb| limb.inertia).collect();
     let mut entries: FxHashMap<(usize, usize), Node> = FxHashMap::default();
     for (at, limb) in limbs.iter().enumerate().rev() {
         for (own, (column, motion)) in limb.columns.iter().enumerate() {
-            let momentum = g.apply6(&inertia[at], *motion);
-            let mut meets = |g: &mut Graph, other: usize, motion: &V6| {
+            let mut momentum = g.apply6(&inertia[at], *motion);
+            let mut meets = |g: &mut Graph, other: usize, motion: &V6, momentum: V6| {
                 let entry = g.dot6(*motion, momentum);
                 entries.insert((other.min(*column), other.max(*column)), entry);
             };
             for (other, motion) in &limb.columns[..=own] {
-                meets(g, *other, motion);
+                meets(g, *other, motion, momentum);
             }
-            let mut carrier = limb.parent;
-            while let Some(parent) = carrier {
-                for (other, motion) in &limbs[parent].columns {
-                    meets(g, *other, motion);
+            let mut carrier = limb;
+            while let Some(parent) = carrier.parent {
+                momentum = carrier.load_at_parent(g, momentum);
+                carrier = &limbs[parent];
+                for (other, motion) in &carrier.columns {
+                    meets(g, *other, motion, momentum);
                 }
-                carrier = limbs[parent].parent;
             }
         }
         if let Some(parent) = limb.parent {
-            inertia[parent] = g.add_symmetric(&inertia[parent], &inertia[at]);
+            let carried = limb.inertia_at_parent(g, &inertia[at]);
+            inertia[parent] = g.add_symmetric(&inertia[parent], &carried);
         }
     }
     sorted(g, entries)
 }
 
 /// The Newton-Euler algorithm's way inwards.
-fn composite_loads(g: &mut Graph, limbs: &[Limb], columns: usize) -> Vec<Node> {
+pub(super) fn composite_loads(g: &mut Graph, limbs: &[Limb], columns: usize) -> Vec<Node> {
     let mut sums: Vec<V6> = limbs.iter().map(|limb| limb.load).collect();
     let mut loads = vec![g.constant(0.0); columns];
     for (at, limb) in limbs.iter().enumerate().rev() {
@@ -151,7 +153,8 @@ fn composite_loads(g: &mut Graph, limbs: &[Limb], columns: usize) -> Vec<Node> {
             loads[*column] = g.dot6(*motion, sums[at]);
         }
         if let Some(parent) = limb.parent {
-            sums[parent] = g.add6(sums[parent], sums[at]);
+            let carried = limb.load_at_parent(g, sums[at]);
+            sums[parent] = g.add6(sums[parent], carried);
         }
     }
     loads

@@ -8,8 +8,10 @@ use rustc_hash::FxHashMap;
 
 use super::costs;
 use super::graph::{Expr, Graph, Node};
+use super::interpreter::interpret;
 use super::kernels::{self, Kernel, LANES, Shape};
 use super::machine::MachineCode;
+use super::turn::pairs_together;
 
 /// A register: an index into the workspace's numbers.
 pub(super) type Register = u32;
@@ -25,6 +27,10 @@ pub(super) enum Instruction {
     Sqrt(Register, Register),
     Sin(Register, Register),
     Cos(Register, Register),
+    /// The sine; a [`Instruction::Turned`] of the same number follows.
+    Turn(Register, Register),
+    /// The cosine, which came out of the [`Instruction::Turn`] before.
+    Turned(Register, Register),
     Atan2(Register, Register, Register),
     Exp(Register, Register),
     Ln(Register, Register),
@@ -42,6 +48,7 @@ impl Instruction {
         match *self {
             Self::Add(d, ..) | Self::Sub(d, ..) | Self::Mul(d, ..) | Self::Div(d, ..) | Self::Atan2(d, ..) => d,
             Self::Neg(d, _) | Self::Sqrt(d, _) | Self::Sin(d, _) | Self::Cos(d, _) => d,
+            Self::Turn(d, _) | Self::Turned(d, _) => d,
             Self::Exp(d, _) | Self::Ln(d, _) | Self::Tanh(d, _) => d,
             Self::Powi(d, ..) | Self::Powf(d, ..) | Self::Select(d, _) | Self::Table(d, ..) => d,
         }
@@ -59,6 +66,7 @@ impl Instruction {
                 told(b);
             }
             Self::Neg(_, a) | Self::Sqrt(_, a) | Self::Sin(_, a) | Self::Cos(_, a) => told(a),
+            Self::Turn(_, a) | Self::Turned(_, a) => told(a),
             Self::Exp(_, a) | Self::Ln(_, a) | Self::Tanh(_, a) => told(a),
             Self::Powi(_, a, _) | Self::Powf(_, a, _) | Self::Table(_, a, ..) => told(a),
             Self::Select(_, all) => all.into_iter().for_each(told),
@@ -325,70 +333,6 @@ impl Program {
     }
 }
 
-fn interpret(instructions: &[Instruction], tables: &[Table], x: &mut [f64]) {
-    for instruction in instructions {
-        match *instruction {
-            Instruction::Add(d, a, b) => x[d as usize] = x[a as usize] + x[b as usize],
-            Instruction::Sub(d, a, b) => x[d as usize] = x[a as usize] - x[b as usize],
-            Instruction::Mul(d, a, b) => x[d as usize] = x[a as usize] * x[b as usize],
-            Instruction::Div(d, a, b) => x[d as usize] = x[a as usize] / x[b as usize],
-            Instruction::Neg(d, a) => x[d as usize] = -x[a as usize],
-            Instruction::Sqrt(d, a) => x[d as usize] = x[a as usize].sqrt(),
-            Instruction::Sin(d, a) => x[d as usize] = x[a as usize].sin(),
-            Instruction::Cos(d, a) => x[d as usize] = x[a as usize].cos(),
-            Instruction::Atan2(d, a, b) => x[d as usize] = x[a as usize].atan2(x[b as usize]),
-            Instruction::Exp(d, a) => x[d as usize] = x[a as usize].exp(),
-            Instruction::Ln(d, a) => x[d as usize] = x[a as usize].ln(),
-            Instruction::Tanh(d, a) => x[d as usize] = x[a as usize].tanh(),
-            Instruction::Powi(d, a, n) => x[d as usize] = x[a as usize].powi(n),
-            Instruction::Powf(d, a, e) => x[d as usize] = x[a as usize].powf(e),
-            Instruction::Select(d, [a, b, c, e]) => {
-                x[d as usize] = if x[a as usize] < x[b as usize] { x[c as usize] } else { x[e as usize] };
-            }
-            Instruction::Table(d, a, table, order) => {
-                x[d as usize] = tables[table as usize].derivative(x[a as usize], order);
-            }
-        }
-    }
-}
-
-/// The same for many cells at once, one on each lane.
-pub(super) fn interpret_lanes(instructions: &[Instruction], tables: &[Table], x: &mut [[f64; LANES]]) {
-    for instruction in instructions {
-        match *instruction {
-            Instruction::Add(d, a, b) => two(x, d, a, b, |a, b| a + b),
-            Instruction::Sub(d, a, b) => two(x, d, a, b, |a, b| a - b),
-            Instruction::Mul(d, a, b) => two(x, d, a, b, |a, b| a * b),
-            Instruction::Div(d, a, b) => two(x, d, a, b, |a, b| a / b),
-            Instruction::Neg(d, a) => one(x, d, a, |a| -a),
-            Instruction::Sqrt(d, a) => one(x, d, a, f64::sqrt),
-            Instruction::Sin(d, a) => one(x, d, a, f64::sin),
-            Instruction::Cos(d, a) => one(x, d, a, f64::cos),
-            Instruction::Atan2(d, a, b) => two(x, d, a, b, f64::atan2),
-            Instruction::Exp(d, a) => one(x, d, a, f64::exp),
-            Instruction::Ln(d, a) => one(x, d, a, f64::ln),
-            Instruction::Tanh(d, a) => one(x, d, a, f64::tanh),
-            Instruction::Powi(d, a, n) => one(x, d, a, |a| a.powi(n)),
-            Instruction::Powf(d, a, e) => one(x, d, a, |a| a.powf(e)),
-            Instruction::Select(d, [a, b, c, e]) => {
-                let (a, b, c, e) = (x[a as usize], x[b as usize], x[c as usize], x[e as usize]);
-                x[d as usize] = std::array::from_fn(|lane| if a[lane] < b[lane] { c[lane] } else { e[lane] });
-            }
-            Instruction::Table(d, a, table, order) => one(x, d, a, |a| tables[table as usize].derivative(a, order)),
-        }
-    }
-}
-
-fn one(x: &mut [[f64; LANES]], d: Register, a: Register, f: impl Fn(f64) -> f64) {
-    let a = x[a as usize];
-    x[d as usize] = std::array::from_fn(|lane| f(a[lane]));
-}
-
-fn two(x: &mut [[f64; LANES]], d: Register, a: Register, b: Register, f: impl Fn(f64, f64) -> f64) {
-    let (a, b) = (x[a as usize], x[b as usize]);
-    x[d as usize] = std::array::from_fn(|lane| f(a[lane], b[lane]));
-}
-
 /// A call with the results that are used: number and node.
 type UsedCall = (usize, Vec<(usize, Node)>);
 
@@ -553,17 +497,16 @@ impl<'g> Builder<'g> {
     fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
         let mut list = Vec::with_capacity(nodes.len());
         let mut operands = Vec::with_capacity(4);
-        for node in &calls_first(self.graph, nodes) {
-            if self.register_of[node.0 as usize] != NONE {
-                continue;
-            }
-            let expr = self.graph.expr(*node);
+        let written = |node: &Node| self.register_of[node.0 as usize] != NONE;
+        let open: Vec<Node> = calls_first(self.graph, nodes).into_iter().filter(|node| !written(node)).collect();
+        for (node, turned) in pairs_together(self.graph, &open) {
+            let expr = self.graph.expr(node);
             if matches!(expr, Expr::Call { .. }) {
                 continue;
             }
             // Operands that nobody else needs give back their register, which the result may take at once.
             operands.clear();
-            self.graph.operands(*node, |operand| operands.push(operand));
+            self.graph.operands(node, |operand| operands.push(operand));
             let mut at = [NONE; 4];
             for (operand, register) in operands.iter().zip(&mut at) {
                 *register = self.register_of[operand.0 as usize];
@@ -584,6 +527,8 @@ impl<'g> Builder<'g> {
                 Expr::Div(..) => Instruction::Div(d, at[0], at[1]),
                 Expr::Neg(_) => Instruction::Neg(d, at[0]),
                 Expr::Sqrt(_) => Instruction::Sqrt(d, at[0]),
+                Expr::Sin(_) if turned => Instruction::Turn(d, at[0]),
+                Expr::Cos(_) if turned => Instruction::Turned(d, at[0]),
                 Expr::Sin(_) => Instruction::Sin(d, at[0]),
                 Expr::Cos(_) => Instruction::Cos(d, at[0]),
                 Expr::Atan2(..) => Instruction::Atan2(d, at[0], at[1]),

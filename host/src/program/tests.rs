@@ -16,6 +16,7 @@ mod planar;
 mod reports;
 mod switches;
 mod tape;
+mod turn;
 
 use nalgebra::Vector3;
 

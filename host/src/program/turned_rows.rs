@@ -13,9 +13,10 @@ use crate::plan::{Layout, SpanningTree};
 /// that do not move.
 pub(super) fn turn_rows(equations: &mut Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> usize {
     let mut turned = 0;
+    let used = tree.used(model.elements.len());
     for (number, element) in model.elements.iter().enumerate() {
         let rows = layout.row_at[number]..layout.row_at[number] + element.rows.len();
-        if rows.len() < 3 || tree.uses(number) {
+        if rows.len() < 3 || used[number] {
             continue;
         }
         let bodies = bodies_of(&element.markers);

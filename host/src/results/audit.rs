@@ -54,6 +54,24 @@ impl Audit {
         self.velocity_violation = larger(self.velocity_violation, velocity);
     }
 
+    /// The audit of a scene whose parts were integrated apart: energies and work added up; of violations the worst; the errors
+    /// of the energy balance added up, over the largest energy that moved in any part.
+    #[must_use]
+    pub fn together<'a>(parts: impl Iterator<Item = &'a Self>) -> Self {
+        let mut whole = Self::default();
+        for part in parts {
+            whole.position_violation = larger(whole.position_violation, part.position_violation);
+            whole.velocity_violation = larger(whole.velocity_violation, part.velocity_violation);
+            whole.kinetic_energy += part.kinetic_energy;
+            whole.potential_energy += part.potential_energy;
+            whole.work += part.work;
+            whole.error += part.error;
+            whole.largest = larger(whole.largest, part.largest);
+        }
+        whole.energy_error_relative = if whole.largest == 0.0 { 0.0 } else { whole.error / whole.largest };
+        whole
+    }
+
     /// The row with the worst violation of a position.
     #[must_use]
     pub fn worst_row(&self) -> Option<usize> {

@@ -49,6 +49,6 @@ pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
 pub use folder::{CHANNELS_FILE, Folder, RESULTS_FILE, SUMMARY_FILE};
 pub use report::report;
-pub use summary::{FigureResult, LibraryUsed, Status, Summary};
+pub use summary::{FigureResult, IslandWork, LibraryUsed, Status, Summary};
 pub use table::Table;
 pub use text::significant;

@@ -164,13 +164,46 @@ fn work(summary: &Summary) -> String {
     let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
     let by = if how.is_empty() { String::new() } else { format!(" ({how})") };
     format!(
-        "work: {}{by}\ntime: load {}, compile {}, integrate {}, in all {}\n",
+        "work: {}{by}\n{}time: load {}, compile {}, integrate {}, in all {}\n",
         parts.join(", "),
+        islands(summary),
         duration(summary.load_time_s),
         duration(summary.compile_time_s),
         duration(summary.integration_time_s),
         duration(summary.wall_time_s)
     )
+}
+
+/// A line for each island that was integrated apart.
+fn islands(summary: &Summary) -> String {
+    let mut lines = String::new();
+    for island in summary.islands.iter().take(MOST_NAMES) {
+        let others = match island.bodies.len() {
+            0 | 1 => String::new(),
+            bodies => format!(" and {} more", bodies - 1),
+        };
+        let end = match island.status {
+            Status::Completed => String::new(),
+            status => {
+                let time = with_unit(significant(island.t_end_reached, 9), &summary.time_unit);
+                format!("; {} at t = {time}: {}", status.words(), island.reason)
+            }
+        };
+        lines.push_str(&format!(
+            "  island of {}{others}: {}, {} rejected, {} ({}, {}), {}{end}\n",
+            island.bodies.first().map_or("?", String::as_str),
+            count(island.steps, "step"),
+            island.rejected,
+            count(island.evaluations, "evaluation"),
+            island.method,
+            island.engine,
+            duration(island.integration_time_s)
+        ));
+    }
+    match summary.islands.len().saturating_sub(MOST_NAMES) {
+        0 => lines,
+        more => lines + &format!("  and {more} islands more\n"),
+    }
 }
 
 fn with_unit(number: String, unit: &str) -> String {

@@ -97,6 +97,9 @@ pub struct Summary {
     pub interpolated: u64,
     /// Iterations for forces that depend on reactions or accelerations.
     pub coupling_iterations: u64,
+    /// Where islands were integrated apart: how each went, in their order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub islands: Vec<IslandWork>,
     /// Reading the scene, loading libraries, resolving, assembly, s.
     pub load_time_s: f64,
     /// Recording, differentiating, compiling, s.
@@ -131,6 +134,37 @@ pub struct Summary {
     pub libraries: Vec<LibraryUsed>,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
+}
+
+/// How an island went that was integrated apart.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct IslandWork {
+    /// Its bodies.
+    pub bodies: Vec<String>,
+    /// How it stands.
+    pub status: Status,
+    /// Why it ended, unless it was completed; else empty.
+    pub reason: String,
+    /// Time of its last accepted state, in `time_unit`; later ones than the earliest of all islands are not in the table.
+    pub t_end_reached: f64,
+    /// Method of integration.
+    pub method: String,
+    /// Formulation and evaluation of its equations.
+    pub engine: String,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Steps tried and not accepted.
+    pub rejected: u64,
+    /// Evaluations of the right side.
+    pub evaluations: u64,
+    /// Jacobians of the right side, by implicit methods.
+    pub jacobians: u64,
+    /// Time from which on stability limited explicit steps, as in [`Summary::stiff_from`].
+    pub stiff_from: Option<f64>,
+    /// What was checked, its energies by themselves.
+    pub audit: Audit,
+    /// Integration with its samples, s.
+    pub integration_time_s: f64,
 }
 
 /// A figure of the scene as it came out.

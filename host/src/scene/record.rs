@@ -69,6 +69,8 @@ pub struct Simulation {
     pub formulation: Option<Spanned<String>>,
     /// Whether what many bodies or joints repeat is written once and looped over them: `auto`, `always`, `never`.
     pub kernels: Option<Spanned<String>>,
+    /// Whether parts that share nothing take common steps or each its own: `together`, `apart`.
+    pub islands: Option<Spanned<String>>,
     /// Largest step, s, positive.
     pub max_step: Option<f64>,
     /// Steps of this size without error control, s.

@@ -89,6 +89,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "engine",
     "formulation",
     "kernels",
+    "islands",
     "max_step",
     "fixed_step",
     "first_step",
@@ -127,6 +128,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let engine = reader.word(&record, "engine");
     let formulation = reader.word(&record, "formulation");
     let kernels = reader.word(&record, "kernels");
+    let islands = reader.word(&record, "islands");
     let max_step = reader.positive(&record, "max_step", Dimension::TIME);
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
     let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
@@ -144,6 +146,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         engine,
         formulation,
         kernels,
+        islands,
         max_step,
         fixed_step,
         first_step,

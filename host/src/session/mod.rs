@@ -11,8 +11,11 @@
 //! |---|---|
 //! | `open.rs` | everything before time starts |
 //! | `formulation.rs` | which coordinates the equations of motion are written in |
+//! | `begin.rs` | a run that lacks nothing but its steps |
 //! | `run.rs` | from the start to results |
-//! | `prune.rs` | which savings are allowed; motions parallel to a plane |
+//! | `islands.rs` | parts that share nothing, each with steps of its own |
+//! | `apart.rs` | what the plan says of them |
+//! | `prune.rs` | which savings are allowed; merged bodies; motions parallel to a plane |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
@@ -20,9 +23,12 @@
 //! | `report.rs` | what `check` and `plan` say |
 //! | `error.rs` | why there is no result |
 
+mod apart;
+mod begin;
 mod checks;
 mod error;
 mod formulation;
+mod islands;
 mod open;
 mod prune;
 mod report;
@@ -34,6 +40,7 @@ mod tier;
 #[cfg(test)]
 mod tests;
 
+pub use apart::{Apart, OwnSteps};
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
 pub use open::{RunOptions, Session};

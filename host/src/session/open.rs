@@ -7,7 +7,7 @@ use element_api::recording::Input;
 use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
-use super::prune::{ALL_ROWS, PlanarCase, allowed, is_determined};
+use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
@@ -17,7 +17,7 @@ use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe, Pruning};
 use crate::program::{Equations, Form, Writing};
 use crate::results::significant;
-use crate::scene::{Dimension, Override, Scene, read};
+use crate::scene::{Dimension, Override, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
@@ -35,6 +35,8 @@ pub struct RunOptions {
     pub library_copies: Option<PathBuf>,
     /// The methods of integration that scenes may ask for.
     pub methods: Methods,
+    /// Threads for islands that run apart; 0 = as many as the machine has processors. Results do not depend on it.
+    pub jobs: usize,
 }
 
 /// A scene ready to run.
@@ -56,11 +58,19 @@ pub struct Session {
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
     pub(super) options: RunOptions,
+    /// Where the elements come from, for the islands.
+    pub(super) catalog: Catalog,
+    /// Islands take steps of their own.
+    pub(super) apart: bool,
+    /// Private memories of opaque elements that the run goes on with: name and bytes.
+    pub(super) memories: Vec<(String, Vec<u8>)>,
     /// Savings that are allowed.
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
     pub(super) determined: bool,
-    /// The motion's plane, if one was found.
+    /// Bodies held together by joints without freedom as one, if there are any.
+    pub(super) merged: Option<MergedCase>,
+    /// The motion's plane, if one was found, with the equations of the merged bodies.
     pub(super) planar: Option<PlanarCase>,
     /// Reading, loading, resolving, s.
     pub load_time: f64,
@@ -85,7 +95,7 @@ impl Session {
         })?;
         let catalog = load_libraries(&scene, path, options)?;
         warnings.extend(catalog.warnings().iter().cloned());
-        Self::prepare(scene, warnings, &catalog, options, started)
+        Self::prepare(scene, warnings, &catalog, options, None, started)
     }
 
     /// Prepares a scene with a catalog at hand.
@@ -98,17 +108,20 @@ impl Session {
         catalog: &Catalog,
         options: &RunOptions,
     ) -> Result<Self, SessionError> {
-        Self::prepare(scene, warnings, catalog, options, Instant::now())
+        Self::prepare(scene, warnings, catalog, options, None, Instant::now())
     }
 
-    fn prepare(
+    /// Prepares a scene; `start` is its assembled state, where that is known.
+    pub(super) fn prepare(
         scene: Scene,
         mut warnings: Vec<Diagnostic>,
         catalog: &Catalog,
         options: &RunOptions,
+        start: Option<Assembly>,
         started: Instant,
     ) -> Result<Self, SessionError> {
         let pruning = allowed(&scene)?;
+        let apart = apart(&scene)?;
         let (model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
             let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
             let exit = if plugin { Exit::Plugin } else { Exit::Scene };
@@ -121,10 +134,14 @@ impl Session {
         let mut equations = Equations::build(&model, &layout, Form::Working);
         equations.graph.writing = writing(&scene)?;
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
-        let assembly = assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?;
+        let assembly = match start {
+            Some(start) => start,
+            None => assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?,
+        };
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
         let mut plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        super::report::note_skips(&mut plan, &scene, &model, &equations);
         if !pruning.row_choice {
             plan.always_rank_safe = Some(ALL_ROWS.into());
         }
@@ -141,8 +158,12 @@ impl Session {
             start_health,
             pruning,
             determined,
+            merged: None,
             planar: None,
             options: options.clone(),
+            catalog: catalog.clone(),
+            apart,
+            memories: Vec::new(),
             load_time,
             compile_time: 0.0,
             scene,
@@ -150,7 +171,9 @@ impl Session {
         // In the coordinates of joints, what lies across the plane of a planar mechanism folds away by itself.
         // Methods of second order take the equations as they are, in space.
         let whole = session.method_of_second_order()?.is_some();
-        if session.pruning.planar && !whole && session.choose_tree()?.0.is_none() {
+        let wanted = session.pruning.planar || session.pruning.merged;
+        if wanted && !whole && session.choose_tree()?.0.is_none() {
+            session.merge_bodies()?;
             session.find_plane();
         }
         session.compile_time = compiling.elapsed().as_secs_f64();
@@ -160,18 +183,31 @@ impl Session {
 
 /// How programs are written, by `kernels` of `[simulation]`.
 fn writing(scene: &Scene) -> Result<Writing, SessionError> {
-    let Some(word) = &scene.simulation.kernels else { return Ok(Writing::Automatic) };
-    match word.value.as_str() {
-        "auto" => Ok(Writing::Automatic),
-        "always" => Ok(Writing::Kernels),
-        "never" => Ok(Writing::Straight),
-        other => {
-            let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`kernels` cannot be `{other}`"))
-                .at(word.span.clone(), "unknown")
-                .help("known are auto, always, never");
-            Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
-        }
+    let words = [("auto", Writing::Automatic), ("always", Writing::Kernels), ("never", Writing::Straight)];
+    one_of("kernels", scene.simulation.kernels.as_ref(), &words, scene)
+}
+
+/// Whether islands take steps of their own, by `islands` of `[simulation]`.
+fn apart(scene: &Scene) -> Result<bool, SessionError> {
+    one_of("islands", scene.simulation.islands.as_ref(), &[("together", false), ("apart", true)], scene)
+}
+
+/// What the word of a setting stands for; the first of all where none is given.
+fn one_of<T: Copy>(
+    key: &str,
+    word: Option<&Spanned<String>>,
+    known: &[(&str, T)],
+    scene: &Scene,
+) -> Result<T, SessionError> {
+    let Some(word) = word else { return Ok(known[0].1) };
+    if let Some((_, meant)) = known.iter().find(|(name, _)| *name == word.value) {
+        return Ok(*meant);
     }
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{key}` cannot be `{}`", word.value))
+        .at(word.span.clone(), "unknown")
+        .help(format!("known are {}", names.join(", ")));
+    Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
 }
 
 /// The catalog of the libraries that a scene and the command line name.
@@ -207,7 +243,7 @@ fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Ca
 }
 
 /// Decides what to compute, from the numbers at the assembled position.
-fn decide(
+pub(super) fn decide(
     scene: &Scene,
     model: &Model,
     equations: &Equations,
@@ -240,7 +276,7 @@ fn decide(
         rotations: &rotations,
         length: assembly.scales.length,
     };
-    let mut plan = Plan::decide(model, layout, &probe, |chosen| {
+    Plan::decide(model, layout, &probe, |chosen| {
         let mut solver = sparse_engine(equations, model, chosen, layout)?;
         solver.set_mass(&mass)?;
         // The values of the chosen rows, picked from those of all.
@@ -251,9 +287,7 @@ fn decide(
         *start_health = health.smallest_pivot_ratio;
         Ok(health)
     })
-    .map_err(|e| broken(&e))?;
-    super::report::note_skips(&mut plan, scene, model, equations);
-    Ok(plan)
+    .map_err(|e| broken(&e))
 }
 
 fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {

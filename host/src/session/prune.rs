@@ -1,14 +1,14 @@
-//! What is pruned before a run: switches, planar motion.
+//! What is pruned before a run: switches, merged bodies, planar motion.
 
 use super::error::{Exit, SessionError};
-use super::open::Session;
-use super::report::note_planar;
-use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine, start_inputs};
+use super::open::{Session, decide};
+use super::report::{note_merged, planar_skip};
+use crate::analysis::{Assembly, Constraints, mass_values, merge, sparse_engine, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::linalg::{DenseQr, KktSolver, LinalgError};
 use crate::model::Model;
-use crate::plan::{Layout, Plan, Pruning, SAVINGS};
-use crate::program::{Equations, Planar};
+use crate::plan::{Layout, Merging, Plan, Pruning, SAVINGS};
+use crate::program::{Equations, Form, Planar};
 use crate::scene::Scene;
 
 /// Below this pivot ratio at the start, the sparse engine is not trusted with the rows along the plane.
@@ -18,6 +18,16 @@ const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Why the rank-safe engine is used throughout where a choice of rows is switched off.
 pub(super) const ALL_ROWS: &str = "no choice of rows is wanted";
+
+/// The merged scene with all that is known about it.
+pub(super) struct MergedCase {
+    pub(super) merging: Merging,
+    pub(super) equations: Equations,
+    pub(super) plan: Plan,
+    pub(super) assembly: Assembly,
+    /// Pivot ratio of the sparse engine at the start.
+    pub(super) start_health: f64,
+}
 
 /// A planar motion with the plan of its rows.
 pub(super) struct PlanarCase {
@@ -60,12 +70,57 @@ pub(super) fn is_determined(
 }
 
 impl Session {
+    /// Makes bodies that joints without freedom hold together one, and tells the plan.
+    ///
+    /// # Errors
+    /// When the linear algebra refuses the merged scene.
+    pub(super) fn merge_bodies(&mut self) -> Result<(), SessionError> {
+        if !self.pruning.merged {
+            return Ok(());
+        }
+        let (merging, refused) = merge(&self.equations, &self.model, &self.plan.layout, &self.assembly);
+        for joint in refused {
+            let name = &self.model.elements[joint.element].name;
+            self.plan.impossible.push(("merged", format!("by `{name}`: {}", joint.why)));
+        }
+        let Some(mut merging) = merging else { return Ok(()) };
+        let layout = Layout::new(&merging.model);
+        let mut equations = Equations::build(&merging.model, &layout, Form::Working);
+        equations.graph.writing = self.equations.graph.writing;
+        let assembly = self.assembly.merged(&merging);
+        let mut start_health = 0.0;
+        // Opaque elements are asked for numbers.
+        std::mem::swap(&mut merging.model.sets, &mut self.model.sets);
+        let plan = decide(&self.scene, &merging.model, &equations, &layout, &assembly, &mut start_health);
+        std::mem::swap(&mut merging.model.sets, &mut self.model.sets);
+        let mut plan = plan?;
+        if !self.pruning.row_choice {
+            plan.always_rank_safe = Some(ALL_ROWS.into());
+        }
+        let case = MergedCase { merging, equations, plan, assembly, start_health };
+        note_merged(&mut self.plan, &case, &self.model, &self.equations);
+        self.merged = Some(case);
+        Ok(())
+    }
+
     /// Looks for a plane that the motion stays parallel to, and tells the plan.
     pub(super) fn find_plane(&mut self) {
+        if !self.pruning.planar {
+            return;
+        }
         let t = self.scene.simulation.t_start;
-        let found = planar_case(&self.equations, &self.model, &self.assembly, &self.plan, t, self.pruning);
-        note_planar(&mut self.plan, &found, &self.equations);
+        let Self { equations, model, assembly, plan, .. } = &*self;
+        let (equations, model, assembly, plan) = match &self.merged {
+            Some(case) => (&case.equations, &case.merging.model, &case.assembly, &case.plan),
+            None => (equations, model, assembly, plan),
+        };
+        let found = planar_case(equations, model, assembly, plan, t, self.pruning);
+        let told = planar_skip(&found, equations, plan);
         self.planar = found.ok();
+        match told {
+            Ok(skip) => self.plan.skips.push(skip),
+            Err(why) => self.plan.impossible.push(("planar", why)),
+        }
     }
 }
 

@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use element_api::Kind;
 use serde::Serialize;
 
+use super::apart::Apart;
 use super::open::Session;
-use super::prune::PlanarCase;
+use super::prune::{MergedCase, PlanarCase};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
@@ -106,25 +107,27 @@ pub struct PlanReport {
     pub skipped: Vec<Decision>,
     /// Savings that are not possible here, and why.
     pub impossible: Vec<String>,
+    /// What islands that share nothing cost, each by itself; none for a single one.
+    pub apart: Option<Apart>,
 }
 
 /// The part of [`PlanReport`] that the formulation decides.
-struct Solving {
+pub(super) struct Solving {
     engine: String,
-    formulation: String,
+    pub(super) formulation: String,
     why: String,
     tree: Vec<String>,
-    velocities: usize,
+    pub(super) velocities: usize,
     unknowns: usize,
     rows_met: usize,
-    counts: Counts,
+    pub(super) counts: Counts,
     skips: Vec<Skip>,
 }
 
 /// Operations of a program.
-struct Counts {
+pub(super) struct Counts {
     /// Run per evaluation.
-    operations: usize,
+    pub(super) operations: usize,
     kernels: usize,
     /// Written, those of a kernel once.
     written: usize,
@@ -182,7 +185,7 @@ impl Session {
     }
 
     /// How accelerations are solved for.
-    fn solving(&self) -> Solving {
+    pub(super) fn solving(&self) -> Solving {
         let choice = self.choose_formulation();
         let why = choice.as_ref().map_or_else(|error| error.to_string(), |choice| choice.why.clone());
         if let Ok(super::formulation::Choice { joint: Some(joint), .. }) = choice {
@@ -207,11 +210,13 @@ impl Session {
                 skips: self.joint_skips(&joint),
             };
         }
-        let (equations, plan) = match &self.planar {
-            Some(case) => (&case.planar.equations, &case.plan),
-            None => (&self.equations, &self.plan),
+        let (equations, plan) = match (&self.planar, &self.merged) {
+            (Some(case), _) => (&case.planar.equations, &case.plan),
+            (None, Some(case)) => (&case.equations, &case.plan),
+            (None, None) => (&self.equations, &self.plan),
         };
-        let velocities = self.plan.layout.velocities() - self.across();
+        let across = if self.planar.is_some() { plan.layout.velocities() / 2 } else { 0 };
+        let velocities = plan.layout.velocities() - across;
         Solving {
             engine: match &plan.always_rank_safe {
                 None => "sparse elimination along the topology; rank-safe where the rank falls".into(),
@@ -277,6 +282,10 @@ impl Session {
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
         let solving = self.solving();
         let counts = solving.counts;
+        let (apart, not_apart) = match self.apart_report(counts.operations) {
+            Ok(apart) => (apart, None),
+            Err(error) => (None, Some(("islands apart", error.diagnostics[0].message.clone()))),
+        };
         let maker = Maker::here();
         let switches = Switches::find(&self.equations, &self.plan.layout);
         let name = |(element, count): &(usize, usize)| {
@@ -313,13 +322,15 @@ impl Session {
                     without: skip.switch,
                 })
                 .collect(),
-            impossible: self.plan.impossible.iter().map(|(name, why)| format!("{name}: {why}")).collect(),
+            impossible: self
+                .plan
+                .impossible
+                .iter()
+                .chain(&not_apart)
+                .map(|(name, why)| format!("{name}: {why}"))
+                .collect(),
+            apart,
         }
-    }
-
-    /// Velocities across the plane of a planar motion.
-    fn across(&self) -> usize {
-        if self.planar.is_some() { 3 * self.plan.layout.bodies } else { 0 }
     }
 }
 
@@ -352,27 +363,55 @@ pub(super) fn note_determined(plan: &mut Plan, determined: bool) {
     }
 }
 
-/// Adds to the plan what is known about motions parallel to a plane.
-pub(super) fn note_planar(plan: &mut Plan, found: &Result<PlanarCase, String>, equations: &Equations) {
-    match found {
-        Err(why) => plan.impossible.push(("planar", why.clone())),
-        Ok(case) => {
-            let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
-            let after = operations(&case.planar.equations, &case.plan.independent_rows);
-            let dropped = rows - case.plan.independent_rows.len();
-            let velocities = plan.layout.velocities();
-            plan.skip(
-                format!("everything across the {} plane", case.planar.plane()),
-                "no load, constraint or velocity leaves it: proved from the equations",
-            );
-            plan.saving(format!(
-                "{} of {before} operations per evaluation, {dropped} of {rows} rows, {} of {velocities} velocities",
-                before.saturating_sub(after),
-                velocities / 2
-            ));
-            plan.switched_by("planar");
-        }
-    }
+/// Adds to the plan what joints without freedom hold together.
+pub(super) fn note_merged(plan: &mut Plan, case: &MergedCase, model: &Model, equations: &Equations) {
+    let body = |number: usize| model.bodies[number].name.as_str();
+    let merging = &case.merging;
+    let held = merging.joints.iter().map(|joint| {
+        let parent = joint.parent.map_or(GROUND, body);
+        let by = joint.element.map_or("", |element| &model.elements[element].name);
+        format!("`{}` on `{parent}` by `{by}`", body(joint.child))
+    });
+    let held: Vec<String> = held.collect();
+    let held: Vec<&str> = held.iter().map(String::as_str).collect();
+    let (before, after) =
+        (operations(equations, &plan.independent_rows), operations(&case.equations, &case.plan.independent_rows));
+    let (rows, left) = (plan.independent_rows.len(), case.plan.independent_rows.len());
+    let states = 13 * plan.layout.bodies;
+    plan.skip(
+        format!("the motion of {} ({})", plural(held.len(), "body", "bodies"), some(&held)),
+        "joints without freedom hold them: merged; reactions are found where asked for",
+    );
+    plan.saving(format!(
+        "{} of {states} states, {} of {rows} rows, {} of {before} operations per evaluation",
+        states - 13 * case.plan.layout.bodies,
+        rows.saturating_sub(left),
+        before.saturating_sub(after)
+    ));
+    plan.switched_by("merged");
+}
+
+/// What is known about motions parallel to a plane: what is saved, or why nothing is. `plan` is that of the equations in space.
+pub(super) fn planar_skip(
+    found: &Result<PlanarCase, String>,
+    equations: &Equations,
+    plan: &Plan,
+) -> Result<Skip, String> {
+    let case = found.as_ref().map_err(String::clone)?;
+    let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
+    let after = operations(&case.planar.equations, &case.plan.independent_rows);
+    let dropped = rows - case.plan.independent_rows.len();
+    let velocities = plan.layout.velocities();
+    Ok(Skip {
+        what: format!("everything across the {} plane", case.planar.plane()),
+        why: "no load, constraint or velocity leaves it: proved from the equations".into(),
+        saved: format!(
+            "{} of {before} operations per evaluation, {dropped} of {rows} rows, {} of {velocities} velocities",
+            before.saturating_sub(after),
+            velocities / 2
+        ),
+        switch: Some("planar"),
+    })
 }
 
 /// Adds to the plan what the equations and the requested outputs make unnecessary.
@@ -483,7 +522,7 @@ fn some(names: &[&str]) -> String {
     }
 }
 
-fn plural(count: usize, one: &str, many: &str) -> String {
+pub(super) fn plural(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
@@ -528,6 +567,9 @@ impl std::fmt::Display for PlanReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (k, island) in self.islands.iter().enumerate() {
             writeln!(f, "island {}: {island}", k + 1)?;
+        }
+        if let Some(apart) = &self.apart {
+            write!(f, "{apart}")?;
         }
         writeln!(f, "coordinates: {}, {} velocities ({})", self.formulation, self.velocities, self.formulation_why)?;
         if !self.tree.is_empty() {

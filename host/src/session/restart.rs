@@ -117,7 +117,27 @@ impl Session {
             let message = format!("the run to go on from ended at {} s, not before this scene's end", state.time);
             return refuse(message, "give a later end: --t-end");
         }
-        for (name, memory) in &state.memories {
+        self.load_memories(&state.memories)?;
+        self.scene.simulation.t_start = state.time;
+        self.assembly.working = state.working;
+        let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);
+        let working = merged.as_ref().unwrap_or(&self.assembly.working);
+        if self.planar.as_ref().is_some_and(|case| !case.planar.contains(working, self.assembly.scales.length)) {
+            self.planar = None;
+        }
+        // The audit begins anew.
+        if let Some(work) = self.assembly.working.last_mut() {
+            *work = 0.0;
+        }
+        self.assembly.references = state.references;
+        self.assembly.discrete = state.discrete;
+        self.memories = state.memories;
+        Ok(())
+    }
+
+    /// Gives opaque elements back their private memories: names and bytes. Those of elements that are not here are left out.
+    pub(super) fn load_memories(&mut self, memories: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
+        for (name, memory) in memories {
             let Some(element) = self.model.elements.iter().find(|element| element.name == *name) else { continue };
             let (set, index) = (element.set, element.index as usize);
             if let Err(fault) = self.model.sets[set].load(index, memory) {
@@ -128,17 +148,6 @@ impl Session {
                 return Err(SessionError::one(Exit::Plugin, &self.scene.source, diagnostic));
             }
         }
-        if self.planar.as_ref().is_some_and(|case| !case.planar.contains(&state.working, self.assembly.scales.length)) {
-            self.planar = None;
-        }
-        self.scene.simulation.t_start = state.time;
-        self.assembly.working = state.working;
-        // The audit begins anew.
-        if let Some(work) = self.assembly.working.last_mut() {
-            *work = 0.0;
-        }
-        self.assembly.references = state.references;
-        self.assembly.discrete = state.discrete;
         Ok(())
     }
 }

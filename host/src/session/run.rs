@@ -5,15 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::begin::Ended;
 use super::error::{Exit, SessionError};
 use super::open::Session;
-use super::simulation::{Progress, Simulation};
-use super::tier::{Made, Tier};
-use crate::analysis::SecondOrderForm;
+use super::restart::Restart;
+use super::simulation::Progress;
+use super::tier::Made;
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::integrate::{self, IntegrateError, Kinematic, Options, Outcome, Span, StopReason};
+use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
-use crate::program::Switches;
 use crate::results::{
     ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status,
     Summary, Take, significant,
@@ -64,17 +64,18 @@ impl RunReport {
 }
 
 /// The samples of a run, where they go.
-struct Samplings {
+pub(super) struct Samplings {
     folder: Option<Folder>,
-    times: Vec<SampleTime>,
+    pub(super) times: Vec<SampleTime>,
     channels: Vec<ChannelInfo>,
-    taken: Vec<f64>,
+    pub(super) taken: Vec<f64>,
     columns: Vec<Vec<f64>>,
-    error: Option<ResultsError>,
+    /// Why a row could not be written.
+    pub(super) error: Option<ResultsError>,
 }
 
 impl Samplings {
-    fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
+    pub(super) fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
         let time = self.times[number].scene;
         self.taken.push(time);
         for ((column, channel), value) in self.columns.iter_mut().zip(&self.channels).zip(values) {
@@ -86,6 +87,23 @@ impl Samplings {
             self.error = Some(error);
             told
         })
+    }
+
+    /// Completes the files, if there are any: the table, the summary, and the state from which another run goes on.
+    pub(super) fn close(
+        &mut self,
+        path: Option<&Path>,
+        summary: &Summary,
+        end: Option<&Restart>,
+    ) -> Result<(), ResultsError> {
+        let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
+        folder.finish(summary)?;
+        end.map_or(Ok(()), |end| end.write(path))
+    }
+
+    /// The report of the run.
+    pub(super) fn report(self, summary: Summary, checks: Vec<CheckResult>) -> RunReport {
+        RunReport { summary, times: self.taken, columns: self.columns, channels: self.channels, checks }
     }
 }
 
@@ -99,157 +117,87 @@ impl Session {
     pub fn run(
         mut self,
         folder: Option<&Path>,
-        mut progress: Box<dyn FnMut(f64) + '_>,
+        mut progress: Box<dyn FnMut(f64) + Send + '_>,
         stop: &Arc<AtomicBool>,
     ) -> Result<RunReport, SessionError> {
+        if self.runs_apart() {
+            return self.run_apart(folder, progress, stop);
+        }
         let started = Instant::now();
-        let method_name =
-            self.scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |m| m.value.as_str()).to_string();
-        let engine_name = self.scene.simulation.engine.as_ref().map_or("auto", |e| e.value.as_str()).to_string();
-        let mut method =
-            self.options.methods.make(&method_name).ok_or_else(|| self.unknown_word(&method_name, true))?;
-        if self.determined {
-            method = Box::new(Kinematic::default());
-        }
-        // A method without error control takes the longest step it may.
-        let longest = self.scene.simulation.max_step.filter(|_| method.needs_fixed_step());
-        let fixed_step = self.scene.simulation.fixed_step.or(longest);
-        if method.needs_fixed_step() && fixed_step.is_none() {
-            return Err(self.no_step(method.name()));
-        }
-        let mut formulation = self.formulation(&engine_name)?;
-        if method.may_use_jacobian() {
-            formulation.offer_jacobian(&self.equations);
-        }
-        let second_order = match self.method_of_second_order()? {
-            Some(_) => Some(SecondOrderForm::new(&self.equations, &self.model, &self.plan)),
-            None => None,
+        let means = self.means()?;
+        let mut summary = self.summary(means.method(), means.formulation());
+        let mut samplings = self.samplings(folder, &summary)?;
+        let (t_start, t_end) = (self.scene.simulation.t_start, self.scene.simulation.t_end);
+        let share = move |t: f64| (t - t_start) / (t_end - t_start);
+        let mut reached = t_start;
+        let (ended, restart) = {
+            let told: Progress<'_> = Box::new(|t| {
+                reached = t;
+                progress(share(t));
+            });
+            let take = |number: usize, values: &[f64]| samplings.take(number, values);
+            let mut begun = self.begin(means, Box::new(take), told, stop)?;
+            begun.watch_start().map_err(|e| start_error(&self.scene, &e))?;
+            summary.compile_time_s += started.elapsed().as_secs_f64();
+            let ended = begun.integrate();
+            let restart = begun.restart(&self.model, &ended);
+            (ended, restart)
         };
-        let second_order = second_order.transpose().map_err(|e| start_error(&self.scene, &e))?;
-        let planar = engine_name != "reference";
-        let simulation = self.scene.simulation.clone();
-        let tolerance = simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-        let times = simulation.sample_times(&self.scene.units);
+        self.note_work(&mut summary, &ended);
+        summary.t_end_reached = reached / self.scene.units.factor(Dimension::TIME);
+        let failed = self.conclude(&mut summary, ended.outcome, &mut samplings.error);
+        let checks = self.evaluate(&mut summary, &samplings);
+        summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
+        samplings.close(folder, &summary, restart.as_ref()).map_err(|e| self.files_error(&e))?;
+        match failed {
+            Some(error) => Err(error),
+            None => Ok(samplings.report(summary, checks)),
+        }
+    }
+
+    /// Where the samples go, and the files that begin now.
+    pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
+        let times = self.scene.simulation.sample_times(&self.scene.units);
         let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
-        let mut summary = self.summary(method.name(), formulation.name(), tolerance);
-        let path = folder;
         let folder = match folder {
             None => None,
             Some(path) => {
                 let unit = self.scene.units.factor(Dimension::TIME);
                 let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
-                Some(Folder::create(path, &time, &channels, &summary).map_err(|e| self.files_error(&e))?)
+                Some(Folder::create(path, &time, &channels, summary).map_err(|e| self.files_error(&e))?)
             }
         };
-        let mut samplings = Samplings {
+        Ok(Samplings {
             columns: vec![Vec::with_capacity(times.len()); channels.len()],
             taken: Vec::with_capacity(times.len()),
             error: None,
             folder,
             times,
             channels,
-        };
-        let sample_times: Vec<f64> = samplings.times.iter().map(|time| time.si).collect();
-        let (t_start, t_end) = (simulation.t_start, simulation.t_end);
-        let share = move |t: f64| (t - t_start) / (t_end - t_start);
-        let mut reached = t_start;
-        let (outcome, audit, counters, restart) = {
-            let told: Progress<'_> = Box::new(|t| {
-                reached = t;
-                progress(share(t));
-            });
-            let layout = self.plan.layout.clone();
-            let take = |number: usize, values: &[f64]| samplings.take(number, values);
-            let mut system = Simulation::new(
-                &mut self.equations,
-                &self.model,
-                &layout,
-                &self.assembly,
-                formulation,
-                tolerance,
-                Box::new(take),
-                told,
-                Arc::clone(stop),
-            )
-            .map_err(|e| start_error(&self.scene, &e))?;
-            if let Some(case) = planar.then_some(self.planar.as_ref()).flatten() {
-                system
-                    .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
-                    .map_err(|e| start_error(&self.scene, &e))?;
-            }
-            if self.pruning.events && fixed_step.is_none() {
-                let switches = Switches::find(&self.equations, &layout);
-                system.end_steps_at(&mut self.equations, &switches);
-            }
-            if let Some(form) = second_order {
-                system.offer_second_order(form);
-            }
-            if !self.pruning.on_demand {
-                system.solve_at_samples();
-            }
-            if !self.pruning.audit {
-                system.watch_every_state();
-            }
-            let mut state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
-            match engine_name.as_str() {
-                "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
-                "compiled" => {
-                    // What stands in for something else waits until it turns out to be run often.
-                    system.set_tier(Tier::automatic(t_start, t_end));
-                    system.compile_now(t_start).map_err(|e| self.no_machine_code(&e))?;
-                }
-                _ => {}
-            }
-            summary.compile_time_s += started.elapsed().as_secs_f64();
-            let options = Options {
-                first_step: simulation.first_step,
-                max_step: simulation.max_step,
-                max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
-                fixed_step,
-                ..Options::default()
-            };
-            let span = Span { t_start, t_end, sample_times: &sample_times };
-            let integrating = Instant::now();
-            let outcome = method.integrate(&mut system, &mut state, &span, &options);
-            summary.integration_time_s = integrating.elapsed().as_secs_f64();
-            let end = match &outcome {
-                Ok(Outcome { status: integrate::Status::StoppedEarly { t, .. }, .. }) => *t,
-                _ => t_end,
-            };
-            if outcome.is_ok() {
-                system.watch_end(end, &state);
-            }
-            let (audit, counters) = (*system.audit(), system.counters());
-            note_machine_code(&mut summary, system.tier().made(), self.scene.units.factor(Dimension::TIME));
-            let restart = outcome.is_ok().then(|| system.restart(&self.model, end, &state));
-            (outcome, audit, counters, restart)
-        };
-        summary.audit = audit;
+        })
+    }
+
+    /// Writes the counters and the audit of an integration into a summary.
+    pub(super) fn note_work(&self, summary: &mut Summary, ended: &Ended) {
+        let counters = &ended.counters;
+        summary.audit = ended.audit;
         summary.evaluations = counters.evaluations;
         summary.factorisations = counters.factorisations;
         summary.rank_safe = counters.rank_safe;
         summary.position_corrections = counters.position_corrections;
         summary.interpolated = counters.interpolated;
         summary.coupling_iterations = counters.coupling_iterations;
+        summary.integration_time_s = ended.integration_time;
+        note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
+    }
+
+    /// Figures and checks of the samples, written into a summary; the checks with their samples.
+    pub(super) fn evaluate(&self, summary: &mut Summary, samplings: &Samplings) -> Vec<CheckResult> {
         summary.rows = samplings.taken.len() as u64;
-        let unit = self.scene.units.factor(Dimension::TIME);
-        summary.t_end_reached = reached / unit;
-        let failed = self.conclude(&mut summary, outcome, &mut samplings.error);
-        summary.figures = self.figures(&samplings);
+        summary.figures = self.figures(samplings);
         let checks = self.checks(&samplings.taken, &samplings.columns);
         summary.checks = checks.iter().map(CheckResult::without_samples).collect();
-        summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
-        if let Some(folder) = samplings.folder.take() {
-            folder.finish(&summary).map_err(|e| self.files_error(&e))?;
-            if let (Some(path), Some(Ok(restart))) = (path, &restart) {
-                restart.write(path).map_err(|e| self.files_error(&e))?;
-            }
-        }
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        let Samplings { taken: times, columns, channels, .. } = samplings;
-        Ok(RunReport { summary, times, columns, channels, checks })
+        checks
     }
 
     pub(super) fn unknown_word(&self, word: &str, method: bool) -> SessionError {
@@ -271,7 +219,7 @@ impl Session {
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
     }
 
-    fn no_step(&self, method: &str) -> SessionError {
+    pub(super) fn no_step(&self, method: &str) -> SessionError {
         let mut diagnostic =
             Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{method}` needs a step size"));
         if let Some(written) = &self.scene.simulation.method {
@@ -281,7 +229,7 @@ impl Session {
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help(help))
     }
 
-    fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
+    pub(super) fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
         let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no engine `compiled`: {error}"));
         if let Some(written) = &self.scene.simulation.engine {
             diagnostic = diagnostic.at(written.span.clone(), "asked for here");
@@ -289,7 +237,7 @@ impl Session {
         SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
     }
 
-    fn files_error(&self, error: &ResultsError) -> SessionError {
+    pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
         SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
     }
 
@@ -313,7 +261,7 @@ impl Session {
     }
 
     /// What is known before the first step.
-    fn summary(&self, method: &str, engine: &str, tolerance: f64) -> Summary {
+    pub(super) fn summary(&self, method: &str, engine: &str) -> Summary {
         let units = &self.scene.units;
         Summary {
             status: Status::Running,
@@ -322,7 +270,7 @@ impl Session {
             odyn_version: env!("CARGO_PKG_VERSION").into(),
             method: method.into(),
             engine: engine.into(),
-            tolerance,
+            tolerance: self.tolerance(),
             t_end: self.scene.simulation.t_end / units.factor(Dimension::TIME),
             time_unit: units.label(Dimension::TIME),
             load_time_s: self.load_time,
@@ -346,7 +294,7 @@ impl Session {
     }
 
     /// Writes the end of the integration into the summary; an error where there is more to say than that it stopped.
-    fn conclude(
+    pub(super) fn conclude(
         &self,
         summary: &mut Summary,
         outcome: Result<Outcome, IntegrateError>,

@@ -28,21 +28,31 @@ const INTERPOLATION_MARGIN: f64 = 5.0;
 const PARTICLE_SPIN: f64 = 1e-6;
 
 /// Takes the channels at one sample time, in SI. An error ends the run.
-pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + 'a>;
+pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + Send + 'a>;
 /// Told the time after each accepted step.
-pub type Progress<'a> = Box<dyn FnMut(f64) + 'a>;
+pub type Progress<'a> = Box<dyn FnMut(f64) + Send + 'a>;
 
 /// A program, and whether accelerations or multipliers must be known for it.
 struct Part {
     evaluator: Evaluator,
     needs_dynamics: bool,
+    /// Whether it takes the inputs of the formulation, not those of the working form.
+    own: bool,
 }
 
 impl Part {
     fn new(equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
         let evaluator = Evaluator::new(&equations.graph, nodes);
         let needs_dynamics = evaluator.program().uses_inputs(layout.acceleration_slot()..layout.inputs());
-        Self { evaluator, needs_dynamics }
+        Self { evaluator, needs_dynamics, own: false }
+    }
+
+    /// In the coordinates of the formulation, where that can be.
+    fn near(formulation: &dyn Formulation, equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
+        match formulation.own_program(equations, nodes) {
+            Some(evaluator) => Self { evaluator, needs_dynamics: false, own: true },
+            None => Self::new(equations, nodes, layout),
+        }
     }
 
     fn used(&mut self) -> Used<'_> {
@@ -51,6 +61,24 @@ impl Part {
 
     fn run(&mut self, inputs: &[f64], sets: &[Box<dyn element_api::ElementSet>]) -> Result<&[f64], AnalysisError> {
         self.evaluator.run(inputs, sets)
+    }
+
+    /// Its results at a state; `inputs` is room for those of the working form.
+    fn at(
+        &mut self,
+        formulation: &mut dyn Formulation,
+        inputs: &mut Vec<f64>,
+        t: f64,
+        state: &[f64],
+    ) -> Result<&[f64], AnalysisError> {
+        if self.needs_dynamics || !self.own {
+            inputs.clear();
+            inputs.extend_from_slice(formulation.observe(t, state, self.needs_dynamics)?.inputs);
+        }
+        if self.own {
+            return formulation.run_own(t, state, &mut self.evaluator);
+        }
+        self.evaluator.run(inputs, formulation.sets())
     }
 }
 
@@ -88,6 +116,8 @@ pub struct Simulation<'a> {
     /// Bodies without rotation.
     particles: Vec<(usize, String)>,
     sample_state: Vec<f64>,
+    /// Room for the inputs of the working form at a state.
+    observed: Vec<f64>,
     samples: usize,
     sink: Sink<'a>,
     progress: Progress<'a>,
@@ -115,7 +145,7 @@ impl<'a> Simulation<'a> {
     ) -> Result<Self, AnalysisError> {
         let nodes: Vec<Node> =
             model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
-        let report = Part::new(equations, &nodes, layout);
+        let report = Part::near(formulation.as_ref(), equations, &nodes, layout);
         let mut after: Vec<Node> = equations.angles.clone();
         after.extend(&equations.next_discrete);
         let told = equations.graph.calls.clone();
@@ -130,7 +160,7 @@ impl<'a> Simulation<'a> {
         let all: Vec<usize> = (0..layout.rows).collect();
         let rows = Constraints::new(equations, model, &all, &[|row| row.value, |row| row.time], &[])?;
         let mut simulation = Self {
-            accept: Part::new(equations, &after, layout),
+            accept: Part::near(formulation.as_ref(), equations, &after, layout),
             energy: Part::new(equations, &[equations.kinetic, equations.potential], layout),
             switches: None,
             second_order: None,
@@ -148,6 +178,7 @@ impl<'a> Simulation<'a> {
             watched: 0,
             particles: particles(model),
             sample_state: Vec::new(),
+            observed: Vec::with_capacity(layout.inputs()),
             samples: 0,
             sink,
             progress,
@@ -165,6 +196,13 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// See [`AnalysisError`].
     pub fn start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
+        let state = self.place_at_start(t, assembly)?;
+        self.watch(t, &state)?;
+        Ok(state)
+    }
+
+    /// The state at the start; takes the sizes of first accelerations. [`Simulation::watch_start`] follows.
+    pub(super) fn place_at_start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
         let mut state = vec![0.0; self.formulation.groups().len()];
         self.formulation.state_of(&assembly.working, &mut state);
         self.sample_state = state.clone();
@@ -173,8 +211,22 @@ impl<'a> Simulation<'a> {
         let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
         self.scales.anticipate(&accelerations);
         self.formulation.next_step(t, &state)?;
-        self.watch(t, &state)?;
         Ok(state)
+    }
+
+    /// Energies and violations at the start.
+    pub(super) fn watch_start(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        self.watch(t, state)
+    }
+
+    /// Sizes typical of what moves here, so far.
+    pub(super) fn scales(&self) -> &Scales {
+        &self.scales
+    }
+
+    /// Judges errors and violations by the sizes of a larger scene.
+    pub(super) fn widen_scales(&mut self, whole: &Scales) {
+        self.scales.widen(whole);
     }
 
     /// Watches the rows and energies of other equations of the same motion instead: those that were pruned.
@@ -195,7 +247,7 @@ impl<'a> Simulation<'a> {
         }
         let graph = &mut equations.graph;
         let nodes: Vec<Node> = switches.conditions.iter().map(|(a, b)| graph.sub(*a, *b)).collect();
-        self.switches = Some(Part::new(equations, &nodes, &self.layout));
+        self.switches = Some(Part::near(self.formulation.as_ref(), equations, &nodes, &self.layout));
     }
 
     /// Offers the equations to methods of second order.
@@ -310,9 +362,17 @@ impl<'a> Simulation<'a> {
     /// Energies, and now and then violations, at an accepted state.
     fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         // Copied, since the formulation lends both its inputs and its element sets.
-        let inputs = self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs.to_vec();
+        let mut inputs = std::mem::take(&mut self.observed);
+        inputs.clear();
+        inputs.extend_from_slice(self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs);
+        let result = self.watch_inputs(&inputs, state);
+        self.observed = inputs;
+        result
+    }
+
+    fn watch_inputs(&mut self, inputs: &[f64], state: &[f64]) -> Result<(), AnalysisError> {
         let sets = self.formulation.sets();
-        let energies = self.energy.run(&inputs, sets)?;
+        let energies = self.energy.run(inputs, sets)?;
         let (kinetic, potential) = (energies[0], energies[1]);
         for body in 0..self.layout.bodies {
             let slot = self.layout.body_slot(body, 0);
@@ -329,7 +389,7 @@ impl<'a> Simulation<'a> {
         self.audit.energy(kinetic, potential, work);
         let number = self.watched;
         self.watched += 1;
-        if number.is_multiple_of(self.period) { self.watch_rows(&inputs) } else { Ok(()) }
+        if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
     }
 
     /// Violations of all rows.
@@ -349,8 +409,7 @@ impl<'a> Simulation<'a> {
     fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
         let mut changed = Accepted::Unchanged;
         if !self.accept.evaluator.outputs().is_empty() {
-            let inputs = self.formulation.observe(t, state, self.accept.needs_dynamics)?.inputs.to_vec();
-            let found = self.accept.run(&inputs, self.formulation.sets())?;
+            let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
             let (angles, discrete) = found.split_at(self.references.len());
             for (reference, angle) in self.references.iter_mut().zip(angles) {
                 if (angle - *reference).abs() > NEW_REFERENCE {
@@ -425,8 +484,7 @@ impl<'a> Simulation<'a> {
     fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
         // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
         self.formulation.project(t, state).map_err(failure)?;
-        let inputs = self.formulation.observe(t, state, self.report.needs_dynamics).map_err(failure)?.inputs.to_vec();
-        let values = self.report.run(&inputs, self.formulation.sets()).map_err(failure)?;
+        let values = self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
         let number = self.samples;
         self.samples += 1;
         (self.sink)(number, values).map_err(|error| Failure::Fatal(Box::new(error)))
@@ -499,8 +557,7 @@ impl System for Simulation<'_> {
 
     fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
         let Some(part) = &mut self.switches else { return Ok(()) };
-        let inputs = self.formulation.observe(t, y, part.needs_dynamics).map_err(failure)?.inputs.to_vec();
-        values.copy_from_slice(part.run(&inputs, self.formulation.sets()).map_err(failure)?);
+        values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);
         Ok(())
     }
 

@@ -4,6 +4,8 @@
 
 mod bookkeeping;
 mod checks;
+mod islands;
+mod merged;
 mod motions;
 mod particles;
 mod pruning;

@@ -144,6 +144,8 @@ fn single(scene: &Path, options: &StudyOptions, number: usize, stop: &Arc<Atomic
         return Run { values, outcome: Outcome::NotBegun };
     }
     let mut common = options.common.clone();
+    // The runs share the processors; none takes several.
+    common.jobs = 1;
     common.overrides.extend(options.varied.iter().zip(&choice).map(|(vary, k)| vary.change(*k)));
     let folder = options.folder.as_ref().map(|folder| folder.join(format!("run-{}", number + 1)));
     let session = Session::open(scene, &common);

@@ -6,6 +6,9 @@ const PAIR: &[FrameSpec] = &[FrameSpec::new("i", "first body"), FrameSpec::new("
 const SINGLE: &[FrameSpec] = &[FrameSpec::new("on", "the body")];
 const ANGLE: &[ChannelSpec] = &[ChannelSpec::new("angle", "rad", "rotation about z")];
 
+/// How far a weld holds its second frame along z of the first, m.
+pub const WELD_STEP: f64 = 0.125;
+
 /// Names and frames of an element without parameters.
 macro_rules! plain_element {
     ($type:ident, $name:literal, $frames:expr) => {
@@ -116,6 +119,32 @@ impl Constraint for Ball {
     const TURNS_FREELY: bool = true;
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         blocks::coincident(&at.frames[0], &at.frames[1], rows);
+    }
+}
+
+plain_element!(Weld, "weld", PAIR);
+
+impl Constraint for Weld {
+    const ROWS: &'static [&'static str] = &["x", "y", "z", "about y", "about x", "about z"];
+    const COORDINATES: &'static [ChannelSpec] = &[ChannelSpec::new("gap", "m", "along z, zero")];
+    const MOBILITY: Option<usize> = Some(0);
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        // Held with a step and a quarter turn between the frames, which its mobility tells.
+        let (i, j) = (&at.frames[0], &at.frames[1]);
+        let d = j.position - i.position;
+        rows.push(i.x().dot(&d));
+        rows.push(i.y().dot(&d));
+        rows.push(i.z().dot(&d) - WELD_STEP);
+        rows.push(i.x().dot(&j.z()));
+        rows.push(i.y().dot(&j.z()));
+        rows.push(i.x().dot(&j.x()));
+    }
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        let (i, j) = (&at.frames[0], &at.frames[1]);
+        out.push(i.z().dot(&(j.position - i.position)) - WELD_STEP);
+    }
+    fn pose<S: Scalar>(&self, _: &[S]) -> Pose<S> {
+        Pose::screw_z(S::from(std::f64::consts::FRAC_PI_2), S::from(WELD_STEP))
     }
 }
 

@@ -212,8 +212,8 @@ fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Meas
 }
 
 fn open(scene: &Scene, catalog: &Catalog) -> Result<Session, String> {
-    Session::with_catalog(scene.clone(), Vec::new(), catalog, &RunOptions::default())
-        .map_err(|error| error.render(false))
+    let options = RunOptions { jobs: 1, ..RunOptions::default() };
+    Session::with_catalog(scene.clone(), Vec::new(), catalog, &options).map_err(|error| error.render(false))
 }
 
 /// Runs to the end, or tells why not.

@@ -52,7 +52,7 @@ fn all_scenes() -> Vec<String> {
 }
 
 /// A scene in the coordinates of joints, planned.
-fn joint_plan(text: &str) -> (Prepared, JointPlan) {
+pub(super) fn joint_plan(text: &str) -> (Prepared, JointPlan) {
     let prepared = prepared(text);
     let Prepared { model, equations, assembly, plan, .. } = &prepared;
     let tree = JointPlan::tree(equations, model, assembly).unwrap();
@@ -221,7 +221,7 @@ fn rows_that_hold_wherever_the_joints_are_are_left_out() {
 }
 
 /// A chain of hinges about axes that lie askew, each rod hung on the end of the one before.
-fn chain(rods: usize) -> String {
+pub(super) fn chain(rods: usize) -> String {
     let mut text = "[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.1\n".to_string();
     for k in 0..rods {
         let before = if k == 0 { "ground".to_string() } else { format!("rod{}", k - 1) };
@@ -242,14 +242,21 @@ fn composites_give_the_mass_matrix_and_the_loads_of_all_pairs() {
     for text in all_scenes().into_iter().chain([chain(6)]) {
         let (Prepared { model, equations, plan, .. }, planned) = joint_plan(&text);
         let columns = planned.equations.coordinates.columns;
-        let whole = |how: Projecting| {
-            let written = JointEquations::build_by(&equations, &model, &plan.layout, &planned.tree, how);
+        let whole = |(how, far): (Projecting, f64)| {
+            let written = JointEquations::build_about(&equations, &model, &plan.layout, &planned.tree, how, far);
             let mut nodes = written.loads.clone();
             nodes.extend(written.mass.iter().map(|(_, _, node)| *node));
             let places: Vec<(usize, usize)> = written.mass.iter().map(|(row, column, _)| (*row, *column)).collect();
             (Evaluator::new(&written.graph, &nodes), places)
         };
-        let mut ways = [Projecting::Pairs, Projecting::Composites, Projecting::Fewest].map(whole);
+        let (one, own) = (f64::INFINITY, 0.0);
+        let mut ways = [
+            (Projecting::Pairs, one),
+            (Projecting::Composites, one),
+            (Projecting::Composites, own),
+            (Projecting::Fewest, one),
+        ]
+        .map(whole);
         for _ in 0..5 {
             let inputs = random.vector(planned.equations.coordinates.input_count);
             let found: Vec<Vec<f64>> = ways
@@ -276,34 +283,31 @@ fn composites_give_the_mass_matrix_and_the_loads_of_all_pairs() {
 fn accelerations_body_by_body_are_those_of_elimination() {
     let mut random = Random(411);
     for text in [branches(), chain(6), chain(1)] {
-        let (Prepared { model, .. }, planned) = joint_plan(&text);
+        let (Prepared { model, equations, plan, .. }, planned) = joint_plan(&text);
         assert!(planned.rows.is_empty());
-        let solve = |how: Solving| Unrolled::new(&planned.equations, &[], Vec::new(), how).motion;
-        let (mut eliminated, mut articulated) = (solve(Solving::Eliminated), solve(Solving::Articulated));
+        let how = Projecting::Fewest;
+        let solve = |(solving, far): (Solving, f64)| {
+            let written = JointEquations::build_about(&equations, &model, &plan.layout, &planned.tree, how, far);
+            Unrolled::new(&written, &[], Vec::new(), solving).motion
+        };
+        let mut eliminated = solve((Solving::Eliminated, f64::INFINITY));
+        let mut ways = [f64::INFINITY, 0.0].map(|far| solve((Solving::Articulated, far)));
         for _ in 0..10 {
             let inputs = random.vector(planned.equations.coordinates.input_count);
             let expected = eliminated.run(&inputs, &model.sets).unwrap().to_vec();
-            let found = articulated.run(&inputs, &model.sets).unwrap();
-            // Pivots depend on the order.
-            let n = found.len() - planned.equations.coordinates.columns;
-            let off = difference(&found[..n], &expected[..n]);
-            assert!(off < 1e-11, "{off:e}");
-            assert!(found[n..].iter().all(|pivot| *pivot > 0.0));
-            let determinant = |pivots: &[f64]| pivots.iter().product::<f64>();
-            let (ours, theirs) = (determinant(&found[n..]), determinant(&expected[n..]));
-            assert!((ours / theirs - 1.0).abs() < 1e-10, "{ours} {theirs}");
+            for articulated in &mut ways {
+                let found = articulated.run(&inputs, &model.sets).unwrap();
+                // Pivots depend on the order.
+                let n = found.len() - planned.equations.coordinates.columns;
+                let off = difference(&found[..n], &expected[..n]);
+                assert!(off < 1e-11, "{off:e}");
+                assert!(found[n..].iter().all(|pivot| *pivot > 0.0));
+                let determinant = |pivots: &[f64]| pivots.iter().product::<f64>();
+                let (ours, theirs) = (determinant(&found[n..]), determinant(&expected[n..]));
+                assert!((ours / theirs - 1.0).abs() < 1e-10, "{ours} {theirs}");
+            }
         }
     }
-}
-
-#[test]
-fn operations_of_a_chain_grow_like_its_length() {
-    let count = |rods: usize| {
-        let (_, planned) = joint_plan(&chain(rods));
-        Unrolled::new(&planned.equations, &[], Vec::new(), Solving::Articulated).motion.program().operations()
-    };
-    let [short, middle, long] = [6, 10, 14].map(count);
-    assert!(long - middle <= (middle - short) * 101 / 100, "{short} {middle} {long}");
 }
 
 #[test]
@@ -349,4 +353,42 @@ fn rows_without_their_frame_are_shorter_and_vanish_with_those_in_it() {
         });
         assert!(difference(&found[0], &found[1]) < 1e-11, "{found:?}");
     }
+}
+
+#[test]
+fn quantities_are_the_same_with_and_without_the_bodies() {
+    let mut random = Random(401);
+    for text in all_scenes() {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        let Prepared { equations, .. } = prepared(&text);
+        let mut nodes = vec![equations.kinetic, equations.potential];
+        nodes.extend(&equations.angles);
+        nodes.extend(equations.bodies.iter().flat_map(|body| body.r.into_iter().chain(body.v).chain(body.w)));
+        let Some(mut own) = form.own_program(&equations, &nodes) else {
+            assert!(!equations.graph.calls.is_empty());
+            continue;
+        };
+        let mut by_bodies = Evaluator::new(&equations.graph, &nodes);
+        for _ in 0..10 {
+            let working = stand.consistent(&mut random, 0.1);
+            let mut state = vec![f64::NAN; form.groups().len()];
+            form.state_of(&working, &mut state);
+            let inputs = form.observe(TIME, &state, false).unwrap().inputs.to_vec();
+            let expected = by_bodies.run(&inputs, form.sets()).unwrap();
+            let off = difference(form.run_own(TIME, &state, &mut own).unwrap(), expected);
+            assert!(off < 1e-11, "{off:e}");
+        }
+    }
+}
+
+#[test]
+fn what_hangs_on_more_than_coordinates_is_left_to_the_bodies() {
+    let form = joint_form(&scenes::four_bar(1.1));
+    let Prepared { equations, plan, .. } = prepared(&scenes::four_bar(1.1));
+    assert!(form.own_program(&equations, &equations.bodies[0].r).is_some());
+    assert!(form.own_program(&equations, &equations.bodies[0].p).is_none());
+    let mut graph = equations.clone();
+    let accelerations = [graph.graph.input(plan.layout.acceleration_slot())];
+    assert!(form.own_program(&graph, &accelerations).is_none());
 }

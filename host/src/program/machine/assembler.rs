@@ -11,7 +11,7 @@ use cranelift_assembler_x64::{Amode, AmodeOffset, AmodeOffsetPlusKnownOffset, Re
 
 use super::super::costs::MachineError;
 use super::super::tape::{Instruction, Program, Register};
-use super::calls::{INLINE_POWER, atan2, cos, exp, ln, look_up, powf, powi, sin, tanh};
+use super::calls::{INLINE_POWER, Pair, atan2, cos, exp, ln, look_up, powf, powi, sin, sin_cos, tanh};
 use super::{Made, Piece, liveness};
 
 /// The mapping that the code lies in; none for no code.
@@ -114,6 +114,7 @@ struct Read {
 /// Functions that are called, by what they take besides numbers.
 enum Called {
     One(extern "C" fn(f64) -> f64),
+    Both(extern "C" fn(f64) -> Pair),
     Two(extern "C" fn(f64, f64) -> f64),
     Power(f64),
     Whole(i32),
@@ -226,6 +227,11 @@ impl<'l> Writer<'l> {
         if let Some(called) = self.called(&instruction) {
             return self.call(&called, &reads[..count]);
         }
+        if let Instruction::Turned(..) = instruction {
+            // The second result of the call before, which left all other vector registers empty.
+            self.used(&reads[..count]);
+            return 1;
+        }
         let [mut a, mut b, c, d] = reads;
         match instruction {
             Instruction::Add(..) | Instruction::Mul(..) if self.holder(a) == NOWHERE => (a, b) = (b, a),
@@ -315,6 +321,7 @@ impl<'l> Writer<'l> {
         match *instruction {
             Instruction::Sin(..) => Some(Called::One(sin)),
             Instruction::Cos(..) => Some(Called::One(cos)),
+            Instruction::Turn(..) => Some(Called::Both(sin_cos)),
             Instruction::Exp(..) => Some(Called::One(exp)),
             Instruction::Ln(..) => Some(Called::One(ln)),
             Instruction::Tanh(..) => Some(Called::One(tanh)),
@@ -326,7 +333,7 @@ impl<'l> Writer<'l> {
         }
     }
 
-    /// Calls a function; the result is in vector register 0. No vector register survives a call.
+    /// Calls a function; the result is in vector register 0, a second one in 1. No vector register survives a call.
     fn call(&mut self, called: &Called, reads: &[Read]) -> u8 {
         let at: Vec<Location> = reads.iter().map(|read| self.anywhere(*read)).collect();
         self.used(reads);
@@ -352,6 +359,7 @@ impl<'l> Writer<'l> {
         }
         let address = match *called {
             Called::One(function) => function as *const () as usize,
+            Called::Both(function) => function as *const () as usize,
             Called::Two(function) => function as *const () as usize,
             Called::Power(exponent) => {
                 self.constant(1, exponent);

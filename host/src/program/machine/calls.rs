@@ -2,11 +2,23 @@
 
 use element_api::Table;
 
+use super::super::turn;
+
 pub(super) extern "C" fn sin(a: f64) -> f64 {
-    a.sin()
+    turn::sin(a)
 }
 pub(super) extern "C" fn cos(a: f64) -> f64 {
-    a.cos()
+    turn::cos(a)
+}
+/// Two numbers, which the System V calling convention returns in vector registers 0 and 1.
+#[repr(C)]
+pub(super) struct Pair {
+    sine: f64,
+    cosine: f64,
+}
+pub(super) extern "C" fn sin_cos(a: f64) -> Pair {
+    let (sine, cosine) = turn::sin_cos(a);
+    Pair { sine, cosine }
 }
 pub(super) extern "C" fn exp(a: f64) -> f64 {
     a.exp()

@@ -198,8 +198,9 @@ impl Body<'_> {
                 let less = self.builder.ins().fcmp(FloatCC::LessThan, a, b);
                 self.builder.ins().select(less, c, d)
             }
-            Instruction::Sin(_, a) => self.call_one(sin, a),
-            Instruction::Cos(_, a) => self.call_one(cos, a),
+            // Apart: not every calling convention returns two numbers in registers.
+            Instruction::Sin(_, a) | Instruction::Turn(_, a) => self.call_one(sin, a),
+            Instruction::Cos(_, a) | Instruction::Turned(_, a) => self.call_one(cos, a),
             Instruction::Exp(_, a) => self.call_one(exp, a),
             Instruction::Ln(_, a) => self.call_one(ln, a),
             Instruction::Tanh(_, a) => self.call_one(tanh, a),

@@ -26,6 +26,12 @@ pub(super) fn random_graph(random: &mut Random, inputs: usize, operations: usize
             9 => g.neg(a),
             10 => g.sqrt(a),
             11 => g.sin(a),
+            12 if random.below(2) == 0 => {
+                // Both of one angle.
+                let cosine = g.cos(a);
+                nodes.push(cosine);
+                g.sin(a)
+            }
             12 => g.cos(a),
             13 => g.atan2(a, b),
             14 => g.tanh(a),
@@ -53,8 +59,8 @@ fn direct(graph: &Graph, last: Node, inputs: &[f64]) -> Vec<f64> {
             Expr::Div(a, b) => v(a) / v(b),
             Expr::Neg(a) => -v(a),
             Expr::Sqrt(a) => v(a).sqrt(),
-            Expr::Sin(a) => v(a).sin(),
-            Expr::Cos(a) => v(a).cos(),
+            Expr::Sin(a) => crate::program::turn::sin(v(a)),
+            Expr::Cos(a) => crate::program::turn::cos(v(a)),
             Expr::Atan2(a, b) => v(a).atan2(v(b)),
             Expr::Exp(a) => v(a).exp(),
             Expr::Ln(a) => v(a).ln(),

@@ -1,8 +1,5 @@
 //! Memory between steps, stopping, sinks, exit codes.
 
-use std::cell::RefCell;
-use std::rc::Rc;
-
 use super::*;
 use crate::analysis::WorkingForm;
 use crate::integrate::{self, IntegrateError, Options, Span};
@@ -35,15 +32,13 @@ fn memory_changes_once_per_accepted_step() {
 fn a_run_can_be_stopped_between_steps() {
     let stop = Arc::new(AtomicBool::new(false));
     let text = thrown().replace("t_end = 1", "t_end = 1\nmax_step = 0.01");
-    let told = Rc::new(RefCell::new(Vec::new()));
-    let heard = Rc::clone(&told);
+    let mut told = Vec::new();
     let flag = Arc::clone(&stop);
-    let progress = move |share: f64| {
-        heard.borrow_mut().push(share);
+    let progress = |share: f64| {
+        told.push(share);
         flag.store(share > 0.3, Ordering::Relaxed);
     };
     let report = open(&text).run(None, Box::new(progress), &stop).unwrap();
-    let told = told.borrow();
     assert!(told.is_sorted() && told.iter().filter(|share| **share > 0.3).count() == 1, "no step after the wish");
     assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some("ODY0603")));
     assert_eq!((report.exit_code(), report.summary.t_end_reached), (130, *told.last().unwrap()));
@@ -54,10 +49,9 @@ fn a_run_can_be_stopped_between_steps() {
 
 #[test]
 fn progress_ends_at_one() {
-    let told = Rc::new(RefCell::new(0.0));
-    let heard = Rc::clone(&told);
-    open(&thrown()).run(None, Box::new(move |share| *heard.borrow_mut() = share), &Arc::default()).unwrap();
-    assert_eq!(*told.borrow(), 1.0);
+    let mut told = 0.0;
+    open(&thrown()).run(None, Box::new(|share| told = share), &Arc::default()).unwrap();
+    assert_eq!(told, 1.0);
 }
 
 #[test]

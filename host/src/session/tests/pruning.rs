@@ -3,18 +3,18 @@
 use super::*;
 
 /// The scene with savings switched off.
-fn without(text: &str, names: &str) -> String {
+pub(super) fn without(text: &str, names: &str) -> String {
     text.replacen("t_end = ", &format!("without = [{names}]\nt_end = "), 1)
 }
 
 /// The scene in the coordinates of bodies: those of joints leave nothing to some savings.
-fn in_bodies(text: &str) -> String {
+pub(super) fn in_bodies(text: &str) -> String {
     text.replacen("t_end = ", "formulation = \"cartesian\"\nt_end = ", 1)
 }
 
 /// Largest difference of the columns of two runs, each relative to its largest value (or 1 where that is smaller).
 #[track_caller]
-fn apart(a: &RunReport, b: &RunReport) -> f64 {
+pub(super) fn apart(a: &RunReport, b: &RunReport) -> f64 {
     assert_eq!((a.summary.status, b.summary.status), (Status::Completed, Status::Completed));
     assert_eq!((a.times.len(), a.columns.len()), (b.times.len(), b.columns.len()));
     let mut worst = 0.0_f64;
@@ -29,7 +29,7 @@ fn apart(a: &RunReport, b: &RunReport) -> f64 {
 }
 
 /// The entry of a saving in the plan: what it says that it saves.
-fn saved(text: &str, name: &str) -> Option<String> {
+pub(super) fn saved(text: &str, name: &str) -> Option<String> {
     let report = open(text).plan_report();
     report.skipped.into_iter().find(|skip| skip.without == Some(name)).map(|skip| skip.saved)
 }
@@ -122,7 +122,10 @@ fn unknown_savings_are_refused_with_the_nearest_name() {
     assert_eq!(diagnostic.message, "there is no saving `plenar`");
     assert!(diagnostic.help.iter().any(|line| line == "did you mean `planar`?"), "{:?}", diagnostic.help);
     assert!(
-        diagnostic.help.iter().any(|line| line.contains("planar, kinematic, row-choice, on-demand, audit, events"))
+        diagnostic
+            .help
+            .iter()
+            .any(|line| line.contains("merged, planar, kinematic, row-choice, on-demand, audit, events"))
     );
 }
 

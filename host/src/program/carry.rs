@@ -1,0 +1,45 @@
+//! Quantities of the working form as functions of the coordinates of joints, without the bodies in between.
+
+use rustc_hash::FxHashMap;
+
+use super::equations::Equations;
+use super::graph::{Expr, Graph, Node};
+use super::joint::JointEquations;
+use super::kinematics::entries;
+use super::rewrite::Rewriting;
+use crate::plan::Layout;
+
+impl JointEquations {
+    /// Nodes of the working form in a graph of their own, which takes the inputs of this form. `None` where one of them
+    /// depends on more than positions, rotation matrices and velocities of bodies: on Euler parameters, accelerations or
+    /// multipliers, or on an opaque element.
+    #[must_use]
+    pub fn carry(&self, working: &Equations, layout: &Layout, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
+        let mut g = Graph::default();
+        let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
+        let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
+        for (body, here) in working.bodies.iter().zip(&self.bodies) {
+            for (old, node) in entries(&body.a).zip(entries(&here.a)) {
+                replaced.insert(old, own.carry(&mut g, node));
+            }
+            for (old, new) in [(body.r, here.r), (body.v, here.v), (body.w, here.w)] {
+                for (old, node) in old.into_iter().zip(new) {
+                    replaced.insert(old, own.carry(&mut g, node));
+                }
+            }
+        }
+        let mut rewriting = Rewriting::new(&working.graph, &mut g, replaced);
+        let carried = rewriting.carry_all(&mut g, nodes);
+        let bodies = 1..layout.state_slot();
+        let solved = layout.acceleration_slot()..layout.inputs();
+        let foreign = |slot: usize| {
+            bodies.contains(&slot) || solved.contains(&slot) || slot >= self.coordinates.acceleration_slot
+        };
+        let open = g.live(&carried).into_iter().any(|node| match g.expr(node) {
+            Expr::Input(slot) => foreign(slot as usize),
+            Expr::Call { .. } => true,
+            _ => false,
+        });
+        (!open).then_some((g, carried))
+    }
+}

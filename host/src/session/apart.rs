@@ -1,0 +1,87 @@
+//! What `odyn plan` says of islands that share nothing.
+
+use serde::Serialize;
+
+use super::error::SessionError;
+use super::open::Session;
+use super::report::plural;
+
+/// Islands that are named.
+const SHOWN: usize = 12;
+
+/// What islands cost, each by itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Apart {
+    /// Whether they run apart.
+    pub chosen: bool,
+    /// Operations per evaluation of all of them together.
+    pub together: usize,
+    /// Each by itself.
+    pub islands: Vec<OwnSteps>,
+}
+
+/// What an island costs by itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct OwnSteps {
+    /// Its first body.
+    pub name: String,
+    /// The coordinates of its equations of motion: `cartesian` or `joint`.
+    pub formulation: String,
+    /// Velocities.
+    pub velocities: usize,
+    /// Operations per evaluation of its right side.
+    pub operations_per_evaluation: usize,
+    /// Its motion is found at each time, not integrated.
+    pub determined: bool,
+}
+
+impl Session {
+    /// What islands cost, each by itself; `together`: operations per evaluation of all of them. Nothing for a single one.
+    ///
+    /// # Errors
+    /// Where an island cannot be a scene of its own.
+    pub(super) fn apart_report(&self, together: usize) -> Result<Option<Apart>, SessionError> {
+        if self.plan.topology.islands.len() < 2 {
+            return Ok(None);
+        }
+        let sessions = self.islands()?;
+        let islands = self.plan.topology.islands.iter().zip(&sessions).map(|(island, own)| {
+            let solving = own.solving();
+            OwnSteps {
+                name: self.name_of(island).to_string(),
+                formulation: solving.formulation,
+                velocities: solving.velocities,
+                operations_per_evaluation: solving.counts.operations,
+                determined: own.determined,
+            }
+        });
+        Ok(Some(Apart { chosen: self.apart, together, islands: islands.collect() }))
+    }
+}
+
+impl std::fmt::Display for Apart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.chosen {
+            true => writeln!(f, "the islands share nothing, and each takes steps of its own (--islands apart):")?,
+            false => writeln!(f, "the islands share nothing; each could take steps of its own (--islands apart):")?,
+        }
+        for island in self.islands.iter().take(SHOWN) {
+            let velocities = plural(island.velocities, "velocity", "velocities");
+            let found = if island.determined { ", found instead of integrated" } else { "" };
+            writeln!(
+                f,
+                "    {}: {} coordinates, {velocities}, {} operations per evaluation{found}",
+                island.name, island.formulation, island.operations_per_evaluation
+            )?;
+        }
+        if self.islands.len() > SHOWN {
+            writeln!(f, "    and {} more", self.islands.len() - SHOWN)?;
+        }
+        let then = if self.chosen { "would be" } else { "are" };
+        writeln!(
+            f,
+            "    together, at the steps of the one that needs most, {then} {} of all; what follows is for that",
+            self.together
+        )
+    }
+}

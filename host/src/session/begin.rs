@@ -1,0 +1,214 @@
+//! [`Begun`]: a run that lacks nothing but its steps.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::error::SessionError;
+use super::open::Session;
+use super::restart::Restart;
+use super::run::{DEFAULT_METHOD, DEFAULT_TOLERANCE, start_error};
+use super::simulation::{Progress, Simulation, Sink};
+use super::tier::{Made, Tier};
+use crate::analysis::{AnalysisError, Counters, Formulation, Scales, SecondOrderForm};
+use crate::integrate::{self, IntegrateError, Integrator, Kinematic, Options, Outcome, Span};
+use crate::model::Model;
+use crate::program::Switches;
+use crate::results::Audit;
+
+/// What a run is made with.
+pub(super) struct Means {
+    engine: String,
+    method: Box<dyn Integrator>,
+    formulation: Box<dyn Formulation>,
+    second_order: Option<SecondOrderForm>,
+    fixed_step: Option<f64>,
+}
+
+impl Means {
+    /// Name of the method.
+    pub(super) fn method(&self) -> &'static str {
+        self.method.name()
+    }
+
+    /// Name of the formulation.
+    pub(super) fn formulation(&self) -> &'static str {
+        self.formulation.name()
+    }
+}
+
+/// A run before its first step.
+pub(super) struct Begun<'a> {
+    system: Simulation<'a>,
+    method: Box<dyn Integrator>,
+    state: Vec<f64>,
+    options: Options,
+    t_start: f64,
+    t_end: f64,
+    sample_times: Vec<f64>,
+}
+
+/// What an integration leaves behind.
+pub(super) struct Ended {
+    pub(super) outcome: Result<Outcome, IntegrateError>,
+    pub(super) audit: Audit,
+    pub(super) counters: Counters,
+    pub(super) made: Made,
+    /// With its samples, s.
+    pub(super) integration_time: f64,
+    /// Time of the last accepted state, s; where an error ended the run, the end asked for.
+    time: f64,
+}
+
+impl Session {
+    /// Relative tolerance.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE)
+    }
+
+    /// The engine's name.
+    fn engine(&self) -> &str {
+        self.scene.simulation.engine.as_ref().map_or("auto", |engine| engine.value.as_str())
+    }
+
+    /// The method and the equations in the form that it wants.
+    ///
+    /// # Errors
+    /// An unknown method, engine or formulation; a method without a step size; masses that admit no motion.
+    pub(super) fn means(&mut self) -> Result<Means, SessionError> {
+        let name = self.scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |m| m.value.as_str());
+        let mut method = self.options.methods.make(name).ok_or_else(|| self.unknown_word(name, true))?;
+        if self.determined {
+            method = Box::new(Kinematic::default());
+        }
+        // A method without error control takes the longest step it may.
+        let longest = self.scene.simulation.max_step.filter(|_| method.needs_fixed_step());
+        let fixed_step = self.scene.simulation.fixed_step.or(longest);
+        if method.needs_fixed_step() && fixed_step.is_none() {
+            return Err(self.no_step(method.name()));
+        }
+        let engine = self.engine().to_string();
+        let mut formulation = self.formulation(&engine)?;
+        if method.may_use_jacobian() {
+            formulation.offer_jacobian(self.merged.as_ref().map_or(&self.equations, |case| &case.equations));
+        }
+        let second_order = match self.method_of_second_order()? {
+            Some(_) => Some(SecondOrderForm::new(&self.equations, &self.model, &self.plan)),
+            None => None,
+        };
+        let second_order = second_order.transpose().map_err(|e| start_error(&self.scene, &e))?;
+        Ok(Means { engine, method, formulation, second_order, fixed_step })
+    }
+
+    /// Places the system at its start. `sink` takes samples, `told` the times of accepted steps.
+    ///
+    /// # Errors
+    /// Where the motion cannot start, or machine code is asked for and cannot be had.
+    pub(super) fn begin<'a>(
+        &mut self,
+        means: Means,
+        sink: Sink<'a>,
+        told: Progress<'a>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Begun<'a>, SessionError> {
+        let Means { engine, method, formulation, second_order, fixed_step } = means;
+        let tolerance = self.tolerance();
+        let simulation = &self.scene.simulation;
+        let (t_start, t_end) = (simulation.t_start, simulation.t_end);
+        let layout = self.plan.layout.clone();
+        let mut system = Simulation::new(
+            &mut self.equations,
+            &self.model,
+            &layout,
+            &self.assembly,
+            formulation,
+            tolerance,
+            sink,
+            told,
+            Arc::clone(stop),
+        )
+        .map_err(|e| start_error(&self.scene, &e))?;
+        // Merged bodies are watched as the scene has them.
+        if let Some(case) = self.planar.as_ref().filter(|_| engine != "reference" && self.merged.is_none()) {
+            system
+                .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
+                .map_err(|e| start_error(&self.scene, &e))?;
+        }
+        if self.pruning.events && fixed_step.is_none() {
+            let switches = Switches::find(&self.equations, &layout);
+            system.end_steps_at(&mut self.equations, &switches);
+        }
+        self.equations.graph.rest();
+        if let Some(form) = second_order {
+            system.offer_second_order(form);
+        }
+        if !self.pruning.on_demand {
+            system.solve_at_samples();
+        }
+        if !self.pruning.audit {
+            system.watch_every_state();
+        }
+        let state = system.place_at_start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+        match engine.as_str() {
+            "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
+            "compiled" => {
+                // What stands in for something else waits until it turns out to be run often.
+                system.set_tier(Tier::automatic(t_start, t_end));
+                system.compile_now(t_start).map_err(|e| self.no_machine_code(&e))?;
+            }
+            _ => {}
+        }
+        let options = Options {
+            first_step: simulation.first_step,
+            max_step: simulation.max_step,
+            max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
+            fixed_step,
+            ..Options::default()
+        };
+        let sample_times = simulation.sample_times(&self.scene.units).iter().map(|time| time.si).collect();
+        Ok(Begun { system, method, state, options, t_start, t_end, sample_times })
+    }
+}
+
+impl Begun<'_> {
+    /// Sizes typical of what moves, from the start.
+    pub(super) fn scales(&self) -> &Scales {
+        self.system.scales()
+    }
+
+    /// Judges errors by the sizes of a larger scene. To be called before [`Begun::watch_start`], if at all.
+    pub(super) fn widen_scales(&mut self, whole: &Scales) {
+        self.system.widen_scales(whole);
+    }
+
+    /// Energies and violations at the start; to be called once, before [`Begun::integrate`].
+    ///
+    /// # Errors
+    /// Equations without a finite value.
+    pub(super) fn watch_start(&mut self) -> Result<(), AnalysisError> {
+        self.system.watch_start(self.t_start, &self.state)
+    }
+
+    /// All steps.
+    pub(super) fn integrate(&mut self) -> Ended {
+        let span = Span { t_start: self.t_start, t_end: self.t_end, sample_times: &self.sample_times };
+        let started = Instant::now();
+        let outcome = self.method.integrate(&mut self.system, &mut self.state, &span, &self.options);
+        let integration_time = started.elapsed().as_secs_f64();
+        let time = match &outcome {
+            Ok(Outcome { status: integrate::Status::StoppedEarly { t, .. }, .. }) => *t,
+            _ => self.t_end,
+        };
+        if outcome.is_ok() {
+            self.system.watch_end(time, &self.state);
+        }
+        let (audit, counters, made) = (*self.system.audit(), self.system.counters(), *self.system.tier().made());
+        Ended { outcome, audit, counters, made, integration_time, time }
+    }
+
+    /// The state at the end; none after an error, or where an element refuses to tell its own.
+    pub(super) fn restart(&mut self, model: &Model, ended: &Ended) -> Option<Restart> {
+        ended.outcome.as_ref().ok()?;
+        self.system.restart(model, ended.time, &self.state).ok()
+    }
+}

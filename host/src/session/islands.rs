@@ -1,0 +1,408 @@
+//! Islands that run apart: parts of a scene that share nothing, each integrated as a scene of its own, their results put
+//! together.
+//!
+//! Each island has its own formulation, plane, method and steps, and starts from its share of the assembled scene. What they
+//! have in common are the sample times and the sizes that errors are judged by: those of the whole scene at its start (its
+//! size; the largest speeds and those that first accelerations announce), which then grow with the island's own motion. So an
+//! island that rests beside a fast one is not held to its own round-off; and the error of a slow one, which common steps
+//! would make far smaller than asked for, comes as close to the tolerance as that of any other.
+
+use std::collections::{HashSet, VecDeque};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use super::begin::{Begun, Ended};
+use super::error::SessionError;
+use super::open::Session;
+use super::restart::Restart;
+use super::run::{RunReport, Samplings, start_error};
+use crate::analysis::{Assembly, Scales};
+use crate::plan::{Island, Layout};
+use crate::results::{Audit, IslandWork, ResultsError, Status, Summary};
+use crate::scene::{Dimension, OutputRecord};
+
+/// A scene falls as fast as sqrt(g L): below this share of it, speeds count as rest, whatever the rounding of resting islands.
+const REST: f64 = 1e-3;
+
+/// What runs in all islands give, as it comes: a row goes to the results when all of them have their share of it.
+struct Gathered<'a> {
+    samplings: &'a mut Samplings,
+    progress: Box<dyn FnMut(f64) + Send + 'a>,
+    /// The channels of each island.
+    channels: Vec<&'a [usize]>,
+    /// Rows of each island that others have not reached.
+    waiting: Vec<VecDeque<Vec<f64>>>,
+    /// Islands of which no row waits.
+    missing: usize,
+    /// Rows that are complete.
+    rows: usize,
+    /// Values of a row.
+    values: Vec<f64>,
+    /// Time that each island has reached, s.
+    reached: Vec<f64>,
+    /// Start and end, s.
+    span: [f64; 2],
+    /// Sum of the shares of all islands that are done.
+    done: f64,
+}
+
+impl Gathered<'_> {
+    fn take(&mut self, island: usize, values: &[f64]) -> Result<(), std::io::Error> {
+        if self.waiting[island].is_empty() {
+            self.missing -= 1;
+        }
+        self.waiting[island].push_back(values.to_vec());
+        if self.missing > 0 {
+            return Ok(());
+        }
+        self.values.fill(0.0);
+        for (channels, waiting) in self.channels.iter().zip(&mut self.waiting) {
+            let row = waiting.pop_front().unwrap_or_default();
+            // Energies of the whole scene are sums; all other channels belong to one island.
+            channels.iter().zip(row).for_each(|(channel, value)| self.values[*channel] += value);
+            self.missing += usize::from(waiting.is_empty());
+        }
+        self.rows += 1;
+        self.samplings.take(self.rows - 1, &self.values)
+    }
+
+    fn tell(&mut self, island: usize, t: f64) {
+        self.done += (t - self.reached[island]) / (self.span[1] - self.span[0]);
+        self.reached[island] = t;
+        let share = (self.done / self.reached.len() as f64).min(1.0);
+        (self.progress)(if self.reached.iter().all(|t| *t == self.span[1]) { 1.0 } else { share });
+    }
+}
+
+/// A lock; what a thread that panicked left behind is as good as before, since nobody goes on after a panic.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Session {
+    /// Whether islands are integrated apart.
+    pub(super) fn runs_apart(&self) -> bool {
+        self.apart && self.plan.topology.islands.len() > 1
+    }
+
+    /// The islands as sessions of their own, from the start of this one.
+    ///
+    /// # Errors
+    /// As for [`Session::open`]; whatever is wrong with an island is wrong with the whole scene, and told there first.
+    pub(super) fn islands(&self) -> Result<Vec<Session>, SessionError> {
+        let open = |island| self.island(island).map_err(|error| self.in_island(island, error));
+        self.plan.topology.islands.iter().map(open).collect()
+    }
+
+    fn island(&self, island: &Island) -> Result<Session, SessionError> {
+        let bodies: HashSet<&str> = island.bodies.iter().map(|body| self.model.bodies[*body].name.as_str()).collect();
+        let elements: HashSet<&str> =
+            island.elements.iter().map(|element| self.model.elements[*element].name.as_str()).collect();
+        let outputs: HashSet<&str> =
+            island.channels.iter().map(|channel| self.model.channels[*channel].name.as_str()).collect();
+        let mut scene = self.scene.clone();
+        // Bodies that are fixed are part of the ground.
+        scene.bodies.retain(|record| record.fixed || bodies.contains(record.name.value.as_str()));
+        scene.elements.retain(|record| elements.contains(record.name.value.as_str()));
+        scene.outputs.retain(|record: &OutputRecord| outputs.contains(record.name.value.as_str()));
+        scene.figures.clear();
+        scene.checks.clear();
+        scene.verification = None;
+        scene.simulation.islands = None;
+        let start = Some(self.share_of(island));
+        let mut own = Self::prepare(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
+        own.load_memories(&self.memories)?;
+        Ok(own)
+    }
+
+    /// What an island has of the assembled scene.
+    fn share_of(&self, island: &Island) -> Assembly {
+        let (layout, whole) = (&self.plan.layout, &self.assembly);
+        let mut share = Assembly {
+            working: island
+                .bodies
+                .iter()
+                .flat_map(|body| &whole.working[13 * body..13 * (body + 1)])
+                .copied()
+                .collect(),
+            references: Vec::new(),
+            discrete: Vec::new(),
+            moves: Vec::new(),
+            velocity_misses: Vec::new(),
+            ..*whole
+        };
+        for element in &island.elements {
+            let own = Slices::of(layout, *element);
+            share.working.extend(&whole.working[own.states]);
+            share.references.extend(&whole.references[own.references]);
+            share.discrete.extend(&whole.discrete[own.discrete]);
+        }
+        // No work yet.
+        share.working.push(0.0);
+        share
+    }
+
+    /// Writes the end of an island into that of the whole scene.
+    fn give_back(&self, island: &Island, end: &Restart, whole: &mut Restart) {
+        for (k, body) in island.bodies.iter().enumerate() {
+            whole.working[13 * body..13 * (body + 1)].copy_from_slice(&end.working[13 * k..13 * (k + 1)]);
+        }
+        let (mut state, mut reference, mut discrete) = (13 * island.bodies.len(), 0, 0);
+        for element in &island.elements {
+            let own = Slices::of(&self.plan.layout, *element);
+            copy(&end.working, &mut state, &mut whole.working[own.states]);
+            copy(&end.references, &mut reference, &mut whole.references[own.references]);
+            copy(&end.discrete, &mut discrete, &mut whole.discrete[own.discrete]);
+        }
+        if let (Some(work), Some(own)) = (whole.working.last_mut(), end.working.last()) {
+            *work += own;
+        }
+        whole.memories.extend(end.memories.iter().cloned());
+    }
+
+    /// Runs every island as a scene of its own; see [`Session::run`].
+    pub(super) fn run_apart(
+        self,
+        folder: Option<&Path>,
+        progress: Box<dyn FnMut(f64) + Send + '_>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<RunReport, SessionError> {
+        let started = Instant::now();
+        let topology = &self.plan.topology.islands;
+        let mut sessions = self.islands()?;
+        let mut means = Vec::with_capacity(sessions.len());
+        for (session, island) in sessions.iter_mut().zip(topology) {
+            means.push(session.means().map_err(|error| self.in_island(island, error))?);
+        }
+        let mut summaries: Vec<Summary> =
+            sessions.iter().zip(&means).map(|(own, m)| own.summary(m.method(), m.formulation())).collect();
+        let mut summary = self.summary(&words(&summaries, |own| &own.method), &words(&summaries, |own| &own.engine));
+        let mut samplings = self.samplings(folder, &summary)?;
+        let span = [self.scene.simulation.t_start, self.scene.simulation.t_end];
+        let (ended, ends, reached) = {
+            let gathered = Mutex::new(Gathered {
+                samplings: &mut samplings,
+                progress,
+                channels: topology.iter().map(|island| island.channels.as_slice()).collect(),
+                waiting: vec![VecDeque::new(); topology.len()],
+                missing: topology.len(),
+                rows: 0,
+                values: vec![0.0; self.model.channels.len()],
+                reached: vec![span[0]; topology.len()],
+                span,
+                done: 0.0,
+            });
+            let mut runs: Vec<Begun<'_>> = Vec::with_capacity(sessions.len());
+            for (k, (session, means)) in sessions.iter_mut().zip(means).enumerate() {
+                let gathered = &gathered;
+                let sink = move |_: usize, values: &[f64]| lock(gathered).take(k, values);
+                let told = move |t: f64| lock(gathered).tell(k, t);
+                let begun = session.begin(means, Box::new(sink), Box::new(told), stop);
+                runs.push(begun.map_err(|error| self.in_island(&topology[k], error))?);
+            }
+            let scales = self.scales_of(&runs);
+            for (run, island) in runs.iter_mut().zip(topology) {
+                run.widen_scales(&scales);
+                let watched = run.watch_start().map_err(|error| start_error(&self.scene, &error));
+                watched.map_err(|error| self.in_island(island, error))?;
+            }
+            summary.compile_time_s += started.elapsed().as_secs_f64();
+            let integrating = Instant::now();
+            let ended = self.integrate(&mut runs)?;
+            summary.integration_time_s = integrating.elapsed().as_secs_f64();
+            let ends =
+                runs.iter_mut().zip(&sessions).zip(&ended).map(|((run, own), ended)| run.restart(&own.model, ended));
+            let ends: Vec<Option<Restart>> = ends.collect();
+            let reached = lock(&gathered).reached.clone();
+            (ended, ends, reached)
+        };
+        let unit = self.scene.units.factor(Dimension::TIME);
+        let mut failures = Vec::with_capacity(ended.len());
+        for (k, ended) in ended.into_iter().enumerate() {
+            sessions[k].note_work(&mut summaries[k], &ended);
+            summaries[k].t_end_reached = reached[k] / unit;
+            failures.push(sessions[k].conclude(&mut summaries[k], ended.outcome, &mut None));
+        }
+        self.sum_up(&mut summary, &summaries);
+        let failed = match samplings.error.take() {
+            Some(error) => Some(self.not_written(&mut summary, &error)),
+            None => self.first_end(&mut summary, &summaries, failures),
+        };
+        let checks = self.evaluate(&mut summary, &samplings);
+        summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
+        let end = self.end_of(ends);
+        samplings.close(folder, &summary, end.as_ref()).map_err(|error| self.files_error(&error))?;
+        match failed {
+            Some(error) => Err(error),
+            None => Ok(samplings.report(summary, checks)),
+        }
+    }
+
+    /// The sizes of the whole scene at the start.
+    fn scales_of(&self, runs: &[Begun<'_>]) -> Scales {
+        let mut scales = self.assembly.scales;
+        scales.grow(&self.assembly.working, self.plan.layout.bodies);
+        runs.iter().for_each(|run| scales.widen(run.scales()));
+        scales.speed = scales.speed.max(REST * (self.model.gravity.norm() * scales.length).sqrt());
+        scales
+    }
+
+    /// All steps of all islands, on as many threads as are wanted. They share nothing, so that it does not matter how many.
+    fn integrate(&self, runs: &mut [Begun<'_>]) -> Result<Vec<Ended>, SessionError> {
+        #[cfg(feature = "parallel")]
+        if self.options.jobs != 1 {
+            use super::error::Exit;
+            use crate::diagnostics::{Diagnostic, codes};
+            use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(self.options.jobs).build().map_err(|error| {
+                let message = format!("cannot start {} threads: {error}", self.options.jobs);
+                SessionError::one(Exit::Scene, &self.scene.source, Diagnostic::error(codes::BAD_OVERRIDE, message))
+            })?;
+            // Islands differ in length: each is a task of its own.
+            return Ok(pool.install(|| runs.par_iter_mut().with_max_len(1).map(Begun::integrate).collect()));
+        }
+        Ok(runs.iter_mut().map(Begun::integrate).collect())
+    }
+
+    /// Adds up the work of all islands; of the audit the worst.
+    fn sum_up(&self, summary: &mut Summary, parts: &[Summary]) {
+        let sum = |of: fn(&Summary) -> u64| parts.iter().map(of).sum::<u64>();
+        let first = |of: fn(&Summary) -> Option<f64>| parts.iter().filter_map(of).min_by(f64::total_cmp);
+        summary.engine = words(parts, |part| &part.engine);
+        summary.steps = sum(|part| part.steps);
+        summary.rejected = sum(|part| part.rejected);
+        summary.events = sum(|part| part.events);
+        summary.chatters = sum(|part| part.chatters);
+        summary.evaluations = sum(|part| part.evaluations);
+        summary.factorisations = sum(|part| part.factorisations);
+        summary.jacobians = sum(|part| part.jacobians);
+        summary.newton_factorisations = sum(|part| part.newton_factorisations);
+        summary.newton_iterations = sum(|part| part.newton_iterations);
+        summary.method_switches = sum(|part| part.method_switches);
+        summary.projections = sum(|part| part.projections);
+        summary.rank_safe = sum(|part| part.rank_safe);
+        summary.position_corrections = sum(|part| part.position_corrections);
+        summary.interpolated = sum(|part| part.interpolated);
+        summary.coupling_iterations = sum(|part| part.coupling_iterations);
+        summary.machine_code_programs = sum(|part| part.machine_code_programs);
+        summary.machine_code_bytes = sum(|part| part.machine_code_bytes);
+        summary.machine_code_time_s = parts.iter().map(|part| part.machine_code_time_s).sum();
+        summary.machine_code_from = first(|part| part.machine_code_from);
+        summary.stiff_from = first(|part| part.stiff_from);
+        summary.audit = Audit::together(parts.iter().map(|part| &part.audit));
+        let islands = self.plan.topology.islands.iter().zip(parts).map(|(island, own)| IslandWork {
+            bodies: island.bodies.iter().map(|body| self.model.bodies[*body].name.clone()).collect(),
+            status: own.status,
+            reason: own.reason.clone(),
+            t_end_reached: own.t_end_reached,
+            method: own.method.clone(),
+            engine: own.engine.clone(),
+            steps: own.steps,
+            rejected: own.rejected,
+            evaluations: own.evaluations,
+            jacobians: own.jacobians,
+            stiff_from: own.stiff_from,
+            audit: own.audit,
+            integration_time_s: own.integration_time_s,
+        });
+        summary.islands = islands.collect();
+    }
+
+    /// Writes into the summary how the whole run stands: as the island that ended first, if one did before the end.
+    fn first_end(
+        &self,
+        summary: &mut Summary,
+        parts: &[Summary],
+        failures: Vec<Option<SessionError>>,
+    ) -> Option<SessionError> {
+        let ended = (0..parts.len()).filter(|k| parts[*k].status != Status::Completed);
+        let first = ended.min_by(|a, b| parts[*a].t_end_reached.total_cmp(&parts[*b].t_end_reached));
+        let Some(first) = first else {
+            summary.status = Status::Completed;
+            summary.t_end_reached = summary.t_end;
+            return None;
+        };
+        let (part, island) = (&parts[first], &self.plan.topology.islands[first]);
+        summary.status = part.status;
+        summary.code = part.code;
+        summary.reason = format!("the island of `{}`: {}", self.name_of(island), part.reason);
+        summary.t_end_reached = part.t_end_reached;
+        failures.into_iter().nth(first).flatten().map(|error| self.in_island(island, error))
+    }
+
+    /// Writes into the summary that a file could not be written.
+    fn not_written(&self, summary: &mut Summary, error: &ResultsError) -> SessionError {
+        summary.status = Status::Failed;
+        summary.reason = error.to_string();
+        summary.code = Some(error.code());
+        summary.t_end_reached = summary.islands.iter().map(|island| island.t_end_reached).fold(summary.t_end, f64::min);
+        self.files_error(error)
+    }
+
+    /// The state at the end, if all islands have one of the same time.
+    fn end_of(&self, ends: Vec<Option<Restart>>) -> Option<Restart> {
+        let ends: Vec<Restart> = ends.into_iter().collect::<Option<_>>()?;
+        let time = ends.first()?.time;
+        if ends.iter().any(|end| end.time != time) {
+            return None;
+        }
+        let working = vec![0.0; self.assembly.working.len()];
+        let mut whole = Restart::new(&self.model, time, working, &self.assembly.references, &self.assembly.discrete);
+        for (island, end) in self.plan.topology.islands.iter().zip(&ends) {
+            self.give_back(island, end, &mut whole);
+        }
+        Some(whole)
+    }
+
+    /// The body that an island is named after: its first.
+    pub(super) fn name_of(&self, island: &Island) -> &str {
+        &self.model.bodies[island.bodies[0]].name
+    }
+
+    /// An error that names the island.
+    fn in_island(&self, island: &Island, error: SessionError) -> SessionError {
+        let help = format!("in the island of `{}`, which runs apart", self.name_of(island));
+        let diagnostics = error.diagnostics.into_iter().map(|diagnostic| diagnostic.help(help.clone())).collect();
+        SessionError { diagnostics, ..error }
+    }
+}
+
+/// Where the numbers of an element lie.
+struct Slices {
+    /// In the working state.
+    states: std::ops::Range<usize>,
+    references: std::ops::Range<usize>,
+    discrete: std::ops::Range<usize>,
+}
+
+impl Slices {
+    fn of(layout: &Layout, element: usize) -> Self {
+        let range = |at: &[usize], end: usize| at[element]..at.get(element + 1).copied().unwrap_or(end);
+        let states = range(&layout.state_at, layout.states);
+        let first = 13 * layout.bodies;
+        Self {
+            states: first + states.start..first + states.end,
+            references: range(&layout.reference_at, layout.references),
+            discrete: range(&layout.discrete_at, layout.discrete),
+        }
+    }
+}
+
+/// Fills `to` from a list, and moves the place in the list on.
+fn copy(from: &[f64], at: &mut usize, to: &mut [f64]) {
+    to.copy_from_slice(&from[*at..*at + to.len()]);
+    *at += to.len();
+}
+
+/// What islands have in common, or the different words one after the other.
+fn words(parts: &[Summary], of: fn(&Summary) -> &str) -> String {
+    let mut list: Vec<&str> = Vec::new();
+    for word in parts.iter().map(of) {
+        if !list.contains(&word) {
+            list.push(word);
+        }
+    }
+    list.join(" / ")
+}
