@@ -11,16 +11,12 @@ use odyn::stress::{Outcome, Settings, Suite, run};
 use crate::support::{kept, root};
 
 /// What is known to fail: bounds stay as they should be, and this list gets shorter. A trial of it that passes fails the test.
-const KNOWN: [&str; 5] = [
+const KNOWN: [&str; 3] = [
     // Started next to a singular position or in one.
     "start-nearer-singular",
     "start-singular",
     // Redundant rows that come to contradict each other are not looked at again.
     "motors-apart",
-    // Short contacts after long steps: switches are missed.
-    "bounces",
-    // The method chosen on the way goes back to the explicit one and stays with it.
-    "stick-slip-auto",
 ];
 
 /// Trials whose work is pinned, one of each kind of difficulty.
