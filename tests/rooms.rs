@@ -27,7 +27,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("page", &["results"]),
     ("bench", &["integrate", "page", "results", "scene", "session"]),
     ("study", &["diagnostics", "results", "scene", "session"]),
-    ("manual", &["page", "results", "verification"]),
+    ("stress", &["diagnostics", "results", "scene", "session"]),
+    ("manual", &["page", "results", "stress", "verification"]),
 ];
 
 /// The files of a folder and those below it.

@@ -10,6 +10,7 @@
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
+//! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is told |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
 //! | `allocations.rs` | our elements allocate nothing when they are called |
@@ -47,6 +48,7 @@ mod second_order;
 mod singular;
 mod speed_control;
 mod states;
+mod stress;
 mod study;
 mod support;
 mod verification;

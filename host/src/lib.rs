@@ -20,9 +20,10 @@
 //! | [`session`] | all of them, in this order | |
 //! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
+//! | [`stress`] | trials with what is expected of them -> outcomes: measures with their bounds | how outcomes are shown |
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
-//! | `manual` | cases -> pages to read (feature `manual`) | how cases were run |
+//! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
 //!
 //! Leaves that any room may use: [`diagnostics`] (messages with places) and [`linalg`] (linear systems, ranks). A room
 //! uses only rooms before it and the leaves; a test guards the edges.
@@ -46,6 +47,7 @@ pub mod program;
 pub mod results;
 pub mod scene;
 pub mod session;
+pub mod stress;
 pub mod study;
 pub mod verification;
 

@@ -90,6 +90,21 @@ Examples:
 
 The exit code is 7 if a scene fails or an element has no scene.")]
     Verify(VerifyArgs),
+    /// Run the numerical stress suite: scenes that are hard to compute, with bounds for what must come out
+    #[command(after_help = "\
+The suite is a file of trials: scenes with changes, and what is expected of each: bounds on violations, energy and checks; a
+refusal or an early end with a message that names the cause; results equal to those of another trial. The table shows, of each,
+the measure nearest to its bound; stress.html shows all of them.
+
+Examples:
+  odyn stress
+  odyn stress --full
+  odyn stress bennett doors
+  odyn stress --suite my-suite.toml --plugin target/release -o results/my-manual
+
+The short form takes about half a minute, the full one some minutes. The exit code is 7 if a bound is broken or anything else is
+not as expected.")]
+    Stress(StressArgs),
     /// Measure error against time and work, for all methods and tolerances, and draw the curves
     #[command(after_help = "\
 The scenes' [[check]]s tell what is measured: the error of a run is the largest difference of a check of kind `position` or
@@ -295,6 +310,28 @@ pub(super) struct VerifyArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct StressArgs {
+    /// Trials to run, with those they are compared with; all if left out
+    #[arg(value_name = "NAME")]
+    pub(super) names: Vec<String>,
+    /// The file of trials
+    #[arg(long, value_name = "FILE", default_value = "stress/suite.toml")]
+    pub(super) suite: PathBuf,
+    /// Every trial, and for as long as its scene says; else shorter runs where that is given
+    #[arg(long)]
+    pub(super) full: bool,
+    /// Folder of the page
+    #[arg(short, long, value_name = "DIR", default_value = "results/verification")]
+    pub(super) output: PathBuf,
+    /// Trials at the same time; as many as there are processors if left out. Outcomes do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) jobs: Option<u16>,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct BenchArgs {
     /// Scene files, or folders of such
     #[arg(value_name = "SCENE|DIR", default_value = "scenes/benchmarks")]
@@ -360,7 +397,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.json,
             Command::Compare(args) => args.json,
-            Command::Verify(_) | Command::Bench(_) | Command::Explain(_) => false,
+            Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
         }
     }
 }

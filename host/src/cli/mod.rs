@@ -11,7 +11,7 @@
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
-//! | `bench.rs`, `compare.rs`, `explain.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
@@ -23,6 +23,7 @@ mod explain;
 mod failure;
 mod inspect;
 mod run;
+mod stress;
 mod study;
 mod terminal;
 mod verify;
@@ -85,6 +86,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
+        Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),
         Command::Explain(args) => explain::explain(args),
     }

@@ -68,6 +68,8 @@ pub const BAD_OVERRIDE: Code = "ODY0116";
 pub const TOO_DEEP: Code = "ODY0117";
 /// A scene file that cannot be read.
 pub const UNREADABLE: Code = "ODY0118";
+/// A stress suite that cannot be understood.
+pub const BAD_SUITE: Code = "ODY0119";
 
 /// A unit that doesn't exist.
 pub const UNKNOWN_UNIT: Code = "ODY0201";
@@ -227,6 +229,7 @@ pub const TABLE: &[Explanation] = &[
     entry(BAD_OVERRIDE, "`--set` cannot be applied", "`--set K=V` changes a parameter (`crank.radius=9mm`), a setting (`simulation.t_end=50`), or a key of a named body or element (`rotor.mass=0.05`, `main_bearing.params.friction=0`). If a name is both, write `parameters.`, `body.`, `joint.`, `force.`, `control.`, `output.`, `figure.` or `check.` in front."),
     entry(TOO_DEEP, "nested too deeply", "Tables or keys are nested far deeper than any scene needs. Flatten them."),
     entry(UNREADABLE, "the scene file cannot be read", "The file doesn't exist, may not be read, or is not UTF-8 text. Save it as UTF-8."),
+    entry(BAD_SUITE, "the stress suite cannot be understood", "A suite is a TOML file of `[[trial]]`s, each with a name of its own, a scene, and one of `bounds`, `refused` and `stopped`. What a trial is compared with (`equals`) stands before it. The comment at the head of `stress/suite.toml` tells all keys."),
 
     entry(UNKNOWN_UNIT, "unknown unit", "Known are m, g, t, s, min, h, N, J, W, Pa, bar, Hz, rad, deg, turn, rev, rpm, in, ft, lbm, lbf, % and 1, those of the metric system with the prefixes p n u m c d k M G T. Products are written with a blank: `N m`, not `Nm`."),
     entry(UNIT_SYNTAX, "a unit is written wrongly", "Units are products (blank, `*` or `·`), quotients (`/`) and integer powers (`^2`, `²`) of known units: `\"N m s/rad\"`, `\"kg*mm^2\"`, `\"1/s\"`. A blank behind a quotient is ambiguous: write `N/(m s)` or `N s/m`."),

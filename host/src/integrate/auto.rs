@@ -3,7 +3,7 @@
 use super::dop853::dop853;
 use super::explicit::{End, Explicit};
 use super::radau5::Radau5;
-use super::rivals::{Defender, FEWEST_HITS, Suspicion};
+use super::rivals::{Defender, FEWEST_HITS, Stint, Suspicion};
 use super::run::{Run, Trouble};
 use super::{IntegrateError, Integrator, Options, Outcome, Span, System};
 
@@ -60,12 +60,14 @@ impl Auto {
             run.counters.stiff_from.get_or_insert(run.t);
             run.counters.switches += 1;
             let defender = Defender::new(run, suspect);
+            let stint = Stint::new(run, suspect);
             let Some(step) = self.implicit.continue_run(run, y, Some(suspect.step), Some(defender))? else {
                 return Ok(());
             };
             run.counters.switches += 1;
             first_step = Some(step);
-            hits *= PATIENCE;
+            // After one that paid, what is to be suspected next is another part of the motion.
+            hits = if stint.paid(run) { FEWEST_HITS } else { hits.saturating_mul(PATIENCE) };
         }
     }
 }

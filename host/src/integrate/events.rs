@@ -76,7 +76,7 @@ pub(super) struct Events {
     /// Values of the conditions at the start of the step; known at this time.
     before: Vec<f64>,
     known_at: Option<f64>,
-    /// Largest magnitudes so far.
+    /// Largest magnitudes so far, of accepted states.
     sizes: Vec<f64>,
     /// Values at the ends of the interval in which a switch is known to be.
     low: Vec<f64>,
@@ -146,8 +146,9 @@ impl Events {
         if !run.switching(t_new, y_new, &mut self.high)? {
             return Ok(None);
         }
-        for (size, (a, b)) in self.sizes.iter_mut().zip(self.before.iter().zip(&self.high)) {
-            *size = size.max(a.abs()).max(b.abs());
+        // The end of a rejected step may be anywhere: it tells of sizes only while nothing else does.
+        for (size, (start, end)) in self.sizes.iter_mut().zip(self.before.iter().zip(&self.high)) {
+            *size = size.max(if *start == 0.0 && *size == 0.0 { end.abs() } else { start.abs() });
         }
         if !self.changed(&self.high) {
             self.pending = last.map(|pending| Pending { tries: tries + 1, ..pending });
@@ -183,6 +184,7 @@ impl Events {
         if !run.switching(t, y, &mut self.low)? {
             return Ok(Next::Plain);
         }
+        self.sizes.iter_mut().zip(&self.low).for_each(|(size, value)| *size = size.max(value.abs()));
         if self.changed(&self.low) {
             self.count(run);
             return Ok(Next::Passed(pending.resume));

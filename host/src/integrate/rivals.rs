@@ -82,6 +82,29 @@ pub(super) struct Suspect {
     rate: f64,
 }
 
+/// The time that an implicit method has been at work.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stint {
+    tariff: Tariff,
+    suspect: Suspect,
+    /// Time and cost at its beginning.
+    since: (f64, f64),
+}
+
+impl Stint {
+    /// It begins now, in place of the suspect.
+    pub(super) fn new(run: &Run<'_>, suspect: Suspect) -> Self {
+        let tariff = Tariff::of(run);
+        Self { tariff, suspect, since: (run.t, tariff.total(&run.counters)) }
+    }
+
+    /// Whether it has cost less, up to now, than the suspect would have with the steps it took last.
+    pub(super) fn paid(&self, run: &Run<'_>) -> bool {
+        let (t, cost) = self.since;
+        self.tariff.total(&run.counters) - cost < self.suspect.rate * (run.t - t)
+    }
+}
+
 /// Watches the steps of an explicit method. Corners, as of contacts, make few steps suspicious and those in between not;
 /// motions that are fast, but followed, make the derivative change as fast as differences die out.
 #[derive(Debug, Clone)]

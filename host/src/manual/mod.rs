@@ -1,10 +1,10 @@
 //! Manual: verified cases as pages to read.
 //!
-//! - **Takes**: cases and elements as plain data.
-//! - **Gives**: a [`Manual`]: an overview and a page per element, HTML that needs nothing but itself. The same data gives
-//!   the same bytes on every machine.
+//! - **Takes**: cases, elements and outcomes of the stress suite as plain data.
+//! - **Gives**: a [`Manual`]: an overview and a page per element; a [`StressPage`]. HTML that needs nothing but itself; the
+//!   same data gives the same bytes on every machine.
 //! - **May touch**: the folder it is told to write to.
-//! - **Must not know**: how cases were run.
+//! - **Must not know**: how cases and trials were run.
 //!
 //! | file | content |
 //! |---|---|
@@ -12,11 +12,13 @@
 //! | `element.rs` | the page of an element: its manual page, its tables, its cases |
 //! | `case.rs` | a case on a page |
 //! | `plot.rs` | curves over time and tolerance, SVG |
+//! | `stress.rs` | the page of the stress suite |
 
 mod case;
 mod element;
 mod index;
 mod plot;
+mod stress;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
@@ -27,6 +29,8 @@ use std::io;
 use std::path::Path;
 
 use crate::verification::{Case, Coverage, Element};
+
+pub use stress::{STRESS_FILE, StressPage};
 
 /// Name of the overview.
 pub const INDEX_FILE: &str = "index.html";

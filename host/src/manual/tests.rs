@@ -3,7 +3,7 @@
 use element_api::params::ParamSpec;
 use element_api::{Descriptor, Kind, Named, NamedInput};
 
-use super::{INDEX_FILE, Manual};
+use super::{INDEX_FILE, Manual, StressPage};
 use crate::page::html::{escape, markdown};
 use crate::verification::{Balance, Case, Checked, Coverage, Element, Measured, Rung, Work};
 
@@ -277,4 +277,39 @@ fn curves_of_failed_checks_cross_the_dashed_line_and_others_stay_below() {
         let highest = heights(&svg, "#0084D1").into_iter().min().unwrap();
         assert_eq!(highest >= bound, passes, "worst {worst}: {highest}, dashed line at {bound}");
     }
+}
+
+#[test]
+fn the_page_of_the_stress_suite_shows_what_failed_and_why() {
+    use crate::stress::{Measure, Outcome};
+    let measure = |found: f64| Measure { what: "way < 1".into(), found, bound: 0.5 };
+    let passed = Outcome {
+        trial: "swing".into(),
+        family: "drift".into(),
+        formulation: "joint".into(),
+        measures: vec![measure(0.25)],
+        ..Outcome::default()
+    };
+    let failed = Outcome {
+        formulation: "cartesian".into(),
+        measures: vec![measure(0.75)],
+        faults: vec!["stopped <early>".into()],
+        seconds: 7.0,
+        ..passed.clone()
+    };
+    let html = |outcomes: &[Outcome]| StressPage { outcomes, full: false }.html();
+    let page = html(&[passed.clone(), failed.clone()]);
+    for part in [
+        "2 runs in the short form",
+        "1 failed",
+        "way &lt; 1",
+        "stopped &lt;early&gt;",
+        "<span class=\"bad\">0.75</span>",
+    ] {
+        assert!(page.contains(part), "{part} is missing:\n{page}");
+    }
+    assert_eq!(page.matches("<h2>drift</h2>").count(), 1);
+    assert_eq!(page.matches("<h3>swing</h3>").count(), 1, "both runs of a trial are shown together");
+    assert!(!html(std::slice::from_ref(&passed)).contains("class=\"bad\""));
+    assert_eq!(html(std::slice::from_ref(&failed)), html(&[Outcome { seconds: 0.1, ..failed }]));
 }

@@ -122,3 +122,36 @@ fn too_many_switches_are_left_to_error_control() {
     // As accurate as error control is by itself there.
     assert!(distance(&y, &[t_end.cos(), -t_end.sin(), 1e-3]) < 1e-5, "{y:?}");
 }
+
+/// A ball that drops on a stiff spring.
+fn ball(_t: f64, y: &[f64], dy: &mut [f64]) {
+    dy[0] = y[1];
+    dy[1] = -GRAVITY - if y[0] < 0.0 { STOP * y[0] } else { 0.0 };
+}
+
+const GRAVITY: f64 = 9.81;
+/// Stiffness over mass, 1/s^2.
+const STOP: f64 = 5e5;
+
+#[test]
+fn short_contacts_after_long_flights_are_found() {
+    // Free flight lets steps grow without limit; their ends, deep in the spring, must not count as sizes of anything.
+    let height = 0.5_f64;
+    let (speed, rate) = ((2.0 * GRAVITY * height).sqrt(), STOP.sqrt());
+    let contact = 2.0 * (std::f64::consts::PI - (speed * rate / GRAVITY).atan()) / rate;
+    let period = 2.0 * speed / GRAVITY + contact;
+    for (name, bound) in [("dop853", 1e-9), ("dopri5", 1e-8), ("auto", 1e-9)] {
+        let mut system = Probe::new(ball, 2, 1e-11);
+        system.switching = Some((1, position as Rhs));
+        let mut y = vec![height, 0.0];
+        let span = Span { t_start: 0.0, t_end: 20.0 * period, sample_times: &[] };
+        let outcome = by_name(name).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+        let energy = |y: &[f64]| 0.5 * y[1] * y[1] + GRAVITY * y[0] + 0.5 * STOP * y[0].min(0.0).powi(2);
+        let start = GRAVITY * height;
+        let worst = system.steps.iter().map(|(_, _, y)| (energy(y) / start - 1.0).abs()).fold(0.0, f64::max);
+        println!("{name}: {worst:.1e} {:?}", outcome.counters);
+        assert_eq!((outcome.counters.events, outcome.counters.chatters), (40, 0), "{name}");
+        assert!(worst < bound, "{name}: {worst:e}");
+        assert!((y[0] - height).abs() < bound, "{name}: {y:?}");
+    }
+}

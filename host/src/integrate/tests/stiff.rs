@@ -314,3 +314,25 @@ fn factors_of_a_matrix_solve_it() {
     }
     assert!(!real.factor(0.0, &[0.0; 9]), "singular");
 }
+
+/// On its way along a cosine, it is held to it by a rate that comes and goes: up to 1e7 in every other half turn.
+fn held_now_and_then(t: f64, y: &[f64], dy: &mut [f64]) {
+    let rate = 1e7 * t.sin().max(0.0).powi(4);
+    dy[0] = -rate * (y[0] - t.cos()) - t.sin();
+}
+
+#[test]
+fn auto_is_as_quick_to_suspect_stiffness_that_comes_again_and_again() {
+    let counters = |turns: f64| {
+        let mut probe = Probe::new(held_now_and_then, 1, 1e-8);
+        let mut y = vec![1.0];
+        let t_end = turns * std::f64::consts::TAU;
+        let outcome = run(&mut Auto::default(), &mut probe, &mut y, t_end, &[], &Options::default());
+        assert!((y[0] - t_end.cos()).abs() < 1e-6, "{y:?}");
+        outcome.counters
+    };
+    let (few, many) = (counters(2.0), counters(12.0));
+    println!("{few:?}\n{many:?}");
+    assert!(many.switches >= 5 * few.switches.max(4), "{few:?} {many:?}");
+    assert!(many.evaluations < 8 * few.evaluations, "{few:?} {many:?}");
+}
