@@ -209,3 +209,21 @@ fn a_scene_may_start_in_a_singular_position() {
     assert!(rates.iter().all(|x| x.is_finite()));
     assert!((start[12] - 2.0).abs() < 1e-13);
 }
+
+#[test]
+fn velocities_that_contradict_each_other_are_refused_with_their_rows() {
+    // A rod of 1 m between two posts, one of which is driven away along the rod.
+    let text = "[[body]]\nname = \"rod\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+                [[joint]]\nname = \"left\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\npoint = [-0.5, 0, 0]\n\
+                [[joint]]\nname = \"right\"\ntype = \"screw\"\nbodies = [\"ground\", \"rod\"]\npoint = [0.5, 0, 0]\n\
+                axis = [1, 0, 0]\nparams = { pitch = 0, speed = SPEED }\n";
+    for speed in ["3", "1e-6"] {
+        let Err(AssemblyError::Contradiction { rows }) = assembled(&text.replace("SPEED", speed)).1 else {
+            panic!("{speed}: assembled");
+        };
+        let off: f64 = speed.parse().unwrap();
+        let named = rows.iter().any(|(name, by)| name.starts_with("right: advance") && *by > 0.1 * off);
+        assert!(named || rows[0].0.starts_with("left: x"), "{rows:?}");
+    }
+    assert!(assembled(&text.replace("SPEED", "0")).1.is_ok());
+}
