@@ -11,6 +11,7 @@
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
+//! | `random.rs` | what must hold of any mechanism, in hundreds of random ones; `regressions/`: those that once failed |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
@@ -42,6 +43,7 @@ mod limit;
 mod methods;
 mod opaque;
 mod plugins;
+mod random;
 mod rooms;
 mod second_order;
 mod singular;
