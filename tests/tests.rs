@@ -12,6 +12,7 @@
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is told |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
+//! | `random.rs` | what must hold of any mechanism, in hundreds of random ones; `regressions/`: those that once failed |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
@@ -43,6 +44,7 @@ mod limit;
 mod methods;
 mod opaque;
 mod plugins;
+mod random;
 mod rooms;
 mod second_order;
 mod singular;

@@ -6,7 +6,7 @@ use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::scales::Scales;
 use super::working::{BODY_STATES, clusters, move_body};
-use crate::linalg::{KktSolver, KktStructure, LIGHT, SparseFirst};
+use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
 use crate::plan::Layout;
 use crate::program::{Equations, Program};
@@ -21,6 +21,13 @@ const ASSEMBLED: f64 = 1e-12;
 const VELOCITY_MISS: f64 = 1e-9;
 /// Velocities that miss the rows by at most this share of what these are made of meet them but for round-off.
 const AS_ASKED: f64 = 1e-12;
+
+/// Share of the largest velocity that joints ask for by which one of them may be missed.
+const CONTRADICTION: f64 = 1e-6;
+/// How far along the velocities [`ahead`] looks, rad or lengths of the scene; the first place that can be assembled counts.
+const AHEAD: [f64; 4] = [0.4, 0.2, 0.1, 0.05];
+/// Moves in the whole time of a simulation, on the same scale, that are none.
+const AT_REST: f64 = 1e-6;
 
 /// The start of a simulation.
 #[derive(Debug, Clone)]
@@ -76,6 +83,12 @@ pub enum AssemblyError {
         /// Joint, row, remaining violation in m; worst first.
         rows: Vec<(String, f64)>,
     },
+    /// Joints that ask for velocities which cannot all be had.
+    #[error("the joints ask for velocities that contradict each other: {}", misses(.rows))]
+    Contradiction {
+        /// Joint, row, remaining difference in m/s; worst first.
+        rows: Vec<(String, f64)>,
+    },
     /// The analysis failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -83,6 +96,11 @@ pub enum AssemblyError {
 
 fn culprits(rows: &[(String, f64)]) -> String {
     let texts: Vec<String> = rows.iter().take(6).map(|(name, off)| format!("{name} is off by {off:.3e} m")).collect();
+    texts.join("; ")
+}
+
+fn misses(rows: &[(String, f64)]) -> String {
+    let texts: Vec<String> = rows.iter().take(6).map(|(name, off)| format!("{name} is off by {off:.3e} m/s")).collect();
     texts.join("; ")
 }
 
@@ -99,13 +117,53 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     let given = state.clone();
     let steps = positions(equations, model, layout, t, &mut state, &mut inputs, scales.length)?;
     let moves = moved(model, &given, &state, scales.length);
-    let velocity_misses = velocities(equations, model, layout, t, &mut state, &mut inputs)?;
+    let velocity_misses = velocities(equations, model, layout, t, &mut state, &mut inputs, scales.length)?;
     load(layout, t, &state, &mut inputs);
     let references = references(equations, model, layout, &inputs)?;
     let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
     scales.grow(&state, layout.bodies);
     let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
     Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses })
+}
+
+/// A place that the motion comes to: the start, at time `t`, moved along its velocities and brought to the joints, with the
+/// time there. `None` where nothing moves in `duration`, or no such place was found.
+///
+/// At the start itself the joints may be in a singular position, in which more rows depend on each other than anywhere else.
+///
+/// # Errors
+/// See [`AnalysisError`].
+pub fn ahead(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    start: &Assembly,
+    t: f64,
+    duration: f64,
+) -> Result<Option<(f64, Assembly)>, AnalysisError> {
+    let length = start.scales.length;
+    let bodies = start.working[..BODY_STATES * layout.bodies].chunks_exact(BODY_STATES);
+    let speeds = bodies.flat_map(|y| y[7..13].iter().enumerate());
+    let fastest = speeds.fold(0.0_f64, |most, (k, speed)| most.max(speed.abs() / if k < 3 { length } else { 1.0 }));
+    if fastest.is_nan() || fastest * duration < AT_REST {
+        return Ok(None);
+    }
+    for distance in AHEAD {
+        let s = distance / fastest;
+        let mut place = start.clone();
+        for body in place.working[..BODY_STATES * layout.bodies].chunks_exact_mut(BODY_STATES) {
+            let (pose, velocity) = body.split_at_mut(7);
+            let step: Vec<f64> = velocity.iter().map(|speed| s * speed).collect();
+            move_body(pose, &step);
+        }
+        let mut inputs = start_inputs(layout, t + s, &place);
+        match positions(equations, model, layout, t + s, &mut place.working, &mut inputs, length) {
+            Ok(_) => return Ok(Some((t + s, place))),
+            Err(AssemblyError::Analysis(error)) => return Err(error),
+            Err(_) => {}
+        }
+    }
+    Ok(None)
 }
 
 /// The inputs of every program at the start.
@@ -273,7 +331,8 @@ fn velocities(
     t: f64,
     state: &mut [f64],
     inputs: &mut [f64],
-) -> Result<Vec<VelocityMiss>, AnalysisError> {
+    length: f64,
+) -> Result<Vec<VelocityMiss>, AssemblyError> {
     load(layout, t, state, inputs);
     let all: Vec<usize> = (0..layout.rows).collect();
     let mut rows = Constraints::new(equations, model, &all, &[|row| row.time], &[])?;
@@ -314,21 +373,38 @@ fn velocities(
         set_velocities(state, &v);
         return Ok(Vec::new());
     }
-    let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern)?;
+    let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern).map_err(AnalysisError::from)?;
     // What is asked of a body is a cluster of its own.
     let mut clusters = clusters(layout, &all);
     clusters.rows.extend(asked.iter().map(|(body, ..)| model.elements.len() + body));
-    let mut solver = SparseFirst::new(&structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
-    solver.set_mass(&mass_values(model))?;
-    // The joints come first; what the scene asks for is met as far as they leave it open.
-    solver.set_first_rows(&all);
-    solver.refactor(&values)?;
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
-    solver.solve(&vec![0.0; n], &right, &mut v, &mut multipliers)?;
+    let mut solve = || -> Result<(), LinalgError> {
+        let mut solver = SparseFirst::new(&structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
+        solver.set_mass(&mass_values(model))?;
+        // The joints come first; what the scene asks for is met as far as they leave it open.
+        solver.set_first_rows(&all);
+        solver.refactor(&values)?;
+        solver.solve(&vec![0.0; n], &right, &mut v, &mut multipliers)
+    };
+    solve().map_err(AnalysisError::from)?;
     set_velocities(state, &v);
     let mut reached = vec![0.0; count];
     for ((row, column), value) in structure.jacobian.iter().zip(&values) {
         reached[*row] += value * v[*column];
+    }
+    // Rows that do not depend on time are met by rest, whatever else they are.
+    let driven = rows.worst(rows.function(0), length).0;
+    let off: Vec<f64> = (0..layout.rows).map(|row| reached[row] - right[row]).collect();
+    let mut contradicting: Vec<(String, f64)> = Vec::new();
+    rows.violations(&off, length, |row, violation| {
+        if violation > CONTRADICTION * driven {
+            let (element, k) = layout.element_of_row(row);
+            contradicting.push((model.elements[element].row_name(k), violation));
+        }
+    });
+    if driven > 0.0 && !contradicting.is_empty() {
+        contradicting.sort_by(|a, b| b.1.total_cmp(&a.1));
+        return Err(AssemblyError::Contradiction { rows: contradicting });
     }
     let largest = right[layout.rows..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut misses = Vec::new();

@@ -90,6 +90,17 @@ pub enum AnalysisError {
     /// What was asked for lies next to a position where the constraints lose rank, and is interpolated instead.
     #[error("the constraints lose rank there (singular position)")]
     NextToSingular,
+    /// Rows that were left out because they followed from others do so no longer.
+    #[error(
+        "joints contradict each other: equations that followed from others at the start do so no longer: {what} is off by \
+         {violation:.1e} of the scene's size"
+    )]
+    Contradiction {
+        /// Joints and rows.
+        what: String,
+        /// The worst violation, as a share of the scene's length.
+        violation: f64,
+    },
     /// Positions could not be brought back to the constraints.
     #[error("the constraints can no longer be met: {what} is off by {violation:.1e} of the scene's size")]
     LeftConstraints {
@@ -132,6 +143,10 @@ pub trait Formulation: Send {
     /// choice of coordinates, and projection judges the others at every step.
     fn states_per_audit(&self) -> u64 {
         1
+    }
+    /// Whether projection may leave rows to themselves that followed from others at the start.
+    fn leaves_rows_out(&self) -> bool {
+        false
     }
     /// Prepares for a step from an accepted state.
     ///

@@ -498,6 +498,8 @@ impl Formulation for JointForm {
             velocity += velocities.len();
         }
         state[self.coordinates.motion..].copy_from_slice(&working[BODY_STATES * self.layout.bodies..]);
+        // Of the two sets of Euler parameters of a rotation, bodies go on from these.
+        self.body_state.copy_from_slice(working);
     }
 
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
@@ -633,6 +635,10 @@ impl Formulation for JointForm {
 
     fn states_per_audit(&self) -> u64 {
         STATES_PER_AUDIT
+    }
+
+    fn leaves_rows_out(&self) -> bool {
+        self.choice
     }
 
     fn programs(&mut self) -> Vec<Compiled<'_>> {

@@ -272,6 +272,10 @@ impl Formulation for MergedForm {
         self.form().price()
     }
 
+    fn leaves_rows_out(&self) -> bool {
+        self.form().leaves_rows_out()
+    }
+
     fn counters(&self) -> Counters {
         self.form().counters()
     }

@@ -47,7 +47,7 @@ mod working;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, assemble, start_inputs};
+pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, ahead, assemble, start_inputs};
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};

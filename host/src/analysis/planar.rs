@@ -107,6 +107,10 @@ impl Formulation for PlanarForm {
         Ok(known)
     }
 
+    fn leaves_rows_out(&self) -> bool {
+        self.form.leaves_rows_out()
+    }
+
     fn counters(&self) -> Counters {
         self.form.counters()
     }

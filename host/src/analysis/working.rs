@@ -776,6 +776,10 @@ impl Formulation for WorkingForm {
         }
     }
 
+    fn leaves_rows_out(&self) -> bool {
+        self.watch == Watch::Rows
+    }
+
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
         let Some(engine) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
         if let Derivatives::Possible(equations) = &self.derivatives {

@@ -293,7 +293,7 @@ pub const TABLE: &[Explanation] = &[
     entry(PLUGIN_MISBEHAVED, "plugin answered something impossible", "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin."),
 
     entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. Check points, axes and initial positions of the joints with the largest remaining gap, which the message names."),
-    entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit. The message names the joints."),
+    entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints."),
     entry(INCONSISTENT_VELOCITIES, "velocities contradict the joints", "The prescribed velocities cannot all hold. Leave those out that follow from the joints: `velocity = [\"free\", \"free\", 0]`."),
     entry(ASSEMBLY_JUMP, "assembly moved bodies too far", "The nearest assembled position is further from the given one than allowed. Correct the initial positions, or raise the limit."),
     entry(REDUNDANT_CONSTRAINTS, "redundant joint equations", "Some joint equations follow from others, which is normal for planar mechanisms with spatial joints. The motion is not affected."),

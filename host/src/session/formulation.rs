@@ -126,8 +126,8 @@ impl Session {
     }
 
     fn joint_plan(&self, tree: SpanningTree) -> Result<JointPlan, SessionError> {
-        let t = self.scene.simulation.t_start;
-        let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, &self.assembly, t);
+        let (t, place) = self.place_of_ranks();
+        let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, place, t);
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
         if !self.pruning.row_choice {
             plan.use_all_rows();

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 
 use super::error::{Exit, SessionError};
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
-use crate::analysis::{Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
+use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
@@ -55,6 +55,8 @@ pub struct Session {
     pub plan: Plan,
     /// The start.
     pub assembly: Assembly,
+    /// Where the start is a singular position: time and state of the place ahead where ranks were found.
+    pub(super) ahead: Option<(f64, Assembly)>,
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
     pub(super) options: RunOptions,
@@ -79,6 +81,14 @@ pub struct Session {
 }
 
 impl Session {
+    /// Time and state where ranks are found.
+    pub(super) fn place_of_ranks(&self) -> (f64, &Assembly) {
+        match &self.ahead {
+            Some((t, place)) => (*t, place),
+            None => (self.scene.simulation.t_start, &self.assembly),
+        }
+    }
+
     /// Reads a scene file and prepares everything.
     ///
     /// # Errors
@@ -140,7 +150,24 @@ impl Session {
         };
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         let mut start_health = 0.0;
-        let mut plan = decide(&scene, &model, &equations, &layout, &assembly, &mut start_health)?;
+        let t = scene.simulation.t_start;
+        let mut plan = decide(&scene, &model, &equations, &layout, (t, &assembly), &mut start_health)?;
+        let mut ahead = None;
+        if pruning.row_choice && !plan.redundant_rows.is_empty() {
+            let duration = scene.simulation.t_end - t;
+            ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
+                .map_err(|error| refuse(error.into()))?;
+        }
+        if let Some((t, place)) = &ahead {
+            let mut health = 0.0;
+            let other = decide(&scene, &model, &equations, &layout, (*t, place), &mut health)?;
+            // More rows depend on each other in a singular position than where the motion goes.
+            if other.health.rank > plan.health.rank {
+                (plan, start_health) = (other, health);
+            } else {
+                ahead = None;
+            }
+        }
         super::report::note_skips(&mut plan, &scene, &model, &equations);
         if !pruning.row_choice {
             plan.always_rank_safe = Some(ALL_ROWS.into());
@@ -155,6 +182,7 @@ impl Session {
             equations,
             plan,
             assembly,
+            ahead,
             start_health,
             pruning,
             determined,
@@ -242,13 +270,13 @@ fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Ca
     Err(SessionError { exit: Exit::Plugin, diagnostics, source: Box::new(scene.source.clone()) })
 }
 
-/// Decides what to compute, from the numbers at the assembled position.
+/// Decides what to compute, from the numbers at a time and assembled position.
 pub(super) fn decide(
     scene: &Scene,
     model: &Model,
     equations: &Equations,
     layout: &Layout,
-    assembly: &Assembly,
+    (t, assembly): (f64, &Assembly),
     start_health: &mut f64,
 ) -> Result<Plan, SessionError> {
     let broken = |error: &dyn std::fmt::Display| {
@@ -259,7 +287,7 @@ pub(super) fn decide(
         )
     };
     let all: Vec<usize> = (0..layout.rows).collect();
-    let inputs = crate::analysis::start_inputs(layout, scene.simulation.t_start, assembly);
+    let inputs = crate::analysis::start_inputs(layout, t, assembly);
     let mut rows = Constraints::new(equations, model, &all, &[], &[]).map_err(|e| broken(&e))?;
     rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
     let rotations: Vec<Matrix3<f64>> = (0..layout.bodies)
@@ -291,13 +319,35 @@ pub(super) fn decide(
 }
 
 fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
-    let AssemblyError::Impossible { rows } = error else {
-        let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
-        return SessionError::one(Exit::Assembly, &scene.source, diagnostic);
+    let (rows, code, message, dimension, help) = match error {
+        AssemblyError::Impossible { rows } => (
+            rows,
+            codes::CANNOT_ASSEMBLE,
+            "the joints cannot be assembled",
+            Dimension::LENGTH,
+            [
+                "no position of the bodies near the given one meets all joints: check lengths, points and axes",
+                "positions may be rough, but the loop must be able to close",
+            ],
+        ),
+        AssemblyError::Contradiction { rows } => (
+            rows,
+            codes::CONFLICTING_CONSTRAINTS,
+            "the joints ask for velocities that contradict each other",
+            Dimension::VELOCITY,
+            [
+                "at this position, what is driven cannot move as it is told without breaking another joint",
+                "take one of them away, or drive what the others leave free",
+            ],
+        ),
+        AssemblyError::Analysis(error) => {
+            let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+            return SessionError::one(Exit::Assembly, &scene.source, diagnostic);
+        }
     };
-    let length = scene.units.factor(Dimension::LENGTH);
-    let label = scene.units.label(Dimension::LENGTH);
-    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, "the joints cannot be assembled");
+    let unit = scene.units.factor(dimension);
+    let label = scene.units.label(dimension);
+    let mut diagnostic = Diagnostic::error(code, message);
     let mut seen: Vec<&str> = Vec::new();
     for (name, off) in rows {
         let joint = name.split(':').next().unwrap_or(name);
@@ -306,7 +356,7 @@ fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
         }
         let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) else { continue };
         let row = name.split(": ").nth(1).unwrap_or(name);
-        let text = format!("row `{row}` stays off by {} {label}", significant(off / length, 4));
+        let text = format!("row `{row}` stays off by {} {label}", significant(off / unit, 4));
         diagnostic = if seen.is_empty() {
             diagnostic.at(record.name.span.clone(), text)
         } else {
@@ -314,10 +364,7 @@ fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
         };
         seen.push(joint);
     }
-    let diagnostic = diagnostic
-        .help("no position of the bodies near the given one meets all joints: check lengths, points and axes")
-        .help("positions may be rough, but the loop must be able to close");
-    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic.help(help[0]).help(help[1]))
 }
 
 /// What assembly had to change; an error when a body jumped.

@@ -87,16 +87,18 @@ impl Session {
         let layout = Layout::new(&merging.model);
         let mut equations = Equations::build(&merging.model, &layout, Form::Working);
         equations.graph.writing = self.equations.graph.writing;
-        let assembly = self.assembly.merged(&merging);
+        let (t, place) = self.place_of_ranks();
+        let place = place.merged(&merging);
         let mut start_health = 0.0;
         // Opaque elements are asked for numbers.
         std::mem::swap(&mut merging.model.sets, &mut self.model.sets);
-        let plan = decide(&self.scene, &merging.model, &equations, &layout, &assembly, &mut start_health);
+        let plan = decide(&self.scene, &merging.model, &equations, &layout, (t, &place), &mut start_health);
         std::mem::swap(&mut merging.model.sets, &mut self.model.sets);
         let mut plan = plan?;
         if !self.pruning.row_choice {
             plan.always_rank_safe = Some(ALL_ROWS.into());
         }
+        let assembly = self.assembly.merged(&merging);
         let case = MergedCase { merging, equations, plan, assembly, start_health };
         note_merged(&mut self.plan, &case, &self.model, &self.equations);
         self.merged = Some(case);
@@ -108,13 +110,17 @@ impl Session {
         if !self.pruning.planar {
             return;
         }
+        let ahead = self.ahead.as_ref().map(|(t, place)| match &self.merged {
+            Some(case) => (*t, place.merged(&case.merging)),
+            None => (*t, place.clone()),
+        });
         let t = self.scene.simulation.t_start;
         let Self { equations, model, assembly, plan, .. } = &*self;
         let (equations, model, assembly, plan) = match &self.merged {
             Some(case) => (&case.equations, &case.merging.model, &case.assembly, &case.plan),
             None => (equations, model, assembly, plan),
         };
-        let found = planar_case(equations, model, assembly, plan, t, self.pruning);
+        let found = planar_case(equations, model, assembly, plan, (t, ahead), self.pruning);
         let told = planar_skip(&found, equations, plan);
         self.planar = found.ok();
         match told {
@@ -130,13 +136,17 @@ fn planar_case(
     model: &Model,
     assembly: &Assembly,
     plan: &Plan,
-    t: f64,
+    (t, ahead): (f64, Option<(f64, Assembly)>),
     pruning: Pruning,
 ) -> Result<PlanarCase, String> {
     let layout = &plan.layout;
     let planar = Planar::find(equations, model, layout, &assembly.working, assembly.scales.length);
     let planar = planar.map_err(|reason| reason.why)?;
-    let found = plan_along(&planar, model, assembly, plan, t).map_err(|error| error.to_string())?;
+    let start = Assembly { working: planar.start.clone(), ..assembly.clone() };
+    let (t, mut place) = ahead.unwrap_or((t, start));
+    // What lies across the plane is as it was found to be.
+    planar.still.iter().for_each(|at| place.working[*at] = planar.start[*at]);
+    let found = plan_along(&planar, model, &place, plan, t).map_err(|error| error.to_string())?;
     let (mut plan, start_health) = found;
     if !pruning.row_choice {
         plan.always_rank_safe = Some(ALL_ROWS.into());
@@ -149,7 +159,7 @@ fn planar_case(
 fn plan_along(
     planar: &Planar,
     model: &Model,
-    assembly: &Assembly,
+    place: &Assembly,
     whole: &Plan,
     t: f64,
 ) -> Result<(Plan, f64), Box<dyn std::error::Error>> {
@@ -159,8 +169,7 @@ fn plan_along(
     plan.independent_rows.retain(|row| along(*row));
     plan.redundant_rows.retain(|redundant| along(redundant.row));
     plan.health.rank = plan.independent_rows.len();
-    let start = Assembly { working: planar.start.clone(), ..assembly.clone() };
-    let inputs = start_inputs(layout, t, &start);
+    let inputs = start_inputs(layout, t, place);
     let mass = mass_values(model);
     let numbers = |rows: &[usize]| -> Result<Constraints, Box<dyn std::error::Error>> {
         let mut found = Constraints::new(&planar.equations, model, rows, &[], &[])?;

@@ -459,6 +459,7 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
         StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_not_finite(cause.as_ref()) => codes::MOTION_NOT_FINITE,
+        StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
         StopReason::Failed { .. } => codes::PROJECTION_FAILED,
     }
 }
@@ -466,4 +467,9 @@ fn code_of(reason: &StopReason) -> &'static str {
 /// Whether a number that is none, rather than a constraint, ended the run.
 fn is_not_finite(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
     matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::NotFinite { .. }))
+}
+
+/// Whether joints that contradict each other ended the run.
+fn is_contradiction(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
+    matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::Contradiction { .. }))
 }

@@ -27,6 +27,13 @@ const INTERPOLATION_MARGIN: f64 = 5.0;
 /// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
 const PARTICLE_SPIN: f64 = 1e-6;
 
+/// Share of the scene's size by which rows that followed from others at the start may be off. In a sound scene they are off by
+/// round-off.
+const CONTRADICTION: f64 = 1e-6;
+
+/// Rows that are named where they are not met.
+const MOST_NAMED: usize = 4;
+
 /// Takes the channels at one sample time, in SI. An error ends the run.
 pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + Send + 'a>;
 /// Told the time after each accepted step.
@@ -108,6 +115,8 @@ pub struct Simulation<'a> {
     /// The same motion with constraints on positions, for methods that ask for it.
     second_order: Option<SecondOrderForm>,
     rows: Constraints,
+    /// Joint and row of each of the rows of the scene.
+    row_names: Vec<String>,
     audit: Audit,
     /// Accepted states so far.
     watched: u64,
@@ -167,6 +176,11 @@ impl<'a> Simulation<'a> {
             report,
             told,
             rows,
+            row_names: all
+                .iter()
+                .map(|row| layout.element_of_row(*row))
+                .map(|(e, k)| model.elements[e].row_name(k))
+                .collect(),
             period: formulation.states_per_audit(),
             formulation,
             tolerance,
@@ -392,6 +406,27 @@ impl<'a> Simulation<'a> {
         if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
     }
 
+    /// Fails where rows that projection leaves to themselves do not hold any more.
+    fn check_rows_left_out(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let inputs = self.formulation.observe(t, state, false)?.inputs;
+        self.observed.clear();
+        self.observed.extend_from_slice(inputs);
+        self.rows.evaluate(&self.observed, self.formulation.sets())?;
+        let length = self.scales.length;
+        let (worst, _) = self.rows.worst(self.rows.function(0), length);
+        if worst <= CONTRADICTION * length {
+            return Ok(());
+        }
+        let mut off: Vec<&str> = Vec::new();
+        self.rows.violations(self.rows.function(0), length, |row, violation| {
+            if violation.is_nan() || violation > 0.1 * worst {
+                off.push(&self.row_names[row]);
+            }
+        });
+        off.truncate(MOST_NAMED);
+        Err(AnalysisError::Contradiction { what: off.join(", "), violation: worst / length })
+    }
+
     /// Violations of all rows.
     fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
         self.rows.evaluate(inputs, self.formulation.sets())?;
@@ -544,6 +579,9 @@ impl System for Simulation<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
         self.formulation.project(t, y).map_err(failure)?;
+        if self.formulation.leaves_rows_out() {
+            self.check_rows_left_out(t, y).map_err(failure)?;
+        }
         self.formulation.next_step(t, y).map_err(failure)
     }
 

@@ -244,3 +244,20 @@ fn velocities_that_fit_are_taken_as_they_are() {
     model.bodies.iter_mut().for_each(|body| (body.velocity, body.angular_velocity) = ([None; 3], [None; 3]));
     assert_eq!(as_asked(&rows, &model, &solved.working), Some(vec![0.0; layout.velocities()]));
 }
+
+fn velocities_that_contradict_each_other_are_refused_with_their_rows() {
+    // A rod of 1 m between two posts, one of which is driven away along the rod.
+    let text = "[[body]]\nname = \"rod\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+                [[joint]]\nname = \"left\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\npoint = [-0.5, 0, 0]\n\
+                [[joint]]\nname = \"right\"\ntype = \"screw\"\nbodies = [\"ground\", \"rod\"]\npoint = [0.5, 0, 0]\n\
+                axis = [1, 0, 0]\nparams = { pitch = 0, speed = SPEED }\n";
+    for speed in ["3", "1e-6"] {
+        let Err(AssemblyError::Contradiction { rows }) = assembled(&text.replace("SPEED", speed)).1 else {
+            panic!("{speed}: assembled");
+        };
+        let off: f64 = speed.parse().unwrap();
+        let named = rows.iter().any(|(name, by)| name.starts_with("right: advance") && *by > 0.1 * off);
+        assert!(named || rows[0].0.starts_with("left: x"), "{rows:?}");
+    }
+    assert!(assembled(&text.replace("SPEED", "0")).1.is_ok());
+}

@@ -336,3 +336,21 @@ fn auto_is_as_quick_to_suspect_stiffness_that_comes_again_and_again() {
     assert!(many.switches >= 5 * few.switches.max(4), "{few:?} {many:?}");
     assert!(many.evaluations < 8 * few.evaluations, "{few:?} {many:?}");
 }
+
+#[test]
+fn every_remedy_is_taken_and_counted() {
+    // A rate of 1000 1/s next to a slow motion: samples between the ends of steps that stability limits.
+    let mut probe = Probe::new(|t, y, dy| dy[0] = -1000.0 * (y[0] - t.cos()), 1, 1e-6);
+    let times: Vec<f64> = (0..100).map(|k| 0.0101 * f64::from(k)).collect();
+    let mut y = [1.0];
+    let outcome = run(by_name("dop853").unwrap().as_mut(), &mut probe, &mut y, 1.0, &times, &Options::default());
+    let sampled = outcome.counters.recoveries;
+    assert!(sampled.sample_step > 0, "{:?}", outcome.counters);
+    assert_eq!((sampled.smaller_step, sampled.not_finite, sampled.no_convergence), (0, 0, 0));
+
+    // y' = y^2: the equations of a long implicit step have no solution.
+    let mut probe = Probe::new(|_, y, dy| dy[0] = y[0] * y[0], 1, 1e-6);
+    let options = Options { first_step: Some(0.9), ..Options::default() };
+    let outcome = run(&mut Radau5::default(), &mut probe, &mut [1.0], 0.95, &[], &options);
+    assert!(outcome.counters.recoveries.no_convergence > 0, "{:?}", outcome.counters);
+}

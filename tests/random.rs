@@ -1,0 +1,121 @@
+//! Random mechanisms: trees and closed loops of all joints, with springs, dampers, drivers and masses over three decades.
+//! What must hold of any mechanism is looked at in each of them (`random/checks.rs`).
+//!
+//! The short form is part of `cargo test`. The long form, and one mechanism alone, by number:
+//!
+//! ```sh
+//! ODYN_RANDOM=20000 cargo test --release -p odyn-tests random
+//! ODYN_RANDOM=1 ODYN_RANDOM_FIRST=1234 cargo test -p odyn-tests random::spatial
+//! ```
+//!
+//! A mechanism that fails is made smaller as long as it fails, and its scene is kept as a file, which `odyn run` takes. Those
+//! that once failed are in `regressions/`, each with the cause.
+
+mod checks;
+mod mechanism;
+mod numbers;
+mod relation;
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use checks::{Checks, Verdict};
+use mechanism::{Mechanism, Place, Style};
+
+use crate::support::{kept, root};
+
+/// Mechanisms that are described in the message of a failed test.
+const MOST_TOLD: usize = 5;
+
+/// A number from the environment.
+fn wanted(name: &str, default: u64) -> u64 {
+    std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is no number: {text}")))
+}
+
+/// A check, a panic being a failure like others.
+fn judged(mechanism: &Mechanism, check: &impl Fn(&Mechanism) -> Verdict) -> Verdict {
+    let told = |panic: Box<dyn std::any::Any + Send>| {
+        let text = panic.downcast_ref::<String>().cloned();
+        text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_string())).unwrap_or_default()
+    };
+    catch_unwind(AssertUnwindSafe(|| check(mechanism))).unwrap_or_else(|panic| Err(format!("panic: {}", told(panic))))
+}
+
+/// The smallest mechanism that is found by leaving out one thing after the other and fails, too, and how it fails.
+fn smallest(mut mechanism: Mechanism, mut why: String, check: &impl Fn(&Mechanism) -> Verdict) -> (Mechanism, String) {
+    let mut number = mechanism.removable();
+    while number > 0 {
+        number -= 1;
+        let Some(smaller) = mechanism.without(number) else { continue };
+        if let Err(other) = judged(&smaller, check) {
+            (mechanism, why) = (smaller, other);
+            number = mechanism.removable();
+        }
+    }
+    (mechanism, why)
+}
+
+/// Checks mechanisms of a style: `count` unless the environment says how many; one of `every` goes through all runs.
+#[track_caller]
+fn all(style: Style, count: u64, every: u64) {
+    let checks = Checks::new();
+    let first = wanted("ODYN_RANDOM_FIRST", 1);
+    let count = wanted("ODYN_RANDOM", count);
+    let (mut failed, mut told) = (0, String::new());
+    let unfit = Cell::new(0);
+    for seed in first..first + count {
+        let runs = seed % every == 0 || count == 1;
+        let check = |mechanism: &Mechanism| {
+            let Some(settled) = checks.settled(mechanism)? else {
+                unfit.set(unfit.get() + 1);
+                return Ok(());
+            };
+            checks.equations(&settled, seed)?;
+            if runs { checks.runs(&settled, seed) } else { Ok(()) }
+        };
+        let mechanism = Mechanism::new(seed, style);
+        let Err(why) = judged(&mechanism, &check) else { continue };
+        failed += 1;
+        if failed <= MOST_TOLD {
+            let (mechanism, why) = smallest(mechanism, why, &check);
+            let settled = checks.settled(&mechanism).ok().flatten().unwrap_or(mechanism);
+            let path = kept("random").join(format!("{style:?}-{seed}.toml").to_lowercase());
+            std::fs::write(&path, settled.text(&Place::as_it_is(), checks::SHORT)).unwrap();
+            told += &format!("{style:?} {seed}: {why}\n    odyn run {}\n", path.display());
+        }
+    }
+    assert!(failed == 0, "{failed} of {count} mechanisms failed:\n{told}");
+    let unfit = unfit.get();
+    assert!(count < 20 || 5 * unfit < count, "{unfit} of {count} mechanisms start too near a singular position");
+}
+
+#[test]
+fn spatial_mechanisms() {
+    all(Style::Spatial, 240, 6);
+}
+
+#[test]
+fn planar_mechanisms() {
+    all(Style::Planar, 120, 6);
+}
+
+#[test]
+fn spherical_mechanisms() {
+    all(Style::Spherical, 90, 6);
+}
+
+#[test]
+fn mechanisms_that_once_failed() {
+    let checks = Checks::new();
+    let mut count = 0;
+    for entry in std::fs::read_dir(root().join("tests/regressions")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        count += 1;
+        let text = std::fs::read_to_string(&path).unwrap();
+        checks.all_runs_agree(&text).unwrap_or_else(|why| panic!("{}: {why}", path.display()));
+    }
+    assert!(count > 0);
+}
