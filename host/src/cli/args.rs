@@ -38,9 +38,23 @@ Examples:
   odyn run scenes/compressor.toml -o results/heavy --set piston.mass=0.04
   odyn run scenes/compressor.toml --tol 1e-11 --t-end \"50 ms\"
   odyn run scenes/compressor.toml --audit-tol 1e-9 --json -q
+  odyn run scenes/compressor.toml --verify
+  odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s
 
 Ctrl-C ends the run after the current step with valid results, a second one at once.")]
     Run(RunArgs),
+    /// Go on with a run that was killed or interrupted, from its last checkpoint
+    #[command(after_help = "\
+The run must have been started with --checkpoint. Scene, options and libraries are those that it was started with, as its folder
+tells; if one of them has changed since, the run is refused. Rows after the last checkpoint are computed again. The table
+is the same, byte for byte, as that of a run with the same checkpoints that was left alone.
+
+Examples:
+  odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s -o results/long
+  odyn resume results/long
+
+The exit codes are those of `odyn run`; 0 also where the run had reached its end.")]
+    Resume(ResumeArgs),
     /// Run a scene with other values, again and again, and tabulate what comes out
     #[command(after_help = "\
 Every combination of the varied values is a run, the one that `odyn run` would do with the same --set; the table has the
@@ -218,6 +232,14 @@ pub(super) struct RunArgs {
     /// Go on from where the run with this folder of results ended
     #[arg(long, value_name = "DIR")]
     pub(super) from: Option<PathBuf>,
+    /// Write a checkpoint each time so much simulated time has passed: in the scene's unit, or with its own such as
+    /// every="0.5 s". `odyn resume` goes on from the last one. Steps end at checkpoints, and each costs about as much as the start of the run
+    #[arg(long, value_name = "every=TIME", value_parser = every)]
+    pub(super) checkpoint: Option<String>,
+    /// Run once more at a tenth of the tolerance (with half the step where that is fixed) and tell the largest difference in
+    /// each output: an estimate of its error
+    #[arg(long)]
+    pub(super) verify: bool,
     /// Threads for islands that run apart; as many as there are processors if left out. Results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) jobs: Option<u16>,
@@ -232,6 +254,22 @@ pub(super) struct RunArgs {
     pub(super) verbose: bool,
     /// Print errors only
     #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ResumeArgs {
+    /// Folder of the results of the run
+    #[arg(value_name = "DIR")]
+    pub(super) folder: PathBuf,
+    /// Library of elements, or folder to look for libraries in, besides those of the run; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Print errors only
+    #[arg(short, long)]
     pub(super) quiet: bool,
 }
 
@@ -390,6 +428,7 @@ impl Command {
     pub(super) fn wants_json(&self) -> bool {
         match self {
             Command::Run(args) => args.scene.json,
+            Command::Resume(args) => args.json,
             Command::Study(args) => args.scene.json,
             Command::Check(args) => args.scene.json,
             Command::Plan(args) => args.json,
@@ -399,6 +438,16 @@ impl Command {
             Command::Compare(args) => args.json,
             Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
         }
+    }
+}
+
+impl RunArgs {
+    /// The options as the library takes them.
+    pub(super) fn options(&self) -> RunOptions {
+        let mut options = self.scene.options(self.audit_tol);
+        let every = self.checkpoint.iter().map(|every| Override::new(format!("simulation.checkpoint_every={every}")));
+        options.overrides.extend(every);
+        options
     }
 }
 
@@ -430,6 +479,14 @@ impl SceneArgs {
     pub(super) fn default_output(&self) -> PathBuf {
         let stem = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
         Path::new("results").join(stem)
+    }
+}
+
+/// What follows `every=`.
+fn every(text: &str) -> Result<String, String> {
+    match text.strip_prefix("every=").map(str::trim) {
+        Some(time) if !time.is_empty() => Ok(time.into()),
+        _ => Err("write every=TIME, such as every=0.5s".into()),
     }
 }
 

@@ -22,6 +22,7 @@ mod elements;
 mod explain;
 mod failure;
 mod inspect;
+mod resume;
 mod run;
 mod stress;
 mod study;
@@ -78,6 +79,7 @@ pub(crate) fn main() -> ExitCode {
 fn dispatch(command: &Command) -> Result<u8, Failure> {
     match command {
         Command::Run(args) => run::run(args),
+        Command::Resume(args) => resume::resume(args),
         Command::Study(args) => study::study(args),
         Command::Check(args) => inspect::check(args),
         Command::Plan(args) => inspect::plan(args),

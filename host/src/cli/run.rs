@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes, render};
-use odyn::results::{Status, report};
-use odyn::session::{Restart, RunOptions, Session};
+use odyn::results::{SUMMARY_FILE, Status, report};
+use odyn::session::{Restart, RunOptions, RunReport, Session};
 
 use super::args::RunArgs;
 use super::exit;
@@ -17,7 +17,7 @@ use super::terminal::{self, Progress, Stream};
 /// Integrates a scene and writes its results.
 pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let stop = stop_on_interrupt();
-    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), ..args.scene.options(args.audit_tol) };
+    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), ..args.options() };
     let mut session = Session::open(&args.scene.scene, &options)?;
     let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
     if let Some(from) = &args.from {
@@ -31,32 +31,72 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     if args.strict {
         refuse_warnings(&session)?;
     }
-    if !args.quiet {
-        let color = terminal::color(Stream::Error);
-        eprint!("{}", render(&session.warnings, &session.scene.source, color));
-    }
+    let told = Told { json: args.scene.json, quiet: args.quiet };
+    warn(&session, &told);
     if args.verbose {
         eprintln!("{}", session.plan_report());
     }
-    let progress = Progress::new();
-    let silent = args.quiet || args.scene.json;
-    let listener = if silent { Box::new(|_| ()) } else { progress.listener() };
-    let result = session.run(Some(&folder), listener, &stop);
-    drop(progress);
-    let outcome = result?;
-    let summary = &outcome.summary;
-    if args.scene.json {
-        terminal::print(&summary.to_json())?;
-    } else if !args.quiet {
-        terminal::print(&report(summary, Some(&folder), terminal::color(Stream::Output)))?;
-    } else if summary.status != Status::Completed {
-        // Errors are told even to those who want to hear nothing else.
-        eprintln!("error: {}: {}", summary.status.words(), summary.reason);
-    } else if !summary.checks_passed() {
-        let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str());
-        eprintln!("error: failed checks: {}", failed.collect::<Vec<_>>().join(", "));
+    let sharper = if args.verify { Some(session.sharper()?) } else { None };
+    let mut outcome = integrate(session, &folder, &told, &stop)?;
+    if let Some((session, how)) = sharper.filter(|_| outcome.summary.status == Status::Completed) {
+        let progress = Progress::new();
+        let second = session.run(None, told.listener(&progress), &stop);
+        drop(progress);
+        outcome.verify(how, second.as_ref());
+        outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
-    Ok(u8::try_from(outcome.exit_code()).unwrap_or(exit::INTEGRATION))
+    told.end(&outcome, &folder)
+}
+
+/// What the user wants to be told.
+pub(super) struct Told {
+    pub(super) json: bool,
+    pub(super) quiet: bool,
+}
+
+impl Told {
+    /// What is told while a run goes on.
+    fn listener(&self, progress: &Progress) -> Box<dyn FnMut(f64) + Send> {
+        if self.quiet || self.json { Box::new(|_| ()) } else { progress.listener() }
+    }
+
+    /// Tells how a run went, and gives its exit code.
+    pub(super) fn end(&self, outcome: &RunReport, folder: &Path) -> Result<u8, Failure> {
+        let summary = &outcome.summary;
+        if self.json {
+            terminal::print(&summary.to_json())?;
+        } else if !self.quiet {
+            terminal::print(&report(summary, Some(folder), terminal::color(Stream::Output)))?;
+        } else if summary.status != Status::Completed {
+            // Errors are told even to those who want to hear nothing else.
+            eprintln!("error: {}: {}", summary.status.words(), summary.reason);
+        } else if !summary.checks_passed() {
+            let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str());
+            eprintln!("error: failed checks: {}", failed.collect::<Vec<_>>().join(", "));
+        }
+        Ok(u8::try_from(outcome.exit_code()).unwrap_or(exit::INTEGRATION))
+    }
+}
+
+/// Prints the warnings of a scene.
+pub(super) fn warn(session: &Session, told: &Told) {
+    if !told.quiet {
+        let color = terminal::color(Stream::Error);
+        eprint!("{}", render(&session.warnings, &session.scene.source, color));
+    }
+}
+
+/// A run into a folder, with its progress.
+pub(super) fn integrate(
+    session: Session,
+    folder: &Path,
+    told: &Told,
+    stop: &Arc<AtomicBool>,
+) -> Result<RunReport, Failure> {
+    let progress = Progress::new();
+    let result = session.run(Some(folder), told.listener(&progress), stop);
+    drop(progress);
+    Ok(result?)
 }
 
 fn same_folder(a: &Path, b: &Path) -> bool {

@@ -322,6 +322,8 @@ pub const TABLE: &[Explanation] = &[
         CANNOT_GO_ON,
         "no state to go on from",
         "`--from FOLDER` goes on from the file state.toml that a run of the same scene left in its folder of results. Bodies \
-         and elements must be the same, in the same order, and the scene must end later than that run did (`--t-end`).",
+         and elements must be the same, in the same order, and the scene must end later than that run did (`--t-end`). \
+         `odyn resume FOLDER` goes on with the run itself, from the file checkpoint.toml that it left there \
+         (`--checkpoint every=TIME`); scene, options, libraries and program must be what they were.",
     ),
 ];

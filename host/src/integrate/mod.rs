@@ -276,6 +276,8 @@ pub struct Options {
     pub max_step: Option<f64>,
     /// Steps tried, accepted or not, before the run is stopped.
     pub max_steps: usize,
+    /// Steps of these that were tried before this interval, where it goes on from another.
+    pub steps_before: usize,
     /// Steps of this size without error control, made a little smaller so that a whole number
     /// of them fills the interval. `first_step`, `max_step` and hints are not looked at.
     pub fixed_step: Option<f64>,
@@ -297,6 +299,7 @@ impl Default for Options {
             first_step: None,
             max_step: None,
             max_steps: 1_000_000,
+            steps_before: 0,
             fixed_step: None,
             safety: 0.9,
             min_factor: 1.0 / 3.0,

@@ -202,7 +202,7 @@ impl<'a> Run<'a> {
     /// [`Trouble::Stop`].
     pub fn check_step_limit(&self) -> Result<(), Trouble> {
         let limit = self.options.max_steps;
-        if self.counters.steps + self.counters.rejected < limit {
+        if self.options.steps_before + self.counters.steps + self.counters.rejected < limit {
             return Ok(());
         }
         Err(Trouble::Stop(StopReason::StepLimit { limit }))

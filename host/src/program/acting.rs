@@ -82,10 +82,15 @@ impl Equations {
             }
         }
         match (self.role(index, Role::Potential, imports), self.role(index, Role::Dissipation, imports)) {
-            (None, None) => self.power = self.graph.add(self.power, power),
+            (None, None) => {
+                self.power = self.graph.add(self.power, power);
+                self.note_supplied(power);
+            }
             (potential, dissipation) => {
                 self.potential = self.graph.add(self.potential, potential.unwrap_or(zero));
                 self.power = self.graph.sub(self.power, dissipation.unwrap_or(zero));
+                let heat = dissipation.filter(|heat| !self.graph.is_zero(*heat));
+                self.dissipation.extend(heat);
             }
         }
         for k in 0..element.class.channels.len() {

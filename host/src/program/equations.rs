@@ -96,6 +96,10 @@ pub struct Equations {
     pub potential: Node,
     /// Power of everything that has no potential, W: what changes the mechanical energy.
     pub power: Node,
+    /// Its parts that elements turn into heat, W, not negative; they count negative in `power`.
+    pub dissipation: Vec<Node>,
+    /// All its other parts, W.
+    pub supplied: Vec<Node>,
     /// Lower triangle of the mass matrix of the Euler parameters, ten per body (reference form only).
     pub mass_p: Vec<Node>,
     /// Per element of the model.
@@ -120,6 +124,8 @@ impl Equations {
             kinetic: zero,
             potential: zero,
             power: zero,
+            dissipation: Vec::new(),
+            supplied: Vec::new(),
             mass_p: Vec::new(),
             elements: vec![ElementEquations::default(); model.elements.len()],
             rows: Vec::with_capacity(layout.rows),
@@ -143,6 +149,13 @@ impl Equations {
         equations
     }
 
+    /// Notes a part of the power that is no heat.
+    pub(super) fn note_supplied(&mut self, part: Node) {
+        if !self.graph.is_zero(part) {
+            self.supplied.push(part);
+        }
+    }
+
     /// Potentials that depend on time or on states (a spring whose end is driven) change although no body moves: dV/dt along
     /// these is power that comes from outside.
     fn add_explicit_power(&mut self, layout: &Layout) {
@@ -155,6 +168,7 @@ impl Equations {
         }
         let change = derivatives(&mut self.graph, &[self.potential], &seeds)[0];
         self.power = self.graph.add(self.power, change);
+        self.note_supplied(change);
     }
 
     /// Gravity, gyroscopic terms, energies of a body.

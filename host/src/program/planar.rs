@@ -270,6 +270,8 @@ fn visit(equations: &mut Equations, told: &mut impl FnMut(&mut Node)) {
         kinetic,
         potential,
         power,
+        dissipation,
+        supplied,
         elements,
         coupling,
         graph: _,
@@ -291,7 +293,8 @@ fn visit(equations: &mut Equations, told: &mut impl FnMut(&mut Node)) {
     }
     loads.iter_mut().chain(state_rates).chain(angles).chain(next_discrete).for_each(&mut *told);
     [kinetic, potential, power].into_iter().for_each(&mut *told);
-    coupling.iter_mut().flat_map(|input| &mut input.slopes).for_each(told);
+    coupling.iter_mut().flat_map(|input| &mut input.slopes).for_each(&mut *told);
+    dissipation.iter_mut().chain(supplied).for_each(told);
 }
 
 /// A graph of what `roots` need, with some inputs and some nodes replaced by numbers, and where each node went.

@@ -123,7 +123,13 @@ fn mean_step(times: &[f64]) -> f64 {
     }
 }
 
-fn difference(name: &str, a: &[f64], b: &[f64], pairs: &[(usize, usize)], times: &[f64]) -> ColumnDifference {
+pub(super) fn difference(
+    name: &str,
+    a: &[f64],
+    b: &[f64],
+    pairs: &[(usize, usize)],
+    times: &[f64],
+) -> ColumnDifference {
     let mut largest = (0.0, times[pairs[0].0]);
     for &(i, j) in pairs {
         // Equal infinities are no difference; anything else with an infinity or NaN is beyond every limit.

@@ -1,7 +1,7 @@
 //! [`CsvWriter`]: the table of results, written while a run goes on.
 
-use std::fs::File;
-use std::io::Write;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -36,20 +36,82 @@ impl CsvWriter {
     /// # Errors
     /// [`ResultsError::Write`].
     pub fn create(path: &Path, channels: &[ChannelInfo]) -> Result<Self, ResultsError> {
-        let file = File::create(path).map_err(|cause| ResultsError::write(path, cause))?;
-        let names = std::iter::once(ChannelInfo::TIME).chain(channels.iter().map(|channel| channel.name.as_str()));
-        let mut writer = Self {
-            path: path.to_path_buf(),
-            file,
-            factors: channels.iter().map(|channel| channel.factor).collect(),
-            buffer: header(names),
-            written: 0,
-            rows: 0,
-            last_write: Instant::now(),
-        };
+        let file = Self::claim(path)?;
+        Self::begin(path, file, channels)
+    }
+
+    /// Opens the file without changing it, so that no other run can write it meanwhile (Unix only: elsewhere, others could
+    /// not read it either).
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub(super) fn claim(path: &Path) -> Result<File, ResultsError> {
+        let open = OpenOptions::new().write(true).create(true).truncate(false).open(path);
+        let file = open.map_err(|cause| ResultsError::write(path, cause))?;
+        #[cfg(unix)]
+        if file.metadata().is_ok_and(|data| data.is_file())
+            && let Err(std::fs::TryLockError::WouldBlock) = file.try_lock()
+        {
+            return Err(ResultsError::write(path, io::Error::new(io::ErrorKind::WouldBlock, "another run writes it")));
+        }
+        Ok(file)
+    }
+
+    /// Empties a claimed file and writes the header.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub(super) fn begin(path: &Path, file: File, channels: &[ChannelInfo]) -> Result<Self, ResultsError> {
+        // Not `set_len`, which devices refuse.
+        File::create(path).map_err(|cause| ResultsError::write(path, cause))?;
+        let mut writer = Self::new(path, file, channels);
+        writer.buffer = header_of(channels);
         writer.buffer.reserve(BUFFER);
         writer.flush()?;
         Ok(writer)
+    }
+
+    /// Goes on with a claimed file that has the header and `rows` rows in its first `length` bytes; what is behind them is
+    /// cut off.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`]; [`ResultsError::NotATable`] if the file is shorter, or has another header.
+    pub(super) fn go_on(
+        path: &Path,
+        mut file: File,
+        channels: &[ChannelInfo],
+        (rows, length): (u64, u64),
+    ) -> Result<Self, ResultsError> {
+        let wrong =
+            |reason: &str| ResultsError::NotATable { path: path.to_path_buf(), line: None, reason: reason.into() };
+        let text = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
+        let whole = usize::try_from(length).ok().and_then(|length| text.get(..length));
+        let Some(whole) = whole else {
+            return Err(wrong("it is shorter than at the last checkpoint"));
+        };
+        let header = header_of(channels);
+        let lines = whole.iter().filter(|byte| **byte == b'\n').count() as u64;
+        if !whole.starts_with(&header) || !whole.ends_with(b"\n") || lines != rows + 1 {
+            return Err(wrong("it is not what it was at the last checkpoint"));
+        }
+        let cut = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
+        cut.map_err(|cause| ResultsError::write(path, cause))?;
+        let mut writer = Self::new(path, file, channels);
+        writer.buffer.reserve(BUFFER);
+        (writer.written, writer.rows) = (length, rows);
+        Ok(writer)
+    }
+
+    fn new(path: &Path, file: File, channels: &[ChannelInfo]) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            file,
+            factors: channels.iter().map(|channel| channel.factor).collect(),
+            buffer: Vec::new(),
+            written: 0,
+            rows: 0,
+            last_write: Instant::now(),
+        }
     }
 
     /// Writes a row: the time in its column's unit, then one value per channel in SI. `[hot, no allocation once warm]`
@@ -95,7 +157,18 @@ impl CsvWriter {
         self.written += self.buffer.len() as u64;
         self.buffer.clear();
         self.last_write = Instant::now();
-        Ok(())
+        // A file that was removed takes rows all the same, and nobody will ever see them.
+        self.path.metadata().map(|_| ()).map_err(|cause| ResultsError::write(&self.path, cause))
+    }
+
+    /// Brings everything that was collected into the file, and the file to the disk. Returns its length.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn sync(&mut self) -> Result<u64, ResultsError> {
+        self.flush()?;
+        self.file.sync_data().map_err(|cause| ResultsError::write(&self.path, cause))?;
+        Ok(self.written)
     }
 }
 
@@ -106,7 +179,8 @@ impl Drop for CsvWriter {
     }
 }
 
-fn header<'a>(names: impl Iterator<Item = &'a str>) -> Vec<u8> {
+fn header_of(channels: &[ChannelInfo]) -> Vec<u8> {
+    let names = std::iter::once(ChannelInfo::TIME).chain(channels.iter().map(|channel| channel.name.as_str()));
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(names).expect("writing to memory does not fail");
     writer.into_inner().expect("writing to memory does not fail")

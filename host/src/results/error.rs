@@ -85,6 +85,14 @@ impl ResultsError {
                 io::ErrorKind::IsADirectory => {
                     "a folder stands where the file is needed; choose another one with `-o DIR`"
                 }
+                io::ErrorKind::FileTooLarge => {
+                    "files may not grow that large here; write elsewhere with `-o DIR`; the rows up to here are kept"
+                }
+                io::ErrorKind::WouldBlock => "wait until that run is over, or write elsewhere with `-o DIR`",
+                io::ErrorKind::NotFound => {
+                    "the file or its folder is not there any more; leave it alone while a run goes on, or write elsewhere \
+                     with `-o DIR`"
+                }
                 _ => "choose another folder with `-o DIR`",
             },
             Self::Read { .. } => "check the path; the table of a run is `results.csv` in its folder",

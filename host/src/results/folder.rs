@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{ChannelInfo, CsvWriter, ResultsError, Summary, channels};
+use super::summary::replace;
+use super::{ChannelInfo, CsvWriter, ResultsError, Status, Summary, channels};
 
 /// Name of the table.
 pub const RESULTS_FILE: &str = "results.csv";
@@ -11,6 +12,10 @@ pub const RESULTS_FILE: &str = "results.csv";
 pub const CHANNELS_FILE: &str = "channels.json";
 /// Name of the summary.
 pub const SUMMARY_FILE: &str = "summary.json";
+/// Name of the state at the end of a run, from which another goes on.
+pub const STATE_FILE: &str = "state.toml";
+/// Name of what a run that was killed is resumed from.
+pub const CHECKPOINT_FILE: &str = "checkpoint.toml";
 
 /// The folder of results of a run that goes on. Files of former results with the same names are replaced, all others are
 /// left alone.
@@ -22,10 +27,10 @@ pub struct Folder {
 
 impl Folder {
     /// Makes the folder where it is missing, and the files: first the summary, which says `running`, so that a finished
-    /// one never stands beside the table of another run.
+    /// one never stands beside the table of another run. State and checkpoint of a former run are removed.
     ///
     /// # Errors
-    /// [`ResultsError::Write`].
+    /// [`ResultsError::Write`]; also where another run is writing there.
     pub fn create(
         path: &Path,
         time: &ChannelInfo,
@@ -33,10 +38,53 @@ impl Folder {
         summary: &Summary,
     ) -> Result<Self, ResultsError> {
         fs::create_dir_all(path).map_err(|cause| ResultsError::write(path, cause))?;
+        let table = path.join(RESULTS_FILE);
+        let claimed = CsvWriter::claim(&table)?;
+        for name in [CHECKPOINT_FILE, STATE_FILE] {
+            remove(&path.join(name))?;
+        }
         summary.write(&path.join(SUMMARY_FILE))?;
         channels::write(&path.join(CHANNELS_FILE), time, channels)?;
-        let table = CsvWriter::create(&path.join(RESULTS_FILE), channels)?;
+        let table = CsvWriter::begin(&table, claimed, channels)?;
         Ok(Self { path: path.to_path_buf(), table })
+    }
+
+    /// Goes on in the folder of a run that was ended, with a table whose first `rows` rows end after `bytes` bytes.
+    ///
+    /// # Errors
+    /// [`ResultsError`]; also where another run is writing there, or the table is not the one of the checkpoint.
+    pub fn go_on(
+        path: &Path,
+        channels: &[ChannelInfo],
+        (rows, bytes): (u64, u64),
+        summary: &Summary,
+    ) -> Result<Self, ResultsError> {
+        let table = path.join(RESULTS_FILE);
+        let table = CsvWriter::go_on(&table, CsvWriter::claim(&table)?, channels, (rows, bytes))?;
+        summary.write(&path.join(SUMMARY_FILE))?;
+        Ok(Self { path: path.to_path_buf(), table })
+    }
+
+    /// Brings all rows to the disk; returns their number and where in the table they end. For [`Folder::checkpoint`].
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn sync(&mut self) -> Result<(u64, u64), ResultsError> {
+        let bytes = self.table.sync()?;
+        Ok((self.table.rows(), bytes))
+    }
+
+    /// A checkpoint that there is no text for.
+    pub(crate) fn no_checkpoint(&self, cause: std::io::Error) -> ResultsError {
+        ResultsError::write(&self.path.join(CHECKPOINT_FILE), cause)
+    }
+
+    /// Replaces the checkpoint in one move, and brings it to the disk.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`]; the former checkpoint is then untouched.
+    pub fn checkpoint(&self, text: &str) -> Result<(), ResultsError> {
+        replace(&self.path.join(CHECKPOINT_FILE), text.as_bytes(), true)
     }
 
     /// Writes a row: the time in its column's unit, then one value per channel in SI.
@@ -53,12 +101,21 @@ impl Folder {
         self.table.rows()
     }
 
-    /// Completes the table, then replaces the summary.
+    /// Completes the table, then replaces the summary. The checkpoint of a run that reached its end is removed then.
     ///
     /// # Errors
     /// [`ResultsError::Write`]. If the table cannot be completed, the summary still says `running`.
     pub fn finish(mut self, summary: &Summary) -> Result<(), ResultsError> {
         self.table.flush()?;
-        summary.write(&self.path.join(SUMMARY_FILE))
+        summary.write(&self.path.join(SUMMARY_FILE))?;
+        if summary.status == Status::Completed { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }
+    }
+}
+
+/// Removes a file, if it is there.
+fn remove(path: &Path) -> Result<(), ResultsError> {
+    match fs::remove_file(path) {
+        Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(ResultsError::write(path, cause)),
+        _ => Ok(()),
     }
 }

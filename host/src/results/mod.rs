@@ -21,6 +21,7 @@
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
 //! | `report.rs` | the text at the end of a run |
 //! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
+//! | `verified.rs` | the differences of two runs at different tolerances |
 //! | `text.rs` | short numbers and aligned columns |
 
 mod audit;
@@ -35,20 +36,23 @@ mod report;
 mod summary;
 mod table;
 mod text;
+mod verified;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
-pub use audit::Audit;
+pub use audit::{Audit, AuditRecord};
 pub use channels::ChannelInfo;
 pub use checks::{Check, CheckResult, Expected};
 pub use compare::{ColumnDifference, Comparison, compare};
 pub use csv::CsvWriter;
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
-pub use folder::{CHANNELS_FILE, Folder, RESULTS_FILE, SUMMARY_FILE};
+pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
 pub use report::report;
+pub(crate) use summary::replace;
 pub use summary::{FigureResult, IslandWork, LibraryUsed, Status, Summary};
 pub use table::Table;
 pub use text::significant;
+pub use verified::Verified;

@@ -16,6 +16,9 @@ pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
     out.push_str(&audit(summary, color));
     out.push_str(&figures(&summary.figures));
     out.push_str(&checks(&summary.checks, color));
+    if let Some(verified) = &summary.verified {
+        out.push_str(&verified.report(&summary.time_unit));
+    }
     out.push_str(&work(summary));
     if let Some(folder) = folder {
         let table = folder.join(RESULTS_FILE);
@@ -56,6 +59,10 @@ fn audit(summary: &Summary, color: bool) -> String {
         line.push_str(&format!("; {}", count(summary.redundant_rows, "redundant row")));
         line.push_str(&listed(&summary.redundant_row_names));
     }
+    if !summary.not_unique.is_empty() {
+        line.push_str(&format!("; {} not unique", count(summary.not_unique.len() as u64, "output")));
+        line.push_str(&listed(&summary.not_unique));
+    }
     let verdict = match summary.audit_tolerance {
         Some(limit) if !summary.audit_passed() => {
             format!("; {} {}", painted("above the limit", Paint::Bad, color), significant(limit, 2))
@@ -63,7 +70,23 @@ fn audit(summary: &Summary, color: bool) -> String {
         Some(limit) => format!("; within the limit {}", significant(limit, 2)),
         None => String::new(),
     };
-    format!("audit: {line}{verdict}\n")
+    format!("audit: {line}{verdict}\n{}", energy(summary))
+}
+
+/// `energy: kinetic 1.2 J, ...`; nothing where no work was done.
+fn energy(summary: &Summary) -> String {
+    let audit = &summary.audit;
+    if audit.work == 0.0 && audit.dissipated == 0.0 {
+        return String::new();
+    }
+    let parts = [
+        ("kinetic", audit.kinetic_energy),
+        ("potential", audit.potential_energy),
+        ("dissipated", audit.dissipated),
+        ("work in", audit.work_in),
+    ];
+    let parts = parts.map(|(name, energy)| format!("{name} {} J", significant(energy, 3)));
+    format!("energy at the end: {}\n", parts.join(", "))
 }
 
 /// ` (a, b, and 3 more)`; nothing without names.
@@ -144,12 +167,6 @@ fn work(summary: &Summary) -> String {
     if summary.events > 0 {
         parts.push(count(summary.events, "event"));
     }
-    if summary.chatters > 0 {
-        parts.push(format!("{} times too many to end steps at", summary.chatters));
-    }
-    if summary.rank_safe > 0 {
-        parts.push(format!("{} rank-safe", summary.rank_safe));
-    }
     if summary.jacobians > 0 {
         parts.push(count(summary.jacobians, "Jacobian"));
         parts.push(count(summary.newton_iterations, "Newton iteration"));
@@ -157,21 +174,37 @@ fn work(summary: &Summary) -> String {
     if let Some(time) = summary.stiff_from {
         parts.push(format!("stiff from {}", with_unit(significant(time, 4), &summary.time_unit)));
     }
-    if summary.method_switches > 0 {
-        parts.push(count(summary.method_switches, "change") + " of method");
-    }
     let how = [&summary.method, &summary.engine].map(String::as_str);
     let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
     let by = if how.is_empty() { String::new() } else { format!(" ({how})") };
     format!(
-        "work: {}{by}\n{}time: load {}, compile {}, integrate {}, in all {}\n",
+        "work: {}{by}\n{}{}time: load {}, compile {}, integrate {}, in all {}\n",
         parts.join(", "),
+        recoveries(summary),
         islands(summary),
         duration(summary.load_time_s),
         duration(summary.compile_time_s),
         duration(summary.integration_time_s),
         duration(summary.wall_time_s)
     )
+}
+
+/// What went another way than planned and was put right, by name; nothing where nothing did.
+fn recoveries(summary: &Summary) -> String {
+    let named = [
+        (summary.retries_failed, "steps made smaller because equations could not be solved"),
+        (summary.retries_not_finite, "steps made smaller because numbers were not finite"),
+        (summary.retries_no_convergence, "steps made smaller because Newton's method did not converge"),
+        (summary.retries_sample, "steps shortened to end at a sample"),
+        (summary.rank_safe, "rank-safe solutions"),
+        (summary.interpolated, "interpolated passages next to singular positions"),
+        (summary.chatters, "times too many switches to end steps at"),
+        (summary.method_switches, "changes of method"),
+        (summary.resumed, "resumptions from a checkpoint"),
+    ];
+    let happened: Vec<String> =
+        named.iter().filter(|(number, _)| *number > 0).map(|(number, what)| format!("{number} {what}")).collect();
+    if happened.is_empty() { String::new() } else { format!("recoveries: {}\n", happened.join(", ")) }
 }
 
 /// A line for each island that was integrated apart.

@@ -1,11 +1,12 @@
 //! [`Summary`]: everything about a run besides its samples, as `summary.json`.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{Audit, CheckResult, ResultsError};
+use super::{Audit, CheckResult, ResultsError, Verified};
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -68,6 +69,14 @@ pub struct Summary {
     pub steps: u64,
     /// Steps tried and not accepted.
     pub rejected: u64,
+    /// Steps tried again smaller because the equations could not be solved at one of their states.
+    pub retries_failed: u64,
+    /// Steps tried again smaller because their result was not finite.
+    pub retries_not_finite: u64,
+    /// Steps tried again smaller because Newton's method did not converge.
+    pub retries_no_convergence: u64,
+    /// Steps tried again so that they end at a sample that could not be interpolated well.
+    pub retries_sample: u64,
     /// Steps that end where the equations switch.
     pub events: u64,
     /// How often switches followed each other so closely that, for a while, steps no longer ended there.
@@ -97,6 +106,13 @@ pub struct Summary {
     pub interpolated: u64,
     /// Iterations for forces that depend on reactions or accelerations.
     pub coupling_iterations: u64,
+    /// Checkpoints that were written.
+    pub checkpoints: u64,
+    /// How often the run was resumed from one.
+    pub resumed: u64,
+    /// The differences from a run at a sharper tolerance, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verified: Option<Verified>,
     /// Where islands were integrated apart: how each went, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub islands: Vec<IslandWork>,
@@ -122,6 +138,8 @@ pub struct Summary {
     pub redundant_rows: u64,
     /// Their joints and rows.
     pub redundant_row_names: Vec<String>,
+    /// Outputs that rigid bodies do not determine: reactions that redundant joints share.
+    pub not_unique: Vec<String>,
     /// What was checked.
     pub audit: Audit,
     /// Limit of the audit, if one was set.
@@ -222,6 +240,40 @@ impl Summary {
         json(self)
     }
 
+    /// All counters of work, with their names in `summary.json`, for runs that are made of several.
+    pub fn counts(&mut self) -> [(&'static str, &mut u64); 20] {
+        [
+            ("steps", &mut self.steps),
+            ("rejected", &mut self.rejected),
+            ("retries_failed", &mut self.retries_failed),
+            ("retries_not_finite", &mut self.retries_not_finite),
+            ("retries_no_convergence", &mut self.retries_no_convergence),
+            ("retries_sample", &mut self.retries_sample),
+            ("events", &mut self.events),
+            ("chatters", &mut self.chatters),
+            ("evaluations", &mut self.evaluations),
+            ("factorisations", &mut self.factorisations),
+            ("jacobians", &mut self.jacobians),
+            ("newton_factorisations", &mut self.newton_factorisations),
+            ("newton_iterations", &mut self.newton_iterations),
+            ("method_switches", &mut self.method_switches),
+            ("projections", &mut self.projections),
+            ("rank_safe", &mut self.rank_safe),
+            ("position_corrections", &mut self.position_corrections),
+            ("interpolated", &mut self.interpolated),
+            ("coupling_iterations", &mut self.coupling_iterations),
+            ("machine_code_programs", &mut self.machine_code_programs),
+        ]
+    }
+
+    /// Adds the counters of a part of the run.
+    pub fn add_counts(&mut self, part: &Self) {
+        let mut part = part.clone();
+        for ((_, sum), (_, count)) in self.counts().into_iter().zip(part.counts()) {
+            *sum += *count;
+        }
+    }
+
     /// Whether all checks of the scene passed; true without checks.
     #[must_use]
     pub fn checks_passed(&self) -> bool {
@@ -244,11 +296,30 @@ pub(super) fn json<T: Serialize>(value: &T) -> String {
 
 /// Writes a value as JSON beside its place, then moves it there.
 pub(super) fn write_whole<T: Serialize>(path: &Path, value: &T) -> Result<(), ResultsError> {
+    replace(path, json(value).as_bytes(), false)
+}
+
+/// Writes a file beside its place, then moves it there. What is to be `durable` is on the disk when this returns, so that
+/// even a computer that loses its power has the former file or this one.
+pub(crate) fn replace(path: &Path, content: &[u8], durable: bool) -> Result<(), ResultsError> {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(format!(".{}.tmp", std::process::id()));
     let beside: PathBuf = path.with_file_name(name);
-    let written = fs::write(&beside, json(value)).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|cause| {
+    let written = || -> std::io::Result<()> {
+        let mut file = fs::File::create(&beside)?;
+        file.write_all(content)?;
+        if durable {
+            file.sync_all()?;
+        }
+        fs::rename(&beside, path)?;
+        // The move itself; only Unix opens folders.
+        #[cfg(unix)]
+        if durable && let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            fs::File::open(folder)?.sync_all()?;
+        }
+        Ok(())
+    };
+    written().map_err(|cause| {
         // Nothing is left behind; the first cause is the one to tell.
         let _ = fs::remove_file(&beside);
         ResultsError::write(path, cause)

@@ -1,9 +1,9 @@
 //! [`Table`]: a CSV table of numbers read back.
 
-use std::fs::File;
+use std::fs;
 use std::path::Path;
 
-use super::ResultsError;
+use super::{ResultsError, SUMMARY_FILE};
 
 /// Names of the column of times.
 const TIME_NAMES: [&str; 2] = ["t", "time"];
@@ -21,13 +21,19 @@ pub struct Table {
 
 impl Table {
     /// Reads a table: lines that start with `#` and empty lines are skipped; the first other line has the names, one of
-    /// them `t` or `time`; every further line has a number per column.
+    /// them `t` or `time`; every further line has a number per column. In a folder of results, a last line without an end is
+    /// skipped: a run that is killed may leave a part of one.
     ///
     /// # Errors
     /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
-        let file = File::open(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
+        let mut text = fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
+        if path.with_file_name(SUMMARY_FILE).exists() {
+            let end = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+            text.truncate(end);
+        }
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_slice());
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
         let names: Vec<String> = header.iter().map(str::to_owned).collect();
         let key = key_column(&names).map_err(|reason| not_a_table(path, None, reason))?;

@@ -79,6 +79,8 @@ pub struct Simulation {
     pub first_step: Option<f64>,
     /// Number of steps after which to give up, positive.
     pub max_steps: Option<u64>,
+    /// Simulated time between two checkpoints of a run that writes results, s, positive.
+    pub checkpoint_every: Option<f64>,
     /// Limit of the audit, positive, relative.
     pub audit_tolerance: Option<f64>,
     /// Savings of the plan that are switched off.
@@ -107,6 +109,14 @@ pub struct SampleTime {
 pub(super) const MOST_SAMPLES: f64 = 1e7;
 
 impl Simulation {
+    /// Times of the checkpoints, ascending, neither start nor end among them; none where none are wanted.
+    pub fn checkpoint_times(&self, units: &UnitSystem) -> Vec<f64> {
+        let Some(every) = self.checkpoint_every else { return Vec::new() };
+        let times = Self { output: OutputTimes::Step(every), ..self.clone() }.sample_times(units);
+        let end = self.t_end - 1e-9 * every;
+        times.iter().skip(1).map(|time| time.si).filter(|time| *time < end).collect()
+    }
+
     /// All times at which results are wanted, ascending. Of a step, the end belongs to them if it is a multiple
     /// to within a billionth of the step.
     pub fn sample_times(&self, units: &UnitSystem) -> Vec<SampleTime> {

@@ -94,6 +94,7 @@ const SIMULATION_KEYS: &[&str] = &[
     "fixed_step",
     "first_step",
     "max_steps",
+    "checkpoint_every",
     "audit_tolerance",
     "without",
 ];
@@ -133,6 +134,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
     let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
+    let checkpoint_every = reader.positive(&record, "checkpoint_every", Dimension::TIME);
     let audit_tolerance = reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS);
     let without = record.table.get("without").map(|raw| reader.words(raw, "without")).unwrap_or_default();
     Some(Simulation {
@@ -151,6 +153,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         fixed_step,
         first_step,
         max_steps: max_steps.map(|number| number.value),
+        checkpoint_every,
         audit_tolerance,
         without,
     })

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::checkpoint::Carried;
 use super::error::SessionError;
 use super::open::Session;
 use super::restart::Restart;
@@ -149,6 +150,10 @@ impl Session {
             system.watch_every_state();
         }
         let state = system.place_at_start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+        let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());
+        if let Some(carried) = carried {
+            system.carry_on(carried);
+        }
         match engine.as_str() {
             "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
             "compiled" => {
@@ -159,13 +164,17 @@ impl Session {
             _ => {}
         }
         let options = Options {
-            first_step: simulation.first_step,
+            first_step: carried.map_or(simulation.first_step, |carried| carried.step),
             max_step: simulation.max_step,
             max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
+            steps_before: carried.map_or(0, |carried| carried.steps_tried as usize),
             fixed_step,
             ..Options::default()
         };
-        let sample_times = simulation.sample_times(&self.scene.units).iter().map(|time| time.si).collect();
+        let sample_times = match &self.stretch {
+            Some(stretch) => stretch.sample_times.clone(),
+            None => simulation.sample_times(&self.scene.units).iter().map(|time| time.si).collect(),
+        };
         Ok(Begun { system, method, state, options, t_start, t_end, sample_times })
     }
 }
@@ -206,9 +215,21 @@ impl Begun<'_> {
         Ended { outcome, audit, counters, made, integration_time, time }
     }
 
+    /// What the next stretch of the run takes over besides the state.
+    pub(super) fn carried(&self) -> Carried {
+        self.system.carried()
+    }
+
     /// The state at the end; none after an error, or where an element refuses to tell its own.
     pub(super) fn restart(&mut self, model: &Model, ended: &Ended) -> Option<Restart> {
-        ended.outcome.as_ref().ok()?;
-        self.system.restart(model, ended.time, &self.state).ok()
+        self.state(model, ended).ok()
+    }
+
+    /// The state at the end, or why there is none.
+    pub(super) fn state(&mut self, model: &Model, ended: &Ended) -> Result<Restart, String> {
+        if let Err(error) = &ended.outcome {
+            return Err(error.to_string());
+        }
+        self.system.restart(model, ended.time, &self.state).map_err(|error| error.to_string())
     }
 }

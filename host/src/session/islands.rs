@@ -233,11 +233,12 @@ impl Session {
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
         let end = self.end_of(ends);
-        samplings.close(folder, &summary, end.as_ref()).map_err(|error| self.files_error(&error))?;
-        match failed {
-            Some(error) => Err(error),
-            None => Ok(samplings.report(summary, checks)),
+        let closed = samplings.close(folder, &summary, end.as_ref());
+        if let Some(error) = failed {
+            return Err(error);
         }
+        closed.map_err(|error| self.files_error(&error))?;
+        Ok(samplings.report(summary, checks))
     }
 
     /// The sizes of the whole scene at the start.
@@ -271,22 +272,9 @@ impl Session {
         let sum = |of: fn(&Summary) -> u64| parts.iter().map(of).sum::<u64>();
         let first = |of: fn(&Summary) -> Option<f64>| parts.iter().filter_map(of).min_by(f64::total_cmp);
         summary.engine = words(parts, |part| &part.engine);
-        summary.steps = sum(|part| part.steps);
-        summary.rejected = sum(|part| part.rejected);
-        summary.events = sum(|part| part.events);
-        summary.chatters = sum(|part| part.chatters);
-        summary.evaluations = sum(|part| part.evaluations);
-        summary.factorisations = sum(|part| part.factorisations);
-        summary.jacobians = sum(|part| part.jacobians);
-        summary.newton_factorisations = sum(|part| part.newton_factorisations);
-        summary.newton_iterations = sum(|part| part.newton_iterations);
-        summary.method_switches = sum(|part| part.method_switches);
-        summary.projections = sum(|part| part.projections);
-        summary.rank_safe = sum(|part| part.rank_safe);
-        summary.position_corrections = sum(|part| part.position_corrections);
-        summary.interpolated = sum(|part| part.interpolated);
-        summary.coupling_iterations = sum(|part| part.coupling_iterations);
-        summary.machine_code_programs = sum(|part| part.machine_code_programs);
+        for part in parts {
+            summary.add_counts(part);
+        }
         summary.machine_code_bytes = sum(|part| part.machine_code_bytes);
         summary.machine_code_time_s = parts.iter().map(|part| part.machine_code_time_s).sum();
         summary.machine_code_from = first(|part| part.machine_code_from);

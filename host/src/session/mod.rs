@@ -19,12 +19,17 @@
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
+//! | `checkpoint.rs` | what a run that was killed is resumed from |
+//! | `chain.rs` | a run with checkpoints: stretches, each from one to the next |
+//! | `sharper.rs` | the same run at a tenth of the tolerance |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
 //! | `error.rs` | why there is no result |
 
 mod apart;
 mod begin;
+mod chain;
+mod checkpoint;
 mod checks;
 mod error;
 mod formulation;
@@ -34,18 +39,21 @@ mod prune;
 mod report;
 mod restart;
 mod run;
+mod sharper;
 mod simulation;
 mod tier;
 
 #[cfg(test)]
 mod tests;
 
+pub use crate::results::STATE_FILE;
 pub use apart::{Apart, OwnSteps};
+pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
 pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
-pub use restart::{Restart, STATE_FILE};
+pub use restart::Restart;
 pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};

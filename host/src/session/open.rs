@@ -6,8 +6,11 @@ use std::time::Instant;
 use element_api::recording::Input;
 use nalgebra::Matrix3;
 
+use super::chain::Stretch;
+use super::checkpoint::{Checkpoint, Origin};
 use super::error::{Exit, SessionError};
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
+use super::restart::Restart;
 use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath};
 use crate::diagnostics::{Diagnostic, codes};
@@ -66,6 +69,16 @@ pub struct Session {
     pub(super) apart: bool,
     /// Private memories of opaque elements that the run goes on with: name and bytes.
     pub(super) memories: Vec<(String, Vec<u8>)>,
+    /// Start of the scene, s, whatever the run goes on from.
+    pub(super) opened_at: f64,
+    /// The scene file and the options, where it was opened from a file.
+    pub(super) origin: Option<Origin>,
+    /// The state that the run goes on from, if it does.
+    pub(super) gone_on_from: Option<Restart>,
+    /// The checkpoint that the run is resumed from, if it is.
+    pub(super) resumed_from: Option<Checkpoint>,
+    /// The part of a run with checkpoints that comes next.
+    pub(super) stretch: Option<Stretch>,
     /// Savings that are allowed.
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
@@ -105,7 +118,9 @@ impl Session {
         })?;
         let catalog = load_libraries(&scene, path, options)?;
         warnings.extend(catalog.warnings().iter().cloned());
-        Self::prepare(scene, warnings, &catalog, options, None, started)
+        let mut session = Self::prepare(scene, warnings, &catalog, options, None, started)?;
+        session.origin = Some(Origin::new(path, options));
+        Ok(session)
     }
 
     /// Prepares a scene with a catalog at hand.
@@ -192,6 +207,11 @@ impl Session {
             catalog: catalog.clone(),
             apart,
             memories: Vec::new(),
+            opened_at: scene.simulation.t_start,
+            origin: None,
+            gone_on_from: None,
+            resumed_from: None,
+            stretch: None,
             load_time,
             compile_time: 0.0,
             scene,

@@ -9,10 +9,7 @@ use super::error::{Exit, SessionError};
 use super::open::Session;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
-use crate::results::ResultsError;
-
-/// Name of the file in the folder of results.
-pub const STATE_FILE: &str = "state.toml";
+use crate::results::{ResultsError, STATE_FILE, replace};
 
 /// What this version writes.
 const FORMAT: u32 = 1;
@@ -62,7 +59,8 @@ impl Restart {
         let path = folder.join(STATE_FILE);
         let text = toml::to_string(self).map_err(std::io::Error::other);
         let text = text.map(|text| format!("# Where a run ended. To go on: odyn run SCENE --from THIS_FOLDER\n{text}"));
-        text.and_then(|text| fs::write(&path, text)).map_err(|cause| ResultsError::write(&path, cause))
+        let text = text.map_err(|cause| ResultsError::write(&path, cause))?;
+        replace(&path, text.as_bytes(), false)
     }
 
     /// Reads the file of a folder of results.
@@ -118,6 +116,7 @@ impl Session {
             return refuse(message, "give a later end: --t-end");
         }
         self.load_memories(&state.memories)?;
+        self.gone_on_from = Some(state.clone());
         self.scene.simulation.t_start = state.time;
         self.assembly.working = state.working;
         let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);

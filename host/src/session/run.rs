@@ -15,8 +15,8 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
-    ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, ResultsError, Samples, Status,
-    Summary, Take, significant,
+    ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, RESULTS_FILE, ResultsError, Samples,
+    Status, Summary, Table, Take, significant,
 };
 use crate::scene::{Dimension, SampleTime};
 
@@ -97,8 +97,37 @@ impl Samplings {
         end: Option<&Restart>,
     ) -> Result<(), ResultsError> {
         let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
-        folder.finish(summary)?;
-        end.map_or(Ok(()), |end| end.write(path))
+        if let Some(end) = end {
+            end.write(path)?;
+        }
+        folder.finish(summary)
+    }
+
+    /// Goes on with a table of which so many rows and bytes are to be kept.
+    pub(super) fn go_on(
+        session: &Session,
+        path: &Path,
+        kept: (u64, u64),
+        summary: &Summary,
+    ) -> Result<Self, ResultsError> {
+        let mut samplings = session.no_samplings();
+        samplings.folder = Some(Folder::go_on(path, &samplings.channels, kept, summary)?);
+        let table = Table::read(&path.join(RESULTS_FILE))?;
+        (samplings.taken, samplings.columns) = (table.times, table.columns);
+        Ok(samplings)
+    }
+
+    /// Brings all rows to the disk, then the text of a checkpoint made for their number and their bytes. Returns what else
+    /// `make` gives.
+    pub(super) fn checkpoint<T>(
+        &mut self,
+        make: impl FnOnce(u64, u64) -> std::io::Result<(String, T)>,
+    ) -> Result<T, ResultsError> {
+        let folder = self.folder.as_mut().expect("runs with checkpoints have a folder");
+        let (rows, bytes) = folder.sync()?;
+        let (text, made) = make(rows, bytes).map_err(|cause| folder.no_checkpoint(cause))?;
+        folder.checkpoint(&text)?;
+        Ok(made)
     }
 
     /// The report of the run.
@@ -109,7 +138,8 @@ impl Samplings {
 
 impl Session {
     /// Runs the scene. With a folder, results are written there as they come; `progress` is told the share done; `stop`
-    /// ends the run after the step under way, with valid results.
+    /// ends the run after the step under way, with valid results. With checkpoints (`checkpoint_every` in `[simulation]`), a
+    /// run into a folder can be resumed if it is killed: [`super::Checkpoint`].
     ///
     /// # Errors
     /// An unknown method or engine, files that can't be written, an element that fails. A run that merely stops early is
@@ -120,6 +150,11 @@ impl Session {
         mut progress: Box<dyn FnMut(f64) + Send + '_>,
         stop: &Arc<AtomicBool>,
     ) -> Result<RunReport, SessionError> {
+        if let Some(path) = folder
+            && self.has_checkpoints()
+        {
+            return self.run_chain(path, progress, stop);
+        }
         if self.runs_apart() {
             return self.run_apart(folder, progress, stop);
         }
@@ -148,33 +183,38 @@ impl Session {
         let failed = self.conclude(&mut summary, ended.outcome, &mut samplings.error);
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
-        samplings.close(folder, &summary, restart.as_ref()).map_err(|e| self.files_error(&e))?;
-        match failed {
-            Some(error) => Err(error),
-            None => Ok(samplings.report(summary, checks)),
+        let closed = samplings.close(folder, &summary, restart.as_ref());
+        if let Some(error) = failed {
+            return Err(error);
         }
+        closed.map_err(|e| self.files_error(&e))?;
+        Ok(samplings.report(summary, checks))
     }
 
     /// Where the samples go, and the files that begin now.
     pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
+        let mut samplings = self.no_samplings();
+        if let Some(path) = folder {
+            let unit = self.scene.units.factor(Dimension::TIME);
+            let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
+            let folder = Folder::create(path, &time, &samplings.channels, summary);
+            samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
+        }
+        Ok(samplings)
+    }
+
+    /// Where the samples go, without files.
+    fn no_samplings(&self) -> Samplings {
         let times = self.scene.simulation.sample_times(&self.scene.units);
         let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
-        let folder = match folder {
-            None => None,
-            Some(path) => {
-                let unit = self.scene.units.factor(Dimension::TIME);
-                let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
-                Some(Folder::create(path, &time, &channels, summary).map_err(|e| self.files_error(&e))?)
-            }
-        };
-        Ok(Samplings {
+        Samplings {
             columns: vec![Vec::with_capacity(times.len()); channels.len()],
             taken: Vec::with_capacity(times.len()),
             error: None,
-            folder,
+            folder: None,
             times,
             channels,
-        })
+        }
     }
 
     /// Writes the counters and the audit of an integration into a summary.
@@ -277,6 +317,14 @@ impl Session {
             compile_time_s: self.compile_time,
             mobility: self.plan.mobility as u64,
             redundant_rows: self.plan.redundant_rows.len() as u64,
+            not_unique: self
+                .model
+                .channels
+                .iter()
+                .map(|channel| self.channel_info(channel))
+                .filter(|info| !info.unique)
+                .map(|info| info.name)
+                .collect(),
             redundant_row_names: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
             audit_tolerance: self.options.audit_tolerance.or(self.scene.simulation.audit_tolerance),
             libraries: self
@@ -305,6 +353,10 @@ impl Session {
                 let counters = &outcome.counters;
                 summary.steps = counters.steps as u64;
                 summary.rejected = counters.rejected as u64;
+                summary.retries_failed = counters.recoveries.smaller_step as u64;
+                summary.retries_not_finite = counters.recoveries.not_finite as u64;
+                summary.retries_no_convergence = counters.recoveries.no_convergence as u64;
+                summary.retries_sample = counters.recoveries.sample_step as u64;
                 summary.projections = counters.projections as u64;
                 summary.jacobians = counters.jacobians as u64;
                 summary.newton_iterations = counters.newton_iterations as u64;

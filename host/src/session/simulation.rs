@@ -12,8 +12,9 @@ use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, MachineError, Node, Sets, Switches, Used};
-use crate::results::Audit;
+use crate::results::{Audit, AuditRecord};
 
+use super::checkpoint::Carried;
 use super::restart::Restart;
 use super::tier::Tier;
 
@@ -38,6 +39,37 @@ const MOST_NAMED: usize = 4;
 pub type Sink<'a> = Box<dyn FnMut(usize, &[f64]) -> Result<(), std::io::Error> + Send + 'a>;
 /// Told the time after each accepted step.
 pub type Progress<'a> = Box<dyn FnMut(f64) + Send + 'a>;
+
+/// What is known of the part of the work that is turned into heat.
+#[derive(Clone, Copy, PartialEq)]
+enum Heat {
+    /// It is none.
+    None,
+    /// It is all of the work.
+    All,
+    /// Its power is looked at in every accepted state.
+    Watched,
+}
+
+impl Heat {
+    fn of(equations: &Equations) -> Self {
+        let driven = equations.rows.iter().any(|row| !equations.graph.is_zero(row.time));
+        match (equations.dissipation.is_empty(), equations.supplied.is_empty() && !driven) {
+            (true, _) => Self::None,
+            (false, true) => Self::All,
+            (false, false) => Self::Watched,
+        }
+    }
+
+    /// Kinetic and potential energy, then the powers that are turned into heat, if they are looked at.
+    fn energies(self, equations: &Equations) -> Vec<Node> {
+        let mut nodes = vec![equations.kinetic, equations.potential];
+        if self == Self::Watched {
+            nodes.extend(&equations.dissipation);
+        }
+        nodes
+    }
+}
 
 /// A program, and whether accelerations or multipliers must be known for it.
 struct Part {
@@ -110,6 +142,7 @@ pub struct Simulation<'a> {
     told: Vec<Told>,
     report: Part,
     energy: Part,
+    heat: Heat,
     /// Conditions at which the equations switch, where steps are to end there.
     switches: Option<Part>,
     /// The same motion with constraints on positions, for methods that ask for it.
@@ -133,6 +166,8 @@ pub struct Simulation<'a> {
     stop: Arc<AtomicBool>,
     row_right: Vec<f64>,
     tier: Tier,
+    /// Sizes of the last two steps, s.
+    last_steps: [f64; 2],
 }
 
 impl<'a> Simulation<'a> {
@@ -168,9 +203,11 @@ impl<'a> Simulation<'a> {
             .collect();
         let all: Vec<usize> = (0..layout.rows).collect();
         let rows = Constraints::new(equations, model, &all, &[|row| row.value, |row| row.time], &[])?;
+        let heat = Heat::of(equations);
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
-            energy: Part::new(equations, &[equations.kinetic, equations.potential], layout),
+            energy: Part::new(equations, &heat.energies(equations), layout),
+            heat,
             switches: None,
             second_order: None,
             report,
@@ -199,6 +236,7 @@ impl<'a> Simulation<'a> {
             stop,
             row_right: vec![0.0; layout.rows],
             tier: Tier::fixed(),
+            last_steps: [0.0; 2],
             layout: layout.clone(),
         };
         simulation.formulation.set_discrete(&assembly.references, &assembly.discrete);
@@ -243,6 +281,28 @@ impl<'a> Simulation<'a> {
         self.scales.widen(whole);
     }
 
+    /// Takes over what an earlier stretch of the same run has left, besides the state.
+    pub(super) fn carry_on(&mut self, carried: &Carried) {
+        let [length, speed, spin, energy] = carried.scales;
+        self.scales.widen(&Scales { length, speed, spin, energy });
+        self.state_sizes.copy_from_slice(&carried.state_sizes);
+        self.audit = Audit::from(&carried.audit);
+    }
+
+    /// See [`Simulation::carry_on`].
+    pub(super) fn carried(&self) -> Carried {
+        let Scales { length, speed, spin, energy } = self.scales;
+        // The last step may have been cut to end where it had to; the one before it then tells more.
+        let step = self.last_steps[0].max(self.last_steps[1]);
+        Carried {
+            scales: [length, speed, spin, energy],
+            state_sizes: self.state_sizes.clone(),
+            audit: AuditRecord::from(&self.audit),
+            step: (step > 0.0).then_some(step),
+            steps_tried: 0,
+        }
+    }
+
     /// Watches the rows and energies of other equations of the same motion instead: those that were pruned.
     ///
     /// # Errors
@@ -250,7 +310,7 @@ impl<'a> Simulation<'a> {
     pub fn watch_these(&mut self, equations: &Equations, model: &Model, rows: &[usize]) -> Result<(), AnalysisError> {
         self.rows = Constraints::new(equations, model, rows, &[|row| row.value, |row| row.time], &[])?;
         self.row_right = vec![0.0; rows.len()];
-        self.energy = Part::new(equations, &[equations.kinetic, equations.potential], &self.layout);
+        self.energy = Part::new(equations, &self.heat.energies(equations), &self.layout);
         Ok(())
     }
 
@@ -388,6 +448,7 @@ impl<'a> Simulation<'a> {
         let sets = self.formulation.sets();
         let energies = self.energy.run(inputs, sets)?;
         let (kinetic, potential) = (energies[0], energies[1]);
+        let heat: f64 = energies[2..].iter().sum();
         for body in 0..self.layout.bodies {
             let slot = self.layout.body_slot(body, 0);
             self.scales.grow(&inputs[slot..slot + 13], 1);
@@ -401,6 +462,10 @@ impl<'a> Simulation<'a> {
         }
         let work = state.last().copied().unwrap_or(0.0);
         self.audit.energy(kinetic, potential, work);
+        match self.heat {
+            Heat::Watched => self.audit.heating(inputs[Layout::TIME], heat),
+            known => self.audit.heat_is_all(known == Heat::All),
+        }
         let number = self.watched;
         self.watched += 1;
         if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
@@ -623,7 +688,8 @@ impl System for Simulation<'_> {
         self.remember(t, y).map_err(failure)
     }
 
-    fn step_done(&mut self, t: f64, _: &[f64], _: f64) -> Flow {
+    fn step_done(&mut self, t: f64, _: &[f64], h: f64) -> Flow {
+        self.last_steps = [self.last_steps[1], h];
         (self.progress)(t);
         let mut tier = std::mem::take(&mut self.tier);
         tier.between_steps(t, || self.programs());

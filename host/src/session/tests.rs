@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
 mod bookkeeping;
+mod checkpoints;
 mod checks;
 mod islands;
 mod merged;

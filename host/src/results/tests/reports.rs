@@ -172,3 +172,39 @@ fn columns_are_aligned_by_characters_not_bytes() {
     let rows = [["ä", "1"], ["bbb", "100"]].map(|row| row.map(String::from).to_vec());
     assert_eq!(aligned(&[Side::Left, Side::Right], &rows), "  ä      1\n  bbb  100\n");
 }
+
+#[test]
+fn recoveries_are_named_where_there_were_any() {
+    let quiet = report(&compressor(), None, false);
+    assert!(!quiet.contains("recoveries"), "{quiet}");
+    let summary = Summary { retries_failed: 3, rank_safe: 2, method_switches: 1, resumed: 4, ..compressor() };
+    let text = report(&summary, None, false);
+    let line = "recoveries: 3 steps made smaller because equations could not be solved, 2 rank-safe solutions, 1 changes of \
+                method, 4 resumptions from a checkpoint\n";
+    assert!(text.contains(line), "{text}");
+}
+
+#[test]
+fn outputs_that_are_not_unique_are_in_the_audit() {
+    let text = report(&Summary { not_unique: vec!["Fx".into(), "Mz".into()], ..compressor() }, None, false);
+    assert!(text.contains("along x, cylinder: about z); 2 outputs not unique (Fx, Mz)\n"), "{text}");
+}
+
+#[test]
+fn heat_is_summed_up_by_parabolas() {
+    let mut audit = Audit::default();
+    // 1 + 2 t + 3 t^2 over uneven steps, one state looked at twice: t + t^2 + t^3.
+    for t in [0.0, 0.25, 0.75, 0.75, 1.0, 2.0_f64] {
+        audit.energy(0.0, 0.0, 5.0);
+        audit.heating(t, 1.0 + 2.0 * t + 3.0 * t * t);
+    }
+    assert!((audit.dissipated - 14.0).abs() < 1e-13 && (audit.work_in - 19.0).abs() < 1e-13, "{audit:?}");
+    let text = report(&Summary { audit, ..compressor() }, None, false);
+    assert!(
+        text.contains("\nenergy at the end: kinetic 0 J, potential 0 J, dissipated 14 J, work in 19 J\n"),
+        "{text}"
+    );
+    // Going on in another process.
+    let record = crate::results::AuditRecord::from(&audit);
+    assert_eq!(Audit::from(&record), audit);
+}

@@ -212,3 +212,24 @@ fn drives_at_different_speeds_are_refused() {
         "{text}"
     );
 }
+
+/// Energy turned into heat is told apart from work that is done otherwise.
+#[test]
+fn heat_is_told_apart_from_work() {
+    let settings = "t_end = 2; output_step = 0.1; tolerance = 1e-9";
+    // 6.25 J are in the strut; all that is lost is lost in its damper.
+    let audit = run(&oscillator(settings, 50.0, 2.0)).summary.audit;
+    let lost = 6.25 - audit.kinetic_energy - audit.potential_energy;
+    assert!(lost > 1.0 && (audit.dissipated - lost).abs() < 1e-7 && audit.work_in == 0.0, "{audit:?}");
+    let audit = run(&oscillator(settings, 50.0, 0.0)).summary.audit;
+    assert_eq!((audit.dissipated, audit.work_in), (0.0, 0.0));
+    // Friction that does not tell what it is counts as work; both go on at the same time.
+    let both = oscillator(settings, 50.0, 2.0)
+        + "[[body]]\nname = \"rotor\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nangular_velocity = [0, 0, 5]\n\
+           [[force]]\nname = \"rubbing\"\ntype = \"friction\"\nbodies = [\"ground\", \"rotor\"]\n";
+    let audit = run(&both).summary.audit;
+    let left = audit.kinetic_energy + audit.potential_energy;
+    assert!((audit.dissipated - lost).abs() < 1e-3 * lost, "{} or {lost}", audit.dissipated);
+    assert!((audit.work_in - audit.dissipated - (left - 6.25 - 1.25)).abs() < 1e-7, "{audit:?}");
+    assert!(audit.work_in < 0.0, "{audit:?}");
+}

@@ -1,0 +1,289 @@
+//! [`Checkpoint`]: what a run that was killed is resumed from, as a file.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{Exit, SessionError};
+use super::open::{RunOptions, Session};
+use super::restart::Restart;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary};
+use crate::scene::Override;
+
+/// What this version writes.
+const FORMAT: u32 = 1;
+
+/// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Version of this record.
+    format: u32,
+    /// Number of checkpoints before the state; zero at the start of the run.
+    pub(super) taken: u64,
+    /// How often the run was resumed so far.
+    pub(super) resumed: u64,
+    /// Start of the run, s.
+    pub(super) t_start: f64,
+    /// Rows of the table that belong to it.
+    pub(super) rows: u64,
+    /// Where they end in the file.
+    pub(super) bytes: u64,
+    /// What the run is made of; another one cannot go on.
+    pub(super) identity: Identity,
+    /// How the scene was opened.
+    pub(super) origin: Option<Origin>,
+    /// Work so far.
+    pub(super) work: Work,
+    /// What else the next stretch takes over; nothing at the start.
+    pub(super) carried: Option<Carried>,
+    /// The state; `None` is the start of the scene.
+    pub(super) state: Option<Restart>,
+}
+
+/// What a run is made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Identity {
+    /// Version of this program.
+    odyn: String,
+    /// Hash of the scene's text and of all changes to it.
+    scene: String,
+    /// Libraries in use.
+    libraries: Vec<LibraryIdentity>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct LibraryIdentity {
+    package: String,
+    version: String,
+    abi: u32,
+    /// None where it is linked in.
+    sha256: Option<String>,
+}
+
+/// How a scene was opened: its file and the options, paths made absolute.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Origin {
+    scene: PathBuf,
+    set: Vec<String>,
+    plugins: Vec<PathBuf>,
+    audit_tolerance: Option<f64>,
+}
+
+/// Counters and times of the stretches so far.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Work {
+    /// See [`Summary::stiff_from`].
+    stiff_from: Option<f64>,
+    /// See [`Summary::machine_code_from`].
+    machine_code_from: Option<f64>,
+    /// Bytes of machine code.
+    machine_code_bytes: u64,
+    /// See [`Summary::machine_code_time_s`].
+    machine_code_time_s: f64,
+    /// Integration, s.
+    integration_time_s: f64,
+    /// Everything, s.
+    pub(super) wall_time_s: f64,
+    /// Counters by their names in the summary.
+    counts: BTreeMap<String, u64>,
+}
+
+/// What a stretch of a run leaves to the next besides the state, SI units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Carried {
+    /// Length, speed, spin, energy that errors are shares of.
+    pub(super) scales: [f64; 4],
+    /// The same for each element state.
+    pub(super) state_sizes: Vec<f64>,
+    /// Size of the next step, s; the method chooses where it is not known.
+    pub(super) step: Option<f64>,
+    /// Steps tried, accepted or not.
+    pub(super) steps_tried: u64,
+    /// The audit so far.
+    pub(super) audit: AuditRecord,
+}
+
+impl Origin {
+    /// Paths stay as they are where the current folder is not known.
+    pub(super) fn new(scene: &Path, options: &RunOptions) -> Self {
+        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        Self {
+            scene: absolute(scene),
+            set: options.overrides.iter().map(|one| one.text.clone()).collect(),
+            plugins: options.plugins.iter().map(|path| absolute(path)).collect(),
+            audit_tolerance: options.audit_tolerance,
+        }
+    }
+}
+
+impl Identity {
+    pub(super) fn of(session: &Session) -> Self {
+        // Not the name: that depends on where the user stands.
+        let mut source = session.scene.source.clone();
+        source.name = String::new();
+        let libraries = session.libraries.iter().map(|library| LibraryIdentity {
+            package: library.package.clone(),
+            version: library.version.clone(),
+            abi: library.abi,
+            sha256: library.sha256.clone(),
+        });
+        Self {
+            odyn: env!("CARGO_PKG_VERSION").into(),
+            scene: format!("{:016x}", fnv1a(format!("{source:?}").as_bytes())),
+            libraries: libraries.collect(),
+        }
+    }
+
+    /// What is not the same, in words.
+    fn differences(&self, now: &Self) -> Vec<String> {
+        let mut found = Vec::new();
+        if self.odyn != now.odyn {
+            found.push(format!("the run is one of odyn {}, this is {}", self.odyn, now.odyn));
+        }
+        if self.scene != now.scene {
+            found.push("the scene file, or a change to it (`--set` and the like), is not what it was".into());
+        }
+        for was in &self.libraries {
+            let name = &was.package;
+            match now.libraries.iter().find(|is| is.package == *name) {
+                None => found.push(format!("the library `{name}` is missing")),
+                Some(is) if (is.version != was.version) || (is.abi != was.abi) => found.push(format!(
+                    "the library `{name}` is {} (interface {}), it was {} (interface {})",
+                    is.version, is.abi, was.version, was.abi
+                )),
+                Some(is) if is.sha256 != was.sha256 => {
+                    found.push(format!("the library `{name}` is another build of {}", was.version));
+                }
+                Some(_) => {}
+            }
+        }
+        let new = now.libraries.iter().filter(|is| !self.libraries.iter().any(|was| was.package == is.package));
+        found.extend(new.map(|is| format!("the library `{}` was not in use", is.package)));
+        found
+    }
+}
+
+/// Fowler, Noll & Vo's hash 1a of 64 bits: tells texts apart that differ by accident, not by intent.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+impl Work {
+    /// Adds the work of a stretch.
+    pub(super) fn add(&mut self, part: &mut Summary) {
+        for (name, count) in part.counts() {
+            *self.counts.entry(name.into()).or_default() += *count;
+        }
+        self.stiff_from = self.stiff_from.or(part.stiff_from);
+        self.machine_code_from = self.machine_code_from.or(part.machine_code_from);
+        self.machine_code_bytes += part.machine_code_bytes;
+        self.machine_code_time_s += part.machine_code_time_s;
+        self.integration_time_s += part.integration_time_s;
+    }
+
+    /// Writes the work of all stretches into the summary of the last.
+    pub(super) fn tell(&self, summary: &mut Summary) {
+        for (name, count) in summary.counts() {
+            *count = self.counts.get(name).copied().unwrap_or(0);
+        }
+        summary.stiff_from = self.stiff_from;
+        summary.machine_code_from = self.machine_code_from;
+        summary.machine_code_bytes = self.machine_code_bytes;
+        summary.machine_code_time_s = self.machine_code_time_s;
+        summary.integration_time_s = self.integration_time_s;
+    }
+
+    /// Steps tried so far, accepted or not.
+    pub(super) fn steps_tried(&self) -> u64 {
+        ["steps", "rejected"].iter().filter_map(|name| self.counts.get(*name)).sum()
+    }
+}
+
+impl Checkpoint {
+    /// The start of a run.
+    pub(super) fn at_start(session: &Session) -> Self {
+        Self {
+            format: FORMAT,
+            taken: 0,
+            resumed: 0,
+            t_start: session.scene.simulation.t_start,
+            rows: 0,
+            bytes: 0,
+            identity: Identity::of(session),
+            origin: session.origin.clone(),
+            work: Work::default(),
+            carried: None,
+            state: session.gone_on_from.clone(),
+        }
+    }
+
+    /// Reads the file of a folder of results.
+    ///
+    /// # Errors
+    /// A missing file, or one that this program did not write, in words.
+    pub fn read(folder: &Path) -> Result<Self, Box<Diagnostic>> {
+        let path = folder.join(CHECKPOINT_FILE);
+        let problem = |what: String| {
+            let message = format!("cannot resume from {}: {what}", path.display());
+            let help = "name the folder of results of a run with --checkpoint that did not reach its end";
+            Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help))
+        };
+        let text = fs::read_to_string(&path).map_err(|error| problem(error.to_string()))?;
+        Self::from_text(&text).map_err(problem)
+    }
+
+    /// What to say of a checkpoint in a folder whose scene was not read from a file.
+    #[must_use]
+    pub fn without_scene(folder: &Path) -> Box<Diagnostic> {
+        let message = format!("cannot resume from {}: its scene was not read from a file", folder.display());
+        Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help("the program that made the scene can resume it"))
+    }
+
+    /// The text of the file. Every number reads back as the same bits.
+    pub(super) fn to_text(&self) -> std::io::Result<String> {
+        let text = toml::to_string(self).map_err(std::io::Error::other)?;
+        Ok(format!("# Up to here a run can be resumed: odyn resume THIS_FOLDER\n{text}"))
+    }
+
+    pub(super) fn from_text(text: &str) -> Result<Self, String> {
+        let point: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
+        if point.format != FORMAT {
+            return Err(format!("its format is {}, this program knows {FORMAT}", point.format));
+        }
+        Ok(point)
+    }
+
+    /// The scene file of the run and how it was opened; `None` if it was not opened from a file.
+    #[must_use]
+    pub fn opened(&self) -> Option<(&Path, RunOptions)> {
+        let origin = self.origin.as_ref()?;
+        let options = RunOptions {
+            overrides: origin.set.iter().map(Override::new).collect(),
+            plugins: origin.plugins.clone(),
+            audit_tolerance: origin.audit_tolerance,
+            ..RunOptions::default()
+        };
+        Some((&origin.scene, options))
+    }
+}
+
+impl Session {
+    /// Makes [`Session::run`] go on from a checkpoint, in the folder that it is from.
+    ///
+    /// # Errors
+    /// A checkpoint of another scene, library or program: what differs.
+    pub fn resume(&mut self, point: Checkpoint) -> Result<(), SessionError> {
+        let differences = point.identity.differences(&Identity::of(self));
+        if !differences.is_empty() {
+            let message = format!("the checkpoint belongs to another run: {}", differences.join("; "));
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message)
+                .help("make it as it was, or start anew; a changed scene can go on from the end of a run with --from");
+            return Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic));
+        }
+        self.resumed_from = Some(point);
+        Ok(())
+    }
+}

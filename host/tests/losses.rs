@@ -1,0 +1,219 @@
+//! Nothing is lost when things go wrong: runs that are killed, disks that are full, folders that are not there.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+mod support;
+
+use support::{Scratch, rows};
+
+/// Far more than any machine computes while a test waits.
+const LONG: &str = "--t-end 1e9 --set simulation.max_steps=2000000000 --set simulation.output_step=10000";
+
+/// Starts the program and leaves it alone.
+fn start(scratch: &Scratch, line: &str) -> Child {
+    scratch.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+#[track_caller]
+fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    for _ in 0..1200 {
+        if is_so() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(25));
+    }
+    panic!("{what} did not happen");
+}
+
+/// Ends a process and gives what it told.
+fn end_of(run: Child) -> (Option<i32>, String) {
+    let output = run.wait_with_output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn a_run_that_is_killed_is_resumed_with_the_same_bytes() {
+    let scratch = Scratch::new("killed");
+    let line = "run brick.toml --t-end 60s --set simulation.output_step=50 --checkpoint every=2s -q -o";
+    let started = Instant::now();
+    scratch.odyn(&format!("{line} alone")).ends_with(0);
+    let whole = started.elapsed();
+    let expected = fs::read(scratch.0.join("alone/results.csv")).unwrap();
+    let mut command = format!("{line} killed");
+    let mut kills = 0;
+    for attempt in 1..200 {
+        let mut run = start(&scratch, &command);
+        if kills < 10 {
+            // Spread over the run without a pattern: multiples of the golden ratio.
+            std::thread::sleep(whole.mul_f64((0.618_034 * f64::from(attempt)).fract()));
+            kills += i32::from(run.try_wait().unwrap().is_none());
+            let _ = run.kill();
+        }
+        let (code, told) = end_of(run);
+        let checkpoint = scratch.0.join("killed/checkpoint.toml").exists();
+        if code == Some(0) {
+            assert!(fs::read(scratch.0.join("killed/results.csv")).unwrap() == expected, "after {kills} kills");
+            if kills == 10 {
+                break;
+            }
+        } else {
+            assert_eq!(code, None, "{told}");
+            if rows(&scratch.0.join("killed/results.csv")) > 0 {
+                scratch.odyn("compare killed alone --tol 0").ends_with(0);
+            }
+        }
+        command = if checkpoint { "resume killed -q".into() } else { format!("{line} killed") };
+    }
+    assert_eq!(kills, 10);
+    let summary = scratch.json("killed/summary.json");
+    assert!(summary["resumed"].as_u64().unwrap() > 0 && summary["checkpoints"] == 29, "{summary}");
+    assert_eq!(summary["steps"], scratch.json("alone/summary.json")["steps"]);
+    // Nothing is left to do, and that is no error.
+    assert!(scratch.odyn("resume killed").ends_with(0).out().contains("nothing is left to do"));
+}
+
+#[test]
+fn what_cannot_be_resumed_is_told_with_its_reason() {
+    let scratch = Scratch::new("refused");
+    let none = scratch.odyn("resume nowhere").ends_with(8);
+    assert!(none.err().contains("ODY0804") && none.err().contains("checkpoint.toml"), "{}", none.err());
+    scratch.odyn("run brick.toml --checkpoint 20s").ends_with(2);
+    scratch.odyn("run brick.toml --checkpoint every=20kg").ends_with(3);
+    // It ends after its first checkpoint.
+    let early = "--set simulation.max_steps=30 --set simulation.max_step=10";
+    scratch.odyn(&format!("run brick.toml --checkpoint every=100ms {early} -o out")).ends_with(6);
+    let text = fs::read_to_string(scratch.0.join("brick.toml")).unwrap();
+    scratch.file("brick.toml", &text.replace("mass = 1", "mass = 2"));
+    let other = scratch.odyn("resume out").ends_with(3);
+    assert!(other.err().contains("ODY0804") && other.err().contains("the scene file"), "{}", other.err());
+    scratch.file("brick.toml", &text);
+    let same = scratch.odyn("resume out").ends_with(6);
+    assert!(same.out().contains("the limit of 30 steps") && same.out().contains("1 resumption"), "{}", same.out());
+    // A new run in the folder has nothing to do with the checkpoint of the old one.
+    scratch.odyn("run brick.toml -o out -q").ends_with(0);
+    assert!(!scratch.0.join("out/checkpoint.toml").exists());
+}
+
+#[test]
+fn a_folder_takes_one_run_at_a_time() {
+    let scratch = Scratch::new("busy");
+    let mut run = start(&scratch, &format!("run brick.toml {LONG} -o out"));
+    wait_until("a row", || rows(&scratch.0.join("out/results.csv")) > 0);
+    let second = scratch.odyn("run brick.toml -o out").ends_with(8);
+    assert!(second.err().contains("another run writes it"), "{}", second.err());
+    // Readers are welcome.
+    scratch.odyn("run brick.toml -o other -q").ends_with(0);
+    scratch.odyn("compare out other --tol 1e-6").ends_with(0);
+    run.kill().unwrap();
+    run.wait().unwrap();
+    scratch.odyn("run brick.toml -o out -q").ends_with(0);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_what_is_there_stays() {
+    let scratch = Scratch::new("full");
+    // The device that is always full in place of the table.
+    fs::create_dir(scratch.0.join("full")).unwrap();
+    std::os::unix::fs::symlink("/dev/full", scratch.0.join("full/results.csv")).unwrap();
+    let full = scratch.odyn("run brick.toml -o full").ends_with(8);
+    for told in ["ODY0801", "full/results.csv", "make room on the disk"] {
+        assert!(full.err().contains(told), "`{told}` is not in {}", full.err());
+    }
+    // A limit of the size of files, 16 kB, which is reached during the run.
+    let program = env!("CARGO_BIN_EXE_odyn");
+    let line = "run brick.toml --t-end 20s --set simulation.output_step=10 -o small --checkpoint every=2s";
+    let script = format!("trap '' XFSZ; ulimit -f 32; exec {program} {line}");
+    let limited = std::process::Command::new("sh").args(["-c", &script]).current_dir(&scratch.0).output().unwrap();
+    let told = String::from_utf8(limited.stderr).unwrap();
+    assert_eq!(limited.status.code(), Some(8), "{told}");
+    for text in ["ODY0801", "small/results.csv", "the rows up to here are kept"] {
+        assert!(told.contains(text), "`{text}` is not in {told}");
+    }
+    let summary = scratch.json("small/summary.json");
+    assert_eq!((&summary["status"], &summary["code"]), (&"failed".into(), &"ODY0801".into()));
+    let table = fs::read_to_string(scratch.0.join("small/results.csv")).unwrap();
+    assert!(table.ends_with('\n') && table.lines().all(|line| line.split(',').count() == 2));
+    assert!(rows(&scratch.0.join("small/results.csv")) > 300);
+    // With room again, the run goes on, and nothing shows.
+    scratch.odyn("resume small -q").ends_with(0);
+    scratch.odyn(&format!("{} -q", line.replace("small", "roomy"))).ends_with(0);
+    let bytes = |folder: &str| fs::read(scratch.0.join(folder).join("results.csv")).unwrap();
+    assert!(bytes("small") == bytes("roomy"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_may_not_be_written_is_named_with_its_remedy() {
+    use std::os::unix::fs::PermissionsExt;
+    let scratch = Scratch::new("locked");
+    let folder = scratch.0.join("locked");
+    fs::create_dir(&folder).unwrap();
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o555)).unwrap();
+    let may = fs::write(folder.join("probe"), "").is_ok();
+    // Who may write everywhere (root) meets a folder of the system that nobody may write.
+    let target = if may { "/proc/odyn" } else { "locked/below" };
+    if !may || Path::new("/proc/self").exists() {
+        let ran = scratch.odyn(&format!("run brick.toml -o {target}")).ends_with(8);
+        assert!(
+            ran.err().contains("ODY0801") && ran.err().contains(target) && ran.err().contains("-o DIR"),
+            "{}",
+            ran.err()
+        );
+    }
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn a_file_in_place_of_the_folder_is_named_with_its_remedy() {
+    let scratch = Scratch::new("file");
+    for target in ["brick.toml", "brick.toml/below"] {
+        let ran = scratch.odyn(&format!("run brick.toml -o {target}")).ends_with(8);
+        assert!(ran.err().contains("a file stands where a folder is needed"), "{}", ran.err());
+    }
+    fs::create_dir_all(scratch.0.join("odd/results.csv")).unwrap();
+    let ran = scratch.odyn("run brick.toml -o odd").ends_with(8);
+    assert!(ran.err().contains("a folder stands where the file is needed"), "{}", ran.err());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_removed_during_the_run_ends_it() {
+    let scratch = Scratch::new("removed");
+    for (name, more) in [("plain", ""), ("with", "--checkpoint every=20s")] {
+        let run = start(&scratch, &format!("run brick.toml {LONG} -o {name} {more}"));
+        let folder = scratch.0.join(name);
+        wait_until("a row", || rows(&folder.join("results.csv")) > 0);
+        fs::remove_dir_all(&folder).unwrap();
+        let (code, told) = end_of(run);
+        assert_eq!(code, Some(8), "{told}");
+        for text in ["ODY0801", name, "not there any more"] {
+            assert!(told.contains(text), "`{text}` is not in {told}");
+        }
+    }
+}
+
+#[test]
+fn a_verified_run_tells_how_far_off_it_is() {
+    let scratch = Scratch::new("verify-run");
+    let ran = scratch.odyn("run brick.toml --tol 1e-6 --verify -o out").ends_with(0);
+    for told in ["verified with tolerance 1e-7 instead of 1e-6", "  output  difference  of its peak", "  w1 "] {
+        assert!(ran.out().contains(told), "`{told}` is not in {}", ran.out());
+    }
+    let verified = scratch.json("out/summary.json")["verified"].clone();
+    let w1 = &verified["outputs"][0];
+    assert_eq!((&w1["name"], &verified["t_last"]), (&"w1".into(), &2000.0.into()));
+    let absolute = w1["absolute"].as_f64().unwrap();
+    assert!(absolute > 0.0 && absolute < 1e-4, "{absolute}");
+    // Without the option nothing is said of it.
+    scratch.odyn("run brick.toml -o out -q").ends_with(0);
+    assert!(scratch.json("out/summary.json")["verified"].is_null());
+    // A second run that does not get there is told, and is no error.
+    let early = scratch.odyn("run brick.toml --tol 1e-4 --set simulation.max_steps=30 --verify -o out").ends_with(0);
+    assert!(early.out().contains("the second run ended early (the limit of 30 steps"), "{}", early.out());
+}
