@@ -9,6 +9,8 @@
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
+//! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
+//! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
@@ -19,6 +21,7 @@
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
+//! | `soak.rs` | many runs in one process take no more memory than one |
 //! | `lanes.rs` | programs of scenes give the same bits in every lane |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
@@ -36,6 +39,7 @@ mod events;
 mod examples;
 mod fixtures;
 mod formulations;
+mod hostile;
 mod interleaved;
 mod lanes;
 mod limit;
@@ -45,8 +49,10 @@ mod plugins;
 mod rooms;
 mod second_order;
 mod singular;
+mod soak;
 mod speed_control;
 mod states;
+mod stubborn;
 mod study;
 mod support;
 mod verification;
