@@ -14,7 +14,11 @@ use crate::support::root;
 #[path = "../fuzz/src/lib.rs"]
 mod targets;
 
-/// Calls a target with the kept inputs and with `changes` random changes of them. The seed is fixed: a failure comes back.
+/// How many times as many random changes, from other seeds: `ODYN_HOSTILE_ROUNDS=100 cargo test -p odyn-tests hostile`.
+const ROUNDS: &str = "ODYN_HOSTILE_ROUNDS";
+
+/// Calls a target with the kept inputs and with `changes` random changes of them. The seeds are fixed: a failure comes back.
+/// The input that broke something is left in the folder for temporary files.
 #[track_caller]
 fn assault(name: &str, changes: usize, target: fn(&[u8])) {
     let mut kept: Vec<_> =
@@ -23,14 +27,38 @@ fn assault(name: &str, changes: usize, target: fn(&[u8])) {
     let kept: Vec<Vec<u8>> = kept.iter().map(|path| fs::read(path).unwrap()).collect();
     assert!(!kept.is_empty(), "no kept input of `{name}`");
     kept.iter().for_each(|input| target(input));
-    let mut random = Random::new(1);
-    for _ in 0..changes {
-        let mut input = kept[below(&mut random, kept.len())].clone();
-        for _ in 0..=below(&mut random, 4) {
-            change(&mut input, &kept, &mut random);
+    let rounds = std::env::var(ROUNDS).map_or(1, |text| text.parse().unwrap());
+    for seed in 0..rounds {
+        let mut random = Random::new(1 + seed);
+        for _ in 0..changes {
+            let mut input = kept[below(&mut random, kept.len())].clone();
+            for _ in 0..=below(&mut random, 4) {
+                change(&mut input, &kept, &mut random);
+            }
+            let trace = Trace { name, input: &input };
+            target(trace.input);
+            std::mem::forget(trace);
         }
-        target(&input);
     }
+}
+
+/// Leaves the input behind when the target panics.
+struct Trace<'a> {
+    name: &'a str,
+    input: &'a [u8],
+}
+
+impl Drop for Trace<'_> {
+    fn drop(&mut self) {
+        let path = std::env::temp_dir().join(format!("odyn-broken-by-{}-{:08x}", self.name, sum(self.input)));
+        let _ = fs::write(&path, self.input);
+        eprintln!("broken by {}", path.display());
+    }
+}
+
+/// A number that tells inputs apart (Fowler, Noll, Vo).
+fn sum(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(0x811c_9dc5, |sum, byte| (sum ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
 
 fn below(random: &mut Random, end: usize) -> usize {
@@ -82,6 +110,17 @@ fn points_of_curves() {
 #[test]
 fn recorded_equations() {
     assault("recording", 600, targets::recording);
+}
+
+/// Otherwise the test above would show nothing but that equations are refused.
+#[test]
+fn kept_equations_come_far() {
+    let folder = fs::read_dir(root().join("fuzz/corpus/recording")).unwrap();
+    let reached: Vec<_> = folder.map(|entry| targets::reach(&fs::read(entry.unwrap().path()).unwrap())).collect();
+    let come = |far: targets::Reached| reached.iter().filter(|reached| **reached >= far).count();
+    assert!(come(targets::Reached::Scene) >= 8, "{reached:?}");
+    assert!(come(targets::Reached::Code) >= 4, "{reached:?}");
+    assert!(come(targets::Reached::End) >= 2, "{reached:?}");
 }
 
 #[test]

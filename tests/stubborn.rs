@@ -117,7 +117,7 @@ fn child(test: &str, scratch: &Path) -> std::process::Output {
 #[test]
 #[ignore = "ends its process; run by another test"]
 fn child_that_recurses() {
-    run_as_child("does = 'recurse', after = 200");
+    run_as_child("does = 'recurse', after = 60");
 }
 
 /// Nothing can catch that: the guard page behind the stack ends the process. Results stay readable.
@@ -137,7 +137,7 @@ fn recursion_without_end_ends_the_process_but_spoils_no_results() {
 #[test]
 fn what_is_no_number_ends_the_run_with_results() {
     let scratch = Scratch::new();
-    let (path, options) = scene(scratch.path(), "does = 'nan', after = 200");
+    let (path, options) = scene(scratch.path(), "does = 'nan', after = 60");
     let session = Session::open(&path, &options).unwrap_or_else(|error| panic!("{error}"));
     let out = scratch.path().join("out");
     let report = session.run(Some(&out), Box::new(|_| ()), &Default::default()).unwrap();

@@ -18,7 +18,20 @@ use odyn::scene::parse;
 use odyn::session::{RunOptions, Session};
 
 /// Operations of one input; what can go wrong does so with few.
-const MOST_OPERATIONS: usize = 60;
+const MOST_OPERATIONS: u32 = 60;
+
+/// How far equations came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reached {
+    /// The check refused them.
+    Nothing,
+    /// They were put into a scene, which was refused.
+    Scene,
+    /// They were interpreted, and run as machine code.
+    Code,
+    /// The scene ran to its end.
+    End,
+}
 
 /// Equations, bit by bit, and the descriptor of the element that is said to have them. What passes the check is put into
 /// scenes, interpreted, made to machine code by both makers, and run.
@@ -26,11 +39,19 @@ const MOST_OPERATIONS: usize = 60;
 /// # Panics
 /// When equations that passed the check break the program, or give other numbers as machine code.
 pub fn recording(data: &[u8]) {
+    reach(data);
+}
+
+/// The same, telling how far they came.
+///
+/// # Panics
+/// As [`recording`].
+pub fn reach(data: &[u8]) -> Reached {
     let mut bytes = Bytes::new(data);
     let descriptor = descriptor(&mut bytes);
     let choices = bytes.byte();
     let sent = sent(&mut bytes, &descriptor);
-    let Ok(recording) = abi::decode(sent, &descriptor.limits()) else { return };
+    let Ok(recording) = abi::decode(sent, &descriptor.limits()) else { return Reached::Nothing };
     let scene = scene_of(&descriptor, choices);
     let mut catalog = Catalog::new();
     let classes: Vec<Box<dyn ElementClass>> = vec![Box::new(Stranger { descriptor, recording }), joint::<Pin>()];
@@ -38,11 +59,17 @@ pub fn recording(data: &[u8]) {
     catalog.add_library(library).expect("the first library");
     let read = parse(Source::new("fuzz.toml", scene.as_str()), &[]);
     let (scene, warnings) = read.unwrap_or_else(|rejected| panic!("{:?}\n{scene}", rejected.diagnostics));
-    let Ok(session) = Session::with_catalog(scene, warnings, &catalog, &RunOptions::default()) else { return };
+    let session = Session::with_catalog(scene, warnings, &catalog, &RunOptions::default());
+    let Ok(session) = session else { return Reached::Scene };
     assert_same_bits(&session);
     drop(session.plan_report().to_string());
-    if let Err(error) = session.run(None, Box::new(|_| ()), &Default::default()) {
-        assert!(!error.render(false).is_empty(), "refused without a word");
+    match session.run(None, Box::new(|_| ()), &Default::default()) {
+        Ok(report) if report.times.len() == 3 => Reached::End,
+        Ok(_) => Reached::Code,
+        Err(error) => {
+            assert!(!error.render(false).is_empty(), "refused without a word");
+            Reached::Code
+        }
     }
 }
 
@@ -105,42 +132,51 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
     }
 }
 
-/// A recording as it crosses the interface. Most arguments are made to fit, so that what fits is found at all.
+/// A recording as it crosses the interface. Unless the first byte is zero, what it refers to is there; else anything goes.
 fn sent(bytes: &mut Bytes<'_>, descriptor: &Descriptor) -> v1::RecordingV1 {
     let fits = bytes.byte() != 0;
-    let constants: Vec<f64> = (0..bytes.byte() % 6).map_while(|_| bytes.number()).collect();
+    let limits = descriptor.limits();
     let most = if fits && descriptor.kind == Kind::Joint { 1 } else { 3 };
+    let constants: Vec<f64> = (0..1 + bytes.byte() % 5).map_while(|_| bytes.number()).collect();
     let states: Vec<f64> = (0..bytes.byte() % most).map_while(|_| bytes.number()).collect();
     let discrete: Vec<f64> = (0..bytes.byte() % most).map_while(|_| bytes.number()).collect();
-    let tables: Vec<v1::TableV1> = (0..bytes.byte() % 3)
-        .map(|_| {
-            let pieces = bytes.byte() % 4;
-            v1::TableV1 {
-                breaks: (0..=pieces).map_while(|_| bytes.number()).collect(),
-                pieces: (0..4 * pieces).map_while(|_| bytes.number()).collect(),
-                outside: u32::from(bytes.byte() % 3),
-            }
-        })
-        .collect();
-    let mut outputs = Vec::new();
-    let count = usize::from(bytes.byte()) % MOST_OPERATIONS;
+    let tables: Vec<v1::TableV1> = (0..bytes.byte() % 3).map(|_| table(bytes, fits)).collect();
+    let count = 1 + u32::from(bytes.byte()) % MOST_OPERATIONS;
+    // How many of each kind of input and of result there are, by their codes.
+    let frames = [1, 3, 9, 3, 3].map(|each| each * limits.frames);
+    let own = [limits.angles, states.len(), discrete.len(), limits.inputs, limits.mobility];
+    let inputs = [&frames[..], &own, &[3 * limits.joints; 2]].concat();
+    let loads = if descriptor.kind == Kind::Force { 3 * limits.frames } else { 0 };
+    let joint = usize::from(descriptor.kind == Kind::Joint);
+    let rows = joint * limits.rows;
+    let poses = if limits.mobility > 0 { [3 * joint, 9 * joint] } else { [0; 2] };
+    let [first, last] = [rows, 1 - joint];
+    let results = [
+        first,
+        loads,
+        loads,
+        limits.angles,
+        limits.coordinates,
+        states.len(),
+        discrete.len(),
+        0,
+        limits.channels,
+        last,
+        last,
+        poses[0],
+        poses[1],
+    ];
     let mut ops = Vec::new();
-    for k in 0..count as u32 {
-        let code = u32::from(bytes.byte()) % 19;
-        let mut args = [bytes.word(), bytes.word(), bytes.word(), bytes.word()];
-        let limits = descriptor.limits();
-        let within = |value: u32, size: usize| value % (size as u32).max(1);
+    for k in 0..count {
+        let (code, mut args) = (u32::from(bytes.byte()), [bytes.word(), bytes.word(), bytes.word(), bytes.word()]);
+        let mut code = code % 19;
         if fits {
-            // Which arguments are operations: all but numbers of constants and tables, and exponents.
+            code = if k == 0 || (code == 17 && tables.is_empty()) { 0 } else { code % 18 };
             match code {
                 0 => args[0] = within(args[0], constants.len()),
                 1 => {
-                    args[0] %= 12;
-                    let sizes = [1, 3, 9, 3, 3].map(|size: usize| size * limits.frames);
-                    let own = [limits.angles, states.len(), discrete.len(), limits.inputs, limits.mobility];
-                    let reactions = [3 * limits.joints; 2];
-                    let size = [&sizes[..], &own, &reactions].concat()[args[0] as usize];
-                    args[1] = within(args[1], size);
+                    let kind = args[0] as usize % inputs.len();
+                    args = if inputs[kind] > 0 { [kind as u32, within(args[1], inputs[kind]), 0, 0] } else { [0; 4] };
                 }
                 14 => args[0] = within(args[0], k as usize),
                 15 => args = [within(args[0], k as usize), within(args[1], constants.len()), 0, 0],
@@ -150,22 +186,21 @@ fn sent(bytes: &mut Bytes<'_>, descriptor: &Descriptor) -> v1::RecordingV1 {
         }
         ops.push(v1::OpV1 { code, args });
     }
-    // Each row must be given; the rest comes as it comes.
+    let mut outputs = Vec::new();
     if fits {
-        let rows = if descriptor.kind == Kind::Joint { descriptor.rows.len() as u32 } else { 0 };
-        for row in 0..rows {
-            outputs.push(v1::OutputV1 { role: 0, index: row, node: bytes.word() % (count as u32).max(1) });
+        // Each result that is allowed; of those that may be left out, not all.
+        for (role, number) in results.into_iter().enumerate() {
+            for index in 0..number as u32 {
+                let needed = matches!(role, 0 | 5);
+                let wanted = bytes.byte();
+                if needed || wanted > 60 {
+                    outputs.push(v1::OutputV1 { role: role as u32, index, node: within(bytes.word(), count as usize) });
+                }
+            }
         }
-        for state in 0..states.len() as u32 {
-            outputs.push(v1::OutputV1 { role: 5, index: state, node: bytes.word() % (count as u32).max(1) });
-        }
-    }
-    while let Some(role) = bytes.next() {
-        let (index, node) = (u32::from(bytes.byte()), bytes.word());
-        let node = if fits { node % (count as u32).max(1) } else { node };
-        let role = u32::from(role) % 14;
-        if !fits || !outputs.iter().any(|o: &v1::OutputV1| (o.role, o.index) == (role, index)) {
-            outputs.push(v1::OutputV1 { role, index, node });
+    } else {
+        while let Some(role) = bytes.next() {
+            outputs.push(v1::OutputV1 { role: u32::from(role) % 14, index: bytes.word(), node: bytes.word() });
         }
     }
     v1::RecordingV1 {
@@ -175,6 +210,27 @@ fn sent(bytes: &mut Bytes<'_>, descriptor: &Descriptor) -> v1::RecordingV1 {
         outputs: outputs.into(),
         initial_states: states.into(),
         initial_discrete: discrete.into(),
+    }
+}
+
+fn within(value: u32, size: usize) -> u32 {
+    value % (size as u32).max(1)
+}
+
+/// A table, its arguments ascending if it is to fit.
+fn table(bytes: &mut Bytes<'_>, fits: bool) -> v1::TableV1 {
+    let pieces = 1 + bytes.byte() % 3;
+    let mut breaks: Vec<f64> = (0..=pieces).map_while(|_| bytes.number()).collect();
+    if fits {
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+    }
+    let pieces = if fits { breaks.len().saturating_sub(1) } else { usize::from(pieces) };
+    let numbers = (0..4 * pieces).map(|_| bytes.number().unwrap_or(0.25));
+    v1::TableV1 {
+        breaks: breaks.into(),
+        pieces: numbers.collect(),
+        outside: u32::from(bytes.byte() % if fits { 2 } else { 3 }),
     }
 }
 
