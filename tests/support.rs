@@ -1,7 +1,9 @@
 //! Doors to scenes and results.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use element_api::manifest::Library;
@@ -51,6 +53,13 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// Runs an ignored test in a process of its own, with a variable in its environment.
+pub fn child(test: &str, variable: &str, value: &OsStr) -> Output {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", test, "--ignored", "--nocapture", "--test-threads=1"]).env(variable, value);
+    command.output().unwrap()
 }
 
 /// What the command line would add to a scene: `--set` texts and `--plugin` folders.

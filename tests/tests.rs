@@ -10,6 +10,8 @@
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
+//! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
+//! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is told |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
@@ -22,6 +24,7 @@
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
+//! | `soak.rs` | many runs in one process take no more memory than one |
 //! | `lanes.rs` | programs of scenes give the same bits in every lane |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
@@ -40,6 +43,7 @@ mod events;
 mod examples;
 mod fixtures;
 mod formulations;
+mod hostile;
 mod interleaved;
 mod lanes;
 mod limit;
@@ -50,9 +54,11 @@ mod random;
 mod rooms;
 mod second_order;
 mod singular;
+mod soak;
 mod speed_control;
 mod states;
 mod stress;
+mod stubborn;
 mod study;
 mod support;
 mod verification;

@@ -115,6 +115,7 @@ impl Descriptor {
             Kind::Force | Kind::Control => (0, self.channels.len()),
         };
         Limits {
+            kind: self.kind,
             frames: self.frames.len(),
             rows: self.rows.len(),
             angles: self.angles,

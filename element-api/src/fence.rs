@@ -101,6 +101,9 @@ fn about<T>(instance: usize, body: impl FnOnce() -> Result<T, Fault>) -> Result<
 }
 
 impl ElementSet for FencedSet {
+    fn announce(&mut self, name: &str) {
+        self.0.announce(name);
+    }
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
         fenced(|| self.0.add(params)).unwrap_or_else(|message| Err(CreateError::Fault(message)))
     }

@@ -3,6 +3,7 @@
 //! A recording is a list of operations in an order in which each uses only earlier ones. Constants are kept apart from
 //! the operations and are not folded, so two instances of one element that differ only in numbers record the same list.
 
+use crate::descriptor::Kind;
 use crate::table::{Outside, Table};
 
 /// One operation: a code and up to four arguments. What the arguments are depends on the code, see [`Op`].
@@ -331,6 +332,22 @@ pub struct Output {
     pub node: u32,
 }
 
+impl Role {
+    /// Whether elements of this kind give it.
+    fn is_of(self, kind: Kind) -> bool {
+        match self {
+            Self::Residual(_) | Self::Coordinate(_) | Self::PosePosition(_) | Self::PoseRotation(_) => {
+                kind == Kind::Joint
+            }
+            Self::Force(_) | Self::Torque(_) => kind == Kind::Force,
+            Self::StateRate(_) | Self::NextDiscrete(_) | Self::Channel(_) | Self::Potential | Self::Dissipation => {
+                kind != Kind::Joint
+            }
+            Self::Angle(_) | Self::Signal(_) => true,
+        }
+    }
+}
+
 /// An element instance's equations.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
@@ -351,6 +368,8 @@ pub struct Recording {
 /// What a recording may refer to; from the element's descriptor.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
+    /// What kind of element.
+    pub kind: Kind,
     /// Number of frames.
     pub frames: usize,
     /// Number of constraint rows.
@@ -391,6 +410,9 @@ impl Recording {
         if let Some(x) = self.initial_states.iter().chain(&self.initial_discrete).find(|x| !x.is_finite()) {
             return Err(format!("a state is {x} at the start"));
         }
+        if limits.kind == Kind::Joint && !(self.initial_states.is_empty() && self.initial_discrete.is_empty()) {
+            return Err("a joint has no states".into());
+        }
         if let Some(k) = self.tables.iter().position(|table| !table.is_sound()) {
             return Err(format!("table {k} is inconsistent"));
         }
@@ -418,13 +440,17 @@ impl Recording {
             if index as usize >= count {
                 return Err(format!("{:?} is outside what the element declares ({count})", output.role));
             }
+            if !output.role.is_of(limits.kind) {
+                return Err(format!("{:?} is no result of a {} element", output.role, limits.kind.word()));
+            }
         }
         let mut roles: Vec<Role> = self.outputs.iter().map(|o| o.role).collect();
         roles.sort_unstable();
         if let Some(pair) = roles.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(format!("{:?} is given twice", pair[0]));
         }
-        if let Some(k) = (0..self.initial_states.len() as u32).find(|k| self.output(Role::StateRate(*k)).is_none()) {
+        let given = |role: Role| roles.binary_search(&role).is_ok();
+        if let Some(k) = (0..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
             return Err(format!("state {k} has no rate"));
         }
         Ok(())

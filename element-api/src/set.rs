@@ -3,6 +3,9 @@
 //! A set belongs to one model and holds all its instances of one class. Two models never share a set, so nothing is
 //! shared between them.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+
 use crate::descriptor::Descriptor;
 use crate::params::{ParamError, Table};
 use crate::recording::Recording;
@@ -17,6 +20,17 @@ pub trait ElementClass: Send + Sync {
 
 /// The instances of one class in one model.
 pub trait ElementSet: Send {
+    /// `[create]` The name in the scene of the instance that is added next, for messages. The host's own; it crosses no
+    /// interface.
+    fn announce(&mut self, name: &str) {
+        let _ = name;
+    }
+
+    /// Where the number of the instance under evaluation can be read from another thread, if anywhere. The host's own.
+    fn progress(&self) -> Option<Arc<AtomicU32>> {
+        None
+    }
+
     /// `[create]` Adds an instance and gives its number, counting from 0. The table is complete and in SI units.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! The host's side: a library's root becomes classes that look as if they were linked in. A library is a stranger, so
 //! everything it says is checked before it is used.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
 use abi_stable::StableAbi;
@@ -120,6 +121,8 @@ fn check_descriptor(descriptor: &Descriptor) -> Result<(), String> {
         ("angles", descriptor.angles),
         ("mobility coordinates", descriptor.mobility.unwrap_or(0)),
         ("channels", descriptor.channels.len()),
+        ("inputs", descriptor.inputs.len()),
+        ("joints", descriptor.joints.len()),
         ("states", descriptor.states.len()),
     ];
     match sizes.iter().find(|(_, count)| *count > MOST) {
@@ -143,7 +146,7 @@ impl ElementClass for LoadedClass {
             RResult::ROk(set) => Ok(set),
             RResult::RErr(error) => Err(error.message.into()),
         };
-        Box::new(LoadedSet { set, limits: self.descriptor.limits(), count: 0, progress: AtomicU32::new(0) })
+        Box::new(LoadedSet { set, limits: self.descriptor.limits(), count: 0, progress: Arc::default() })
     }
 }
 
@@ -154,7 +157,7 @@ struct LoadedSet {
     /// Instances added so far.
     count: usize,
     /// The instance under evaluation, written by the library.
-    progress: AtomicU32,
+    progress: Arc<AtomicU32>,
 }
 
 impl LoadedSet {
@@ -175,6 +178,10 @@ impl LoadedSet {
 }
 
 impl ElementSet for LoadedSet {
+    fn progress(&self) -> Option<Arc<AtomicU32>> {
+        Some(Arc::clone(&self.progress))
+    }
+
     fn add(&mut self, params: &Params) -> Result<usize, CreateError> {
         let set = self.set.as_mut().map_err(|message| CreateError::Fault(message.clone()))?;
         let text = toml::to_string(params)
@@ -240,8 +247,11 @@ fn done(result: ROption<ErrorV1>, instance: usize) -> Result<(), Fault> {
     }
 }
 
-/// Whatever a library gives becomes either a recording that [`Recording::check`] accepts or a sentence.
-pub(super) fn decode(raw: RecordingV1, limits: &Limits) -> Result<Recording, String> {
+/// Whatever a library sends becomes either a recording that [`Recording::check`] accepts or a sentence.
+///
+/// # Errors
+/// What is wrong, in words.
+pub fn decode(raw: RecordingV1, limits: &Limits) -> Result<Recording, String> {
     let outputs = raw.outputs.iter().map(|output| {
         let role = Role::decode(output.role, output.index)
             .ok_or_else(|| format!("a result has the unknown meaning {}", output.role))?;

@@ -59,6 +59,7 @@ const DEFECTS: &[(&str, Damage, &str)] = &[
     ("a state that starts nowhere", |r| r.initial_states[0] = f64::NAN, "a state is NaN at the start"),
     ("a discrete state that starts nowhere", |r| r.initial_discrete[0] = f64::INFINITY, "inf at the start"),
     ("a state without rate", |r| r.outputs.retain(|o| o.role != Role::StateRate(0)), "state 0 has no rate"),
+    ("a coordinate of a force", |r| r.outputs[0].role = Role::PosePosition(0), "no result of a force"),
     ("endless operations", |r| r.ops = vec![Op::Input(Input::Time).encode(); MOST_OPS + 1], "at most"),
 ];
 
@@ -111,6 +112,19 @@ fn a_joint_may_not_give_rows_or_coordinates_it_does_not_declare() {
         let message = recording.check(&probe.descriptor.limits()).expect_err("too many");
         assert!(message.contains(words), "{message}");
     }
+}
+
+#[test]
+fn a_joint_has_neither_states_nor_loads() {
+    let probe = Probe::joint::<Screw>("pitch = 1.0").expect("accepted");
+    let refused = |damage: fn(&mut Recording)| {
+        let mut recording = probe.recording.clone();
+        damage(&mut recording);
+        recording.check(&probe.descriptor.limits()).expect_err("not of a joint")
+    };
+    assert_eq!(refused(|r| r.initial_states.push(0.0)), "a joint has no states");
+    assert_eq!(refused(|r| r.initial_discrete.push(0.0)), "a joint has no states");
+    assert_eq!(refused(|r| r.outputs[0].role = Role::Force(0)), "Force(0) is no result of a joint element");
 }
 
 fn bellows() -> (Recording, Limits) {

@@ -19,6 +19,7 @@ mod loader;
 #[cfg(feature = "abi")]
 mod private_copy;
 mod search;
+mod watchdog;
 
 #[cfg(test)]
 mod tests;
@@ -38,6 +39,7 @@ pub use error::CatalogError;
 #[cfg(feature = "abi")]
 pub use file::{read_manifest, scan};
 pub use search::{ENVIRONMENT, SearchPath};
+pub use watchdog::{Late, Watchdog};
 
 /// The element types that a scene may use.
 #[derive(Clone, Default)]
@@ -48,6 +50,8 @@ pub struct Catalog {
     search: SearchPath,
     /// Where private copies of libraries go; `None`: the user's cache folder.
     copies: Option<PathBuf>,
+    /// Who watches the calls into them.
+    watchdog: Option<Watchdog>,
 }
 
 /// One library of a catalog.
@@ -134,6 +138,13 @@ impl Catalog {
         self
     }
 
+    /// The same catalog, the calls into libraries that are added from now on watched.
+    #[must_use]
+    pub fn watched_by(mut self, watchdog: Watchdog) -> Self {
+        self.watchdog = Some(watchdog);
+        self
+    }
+
     /// A catalog of the requested libraries, each a name such as `"joints"` or the path of a file.
     ///
     /// # Errors
@@ -158,7 +169,11 @@ impl Catalog {
     pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
         self.search = search.clone();
         let path = search.locate(request)?;
-        let opened = loader::load(&path, self.copies.as_deref())?;
+        let load = || loader::load(&path, self.copies.as_deref());
+        let opened = match &self.watchdog {
+            Some(watchdog) => watchdog.load(&path.display().to_string(), load),
+            None => load(),
+        }?;
         let same = |entry: &&Entry| entry.info.sha256.is_some() && entry.info.sha256 == opened.info.sha256;
         if let Some(known) = self.libraries.iter().find(same) {
             return Ok(Arc::clone(&known.info));
@@ -215,6 +230,10 @@ impl Catalog {
                 second: info.origin(),
             });
         }
+        let classes = match &self.watchdog {
+            Some(watchdog) => classes.into_iter().map(|class| watchdog.class(&info.package, class)).collect(),
+            None => classes,
+        };
         let info = Arc::new(info);
         self.libraries.push(Entry { info: Arc::clone(&info), classes });
         Ok(info)

@@ -217,6 +217,10 @@ pub(super) struct SceneArgs {
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
+    /// End the program, with exit code 4, when a call into a library takes longer. Without it such a call is told after 10 s,
+    /// with the element it was made for, and waited for
+    #[arg(long, value_name = "SECONDS", value_parser = patience)]
+    pub(super) watchdog: Option<f64>,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -472,7 +476,8 @@ impl SceneArgs {
             let names: Vec<String> = self.without.iter().map(|name| format!("{:?}", name.trim())).collect();
             overrides.push(Override::new(format!("simulation.without=[{}]", names.join(", "))));
         }
-        RunOptions { overrides, plugins: self.plugins.clone(), audit_tolerance, ..RunOptions::default() }
+        let watchdog = super::failure::watchdog(self.watchdog, self.json);
+        RunOptions { overrides, plugins: self.plugins.clone(), audit_tolerance, watchdog, ..RunOptions::default() }
     }
 
     /// Where results go unless the user says otherwise: `results/compressor` for `scenes/compressor.toml`.
@@ -495,6 +500,11 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("not a positive number".into()),
     }
+}
+
+/// Seconds that a clock can count.
+fn patience(text: &str) -> Result<f64, String> {
+    positive(text).and_then(|seconds| if seconds <= 1e9 { Ok(seconds) } else { Err("longer than 1e9 s".into()) })
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {

@@ -1,8 +1,10 @@
 //! [`Failure`]: why a command failed.
 
+use std::time::Duration;
+
 use serde::Serialize;
 
-use odyn::catalog::CatalogError;
+use odyn::catalog::{CatalogError, Late, Watchdog};
 use odyn::diagnostics::{Diagnostic, Source, codes, render, summary};
 use odyn::results::ResultsError;
 use odyn::session::SessionError;
@@ -76,6 +78,35 @@ impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         Self::new(exit::FILES, Diagnostic::error(codes::CANNOT_WRITE, format!("cannot write the output: {error}")))
     }
+}
+
+/// A call into a library that has taken so long is told, s.
+const TOLD_AFTER: f64 = 10.0;
+
+/// Watches the calls into libraries. With `limit` (s), one that takes longer ends the program: its thread cannot be ended, nor
+/// can results be completed while it may hold them, but those on disk are whole rows. Without, it is told and waited for: an
+/// element that computes for long is not broken, and only the user knows how long that may be.
+pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
+    let patience = Duration::from_secs_f64(limit.unwrap_or(TOLD_AFTER));
+    let told = move |late: &Late| {
+        if limit.is_some() {
+            Failure::new(exit::PLUGIN, late_diagnostic(late, true)).tell(json);
+            std::process::exit(i32::from(exit::PLUGIN));
+        }
+        Failure::new(exit::PLUGIN, late_diagnostic(late, false)).tell(false);
+    };
+    // A system without threads has no watchdog.
+    Watchdog::start(patience, told).ok()
+}
+
+/// What the user is told of a call that does not come back.
+pub(super) fn late_diagnostic(late: &Late, ends: bool) -> Diagnostic {
+    if ends {
+        return Diagnostic::error(codes::PLUGIN_HANGS, late.to_string())
+            .help("ended as --watchdog asks; rows of results up to there are on disk, but for the last moments");
+    }
+    Diagnostic::warning(codes::PLUGIN_HANGS, late.to_string())
+        .help("waiting; Ctrl-C twice ends the program, --watchdog SECONDS does so by itself")
 }
 
 /// A diagnostic for programs.

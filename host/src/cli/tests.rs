@@ -210,3 +210,21 @@ parameters:
         assert_eq!(json["params"][1]["variable"], "t");
     }
 }
+
+#[test]
+fn a_late_call_is_told_with_what_happens_next() {
+    use super::failure::late_diagnostic;
+    let late = odyn::catalog::Late {
+        library: "lib".into(),
+        element: "rod".into(),
+        instance: Some("it".into()),
+        function: "evaluate",
+        seconds: 10.0,
+    };
+    let (waits, ends) = (late_diagnostic(&late, false), late_diagnostic(&late, true));
+    assert_eq!(waits.message, "`it` (lib/rod) has not come back from `evaluate` for 10.0 s");
+    assert!(!waits.is_error() && waits.help[0].starts_with("waiting;"), "{waits:?}");
+    assert!(ends.is_error() && ends.help[0].starts_with("ended as --watchdog asks"), "{ends:?}");
+    assert_eq!(run_args("run s.toml --watchdog 0.5").scene.watchdog, Some(0.5));
+    assert!(Arguments::try_parse_from("odyn run s.toml --watchdog 1e99".split(' ')).is_err());
+}

@@ -330,6 +330,7 @@ impl Elements {
             self.classes.push(Arc::new(class.clone()));
             self.sets.len() - 1
         });
+        self.sets[set].announce(&record.name.value);
         let index = self.sets[set].add(table).map_err(|error| refusal(record, &full_name, error))?;
         let failed = |message: &str| {
             Box::new(

@@ -79,7 +79,11 @@ fn one(g: &mut Graph, node: Node, zero: Node, known: &FxHashMap<Node, Node>) -> 
         }
         Expr::Powi(a, n) => {
             let factor = g.constant(f64::from(n));
-            let power = g.powi(a, n - 1);
+            // There is no power below the least one; a library may send it.
+            let power = match n.checked_sub(1) {
+                Some(below) => g.powi(a, below),
+                None => g.div(node, a),
+            };
             let slope = g.mul(factor, power);
             g.mul(slope, d(a))
         }

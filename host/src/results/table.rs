@@ -1,12 +1,18 @@
 //! [`Table`]: a CSV table of numbers read back.
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::{ResultsError, SUMMARY_FILE};
 
 /// Names of the column of times.
 const TIME_NAMES: [&str; 2] = ["t", "time"];
+
+/// Numbers of a table that are kept, all columns together; 8 bytes each.
+const MOST_NUMBERS: usize = 100_000_000;
+/// Bytes of a file that are read.
+const LONGEST: u64 = 2 << 30;
 
 /// Columns of numbers over times.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,28 +31,43 @@ impl Table {
     /// skipped: a run that is killed may leave a part of one.
     ///
     /// # Errors
-    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake.
+    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake, or a table that is too large
+    /// to be kept (1e8 numbers, 2 GB).
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
-        let mut text = fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        if path.with_file_name(SUMMARY_FILE).exists() {
-            let end = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
-            text.truncate(end);
-        }
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_slice());
+        Self::read_at_most(path, MOST_NUMBERS, LONGEST)
+    }
+
+    /// The same with other bounds on its numbers and bytes.
+    pub(super) fn read_at_most(path: &Path, most: usize, longest: u64) -> Result<Self, ResultsError> {
+        let open = || {
+            let mut file = File::open(path)?;
+            let told = if path.with_file_name(SUMMARY_FILE).exists() { whole_lines(&mut file)? } else { u64::MAX };
+            Ok(file.take(longest.min(told)))
+        };
+        let file = open().map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
+        let cut = file.limit() == longest;
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
         let names: Vec<String> = header.iter().map(str::to_owned).collect();
         let key = key_column(&names).map_err(|reason| not_a_table(path, None, reason))?;
         let mut columns = vec![Vec::new(); names.len()];
         let mut record = csv::StringRecord::new();
+        let mut kept = 0;
         while reader.read_record(&mut record).map_err(|error| csv_error(path, error))? {
             let line = record.position().map(csv::Position::line);
+            kept += names.len();
+            if kept > most {
+                return Err(not_a_table(path, line, format!("it has more than {most:e} numbers")));
+            }
             for ((field, name), column) in record.iter().zip(&names).zip(&mut columns) {
                 let number = field.parse::<f64>();
                 column
                     .push(number.map_err(|_| not_a_table(path, line, format!("`{name}` is `{field}`, not a number")))?);
             }
             check_order(&columns[key]).map_err(|reason| not_a_table(path, line, reason))?;
+        }
+        if cut && reader.get_ref().limit() == 0 {
+            return Err(not_a_table(path, None, format!("it is longer than {longest:e} bytes")));
         }
         let times = columns.remove(key);
         let names = names.into_iter().enumerate().filter(|(k, _)| *k != key).map(|(_, name)| name).collect();
@@ -59,6 +80,25 @@ impl Table {
         let index = self.names.iter().position(|own| own == name)?;
         Some(&self.columns[index])
     }
+}
+
+/// Bytes up to the end of the last line that has one.
+fn whole_lines(file: &mut File) -> io::Result<u64> {
+    let mut block = [0; 4096];
+    let mut end = file.seek(SeekFrom::End(0))?;
+    while end > 0 {
+        let start = end.saturating_sub(block.len() as u64);
+        let part = &mut block[..(end - start) as usize];
+        file.seek(SeekFrom::Start(start))?;
+        file.read_exact(part)?;
+        if let Some(at) = part.iter().rposition(|byte| *byte == b'\n') {
+            end = start + at as u64 + 1;
+            break;
+        }
+        end = start;
+    }
+    file.rewind()?;
+    Ok(end)
 }
 
 /// Which column has the times; the error says what is wrong with the names.

@@ -89,6 +89,7 @@ pub use units::{UnitError, parse_unit};
 
 use crate::diagnostics::{Diagnostic, Source, codes};
 use reader::{NamesTaken, Reader, Record, Scope};
+use std::io::Read;
 use std::path::Path;
 
 /// Keys of a scene.
@@ -107,6 +108,9 @@ const KEYS: &[&str] = &[
     "check",
     "verification",
 ];
+
+/// Longest scene that is read, bytes. Ten thousand bodies with their joints take six million.
+const LONGEST: u64 = 64 << 20;
 
 /// A scene that could not be read: its text and everything that is wrong with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,7 +133,12 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<(Scene, Vec<Diagnosti
             diagnostics: vec![Diagnostic::error(codes::UNREADABLE, message)],
         })
     };
-    let bytes = std::fs::read(path).map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+    file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(unreadable(format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20)));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;

@@ -117,6 +117,20 @@ impl Simulation {
         times.iter().skip(1).map(|time| time.si).filter(|time| *time < end).collect()
     }
 
+    /// Number of [`Simulation::sample_times`], without making them.
+    #[must_use]
+    pub fn sample_count(&self) -> usize {
+        match &self.output {
+            OutputTimes::Times(times) => times.len(),
+            OutputTimes::Step(step) => self.steps(*step) as usize + 1,
+        }
+    }
+
+    /// Whole steps between start and end.
+    fn steps(&self, step: f64) -> u64 {
+        ((self.t_end - self.t_start) / step + 1e-9).floor().min(MOST_SAMPLES) as u64
+    }
+
     /// All times at which results are wanted, ascending. Of a step, the end belongs to them if it is a multiple
     /// to within a billionth of the step.
     pub fn sample_times(&self, units: &UnitSystem) -> Vec<SampleTime> {
@@ -126,10 +140,10 @@ impl Simulation {
                 times.iter().map(|&si| SampleTime { scene: round_to_15_digits(si / unit), si }).collect()
             }
             OutputTimes::Step(step) => {
-                let number = ((self.t_end - self.t_start) / step + 1e-9).floor();
+                let number = self.steps(*step);
                 let start = round_to_15_digits(self.t_start / unit);
                 let step = round_to_15_digits(step / unit);
-                (0..=number.min(MOST_SAMPLES) as u64)
+                (0..=number)
                     .map(|k| {
                         let scene = round_to_15_digits(start + step * k as f64);
                         let si = (scene * unit).clamp(self.t_start, self.t_end);

@@ -12,7 +12,7 @@ use super::error::{Exit, SessionError};
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
 use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
-use crate::catalog::{Catalog, LibraryInfo, SearchPath};
+use crate::catalog::{Catalog, LibraryInfo, SearchPath, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
 use crate::linalg::KktSolver;
@@ -24,6 +24,8 @@ use crate::scene::{Dimension, Override, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
+/// Numbers that results may have, all columns together: they stay in memory during the run, 8 bytes each.
+const MOST_NUMBERS: usize = 100_000_000;
 
 /// What the command line adds to a scene.
 #[derive(Debug, Clone, Default)]
@@ -40,6 +42,8 @@ pub struct RunOptions {
     pub methods: Methods,
     /// Threads for islands that run apart; 0 = as many as the machine has processors. Results do not depend on it.
     pub jobs: usize,
+    /// Who watches the calls into libraries that are loaded.
+    pub watchdog: Option<Watchdog>,
 }
 
 /// A scene ready to run.
@@ -153,6 +157,7 @@ impl Session {
             SessionError { exit, diagnostics, source: Box::new(scene.source.clone()) }
         })?;
         warnings.extend(notes);
+        refuse_endless_results(&scene, &model)?;
         let load_time = started.elapsed().as_secs_f64();
         let compiling = Instant::now();
         let layout = Layout::new(&model);
@@ -240,6 +245,19 @@ fn apart(scene: &Scene) -> Result<bool, SessionError> {
     one_of("islands", scene.simulation.islands.as_ref(), &[("together", false), ("apart", true)], scene)
 }
 
+/// Results that do not fit into memory are refused before anything is computed.
+fn refuse_endless_results(scene: &Scene, model: &Model) -> Result<(), SessionError> {
+    let (samples, columns) = (scene.simulation.sample_count(), model.channels.len() + 1);
+    if samples.saturating_mul(columns) <= MOST_NUMBERS {
+        return Ok(());
+    }
+    let message =
+        format!("{samples} samples of {columns} columns are asked for, at most {MOST_NUMBERS:e} numbers are kept");
+    let diagnostic =
+        Diagnostic::error(codes::OUT_OF_RANGE, message).help("give a longer `output_step`, or fewer outputs");
+    Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
+}
+
 /// What the word of a setting stands for; the first of all where none is given.
 fn one_of<T: Copy>(
     key: &str,
@@ -267,6 +285,9 @@ fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Ca
         Some(folder) => Catalog::new().with_copies_in(folder),
         None => Catalog::new(),
     };
+    if let Some(watchdog) = &options.watchdog {
+        catalog = catalog.watched_by(watchdog.clone());
+    }
     let mut diagnostics = Vec::new();
     for request in &scene.plugins.libraries {
         if let Err(error) = catalog.add(&request.value, &search) {

@@ -38,6 +38,7 @@ fn what_cannot_be_varied_is_said() {
     assert!(message("a=inf:2:3").contains("`inf`"));
     assert!(message("a=1:2:x").contains("`x`"));
     assert!(message("a=1:2:1").contains("two values"));
+    assert!(message("a=1:2:4000000000").contains("at most 1000000"));
     assert!(message("a=1,,2").contains("missing"));
 }
 

@@ -64,6 +64,9 @@ fn pieces(list: &str) -> Vec<String> {
     all.iter().map(|piece| piece.trim().to_string()).collect()
 }
 
+/// Values of a range; each is a run.
+const MOST_VALUES: u32 = 1_000_000;
+
 /// Equidistant values, in the unit of both ends.
 fn range(from: &str, to: &str, count: &str) -> Result<Vec<String>, String> {
     let none = |text: &str| format!("`{text}` does not begin with a number");
@@ -75,6 +78,9 @@ fn range(from: &str, to: &str, count: &str) -> Result<Vec<String>, String> {
     let count: u32 = count.parse().map_err(|_| format!("`{count}` is no number of values"))?;
     if count < 2 {
         return Err("a range has two values at least".into());
+    }
+    if count > MOST_VALUES {
+        return Err(format!("{count} values are asked for, at most {MOST_VALUES} are possible"));
     }
     let steps = f64::from(count - 1);
     let value = |k: u32| match k {

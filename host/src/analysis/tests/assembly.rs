@@ -245,6 +245,7 @@ fn velocities_that_fit_are_taken_as_they_are() {
     assert_eq!(as_asked(&rows, &model, &solved.working), Some(vec![0.0; layout.velocities()]));
 }
 
+#[test]
 fn velocities_that_contradict_each_other_are_refused_with_their_rows() {
     // A rod of 1 m between two posts, one of which is driven away along the rod.
     let text = "[[body]]\nname = \"rod\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\

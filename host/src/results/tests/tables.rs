@@ -223,3 +223,15 @@ fn every_status_has_its_word_in_the_summary() {
     let words = statuses.map(|status| serde_json::to_value(status).unwrap());
     assert_eq!(words, ["running", "completed", "stopped_early", "failed"].map(serde_json::Value::from));
 }
+
+/// The real bounds are a gigabyte.
+#[test]
+fn tables_that_do_not_fit_into_memory_are_refused() {
+    let scratch = Scratch::new("large-tables");
+    let path = scratch.0.join("table.csv");
+    fs::write(&path, "t,x\n0,1\n1,2\n2,3\n").unwrap();
+    assert_eq!(Table::read_at_most(&path, 6, 19).unwrap().times.len(), 3);
+    let message = |most, longest| Table::read_at_most(&path, most, longest).unwrap_err().to_string();
+    assert!(message(5, 100).contains("more than 5e0 numbers"), "{}", message(5, 100));
+    assert!(message(6, 12).contains("longer than"), "{}", message(6, 12));
+}

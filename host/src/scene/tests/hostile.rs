@@ -141,6 +141,11 @@ fn files_that_cannot_be_read_are_named() {
     assert_eq!(rejected.codes(), [codes::UNREADABLE]);
     assert!(rejected.diagnostics[0].message.contains("line 2"));
     assert!(read(&folder, &[]).is_err());
+    let endless = folder.join("endless.toml");
+    let file = std::fs::File::create(&endless).and_then(|file| file.set_len(1 << 34));
+    file.expect("a file of zeros, none of which is written");
+    let rejected = read(&endless, &[]).expect_err("16 GB");
+    assert!(rejected.diagnostics[0].message.contains("longer than 64 MB"), "{:?}", rejected.diagnostics);
     let good = folder.join("good.toml");
     std::fs::write(&good, SIMULATION).expect("a file for the test");
     let (scene, _) = read(&good, &[]).expect("a good scene");
