@@ -39,7 +39,7 @@ impl Element for Brake {
         Ok(Self { fastest: 0.0 })
     }
     fn accept(&mut self, at: &Motion<'_, f64>) {
-        self.fastest = self.fastest.max(length(at.twists()[0].velocity));
+        self.fastest = self.fastest.max(length(at.twists[0].velocity));
     }
     fn save(&self) -> Vec<u8> {
         self.fastest.to_le_bytes().to_vec()
@@ -55,7 +55,7 @@ impl Force for Brake {
     const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("fastest", "m/s", "so far")];
     // Smoothed from zero, so that what is remembered does not switch the force.
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
-        out.force(0, at.twists()[0].velocity * S::from(-0.02 / (1.0 + self.fastest)));
+        out.force(0, at.twists[0].velocity * S::from(-0.02 / (1.0 + self.fastest)));
     }
     fn channels<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Values<'_, S>) {
         out.push(S::from(self.fastest));

@@ -24,7 +24,7 @@ pub struct Audit {
     /// Work done so far by everything without a potential, J; dissipation counts negative.
     pub work: f64,
     /// Part of it that elements turned into heat, J, as far as they tell; not negative. Where other work is done as well, summed
-    /// up over the steps by parabolas: some three digits.
+    /// up over the steps by parabolas, to a percent or better.
     pub dissipated: f64,
     /// All other work, J, by drives and loads: `work` + `dissipated`.
     pub work_in: f64,
