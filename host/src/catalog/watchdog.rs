@@ -165,7 +165,7 @@ impl Post {
     fn look(&self, patience: Duration) -> Option<Late> {
         let calls = self.calls.load(Ordering::Acquire);
         let mut seen = lock(&self.seen);
-        if calls % 2 == 0 || calls != seen.calls {
+        if calls.is_multiple_of(2) || calls != seen.calls {
             *seen = Seen { calls, since: Instant::now(), told: 0 };
             return None;
         }
