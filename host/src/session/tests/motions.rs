@@ -184,7 +184,6 @@ fn drives_that_come_to_contradict_each_other_stop_the_run() {
         "method = \"dop853\"; formulation = \"cartesian\"",
         "method = \"dop853\"; formulation = \"cartesian\"; without = [\"planar\"]",
         "method = \"dop853\"; without = [\"row-choice\"]",
-        "engine = \"reference\"; method = \"dop853\"",
     ];
     for keys in kinds {
         // Alike in angle, speed and acceleration at the start; 0.1 t^3 apart.
