@@ -11,12 +11,9 @@ use odyn::stress::{Outcome, Settings, Suite, run};
 use crate::support::{kept, root};
 
 /// What is known to fail: bounds stay as they should be, and this list gets shorter. A trial of it that passes fails the test.
-const KNOWN: [&str; 3] = [
-    // Started next to a singular position or in one.
+const KNOWN: [&str; 1] = [
+    // Started next to a singular position.
     "start-nearer-singular",
-    "start-singular",
-    // Redundant rows that come to contradict each other are not looked at again.
-    "motors-apart",
 ];
 
 /// Trials whose work is pinned, one of each kind of difficulty.

@@ -442,11 +442,14 @@ pub(super) fn as_asked(rows: &Constraints, model: &Model, state: &[f64]) -> Opti
             _ => return None,
         }
     }
-    let (mut off, mut size) = (rows.function(0).to_vec(), vec![0.0; rows.structure.m]);
-    size.iter_mut().zip(&off).for_each(|(size, time)| *size = time.abs());
+    // Round-off of a component is that of the largest one of its kind.
+    let mut largest = [0.0_f64; 2];
+    v.iter().enumerate().for_each(|(k, v)| largest[k % 6 / 3] = largest[k % 6 / 3].max(v.abs()));
+    let mut off = rows.function(0).to_vec();
+    let mut size: Vec<f64> = off.iter().map(|time| time.abs()).collect();
     for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
         off[*row] += slope * v[*column];
-        size[*row] += (slope * v[*column]).abs();
+        size[*row] += slope.abs() * largest[column % 6 / 3];
     }
     off.iter().zip(&size).all(|(off, size)| off.abs() <= AS_ASKED * size).then_some(v)
 }
