@@ -116,7 +116,7 @@ Examples:
   odyn stress bennett doors
   odyn stress --suite my-suite.toml --plugin target/release -o results/my-manual
 
-The short form takes about half a minute, the full one some minutes. The exit code is 7 if a bound is broken or anything else is
+The short form takes some seconds, the full one some minutes. The exit code is 7 if a bound is broken or anything else is
 not as expected.")]
     Stress(StressArgs),
     /// Measure error against time and work, for all methods and tolerances, and draw the curves

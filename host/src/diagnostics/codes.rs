@@ -178,6 +178,8 @@ pub const REDUNDANT_CONSTRAINTS: Code = "ODY0505";
 pub const REACTIONS_NOT_UNIQUE: Code = "ODY0506";
 /// The motion is not determined by masses and joints.
 pub const SINGULAR_MASS: Code = "ODY0507";
+/// Positions are known less exactly than the tolerance asks for.
+pub const FAR_FROM_ORIGIN: Code = "ODY0508";
 
 /// The step had to become too small.
 pub const STEP_TOO_SMALL: Code = "ODY0601";
@@ -302,6 +304,7 @@ pub const TABLE: &[Explanation] = &[
     entry(REDUNDANT_CONSTRAINTS, "redundant joint equations", "Some joint equations follow from others, which is normal for planar mechanisms with spatial joints. The motion is not affected."),
     entry(REACTIONS_NOT_UNIQUE, "reactions are not unique", "Redundant joints share a load in a way that rigid bodies don't determine. Sums over the joints are unique. Use a joint with fewer constraints, or a bushing."),
     entry(SINGULAR_MASS, "the motion is not determined", "A direction of motion has neither mass nor a joint. Give the body a mass, or fix it."),
+    entry(FAR_FROM_ORIGIN, "far from the origin", "Numbers have 16 digits. A machine of 0.1 m that stands 1000 km from the origin leaves 9 of them for its motion, and errors below that cannot be had; in Cartesian coordinates the integrator takes many small steps in search of them. Put the origin near the machine, or raise the tolerance."),
 
     entry(STEP_TOO_SMALL, "step too small", "The equations change faster than any sensible step: a stop without compliance, a discontinuous table, an unstable parameter. Results up to this time are kept. Try a stiff method, or look at the element named."),
     entry(MOTION_NOT_FINITE, "value not finite", "A position, velocity or force became infinite or undefined. Results up to this time are kept."),

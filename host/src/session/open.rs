@@ -11,6 +11,7 @@ use super::checkpoint::{Checkpoint, Origin};
 use super::error::{Exit, SessionError};
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
+use super::run::DEFAULT_TOLERANCE;
 use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, SearchPath, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
@@ -24,6 +25,10 @@ use crate::scene::{Dimension, Override, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
+/// Ratio of pivots below which constraints of full rank may be next to a singular position.
+const NEAR: f64 = 0.01;
+/// They are if the ratio is below this share of what it is where the motion goes.
+const NEAR_SHARE: f64 = 0.5;
 /// Numbers that results may have, all columns together: they stay in memory during the run, 8 bytes each.
 const MOST_NUMBERS: usize = 100_000_000;
 
@@ -62,7 +67,7 @@ pub struct Session {
     pub plan: Plan,
     /// The start.
     pub assembly: Assembly,
-    /// Where the start is a singular position: time and state of the place ahead where ranks were found.
+    /// Where the start is a singular position, or next to one: time and state of the place ahead where ranks were found.
     pub(super) ahead: Option<(f64, Assembly)>,
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
@@ -169,11 +174,14 @@ impl Session {
             None => assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?,
         };
         warnings.extend(assembly_warnings(&assembly, &scene)?);
+        warnings.extend(distance_warning(&assembly, &scene, &model));
         let mut start_health = 0.0;
         let t = scene.simulation.t_start;
         let mut plan = decide(&scene, &model, &equations, &layout, (t, &assembly), &mut start_health)?;
         let mut ahead = None;
-        if pruning.row_choice && !plan.redundant_rows.is_empty() {
+        // Trees whose rows are beyond doubt have no ratio.
+        let near = (f64::MIN_POSITIVE..NEAR).contains(&plan.health.smallest_pivot_ratio);
+        if pruning.row_choice && (near || !plan.redundant_rows.is_empty()) {
             let duration = scene.simulation.t_end - t;
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
                 .map_err(|error| refuse(error.into()))?;
@@ -181,8 +189,11 @@ impl Session {
         if let Some((t, place)) = &ahead {
             let mut health = 0.0;
             let other = decide(&scene, &model, &equations, &layout, (*t, place), &mut health)?;
-            // More rows depend on each other in a singular position than where the motion goes.
-            if other.health.rank > plan.health.rank {
+            // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
+            let ratio = plan.health.smallest_pivot_ratio;
+            let nearly =
+                other.health.rank == plan.health.rank && ratio < NEAR_SHARE * other.health.smallest_pivot_ratio;
+            if other.health.rank > plan.health.rank || nearly {
                 (plan, start_health) = (other, health);
             } else {
                 ahead = None;
@@ -456,6 +467,30 @@ fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnosti
         );
     }
     Ok(warnings)
+}
+
+/// The body furthest from the origin, if its position is known less exactly than the tolerance asks for.
+fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model) -> Option<Diagnostic> {
+    let norm = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let distances = assembly.working.chunks_exact(13).map(|y| norm(&y[..3]));
+    let (distance, body) = distances.zip(&model.bodies).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let tolerance = scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    let (length, unknown) = (assembly.scales.length, distance * f64::EPSILON);
+    if unknown <= tolerance * length {
+        return None;
+    }
+    let number = |value: f64| significant(value / scene.units.factor(Dimension::LENGTH), 3);
+    let label = scene.units.label(Dimension::LENGTH);
+    let message = format!("`{}` is too far from the origin for a tolerance of {tolerance:e}", body.name);
+    let text = format!(
+        "{} {label} away, where numbers are {} {label} apart; the scene is {} {label} large",
+        number(distance),
+        number(unknown),
+        number(length)
+    );
+    let help = format!("put the origin near the bodies, or raise `tolerance` to {:.0e}", unknown / length * 2.0);
+    let diagnostic = Diagnostic::warning(codes::FAR_FROM_ORIGIN, message).at(place_of_body(scene, &body.name), text);
+    Some(diagnostic.help(help))
 }
 
 /// Elements that depend on reactions which redundant rows leave open.
