@@ -69,7 +69,8 @@ impl From<ResultsError> for Failure {
 
 impl From<CatalogError> for Failure {
     fn from(error: CatalogError) -> Self {
-        Self::new(exit::PLUGIN, error.diagnostic())
+        let exit = if matches!(error, CatalogError::Files { .. }) { exit::FILES } else { exit::PLUGIN };
+        Self::new(exit, error.diagnostic())
     }
 }
 

@@ -163,6 +163,16 @@ pub const DEBUG_PLUGIN: Code = "ODY0410";
 pub const PLUGIN_MISBEHAVED: Code = "ODY0411";
 /// A call into a plugin that does not come back.
 pub const PLUGIN_HANGS: Code = "ODY0412";
+/// Libraries of this name, but none of the version asked for.
+pub const PLUGIN_VERSION: Code = "ODY0420";
+/// A library with another content than asked for.
+pub const PLUGIN_CONTENT: Code = "ODY0421";
+/// Several libraries of one name, of which the first was taken.
+pub const PASSED_OVER: Code = "ODY0422";
+/// A package of a library that cannot be used.
+pub const BAD_PACKAGE: Code = "ODY0423";
+/// A library that is installed already, or not at all.
+pub const INSTALLATION: Code = "ODY0424";
 
 /// No position satisfies all joints.
 pub const CANNOT_ASSEMBLE: Code = "ODY0501";
@@ -284,7 +294,7 @@ pub const TABLE: &[Explanation] = &[
          that depends on unique components only.",
     ),
 
-    entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, `ODYN_PLUGIN_PATH`, the configuration and the folder of the executable. In the source tree, `cargo build` builds the standard libraries."),
+    entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries."),
     entry(NOT_A_LIBRARY, "not a library for this machine", "The file is truncated, or made for another system or processor. Build or copy it again."),
     entry(NO_MANIFEST, "not an O-DYN plugin", "The library has no manifest. A plugin exports one with `export_plugin!`."),
     entry(ABI_VERSION, "plugin of another interface version", "The library was built against another version of the plugin interface. Build it again with the `element-api` of this host."),
@@ -296,6 +306,11 @@ pub const TABLE: &[Explanation] = &[
     entry(DEBUG_PLUGIN, "plugin without optimisation", "The library is a debug build; its opaque elements are up to a hundred times slower. Build it with `--release`."),
     entry(PLUGIN_MISBEHAVED, "plugin answered something impossible", "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin."),
     entry(PLUGIN_HANGS, "plugin does not come back", "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time."),
+    entry(PLUGIN_VERSION, "no library of this version", "There are libraries of this name, but none of a version that the scene is pinned to. Install one with `odyn plugin add FILE`, or change the pin. `version = \"1.2\"` means 1.2.0 up to, but not, 2.0.0; `\"=1.2.3\"` is exact."),
+    entry(PLUGIN_CONTENT, "library with another content", "The file of the library is not the one that the scene's `sha256` asks for, or not the one that was installed. Nothing of it was run. `odyn plugin verify` tells which installed files were changed; another build of the same source has another hash, too."),
+    entry(PASSED_OVER, "several libraries of one name", "Different libraries answer to this name. The first place of the search order was taken: command line, scene, project, ODYN_PLUGIN_PATH, user, program. To be sure which one it is, pin it: `{ name = \"acme-wobble\", version = \"^1.2\", sha256 = \"...\" }`; `odyn plugin list --pins` prints such lines."),
+    entry(BAD_PACKAGE, "package that cannot be used", "The file is not a package of a library, damaged, changed, for another machine, or holds what no package may hold (links, names that lead out of its folder, too much). Nothing of it was installed or run."),
+    entry(INSTALLATION, "installed already, or not at all", "`odyn plugin add` never replaces a version by another build of it: remove the old one first. `odyn plugin remove NAME@VERSION` needs the version where several are installed, and `--project DIR` for those of a project."),
 
     entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. Check points, axes and initial positions of the joints with the largest remaining gap, which the message names."),
     entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints."),

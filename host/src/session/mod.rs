@@ -10,6 +10,7 @@
 //! | file | content |
 //! |---|---|
 //! | `open.rs` | everything before time starts |
+//! | `libraries.rs` | which libraries a scene asks for, and where they are looked for |
 //! | `formulation.rs` | which coordinates the equations of motion are written in |
 //! | `begin.rs` | a run that lacks nothing but its steps |
 //! | `run.rs` | from the start to results |
@@ -24,6 +25,7 @@
 //! | `sharper.rs` | the same run at a tenth of the tolerance |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
+//! | `watch.rs` | whether the files that a run depends on have changed |
 //! | `error.rs` | why there is no result |
 
 mod apart;
@@ -34,6 +36,7 @@ mod checks;
 mod error;
 mod formulation;
 mod islands;
+mod libraries;
 mod open;
 mod prune;
 mod report;
@@ -42,6 +45,8 @@ mod run;
 mod sharper;
 mod simulation;
 mod tier;
+#[cfg(feature = "abi")]
+mod watch;
 
 #[cfg(test)]
 mod tests;
@@ -51,9 +56,12 @@ pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
+pub use libraries::{requests, search_path};
 pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
 pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};
+#[cfg(feature = "abi")]
+pub use watch::Watched;

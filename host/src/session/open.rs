@@ -9,11 +9,12 @@ use nalgebra::Matrix3;
 use super::chain::Stretch;
 use super::checkpoint::{Checkpoint, Origin};
 use super::error::{Exit, SessionError};
+use super::libraries::load_libraries;
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
 use super::run::DEFAULT_TOLERANCE;
 use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
-use crate::catalog::{Catalog, LibraryInfo, SearchPath, Watchdog};
+use crate::catalog::{Catalog, LibraryInfo, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
 use crate::linalg::KktSolver;
@@ -285,41 +286,6 @@ fn one_of<T: Copy>(
         .at(word.span.clone(), "unknown")
         .help(format!("known are {}", names.join(", ")));
     Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
-}
-
-/// The catalog of the libraries that a scene and the command line name.
-fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
-    let base = path.parent().unwrap_or(Path::new(""));
-    let scene_folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|p| base.join(&p.value)).collect();
-    let search = SearchPath::standard(&options.plugins, &scene_folders);
-    let mut catalog = match &options.library_copies {
-        Some(folder) => Catalog::new().with_copies_in(folder),
-        None => Catalog::new(),
-    };
-    if let Some(watchdog) = &options.watchdog {
-        catalog = catalog.watched_by(watchdog.clone());
-    }
-    let mut diagnostics = Vec::new();
-    for request in &scene.plugins.libraries {
-        if let Err(error) = catalog.add(&request.value, &search) {
-            let mut diagnostic =
-                Diagnostic::error(error.code(), error.to_string()).at(request.span.clone(), "asked for here");
-            for line in error.help() {
-                diagnostic = diagnostic.help(line);
-            }
-            diagnostics.push(diagnostic);
-        }
-    }
-    // A file named on the command line is wanted even if the scene does not name its library.
-    for file in options.plugins.iter().filter(|path| path.is_file()) {
-        if let Err(error) = catalog.add(&file.display().to_string(), &search) {
-            diagnostics.push(error.diagnostic());
-        }
-    }
-    if diagnostics.is_empty() {
-        return Ok(catalog);
-    }
-    Err(SessionError { exit: Exit::Plugin, diagnostics, source: Box::new(scene.source.clone()) })
 }
 
 /// Decides what to compute, from the numbers at a time and assembled position.

@@ -49,6 +49,8 @@ impl Scratch {
     pub fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_odyn"));
         command.args(line.split_whitespace()).current_dir(&self.0).env_remove("ODYN_PLUGIN_PATH");
+        // What this user has installed is of no concern here.
+        command.env("XDG_DATA_HOME", self.0.join("data"));
         command
     }
 
