@@ -55,7 +55,7 @@ fn troubles() -> Vec<(&'static str, String, Vec<Remedy>)> {
         ("a rate that switches once", with_state("", "relay", "after = 2"), vec![Remedy::Event]),
         (
             "a rate that switches to and fro",
-            with_state("", "relay", "after = -1"),
+            with_state("max_steps = 2000", "relay", "after = -1"),
             vec![Remedy::Event, Remedy::Chatter],
         ),
         ("a parallelogram that becomes flat", four_bar("", 2.5), singular.to_vec()),
