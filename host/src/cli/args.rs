@@ -145,11 +145,12 @@ Examples:
   odyn compare results/compressor/results.csv tests/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
     Compare(CompareArgs),
-    /// Explain a message by its code
+    /// Explain a message by its code, or a remedy of a run's report by its name
     #[command(after_help = "\
 Examples:
   odyn explain ODY0203
-  odyn explain          (all codes)")]
+  odyn explain rank-safe
+  odyn explain          (all codes and remedies)")]
     Explain(ExplainArgs),
 }
 
@@ -468,7 +469,7 @@ pub(super) struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
-    /// Code of a message, such as ODY0203; all codes if left out
+    /// Code of a message, such as ODY0203, or name of a remedy, such as rank-safe; all if left out
     pub(super) code: Option<String>,
 }
 

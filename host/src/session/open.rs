@@ -13,7 +13,7 @@ use super::libraries::load_libraries;
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
 use super::run::DEFAULT_TOLERANCE;
-use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
+use crate::analysis::{self, Assembly, AssemblyError, Constraints, Gap, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
@@ -336,36 +336,60 @@ pub(super) fn decide(
     .map_err(|e| broken(&e))
 }
 
+/// Joints that are named where they contradict each other.
+const MOST_JOINTS: usize = 12;
+
 fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
-    let (rows, code, message, dimension, help) = match error {
-        AssemblyError::Impossible { rows } => (
-            rows,
-            codes::CANNOT_ASSEMBLE,
-            "the joints cannot be assembled",
-            Dimension::LENGTH,
-            [
-                "no position of the bodies near the given one meets all joints: check lengths, points and axes",
-                "positions may be rough, but the loop must be able to close",
-            ],
-        ),
-        AssemblyError::Contradiction { rows } => (
-            rows,
-            codes::CONFLICTING_CONSTRAINTS,
-            "the joints ask for velocities that contradict each other",
-            Dimension::VELOCITY,
-            [
-                "at this position, what is driven cannot move as it is told without breaking another joint",
-                "take one of them away, or drive what the others leave free",
-            ],
-        ),
+    match error {
+        AssemblyError::Impossible { rows } => impossible(rows, scene),
+        AssemblyError::Contradiction { rows } => contradiction(rows, scene),
         AssemblyError::Analysis(error) => {
             let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
-            return SessionError::one(Exit::Assembly, &scene.source, diagnostic);
+            SessionError::one(Exit::Assembly, &scene.source, diagnostic)
         }
+    }
+}
+
+/// Joints that no position meets, each with the rows that contradict others.
+fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
+    let size = |gap: &Gap| {
+        let dimension = if gap.angular { Dimension::ANGLE } else { Dimension::LENGTH };
+        format!("{} {}", significant(gap.size / scene.units.factor(dimension), 4), scene.units.label(dimension))
     };
-    let unit = scene.units.factor(dimension);
-    let label = scene.units.label(dimension);
-    let mut diagnostic = Diagnostic::error(code, message);
+    // Worst first, and so are the joints.
+    let mut joints: Vec<(&str, Vec<String>)> = Vec::new();
+    for gap in gaps {
+        let text = format!("row `{}` misses by {}", gap.row, size(gap));
+        match joints.iter_mut().find(|(joint, _)| *joint == gap.joint) {
+            Some((_, texts)) => texts.push(text),
+            None => joints.push((&gap.joint, vec![text])),
+        }
+    }
+    let names: Vec<String> = joints.iter().take(MOST_JOINTS).map(|(joint, _)| format!("`{joint}`")).collect();
+    let more = match joints.len().saturating_sub(MOST_JOINTS) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let verb = if joints.len() == 1 { "cannot be met" } else { "contradict each other" };
+    let message = format!("the joints cannot be assembled: {}{more} {verb}", names.join(", "));
+    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
+    for (k, (joint, texts)) in joints.iter().take(MOST_JOINTS).enumerate() {
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == *joint) else { continue };
+        let (span, text) = (record.name.span.clone(), texts.join(", "));
+        diagnostic = if k == 0 { diagnostic.at(span, text) } else { diagnostic.context(span, text) };
+    }
+    let diagnostic = diagnostic
+        .help("the gaps are those where the bodies miss least; other joints are not part of the conflict")
+        .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+}
+
+/// Joints whose velocities cannot all be had.
+fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
+    let unit = scene.units.factor(Dimension::VELOCITY);
+    let label = scene.units.label(Dimension::VELOCITY);
+    let message = "the joints ask for velocities that contradict each other";
+    let mut diagnostic = Diagnostic::error(codes::CONFLICTING_CONSTRAINTS, message);
     let mut seen: Vec<&str> = Vec::new();
     for (name, off) in rows {
         let joint = name.split(':').next().unwrap_or(name);
@@ -382,7 +406,10 @@ fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
         };
         seen.push(joint);
     }
-    SessionError::one(Exit::Assembly, &scene.source, diagnostic.help(help[0]).help(help[1]))
+    let diagnostic = diagnostic
+        .help("at this position, what is driven cannot move as it is told without breaking another joint")
+        .help("take one of them away, or drive what the others leave free");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
 }
 
 /// What assembly had to change; an error when a body jumped.

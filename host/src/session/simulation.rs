@@ -153,6 +153,8 @@ pub struct Simulation<'a> {
     audit: Audit,
     /// Accepted states so far.
     watched: u64,
+    /// States refused because rows that were left out do not hold there.
+    contradictions: u64,
     /// Violations are looked at in one of so many.
     period: u64,
     /// Bodies without rotation.
@@ -227,6 +229,7 @@ impl<'a> Simulation<'a> {
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
             watched: 0,
+            contradictions: 0,
             particles: particles(model),
             sample_state: Vec::new(),
             observed: Vec::with_capacity(layout.inputs()),
@@ -385,6 +388,7 @@ impl<'a> Simulation<'a> {
         let (evaluations, factorisations) = self.second_order.as_ref().map_or((0, 0), SecondOrderForm::work);
         counters.evaluations += evaluations;
         counters.factorisations += factorisations;
+        counters.contradictions = self.contradictions;
         counters
     }
 
@@ -489,6 +493,7 @@ impl<'a> Simulation<'a> {
             }
         });
         off.truncate(MOST_NAMED);
+        self.contradictions += 1;
         Err(AnalysisError::Contradiction { what: off.join(", "), violation: worst / length })
     }
 
@@ -604,6 +609,7 @@ fn failure(error: AnalysisError) -> Failure {
         | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
             Failure::Fatal(Box::new(error))
         }
+        AnalysisError::NotFinite { .. } => Failure::NotFinite(Box::new(error)),
         _ => Failure::Recoverable(Box::new(error)),
     }
 }

@@ -87,8 +87,8 @@ fn a_run_that_is_resumed_gives_the_same_bytes_and_counters() {
         );
         let (mut a, mut b) = (resumed.summary, whole.summary);
         let counts = |summary: &mut crate::results::Summary| {
-            let all = summary.counts().map(|(name, count)| (name, *count));
-            all.into_iter().filter(|(name, _)| *name != "machine_code_programs").collect::<Vec<_>>()
+            let all = summary.counts().into_iter().map(|(name, count)| (name, *count));
+            all.filter(|(name, _)| *name != "machine_code_programs").collect::<Vec<_>>()
         };
         // When programs are compiled depends on the work to come, not the results.
         let (a_counts, b_counts) = (counts(&mut a), counts(&mut b));
