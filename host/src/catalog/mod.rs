@@ -11,6 +11,8 @@
 //!
 //! Without the feature `abi` a catalog holds linked-in libraries only.
 
+#[cfg(all(unix, feature = "cli"))]
+mod crash;
 mod error;
 #[cfg(feature = "abi")]
 mod file;
@@ -34,6 +36,8 @@ use element_api::set::ElementClass;
 
 use crate::diagnostics::{Diagnostic, suggest};
 
+#[cfg(all(unix, feature = "cli"))]
+pub use crash::tell_crashes;
 pub use element_api::manifest::Manifest;
 pub use error::CatalogError;
 #[cfg(feature = "abi")]
