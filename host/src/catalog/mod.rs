@@ -20,6 +20,8 @@
 
 #[cfg(feature = "abi")]
 mod archive;
+#[cfg(all(unix, feature = "cli"))]
+mod crash;
 mod error;
 #[cfg(feature = "abi")]
 mod file;
@@ -50,6 +52,8 @@ use crate::diagnostics::{Diagnostic, suggest};
 
 #[cfg(feature = "abi")]
 pub use archive::Package;
+#[cfg(all(unix, feature = "cli"))]
+pub use crash::tell_crashes;
 pub use element_api::manifest::Manifest;
 pub use error::CatalogError;
 #[cfg(feature = "abi")]

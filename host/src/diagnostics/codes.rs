@@ -173,6 +173,8 @@ pub const PASSED_OVER: Code = "ODY0422";
 pub const BAD_PACKAGE: Code = "ODY0423";
 /// A library that is installed already, or not at all.
 pub const INSTALLATION: Code = "ODY0424";
+/// A plugin whose code ended the process.
+pub const PLUGIN_CRASHED: Code = "ODY0430";
 
 /// No position satisfies all joints.
 pub const CANNOT_ASSEMBLE: Code = "ODY0501";
@@ -311,6 +313,7 @@ pub const TABLE: &[Explanation] = &[
     entry(PASSED_OVER, "several libraries of one name", "Different libraries answer to this name. The first place of the search order was taken: command line, scene, project, ODYN_PLUGIN_PATH, user, program. To be sure which one it is, pin it: `{ name = \"acme-wobble\", version = \"^1.2\", sha256 = \"...\" }`; `odyn plugin list --pins` prints such lines."),
     entry(BAD_PACKAGE, "package that cannot be used", "The file is not a package of a library, damaged, changed, for another machine, or holds what no package may hold (links, names that lead out of its folder, too much). Nothing of it was installed or run."),
     entry(INSTALLATION, "installed already, or not at all", "`odyn plugin add` never replaces a version by another build of it: remove the old one first. `odyn plugin remove NAME@VERSION` needs the version where several are installed, and `--project DIR` for those of a project."),
+    entry(PLUGIN_CRASHED, "plugin crashed", "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin."),
 
     entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. The message names the joints that contradict each other, and by how much each of their rows misses where the bodies miss least (least squares); joints that are not named can be met. Change a length, a point or an axis of one of those named, or take one away."),
     entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints."),

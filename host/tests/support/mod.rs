@@ -30,6 +30,18 @@ take = "peak"
 published = 3
 "#;
 
+/// The root of the source tree.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
+
+/// A folder below `target` that outlives the tests.
+pub fn kept(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
 /// A folder of its own for each test, removed at the end.
 pub struct Scratch(pub PathBuf);
 
