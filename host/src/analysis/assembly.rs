@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::conflict::{Gap, Measure, conflict};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
-use super::scales::Scales;
+use super::scales::{CONTRADICTION, Scales};
 use super::working::{BODY_STATES, clusters, move_body};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
@@ -23,8 +23,6 @@ const VELOCITY_MISS: f64 = 1e-9;
 /// Velocities that miss the rows by at most this share of what these are made of meet them but for round-off.
 const AS_ASKED: f64 = 1e-12;
 
-/// Share of the largest velocity that joints ask for by which one of them may be missed.
-const CONTRADICTION: f64 = 1e-6;
 /// How far along the velocities [`ahead`] looks, rad or lengths of the scene; the first place that can be assembled counts.
 const AHEAD: [f64; 4] = [0.4, 0.2, 0.1, 0.05];
 /// Moves in the whole time of a simulation, on the same scale, that are none.

@@ -16,6 +16,10 @@ use crate::plan::Layout;
 const MOST_STEPS: usize = 200;
 /// Iterations for a step.
 const MOST_ITERATIONS: usize = 2000;
+/// Products of entries beyond which large scenes get fewer steps, some seconds; there more rows than contradict each other may
+/// still have a gap.
+const MOST_WORK: usize = 1_000_000_000;
+const FEWEST_STEPS: usize = 5;
 /// Relative decrease of the sum of squares at which it counts as smallest.
 const SMALLEST: f64 = 1e-14;
 /// Rows with more than this share of the largest gap contradict each other.
@@ -126,38 +130,42 @@ pub(super) fn conflict(
         rows.function(0).iter().zip(&weights).map(|(value, weight)| value * weight).collect()
     };
     let mut gaps = weighted(rows);
-    let (mut best, mut damping) = (square(&gaps), 1e-3);
-    for _ in 0..MOST_STEPS {
+    // Unknowns are displacements, rotations taken on the length.
+    let weighted_slopes = |rows: &Constraints| -> Vec<(usize, usize, f64)> {
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
-        // Unknowns are displacements, rotations taken on the length.
-        let slope = |((row, column), slope): (&(usize, usize), &f64)| {
-            (*row, *column, slope * weights[*row] / if column % 6 < 3 { 1.0 } else { length })
-        };
-        let slopes: Vec<(usize, usize, f64)> = entries.map(slope).collect();
-        let mut improved = None;
-        while improved.is_none() && damping < 1e8 {
-            let mut step = least_squares(&slopes, &gaps, layout.velocities(), damping);
-            let longest = step.iter().fold(0.0_f64, |most, d| most.max(d.abs())) / (LONGEST * length);
-            step.iter_mut().for_each(|d| *d /= longest.max(1.0));
-            let mut trial = state.clone();
-            for (body, d) in step.chunks_exact(6).enumerate() {
-                let d = [d[0], d[1], d[2], d[3] / length, d[4] / length, d[5] / length];
-                move_body(&mut trial[BODY_STATES * body..BODY_STATES * body + 7], &d);
-            }
-            load(layout, t, &trial, inputs);
-            rows.evaluate(inputs, &model.sets)?;
-            let found = weighted(rows);
-            let sum = square(&found);
-            if sum <= best {
-                improved = Some(best - sum);
-                (state, gaps, best) = (trial, found, sum);
-                damping = (0.1 * damping).max(1e-12);
-            } else {
-                damping *= 10.0;
-            }
+        let scale = |column: usize| if column % 6 < 3 { 1.0 } else { length };
+        entries.map(|((row, column), slope)| (*row, *column, slope * weights[*row] / scale(*column))).collect()
+    };
+    let mut slopes = weighted_slopes(rows);
+    let iterations = MOST_ITERATIONS.min(4 * layout.velocities());
+    let affordable = (MOST_WORK / (slopes.len() * iterations).max(1)).max(FEWEST_STEPS);
+    let (mut best, mut damping) = (square(&gaps), 1e-3);
+    for _ in 0..MOST_STEPS.min(affordable) {
+        let mut step = least_squares(&slopes, &gaps, layout.velocities(), damping, iterations);
+        let longest = step.iter().fold(0.0_f64, |most, d| most.max(d.abs())) / (LONGEST * length);
+        step.iter_mut().for_each(|d| *d /= longest.max(1.0));
+        let mut trial = state.clone();
+        for (body, d) in step.chunks_exact(6).enumerate() {
+            let d = [d[0], d[1], d[2], d[3] / length, d[4] / length, d[5] / length];
+            move_body(&mut trial[BODY_STATES * body..BODY_STATES * body + 7], &d);
         }
-        if improved.is_none_or(|by| by <= SMALLEST * best) {
-            break;
+        load(layout, t, &trial, inputs);
+        rows.evaluate(inputs, &model.sets)?;
+        let found = weighted(rows);
+        let sum = square(&found);
+        if sum <= best {
+            let gain = best - sum;
+            (state, gaps, best) = (trial, found, sum);
+            slopes = weighted_slopes(rows);
+            damping = (0.1 * damping).max(1e-12);
+            if gain <= SMALLEST * best {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e8 {
+                break;
+            }
         }
     }
     load(layout, t, &state, inputs);
@@ -171,8 +179,9 @@ fn square(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum()
 }
 
-/// The `d` that makes `|J d + r|^2 + damping |d|^2` smallest; `slopes` are the entries of `J`, `n` the length of `d`.
-fn least_squares(slopes: &[(usize, usize, f64)], r: &[f64], n: usize, damping: f64) -> Vec<f64> {
+/// The `d` that makes `|J d + r|^2 + damping |d|^2` smallest; `slopes` are the entries of `J`, `n` is the length of `d`, `most`
+/// how many iterations there may be.
+fn least_squares(slopes: &[(usize, usize, f64)], r: &[f64], n: usize, damping: f64, most: usize) -> Vec<f64> {
     let transposed = |s: &[f64], d: &[f64]| {
         let mut g: Vec<f64> = d.iter().map(|d| -damping * d).collect();
         slopes.iter().for_each(|(row, column, slope)| g[*column] += slope * s[*row]);
@@ -184,7 +193,7 @@ fn least_squares(slopes: &[(usize, usize, f64)], r: &[f64], n: usize, damping: f
     let mut p = g.clone();
     let first = square(&g);
     let mut size = first;
-    for _ in 0..MOST_ITERATIONS.min(4 * n) {
+    for _ in 0..most {
         if size <= 1e-30 * first {
             break;
         }

@@ -59,6 +59,6 @@ pub use joint_plan::JointPlan;
 pub use merged::{MergedForm, MergedMotion, merge};
 pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
-pub use scales::Scales;
+pub use scales::{CONTRADICTION, Scales};
 pub use second_order::{SecondOrderForm, place, velocities_of};
 pub use working::{WorkingForm, sparse_engine};

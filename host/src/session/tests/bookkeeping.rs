@@ -77,6 +77,7 @@ fn a_sink_that_fails_ends_the_run() {
     )
     .unwrap();
     let mut state = system.start(0.0, &assembly).unwrap();
+    system.watch(0.0, &state).unwrap();
     let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();
     let span = Span { t_start: 0.0, t_end: 1.0, sample_times: &times };
     let mut method = integrate::by_name("auto").unwrap();
