@@ -86,7 +86,7 @@ Examples:
         #[command(subcommand)]
         command: ElementsCommand,
     },
-    /// Show the libraries of elements
+    /// Make, examine and show libraries of elements
     Plugin {
         #[command(subcommand)]
         command: PluginCommand,
@@ -177,6 +177,29 @@ Examples:
 Looked into are --plugin, the folders of the environment variable ODYN_PLUGIN_PATH, and the folder of this program.
 A scene adds its own with `[plugins] path`.")]
     List(PlacesArgs),
+    /// Make a crate for elements of one's own: sources, tests, a scene, a manifest
+    #[command(after_help = "\
+Examples:
+  odyn plugin new acme-wobble
+  odyn plugin new acme-spring --kind force
+  odyn plugin new ../acme-compressor --kind library --api ../odyn/element-api
+
+The crate builds, passes its tests and runs its scene as it is. NAME is a folder that does not exist yet; its last part becomes the
+name of the crate, and, but for a library, of its element.")]
+    New(NewPluginArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct NewPluginArgs {
+    /// Folder of the crate, named as the crate
+    pub(super) name: PathBuf,
+    /// What it provides: joint, force, control, or library (several elements and a machine made of them)
+    #[arg(long, value_name = "KIND", default_value = "joint", value_parser = ["joint", "force", "control", "library"])]
+    pub(super) kind: String,
+    /// Folder or version of `element-api`, the contract of elements [default: that of the sources around this program or the
+    /// working folder; without such, the version that this program was built with]
+    #[arg(long, value_name = "PATH|VERSION")]
+    pub(super) api: Option<String>,
 }
 
 /// A scene and what the command line changes of it.
@@ -439,6 +462,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::List(args) } => args.json,
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.json,
+            Command::Plugin { command: PluginCommand::New(_) } => false,
             Command::Compare(args) => args.json,
             Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
         }

@@ -11,6 +11,7 @@
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
+//! | `plugin.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
@@ -22,6 +23,7 @@ mod elements;
 mod explain;
 mod failure;
 mod inspect;
+mod plugin;
 mod resume;
 mod run;
 mod stress;
@@ -86,6 +88,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),
         Command::Elements { command: ElementsCommand::Describe(args) } => elements::describe(args),
         Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
+        Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),

@@ -163,6 +163,10 @@ pub const DEBUG_PLUGIN: Code = "ODY0410";
 pub const PLUGIN_MISBEHAVED: Code = "ODY0411";
 /// A call into a plugin that does not come back.
 pub const PLUGIN_HANGS: Code = "ODY0412";
+/// A crate for elements that cannot be made.
+pub const CANNOT_MAKE_PLUGIN: Code = "ODY0420";
+/// Parameters with which an element is to be examined that it cannot take.
+pub const EXAMINED_WITH: Code = "ODY0421";
 
 /// No position satisfies all joints.
 pub const CANNOT_ASSEMBLE: Code = "ODY0501";
@@ -294,6 +298,8 @@ pub const TABLE: &[Explanation] = &[
     entry(DEBUG_PLUGIN, "plugin without optimisation", "The library is a debug build; its opaque elements are up to a hundred times slower. Build it with `--release`."),
     entry(PLUGIN_MISBEHAVED, "plugin answered something impossible", "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin."),
     entry(PLUGIN_HANGS, "plugin does not come back", "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time."),
+    entry(CANNOT_MAKE_PLUGIN, "no crate for elements can be made", "`odyn plugin new` writes a new folder, whose name is that of the crate and of its element: a letter a-z, then a-z, 0-9, `-` and `_`, no word that Rust or cargo use. Something of this name is never replaced. `--api` names the folder `element-api` of a copy of O-DYN's sources, or a version of it."),
+    entry(EXAMINED_WITH, "an element cannot be examined like this", "`odyn plugin check` examines elements with the parameters of `--params`, written as in a scene; required ones that are not given get a value inside their range. Names and values must be those that the element describes (`odyn elements describe`), and names of elements and checks those of the library and of the test kit."),
 
     entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. Check points, axes and initial positions of the joints with the largest remaining gap, which the message names."),
     entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints."),
