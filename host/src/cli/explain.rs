@@ -9,6 +9,10 @@ use super::terminal;
 
 /// Explains one code, or lists all.
 pub(super) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
+    if args.markdown {
+        terminal::print(&codes::page())?;
+        return Ok(exit::DONE);
+    }
     let Some(code) = &args.code else {
         let lines = codes::TABLE.iter().map(|entry| format!("{}  {}\n", entry.code, entry.title));
         terminal::print(&lines.collect::<String>())?;

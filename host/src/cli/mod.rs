@@ -12,6 +12,8 @@
 //! | `inspect.rs` | `check`, `plan` |
 //! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `schema.rs` | `schema` |
+//! | `shell.rs` | `completions`, `man` |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
@@ -24,6 +26,8 @@ mod failure;
 mod inspect;
 mod resume;
 mod run;
+mod schema;
+mod shell;
 mod stress;
 mod study;
 mod terminal;
@@ -91,5 +95,8 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Schema(args) => schema::schema(args),
+        Command::Completions(args) => shell::completions(args),
+        Command::Man(args) => shell::man(args),
     }
 }

@@ -65,12 +65,14 @@ fn check_torque_and_energy(table: &RawTable, units: &UnitSystem, diagnostics: &m
     );
 }
 
+pub(super) const PLUGIN_KEYS: &[&str] = &["libraries", "path"];
+
 /// Reads `[plugins]`.
 pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRequest {
     let Some(record) = reader.section(root, "plugins") else {
         return PluginRequest::default();
     };
-    reader.check_keys(&record, &["libraries", "path"]);
+    reader.check_keys(&record, PLUGIN_KEYS);
     let mut words = |key: &str| -> Vec<Spanned<String>> {
         let raw = record.table.get(key);
         raw.map(|raw| reader.words(raw, key)).unwrap_or_default()
@@ -78,7 +80,7 @@ pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRe
     PluginRequest { libraries: words("libraries"), paths: words("path") }
 }
 
-const SIMULATION_KEYS: &[&str] = &[
+pub(super) const SIMULATION_KEYS: &[&str] = &[
     "gravity",
     "t_start",
     "t_end",

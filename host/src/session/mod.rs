@@ -24,6 +24,7 @@
 //! | `sharper.rs` | the same run at a tenth of the tolerance |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
+//! | `schema.rs` | the JSON schema of scene files |
 //! | `error.rs` | why there is no result |
 
 mod apart;
@@ -39,6 +40,7 @@ mod prune;
 mod report;
 mod restart;
 mod run;
+mod schema;
 mod sharper;
 mod simulation;
 mod tier;
@@ -51,9 +53,10 @@ pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
-pub use open::{RunOptions, Session};
+pub use open::{RunOptions, Session, catalog_of_scene};
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
 pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
+pub use schema::scene_schema;
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};
