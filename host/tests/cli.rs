@@ -164,7 +164,7 @@ fn shells_and_manuals_know_the_commands() {
     let scratch = Scratch::new("shell");
     for shell in ["bash", "zsh", "fish", "powershell"] {
         let script = scratch.odyn(&format!("completions {shell}")).ends_with(0).out();
-        assert!(script.contains("odyn") && script.contains("--audit-tol"), "{shell}: {script}");
+        assert!(script.contains("odyn") && script.contains("audit-tol"), "{shell}: {script}");
     }
     scratch.odyn("completions tcl").ends_with(2);
     assert!(scratch.odyn("man").ends_with(0).out().contains(".TH odyn 1"));
