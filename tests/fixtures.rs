@@ -57,19 +57,51 @@ fn cargo_build(manifest: &str, source: &str, folder: &Path) -> PathBuf {
     fs::create_dir_all(folder.join("src")).unwrap();
     write_if_new(&folder.join("Cargo.toml"), manifest);
     write_if_new(&folder.join("src/lib.rs"), source);
+    cargo("build", folder)
+}
+
+/// Runs cargo in the folder of a crate, and gives the folder with the library.
+fn cargo(command: &str, folder: &Path) -> PathBuf {
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
     let target = kept("strangers-target");
     let (profile, flags): (_, &[&str]) =
         if cfg!(debug_assertions) { ("debug", &[]) } else { ("release", &["--release"]) };
     let output = Command::new(env!("CARGO"))
-        .args(["build", "--offline", "--quiet"])
+        .args([command, "--offline", "--quiet"])
         .args(flags)
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", &target)
         .output()
         .expect("cargo can be run");
-    assert!(output.status.success(), "no library of:\n{manifest}\n{}", String::from_utf8_lossy(&output.stderr));
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "cargo {command} in {} fails:\n{out}\n{err}", folder.display());
     target.join(profile)
+}
+
+/// Builds a library of several files, and gives the folder with it. Its manifest names `element-api` by a path.
+pub fn build_crate(original: &Path) -> PathBuf {
+    in_crate(original, "build")
+}
+
+/// Runs the tests of a library of several files.
+pub fn test_crate(original: &Path) {
+    in_crate(original, "test");
+}
+
+/// Copies a crate out of the workspace and has cargo do something with it.
+fn in_crate(original: &Path, command: &str) -> PathBuf {
+    let name = original.file_name().and_then(|name| name.to_str()).unwrap();
+    let folder = kept("strangers").join(format!("book-{name}"));
+    fs::create_dir_all(folder.join("src")).unwrap();
+    let manifest = fs::read_to_string(original.join("Cargo.toml")).unwrap();
+    let contract = format!("'{}'", root().join("element-api").display());
+    write_if_new(&folder.join("Cargo.toml"), &manifest.replace("\"../../../../element-api\"", &contract));
+    for entry in fs::read_dir(original.join("src")).unwrap() {
+        let path = entry.unwrap().path();
+        let copy = folder.join("src").join(path.file_name().unwrap());
+        write_if_new(&copy, &fs::read_to_string(&path).unwrap());
+    }
+    cargo(command, &folder)
 }
 
 /// Leaves a file with this content untouched, so that cargo does not build it again.

@@ -9,6 +9,7 @@ use odyn::session::{RunReport, Session};
 
 use crate::support::{assert_same_motion, options, root};
 
+// ANCHOR: pair
 /// Bogacki & Shampine 3(2) (1989), with cubic interpolation.
 static BOGACKI_SHAMPINE: Pair = {
     const A: [Row; 3] = [&[], &[(0, 0.5)], &[(1, 0.75)]];
@@ -27,7 +28,9 @@ static BOGACKI_SHAMPINE: Pair = {
         stability: 2.51,
     }
 };
+// ANCHOR_END: pair
 
+// ANCHOR: heun
 /// Heun's method of order 2 with the error of Euler's, and straight lines between its steps.
 #[derive(Default)]
 struct Heun {
@@ -93,7 +96,9 @@ impl Heun {
         Ok(())
     }
 }
+// ANCHOR_END: heun
 
+// ANCHOR: use
 fn with_method(scene: &str, method: &str, sets: &[&str]) -> RunReport {
     let set = format!("simulation.method={method}");
     let mut options = options(&[&[set.as_str()], sets].concat(), &[]);
@@ -103,6 +108,7 @@ fn with_method(scene: &str, method: &str, sets: &[&str]) -> RunReport {
     let session = Session::open(&root().join("scenes").join(scene), &options).unwrap_or_else(|error| panic!("{error}"));
     session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
 }
+// ANCHOR_END: use
 
 #[test]
 fn a_pair_from_outside_the_host_runs_a_scene() {

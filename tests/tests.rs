@@ -30,6 +30,8 @@
 //! | `lanes.rs` | programs of scenes give the same bits in every lane |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
+//! | `schema.rs` | the JSON schema takes the scenes, and refuses mistakes |
+//! | `book.rs` | the examples of the author's guide run, and its pages hold together |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
 //! `support.rs` has the doors to scenes and results; `fixtures.rs` builds the libraries of `fixtures/`.
@@ -38,6 +40,7 @@
 
 mod allocations;
 mod benchmarks;
+mod book;
 mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
@@ -55,6 +58,7 @@ mod opaque;
 mod plugins;
 mod random;
 mod rooms;
+mod schema;
 mod second_order;
 mod singular;
 mod soak;

@@ -51,9 +51,7 @@
 //!
 //! Instances belong to one model and one thread at a time; nothing is shared between models.
 //!
-//! # Notation
-//! Ground frame right-handed; SI units; rad. Rotation matrices map marker (or body) components to ground components. Euler
-//! parameters are (e0; e1, e2, e3), scalar first. A wrench on a body is what acts *on* it. Joint axes are z axes.
+#![doc = include_str!("../docs/notation.md")]
 
 // The derive macro names this crate from outside.
 #[cfg(test)]

@@ -150,8 +150,38 @@ Examples:
 Examples:
   odyn explain ODY0203
   odyn explain rank-safe
-  odyn explain          (all codes and remedies)")]
+  odyn explain          (all codes and remedies)
+  odyn explain --markdown > messages.md")]
     Explain(ExplainArgs),
+    /// Write the JSON schema of scene files, with all elements that were found, for editors
+    #[command(after_help = "\
+With a scene, the schema has the elements of the libraries that the scene names; without, those of all libraries that can be
+found, as `odyn plugin list` shows them. An editor with a TOML language server (taplo, Even Better TOML) takes it from the
+first line of the scene:
+
+  #:schema ./odyn.schema.json
+
+and then completes keys, types and parameters, shows what they mean, and marks mistakes.
+
+Examples:
+  odyn schema -o odyn.schema.json
+  odyn schema --plugin ../my-plugin/target/release -o odyn.schema.json
+  odyn schema scenes/compressor.toml > odyn.schema.json")]
+    Schema(SchemaArgs),
+    /// Print the script with which a shell completes the command line
+    #[command(after_help = "\
+Examples:
+  odyn completions bash > ~/.local/share/bash-completion/completions/odyn
+  odyn completions zsh > ~/.zfunc/_odyn
+  odyn completions fish > ~/.config/fish/completions/odyn.fish
+  odyn completions powershell >> $PROFILE")]
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write it and those of all commands into a folder
+    #[command(after_help = "\
+Examples:
+  odyn man | man -l -
+  odyn man -o ~/.local/share/man/man1")]
+    Man(ManArgs),
 }
 
 #[derive(Debug, Subcommand)]
@@ -494,6 +524,34 @@ pub(super) struct CompareArgs {
 pub(super) struct ExplainArgs {
     /// Code of a message, such as ODY0203, or name of a remedy, such as rank-safe; all if left out
     pub(super) code: Option<String>,
+    /// All codes with their explanations, as a page in Markdown
+    #[arg(long, conflicts_with = "code")]
+    pub(super) markdown: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SchemaArgs {
+    /// Scene file whose libraries are meant; all libraries that are found if left out
+    pub(super) scene: Option<PathBuf>,
+    /// File to write; standard output if left out
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompletionsArgs {
+    /// The shell
+    pub(super) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ManArgs {
+    /// Folder for odyn.1 and a page of each command
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
 }
 
 impl Command {
@@ -511,6 +569,7 @@ impl Command {
             Command::Plugin { .. } => false,
             Command::Compare(args) => args.json,
             Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
+            Command::Schema(_) | Command::Completions(_) | Command::Man(_) => false,
         }
     }
 }

@@ -88,7 +88,7 @@ pub(super) fn describe(args: &DescribeArgs) -> Result<u8, Failure> {
 }
 
 /// The library that a package's name leads to: the first one.
-fn first_of_each(found: Vec<(PathBuf, Manifest)>) -> Vec<(PathBuf, Manifest)> {
+pub(super) fn first_of_each(found: Vec<(PathBuf, Manifest)>) -> Vec<(PathBuf, Manifest)> {
     let mut first: Vec<(PathBuf, Manifest)> = Vec::new();
     for (path, manifest) in found {
         if first.iter().all(|(_, known)| known.package != manifest.package) {
@@ -118,6 +118,9 @@ pub(super) fn description_json(element: &ElementHandle) -> String {
         summary: &'a str,
         doc: String,
         opaque: bool,
+        angles: usize,
+        mobility: Option<usize>,
+        turns_freely: bool,
         frames: &'a [Named],
         rows: &'a [String],
         inputs: &'a [NamedInput],
@@ -128,11 +131,15 @@ pub(super) fn description_json(element: &ElementHandle) -> String {
     }
     let Descriptor { kind, summary, opaque, frames, rows, inputs, joints, channels, states, params, .. } =
         element.descriptor();
+    let Descriptor { angles, mobility, turns_freely, .. } = element.descriptor();
     let descriptor = Flat {
         kind: kind.word(),
         summary,
         doc: manual_page(&element.descriptor().doc),
         opaque: *opaque,
+        angles: *angles,
+        mobility: *mobility,
+        turns_freely: *turns_freely,
         frames,
         rows,
         inputs,
@@ -172,6 +179,10 @@ pub(super) fn description(element: &ElementHandle) -> String {
     section(&mut text, channels, descriptor.channels.iter().map(named));
     section(&mut text, "states", descriptor.states.iter().map(named));
     section(&mut text, "parameters", descriptor.params.iter().map(parameter));
+    if let Some(mobility) = descriptor.mobility {
+        let free = if descriptor.turns_freely { ", and turns freely" } else { "" };
+        text.push_str(&format!("joint coordinates of its own: {mobility}{free}\n"));
+    }
     if descriptor.opaque {
         text.push_str("called at run time: its equations are not compiled into the scene's\n");
     }

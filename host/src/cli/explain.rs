@@ -10,6 +10,10 @@ use super::terminal;
 
 /// Explains one code or remedy, or lists all.
 pub(super) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
+    if args.markdown {
+        terminal::print(&codes::page())?;
+        return Ok(exit::DONE);
+    }
     let Some(code) = &args.code else {
         let lines = codes::TABLE.iter().map(|entry| format!("{}  {}\n", entry.code, entry.title));
         let remedies = Remedy::ALL.iter().map(|remedy| format!("{:22}{}\n", remedy.name(), remedy.counted()));

@@ -81,6 +81,12 @@ impl From<std::io::Error> for Failure {
     }
 }
 
+/// A file or folder that cannot be written.
+pub(super) fn cannot_write(path: &std::path::Path, error: &std::io::Error) -> Failure {
+    let message = format!("cannot write `{}`: {error}", path.display());
+    Failure::new(exit::FILES, Diagnostic::error(codes::CANNOT_WRITE, message))
+}
+
 /// A call into a library that has taken so long is told, s.
 const TOLD_AFTER: f64 = 10.0;
 

@@ -15,6 +15,8 @@
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `plugin.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `schema.rs` | `schema` |
+//! | `shell.rs` | `completions`, `man` |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
@@ -28,6 +30,8 @@ mod inspect;
 mod plugin;
 mod resume;
 mod run;
+mod schema;
+mod shell;
 mod store;
 mod store_args;
 mod stress;
@@ -103,5 +107,8 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Schema(args) => schema::schema(args),
+        Command::Completions(args) => shell::completions(args),
+        Command::Man(args) => shell::man(args),
     }
 }

@@ -32,6 +32,33 @@ pub fn explain(code: &str) -> Option<&'static Explanation> {
     TABLE.iter().find(|entry| entry.code.eq_ignore_ascii_case(wanted))
 }
 
+/// The ranges of numbers and what they are about.
+const RANGES: [(&str, &str); 8] = [
+    ("ODY01", "Text of a scene"),
+    ("ODY02", "Units and quantities"),
+    ("ODY03", "Model"),
+    ("ODY04", "Plugins"),
+    ("ODY05", "Assembly and plan"),
+    ("ODY06", "Integration"),
+    ("ODY07", "Audit"),
+    ("ODY08", "Results and files"),
+];
+
+/// All explanations as one page, Markdown: the catalogue of messages of the book.
+#[must_use]
+pub fn page() -> String {
+    let mut page = "# Messages\n\nEvery message has a code, which is never used for anything else; `odyn explain CODE` prints what is \
+                    written here. This page is made by `odyn explain --markdown`.\n"
+        .to_owned();
+    for (range, subject) in RANGES {
+        page.push_str(&format!("\n## {subject}\n"));
+        for entry in TABLE.iter().filter(|entry| entry.code.starts_with(range)) {
+            page.push_str(&format!("\n### {}: {}\n\n{}\n", entry.code, entry.title, entry.text));
+        }
+    }
+    page
+}
+
 /// Not TOML.
 pub const SYNTAX: Code = "ODY0101";
 /// A key that has no meaning at this place.

@@ -26,6 +26,15 @@ fn codes_are_well_formed() {
 }
 
 #[test]
+fn every_code_is_on_the_page() {
+    let page = codes::page();
+    for entry in TABLE {
+        let heading = format!("### {}: ", entry.code);
+        assert!(page.contains(&heading) && page.contains(entry.text), "{} is not there", entry.code);
+    }
+}
+
+#[test]
 fn every_constant_is_explained() {
     let constants = include_str!("codes.rs")
         .lines()

@@ -13,11 +13,13 @@
 //! | `elements.rs` | markers, creation and recording of elements |
 //! | `parameters.rs` | parameters against their descriptions |
 //! | `channels.rs` | the words of requested outputs |
+//! | `schema.rs` | what elements add to the JSON schema of scenes |
 
 mod bodies;
 mod channels;
 mod elements;
 mod parameters;
+pub(crate) mod schema;
 mod signals;
 mod types;
 

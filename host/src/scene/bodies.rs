@@ -10,7 +10,7 @@ use crate::diagnostics::{Diagnostic, codes};
 /// The name of the ground, which no body may have.
 pub const GROUND: &str = "ground";
 
-const KEYS: &[&str] = &[
+pub(super) const KEYS: &[&str] = &[
     "name",
     "mass",
     "inertia",

@@ -9,11 +9,11 @@ use super::record::{ElementKind, ElementRecord, InputRecord, InputSource, LocalF
 use super::rotation::{are_parallel, parallel};
 use crate::diagnostics::{Diagnostic, codes};
 
-const KEYS: &[&str] =
+pub(super) const KEYS: &[&str] =
     &["name", "type", "bodies", "point", "points", "axis", "axes", "x_axis", "x_axes", "frames", "params", "enabled"];
 
 /// Keys of elements that depend on signals or reactions, which no joint does.
-const SIGNAL_KEYS: [&str; 2] = ["inputs", "joints"];
+pub(super) const SIGNAL_KEYS: [&str; 2] = ["inputs", "joints"];
 
 /// Keys that place an element in ground, each with the one that gives it per frame.
 const GLOBAL_KEYS: [(&str, &str); 3] = [("point", "points"), ("axis", "axes"), ("x_axis", "x_axes")];

@@ -63,6 +63,7 @@ mod raw;
 mod reader;
 mod record;
 mod rotation;
+pub(crate) mod schema;
 mod settings;
 mod unit_system;
 mod units;

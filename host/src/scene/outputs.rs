@@ -6,12 +6,13 @@ use super::reader::{NamesTaken, Reader, Record};
 use super::record::{Crossing, FigureRecord, OutputRecord, Take};
 use crate::diagnostics::{Diagnostic, codes, help_for};
 
-const OUTPUT_KEYS: &[&str] = &["name", "quantity", "of", "component", "on", "point", "frame", "channel", "index"];
+pub(super) const OUTPUT_KEYS: &[&str] =
+    &["name", "quantity", "of", "component", "on", "point", "frame", "channel", "index"];
 
-const FIGURE_KEYS: &[&str] =
+pub(super) const FIGURE_KEYS: &[&str] =
     &["name", "channel", "take", "abs", "where", "equals", "period", "over", "from", "published", "unit", "note"];
 
-const TAKES: [(&str, Take); 7] = [
+pub(super) const TAKES: [(&str, Take); 7] = [
     ("at", Take::At),
     ("peak", Take::Peak),
     ("min", Take::Min),

@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-6;
 const NOT_MEANT: f64 = 1e-3;
 
 /// The keys of each way, those of one way together.
-const WAYS: [&[&str]; 6] =
+pub(super) const WAYS: [&[&str]; 6] =
     [&["axis", "angle"], &["euler_parameters"], &["x", "y"], &["rotation_vector"], &["euler_zyx"], &["matrix"]];
 
 /// Reads `orientation`; `None` if it is wrong, which has been reported.

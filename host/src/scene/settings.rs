@@ -66,12 +66,15 @@ fn check_torque_and_energy(table: &RawTable, units: &UnitSystem, diagnostics: &m
     );
 }
 
+pub(super) const PLUGIN_KEYS: &[&str] = &["libraries", "path"];
+pub(super) const LIBRARY_KEYS: &[&str] = &["name", "version", "sha256"];
+
 /// Reads `[plugins]`.
 pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRequest {
     let Some(record) = reader.section(root, "plugins") else {
         return PluginRequest::default();
     };
-    reader.check_keys(&record, &["libraries", "path"]);
+    reader.check_keys(&record, PLUGIN_KEYS);
     let paths = record.table.get("path").map(|raw| reader.words(raw, "path")).unwrap_or_default();
     let libraries = record.table.get("libraries").and_then(|raw| reader.list(raw, "libraries", "a list of names"));
     let libraries = libraries.unwrap_or_default().iter().filter_map(|raw| read_library(raw, reader)).collect();
@@ -98,7 +101,7 @@ fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord
         return None;
     };
     let record = Record { table, what: "this library".into() };
-    reader.check_keys(&record, &["name", "version", "sha256"]);
+    reader.check_keys(&record, LIBRARY_KEYS);
     let version = reader.word(&record, "version").and_then(|text| match VersionReq::parse(&text.value) {
         Ok(range) => Some(range),
         Err(error) => {
@@ -127,7 +130,7 @@ fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord
     Some(LibraryRecord { name, version, sha256, span })
 }
 
-const SIMULATION_KEYS: &[&str] = &[
+pub(super) const SIMULATION_KEYS: &[&str] = &[
     "gravity",
     "t_start",
     "t_end",

@@ -7,6 +7,7 @@ mod messages;
 mod overrides;
 mod records;
 mod rotations;
+mod schema;
 mod signals;
 mod units;
 mod verification;

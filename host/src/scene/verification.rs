@@ -9,9 +9,11 @@ use crate::diagnostics::{Diagnostic, codes, help_for};
 use std::collections::HashSet;
 use std::path::PathBuf;
 
-const CHECK_KEYS: &[&str] = &["name", "kind", "value", "reference", "tolerance", "from", "to"];
+pub(super) const CHECK_KEYS: &[&str] = &["name", "kind", "value", "reference", "tolerance", "from", "to"];
 
-const KINDS: [CheckKind; 8] = [
+pub(super) const VERIFICATION_KEYS: &[&str] = &["elements", "text"];
+
+pub(super) const KINDS: [CheckKind; 8] = [
     CheckKind::Position,
     CheckKind::Velocity,
     CheckKind::Acceleration,
@@ -25,7 +27,7 @@ const KINDS: [CheckKind; 8] = [
 /// Reads `[verification]`.
 pub(super) fn read_verification(root: &RawTable, reader: &mut Reader<'_>) -> Option<VerificationRecord> {
     let record = reader.section(root, "verification")?;
-    reader.check_keys(&record, &["elements", "text"]);
+    reader.check_keys(&record, VERIFICATION_KEYS);
     let elements = match record.table.get("elements") {
         Some(raw) => reader.words(raw, "elements"),
         None => {

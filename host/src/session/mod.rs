@@ -26,6 +26,7 @@
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
 //! | `watch.rs` | whether the files that a run depends on have changed |
+//! | `schema.rs` | the JSON schema of scene files |
 //! | `error.rs` | why there is no result |
 
 mod apart;
@@ -42,6 +43,7 @@ mod prune;
 mod report;
 mod restart;
 mod run;
+mod schema;
 mod sharper;
 mod simulation;
 mod tier;
@@ -56,11 +58,12 @@ pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
-pub use libraries::{requests, search_path};
+pub use libraries::{catalog_of_scene, requests, search_path};
 pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
 pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
+pub use schema::scene_schema;
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};
 #[cfg(feature = "abi")]

@@ -22,7 +22,7 @@ use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe, Pruning};
 use crate::program::{Equations, Form, Writing};
 use crate::results::significant;
-use crate::scene::{Dimension, Override, Scene, Spanned, read};
+use crate::scene::{Dimension, Override, Rejected, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
@@ -118,14 +118,7 @@ impl Session {
     /// Mistakes in the scene, missing or broken libraries, joints that cannot be assembled.
     pub fn open(path: &Path, options: &RunOptions) -> Result<Self, SessionError> {
         let started = Instant::now();
-        let (scene, mut warnings) = read(path, &options.overrides).map_err(|rejected| {
-            let unreadable = rejected.diagnostics.iter().any(|d| d.code == codes::UNREADABLE);
-            SessionError {
-                exit: if unreadable { Exit::Files } else { Exit::Scene },
-                diagnostics: rejected.diagnostics,
-                source: Box::new(rejected.source),
-            }
-        })?;
+        let (scene, mut warnings) = read(path, &options.overrides).map_err(|rejected| refused(*rejected))?;
         let catalog = load_libraries(&scene, path, options)?;
         warnings.extend(catalog.warnings().iter().cloned());
         let mut session = Self::prepare(scene, warnings, &catalog, options, None, started)?;
@@ -246,15 +239,31 @@ impl Session {
     }
 }
 
+/// A scene that could not be read.
+pub(super) fn refused(rejected: Rejected) -> SessionError {
+    let unreadable = rejected.diagnostics.iter().any(|d| d.code == codes::UNREADABLE);
+    SessionError {
+        exit: if unreadable { Exit::Files } else { Exit::Scene },
+        diagnostics: rejected.diagnostics,
+        source: Box::new(rejected.source),
+    }
+}
+
+/// The words for `kernels` of `[simulation]`.
+pub(super) const KERNELS: [(&str, Writing); 3] =
+    [("auto", Writing::Automatic), ("always", Writing::Kernels), ("never", Writing::Straight)];
+
+/// The words for `islands` of `[simulation]`.
+pub(super) const ISLANDS: [(&str, bool); 2] = [("together", false), ("apart", true)];
+
 /// How programs are written, by `kernels` of `[simulation]`.
 fn writing(scene: &Scene) -> Result<Writing, SessionError> {
-    let words = [("auto", Writing::Automatic), ("always", Writing::Kernels), ("never", Writing::Straight)];
-    one_of("kernels", scene.simulation.kernels.as_ref(), &words, scene)
+    one_of("kernels", scene.simulation.kernels.as_ref(), &KERNELS, scene)
 }
 
 /// Whether islands take steps of their own, by `islands` of `[simulation]`.
 fn apart(scene: &Scene) -> Result<bool, SessionError> {
-    one_of("islands", scene.simulation.islands.as_ref(), &[("together", false), ("apart", true)], scene)
+    one_of("islands", scene.simulation.islands.as_ref(), &ISLANDS, scene)
 }
 
 /// Results that do not fit into memory are refused before anything is computed.

@@ -1,0 +1,33 @@
+//! What the test kit asks of every element, each with what its author says of it.
+
+use element_api::testkit::{Options, check_control, check_force, check_joint, examine_force_with};
+
+use crate::{Deadbeat, Differential, Lag, Maxwell, ProgressiveSpring, Propeller, Rope, Shaker, Thermostat};
+
+#[test]
+fn joints() {
+    check_joint::<Shaker>("amplitude = 0.1\nfrequency = 0.2");
+    check_joint::<Differential>("");
+}
+
+#[test]
+fn forces() {
+    check_force::<Maxwell>("stiffness = 20.0\ndamping = 3.0\nfree_length = 0.5");
+    check_force::<ProgressiveSpring>("tension = [[-5, -9], [0, 0], [1, 2], [5, 20]]\nfree_length = 0.5");
+    check_force::<Rope>("stiffness = 20.0\nfree_length = 0.5");
+    check_force::<Deadbeat>("mass = 2.0\nstep = 0.1");
+}
+
+#[test]
+fn the_force_of_the_air_comes_from_outside() {
+    let claims = Options { internal: false, ..Options::default() };
+    let params = "diameter = 0.5\nthrust_coefficient = 0.1\ntorque_coefficient = 0.05";
+    examine_force_with::<Propeller>(params, &claims).assert_sound();
+    examine_force_with::<Propeller>(&format!("{params}\nhand = 'left'"), &claims).assert_sound();
+}
+
+#[test]
+fn controls() {
+    check_control::<Lag>("time_constant = 0.1");
+    check_control::<Thermostat>("low = -0.5\nhigh = 0.5");
+}

@@ -1,0 +1,31 @@
+//! The JSON schema of scene files, for editors: what each room knows of it, put together.
+
+use serde_json::Value;
+
+use super::formulation::FORMULATIONS;
+use super::open::{ISLANDS, KERNELS};
+use super::run::ENGINES;
+use crate::catalog::Catalog;
+use crate::integrate::Methods;
+use crate::model::schema::{self, replace};
+use crate::plan::SAVINGS;
+use crate::scene::schema::{one_of, schema as of_records};
+
+/// The schema (JSON Schema, draft 2020-12) of scenes that use the elements of a catalog and these methods of integration.
+///
+/// It tells keys, kinds of values, words, and of each element type the parameters with description, unit, range and default.
+/// It cannot tell what follows from the values: units of texts, names that refer to others, mobility. A scene that it accepts
+/// may still be refused; one that it refuses has a mistake.
+#[must_use]
+pub fn scene_schema(catalog: &Catalog, methods: &Methods) -> Value {
+    let mut schema = of_records();
+    schema::add(&mut schema, catalog);
+    let simulation = &mut schema["properties"]["simulation"]["properties"];
+    replace(&mut simulation["method"], one_of(methods.list().iter().map(|method| (method.name, method.summary))));
+    replace(&mut simulation["engine"], one_of(ENGINES.iter().copied()));
+    replace(&mut simulation["formulation"], one_of(FORMULATIONS.iter().copied()));
+    replace(&mut simulation["kernels"], one_of(KERNELS.iter().map(|(word, _)| (*word, ""))));
+    replace(&mut simulation["islands"], one_of(ISLANDS.iter().map(|(word, _)| (*word, ""))));
+    replace(&mut simulation["without"]["items"], one_of(SAVINGS.iter().copied()));
+    schema
+}
