@@ -347,7 +347,8 @@ fn kinds_flags_and_parameters_are_described() {
         table::OK
     }
     let mut element = sound();
-    (element.parameters, element.parameter_count, element.create) = (list.as_ptr(), list.len(), Some(create));
+    (element.parameters, element.parameter_count) = (list.as_ptr(), list.len());
+    element.create = Some(create);
     // SAFETY: an element like one of the header.
     let describe = |element: &RawElement| unsafe { describe::describe(element) };
     let described = describe(&element).expect("sound");
