@@ -270,7 +270,7 @@ fn codes_are_explained() {
     let scratch = Scratch::new("explain");
     assert!(scratch.odyn("explain ody0203").ends_with(0).out().starts_with("ODY0203: "));
     assert!(scratch.odyn("explain").ends_with(0).out().lines().count() > 60);
-    assert!(scratch.odyn("explain ODY0299").ends_with(2).err().contains("no code `ODY0299`"));
+    assert!(scratch.odyn("explain ODY0299").ends_with(2).err().contains("no code or remedy `ODY0299`"));
 }
 
 #[cfg(unix)]
