@@ -438,8 +438,7 @@ pub(super) fn project_folder(folder: &Path) -> PathBuf {
 fn project_above(folder: &Path) -> Option<PathBuf> {
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let folder = here.canonicalize().ok()?;
-    let stores = folder.ancestors().map(project_folder);
-    stores.filter(|store| store.is_dir() && same_owner(store, &folder)).next()
+    folder.ancestors().map(project_folder).find(|store| store.is_dir() && same_owner(store, &folder))
 }
 
 #[cfg(unix)]

@@ -14,11 +14,13 @@
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `choices.rs` | which libraries were passed over |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
 mod args;
 mod bench;
+mod choices;
 mod compare;
 mod elements;
 mod explain;
