@@ -17,11 +17,13 @@
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
+//! | `choices.rs` | which libraries were passed over |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
 mod args;
 mod bench;
+mod choices;
 mod compare;
 mod elements;
 mod explain;
