@@ -29,13 +29,28 @@ pub fn build_sources(manifest: &str, contract: &str, source: &str, folder: &Path
     // Builds one after the other; they would wait for each other anyway.
     let mut built = BUILT.lock().expect("no build has failed");
     let built = built.get_or_insert_with(HashMap::new);
-    // A literal text of TOML: backslashes are no escapes in it.
-    let path = format!("'{}'", root().join("element-api").display());
-    let manifest = manifest.replace(&format!("\"{contract}\""), &path);
-    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder)).clone()
+    let manifest = depending_on(&root().join("element-api"), contract, manifest);
+    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder, &[])).clone()
 }
 
-fn cargo_build(manifest: &str, source: &str, folder: &Path) -> PathBuf {
+/// Builds the fixture `good-plugin` under another name of its package, against the contract in the given folder, with flags
+/// for the compiler.
+pub fn build_variant(package: &str, contract: &Path, flags: &[&str]) -> PathBuf {
+    let original = root().join("tests/fixtures/good-plugin");
+    let manifest = fs::read_to_string(original.join("Cargo.toml")).unwrap();
+    let manifest = manifest.replace("name = \"good-plugin\"", &format!("name = \"{package}\""));
+    let manifest = depending_on(contract, "../../../element-api", &manifest);
+    let source = fs::read_to_string(original.join("src/lib.rs")).unwrap();
+    file(&cargo_build(&manifest, &source, &kept("strangers").join(package), flags), package)
+}
+
+/// A manifest whose path of `element-api` is exchanged.
+fn depending_on(contract: &Path, written: &str, manifest: &str) -> String {
+    // A literal text of TOML: backslashes are no escapes in it.
+    manifest.replace(&format!("\"{written}\""), &format!("'{}'", contract.display()))
+}
+
+fn cargo_build(manifest: &str, source: &str, folder: &Path, compiler: &[&str]) -> PathBuf {
     fs::create_dir_all(folder.join("src")).unwrap();
     write_if_new(&folder.join("Cargo.toml"), manifest);
     write_if_new(&folder.join("src/lib.rs"), source);
@@ -44,8 +59,10 @@ fn cargo_build(manifest: &str, source: &str, folder: &Path) -> PathBuf {
     let (profile, flags): (_, &[&str]) =
         if cfg!(debug_assertions) { ("debug", &[]) } else { ("release", &["--release"]) };
     let output = Command::new(env!("CARGO"))
-        .args(["build", "--offline", "--quiet"])
+        .args(["rustc", "--lib", "--offline", "--quiet"])
         .args(flags)
+        .arg("--")
+        .args(compiler)
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", &target)
         .output()

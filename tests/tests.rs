@@ -11,6 +11,7 @@
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `c_plugin.rs` | libraries in C move as the same elements in Rust do; faulty ones are refused in words |
+//! | `versions.rs` | libraries of earlier and later versions of the contract run, whatever they were built with |
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
@@ -64,3 +65,4 @@ mod stubborn;
 mod study;
 mod support;
 mod verification;
+mod versions;
