@@ -119,7 +119,7 @@ fn in_crate(original: &Path, command: &str) -> PathBuf {
         let copy = folder.join("src").join(path.file_name().unwrap());
         write_if_new(&copy, &fs::read_to_string(&path).unwrap());
     }
-    cargo(command, &folder)
+    cargo(&[command], &folder, &[])
 }
 
 /// Leaves a file with this content untouched, so that cargo does not build it again.
