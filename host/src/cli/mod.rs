@@ -89,6 +89,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Elements { command: ElementsCommand::Describe(args) } => elements::describe(args),
         Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
         Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
+        Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
