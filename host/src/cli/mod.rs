@@ -104,6 +104,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::List(args) } => store::list(args),
         Command::Plugin { command: PluginCommand::Verify(args) } => store::verify(args),
         Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
+        Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
