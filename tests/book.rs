@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use element_api::manifest::Manifest;
 use odyn::catalog::read_manifest;
 use odyn::diagnostics::codes;
+use odyn::results::Remedy;
 use odyn::session::Session;
 
 use crate::fixtures::{build_crate, file, test_crate};
@@ -58,7 +59,10 @@ fn the_recipes_of_the_cookbook_are_sound_and_run() {
 #[test]
 fn the_page_of_messages_is_up_to_date() {
     let written = read(&book().join("src/messages.md"));
-    assert!(written == codes::page(), "write it with `odyn explain --markdown > docs/book/src/messages.md`");
+    assert!(
+        written == codes::page() + &Remedy::page(),
+        "write it with `odyn explain --markdown > docs/book/src/messages.md`"
+    );
 }
 
 /// The pages of the book.

@@ -1,6 +1,6 @@
 //! Steps end where equations switch: results at least as accurate, found by less work, in both coordinates and by all engines.
 
-use odyn::results::Summary;
+use odyn::results::{Remedy, Summary};
 use odyn::session::{RunReport, Session};
 
 use crate::support::{options, root};
@@ -36,7 +36,8 @@ fn ending_steps_at_switches_saves_work_and_costs_no_accuracy() {
     for (scene, method, share, accuracy) in SAVED {
         let method_set = format!("simulation.method={method}");
         let (with, without) = (run(scene, &[&method_set]).summary, run(scene, &[&method_set, WITHOUT]).summary);
-        assert!(with.events > 0 && without.events == 0, "{scene} {method}: {} events", with.events);
+        let [ended, left] = [&with, &without].map(|summary| summary.recoveries[Remedy::Event]);
+        assert!(ended > 0 && left == 0, "{scene} {method}: {ended} events, {left} without");
         let (ours, all) = (with.evaluations, without.evaluations);
         assert!((ours as f64) < share * all as f64, "{scene} {method}: {ours} of {all} evaluations");
         let (error, before) = (worst(&with), worst(&without));
@@ -48,8 +49,8 @@ fn ending_steps_at_switches_saves_work_and_costs_no_accuracy() {
 fn engines_find_the_same_switches() {
     let of = |engine: &str| run("bump-stop", &[&format!("simulation.engine={engine}")]);
     let (interpreted, compiled) = (of("interpreted"), of("compiled"));
-    assert!(interpreted.summary.events > 0);
-    assert_eq!(interpreted.summary.events, compiled.summary.events);
+    assert!(interpreted.summary.recoveries[Remedy::Event] > 0);
+    assert_eq!(interpreted.summary.recoveries[Remedy::Event], compiled.summary.recoveries[Remedy::Event]);
     assert_eq!(interpreted.columns, compiled.columns);
 }
 
@@ -57,7 +58,7 @@ fn engines_find_the_same_switches() {
 fn coordinates_of_bodies_find_them_too() {
     let report = run("bump-stop", &["simulation.formulation=cartesian"]);
     let plain = run("bump-stop", &["simulation.formulation=cartesian", WITHOUT]);
-    assert!(report.summary.events > 0 && report.summary.checks_passed());
+    assert!(report.summary.recoveries[Remedy::Event] > 0 && report.summary.checks_passed());
     assert!(10 * report.summary.evaluations < 7 * plain.summary.evaluations);
 }
 

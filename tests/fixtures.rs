@@ -23,16 +23,34 @@ pub fn build_at(fixture: &str, package: &str, folder: &Path) -> PathBuf {
     build_sources(&manifest, "../../../element-api", &source, folder)
 }
 
+/// Builds a fixture after a change of its source, in a folder where nobody else builds it.
+pub fn build_changed(fixture: &str, package: &str, folder: &Path, change: &dyn Fn(String) -> String) -> PathBuf {
+    let original = root().join("tests/fixtures").join(fixture);
+    let manifest = fs::read_to_string(original.join("Cargo.toml")).unwrap();
+    let manifest = manifest.replace(&format!("name = \"{fixture}\""), &format!("name = \"{package}\""));
+    let source = change(fs::read_to_string(original.join("src/lib.rs")).unwrap());
+    let mut built = BUILT.lock().expect("no build has failed");
+    built.get_or_insert_with(HashMap::new);
+    cargo_build(&with_contract(&manifest, "../../../element-api"), &source, folder)
+}
+
+/// The libraries built in this run: where they are, by the folder of their sources.
+static BUILT: Mutex<Option<HashMap<PathBuf, PathBuf>>> = Mutex::new(None);
+
 /// Builds a library from the texts of its two files. `contract` is what the manifest gives as the path of `element-api`.
 pub fn build_sources(manifest: &str, contract: &str, source: &str, folder: &Path) -> PathBuf {
-    static BUILT: Mutex<Option<HashMap<PathBuf, PathBuf>>> = Mutex::new(None);
     // Builds one after the other; they would wait for each other anyway.
     let mut built = BUILT.lock().expect("no build has failed");
     let built = built.get_or_insert_with(HashMap::new);
+    let manifest = with_contract(manifest, contract);
+    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder)).clone()
+}
+
+/// The manifest with the path of `element-api` on this machine.
+fn with_contract(manifest: &str, contract: &str) -> String {
     // A literal text of TOML: backslashes are no escapes in it.
     let path = format!("'{}'", root().join("element-api").display());
-    let manifest = manifest.replace(&format!("\"{contract}\""), &path);
-    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder)).clone()
+    manifest.replace(&format!("\"{contract}\""), &path)
 }
 
 fn cargo_build(manifest: &str, source: &str, folder: &Path) -> PathBuf {

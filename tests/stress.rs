@@ -10,12 +10,6 @@ use odyn::stress::{Outcome, Settings, Suite, run};
 
 use crate::support::{kept, root};
 
-/// What is known to fail: bounds stay as they should be, and this list gets shorter. A trial of it that passes fails the test.
-const KNOWN: [&str; 1] = [
-    // Started next to a singular position.
-    "start-nearer-singular",
-];
-
 /// Trials whose work is pinned, one of each kind of difficulty.
 const PINNED: [&str; 9] = [
     "four-bars-5",
@@ -59,13 +53,8 @@ fn work(outcomes: &[Outcome]) -> String {
 fn the_short_form_is_within_its_bounds() {
     let settings = Settings { library_copies: Some(kept("library-copies")), ..Settings::default() };
     let outcomes = run(&suite(), &[], &settings, &|_| (), &Arc::default()).unwrap();
-    let is_known = |outcome: &&Outcome| KNOWN.contains(&outcome.trial.as_str());
-    let complaints: String = outcomes.iter().filter(|outcome| !is_known(outcome)).map(complaints).collect();
+    let complaints: String = outcomes.iter().map(complaints).collect();
     assert!(complaints.is_empty(), "\n{complaints}");
-    for name in KNOWN {
-        let mut runs = outcomes.iter().filter(|outcome| outcome.trial == name);
-        assert!(runs.any(|outcome| !outcome.passed()), "`{name}` passes now: take it from the list of known failures");
-    }
     assert_snapshot!(work(&outcomes));
 }
 

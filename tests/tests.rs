@@ -10,6 +10,7 @@
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
+//! | `stores.rs` | libraries are packed, installed, pinned, verified, removed, and loaded again when they were built again |
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
@@ -61,6 +62,7 @@ mod singular;
 mod soak;
 mod speed_control;
 mod states;
+mod stores;
 mod stress;
 mod stubborn;
 mod study;

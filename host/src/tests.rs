@@ -6,6 +6,7 @@
 mod elements;
 pub mod scenes;
 mod signal_elements;
+mod troublesome_elements;
 
 use element_api::adapt::{control, force, joint};
 use element_api::manifest::Library;
@@ -13,6 +14,7 @@ pub use elements::WELD_STEP;
 use elements::*;
 use nalgebra::Matrix3;
 use signal_elements::*;
+use troublesome_elements::*;
 
 use crate::analysis::{Assembly, Constraints, assemble, mass_values, sparse_engine, start_inputs};
 use crate::catalog::Catalog;
@@ -44,6 +46,8 @@ pub fn library(package: &str) -> Library {
             force::<Strut<true>>(),
             force::<Friction>(),
             force::<Lag>(),
+            force::<Relay>(),
+            force::<Drain>(),
             force::<Tally>(),
             force::<Echo>(),
             force::<Panics>(),

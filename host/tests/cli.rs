@@ -175,6 +175,60 @@ fn shells_and_manuals_know_the_commands() {
 }
 
 #[test]
+fn packages_that_are_none_and_stores_with_nothing_are_told() {
+    let scratch = Scratch::new("packages");
+    let bad = scratch.odyn("plugin add brick.toml").ends_with(4);
+    assert!(bad.err().contains("ODY0423") && bad.err().contains("brick.toml"), "{}", bad.err());
+    scratch.odyn("plugin add not-there.odynplugin --project .").ends_with(4);
+    scratch.odyn("plugin add brick.toml --project . --user").ends_with(2);
+    assert!(!scratch.0.join(".odyn").exists() && !scratch.0.join("data").exists(), "nothing was written");
+    let bad = scratch.odyn("plugin pack brick.toml").ends_with(4);
+    assert!(bad.err().contains("ODY0402"), "{}", bad.err());
+    let absent = scratch.odyn("plugin remove acme-wobble").ends_with(4);
+    assert!(absent.err().contains("ODY0424") && absent.err().contains("odyn plugin list"), "{}", absent.err());
+    scratch.odyn("plugin remove acme-wobble@new").ends_with(2);
+    assert_eq!(scratch.odyn("plugin verify").ends_with(0).err(), "nothing is installed\n");
+    fs::create_dir_all(scratch.0.join(".odyn/plugins/acme-wobble/1.0.0")).unwrap();
+    let broken = scratch.odyn("plugin verify acme-wobble").ends_with(4);
+    assert!(broken.out().starts_with("acme-wobble 1.0.0: NOT AS INSTALLED\n"), "{}", broken.out());
+    let listed = scratch.odyn("plugin list").ends_with(0);
+    assert!(listed.out().contains("unusable: ") && listed.out().contains("(project)"), "{}", listed.out());
+    assert!(scratch.odyn("plugin list --pins").ends_with(0).out().starts_with("[plugins]\nlibraries = [\n"));
+}
+
+/// Runs as often as the scene changes, also after a mistake, and ends with Ctrl-C.
+#[cfg(unix)]
+#[test]
+fn a_watched_scene_runs_again_when_it_changes() {
+    let scratch = Scratch::new("watch");
+    let told = scratch.0.join("told");
+    let mut command = scratch.command("run brick.toml --watch -o out");
+    let output = fs::File::create(&told).unwrap();
+    let mut run = command.stdout(std::process::Stdio::null()).stderr(output).spawn().unwrap();
+    let wait_for = |text: &str, times: usize| {
+        for _ in 0..1200 {
+            if fs::read_to_string(&told).unwrap().matches(text).count() >= times {
+                return;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(25));
+        }
+        panic!("no `{text}` in: {}", fs::read_to_string(&told).unwrap());
+    };
+    wait_for("watching brick.toml", 1);
+    assert_eq!(scratch.json("out/summary.json")["rows"], 21);
+    scratch.file("brick.toml", &BRICK.replace("mass = 1", "mass = \"1 s\""));
+    wait_for("brick.toml changed: running again", 1);
+    wait_for("error[ODY0203]", 1);
+    wait_for("watching brick.toml", 2);
+    scratch.file("brick.toml", &BRICK.replace("t_end = 2000", "t_end = 1000"));
+    wait_for("watching brick.toml", 3);
+    assert_eq!(scratch.json("out/summary.json")["rows"], 11);
+    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+}
+
+#[test]
 fn results_that_cannot_be_written_have_their_code() {
     let scratch = Scratch::new("blocked");
     let ran = scratch.odyn("run brick.toml -o brick.toml").ends_with(8);

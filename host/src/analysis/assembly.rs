@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::conflict::{Gap, Measure, conflict};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
-use super::scales::Scales;
+use super::scales::{CONTRADICTION, Scales};
 use super::working::{BODY_STATES, clusters, move_body};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
@@ -22,8 +23,6 @@ const VELOCITY_MISS: f64 = 1e-9;
 /// Velocities that miss the rows by at most this share of what these are made of meet them but for round-off.
 const AS_ASKED: f64 = 1e-12;
 
-/// Share of the largest velocity that joints ask for by which one of them may be missed.
-const CONTRADICTION: f64 = 1e-6;
 /// How far along the velocities [`ahead`] looks, rad or lengths of the scene; the first place that can be assembled counts.
 const AHEAD: [f64; 4] = [0.4, 0.2, 0.1, 0.05];
 /// Moves in the whole time of a simulation, on the same scale, that are none.
@@ -80,8 +79,8 @@ pub enum AssemblyError {
     /// Joints that can't all hold.
     #[error("the joints cannot be assembled: {}", culprits(.rows))]
     Impossible {
-        /// Joint, row, remaining violation in m; worst first.
-        rows: Vec<(String, f64)>,
+        /// What contradicts each other, with the gaps at the positions that miss least; worst first.
+        rows: Vec<Gap>,
     },
     /// Joints that ask for velocities which cannot all be had.
     #[error("the joints ask for velocities that contradict each other: {}", misses(.rows))]
@@ -94,8 +93,8 @@ pub enum AssemblyError {
     Analysis(#[from] AnalysisError),
 }
 
-fn culprits(rows: &[(String, f64)]) -> String {
-    let texts: Vec<String> = rows.iter().take(6).map(|(name, off)| format!("{name} is off by {off:.3e} m")).collect();
+fn culprits(rows: &[Gap]) -> String {
+    let texts: Vec<String> = rows.iter().take(6).map(Gap::to_string).collect();
     texts.join("; ")
 }
 
@@ -115,7 +114,15 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     let mut inputs = vec![0.0; layout.inputs()];
     load_discrete(model, layout, &mut inputs);
     let given = state.clone();
-    let steps = positions(equations, model, layout, t, &mut state, &mut inputs, scales.length)?;
+    let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length) {
+        Err(AssemblyError::Impossible { rows: left }) => {
+            let all: Vec<usize> = (0..layout.rows).collect();
+            let mut rows = Constraints::new(equations, model, &all, &[|row| row.value], &[])?;
+            let found = conflict(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
+            return Err(AssemblyError::Impossible { rows: if found.is_empty() { left } else { found } });
+        }
+        result => result?,
+    };
     let moves = moved(model, &given, &state, scales.length);
     let velocity_misses = velocities(equations, model, layout, t, &mut state, &mut inputs, scales.length)?;
     load(layout, t, &state, &mut inputs);
@@ -200,7 +207,7 @@ fn load_discrete(model: &Model, layout: &Layout, inputs: &mut [f64]) {
     }
 }
 
-fn load(layout: &Layout, t: f64, state: &[f64], inputs: &mut [f64]) {
+pub(super) fn load(layout: &Layout, t: f64, state: &[f64], inputs: &mut [f64]) {
     inputs[Layout::TIME] = t;
     for body in 0..layout.bodies {
         let to = layout.body_slot(body, 0);
@@ -276,15 +283,8 @@ fn positions(
     if best <= ASSEMBLED * length {
         return Ok(MOST_STEPS);
     }
-    let mut off: Vec<(String, f64)> = Vec::new();
-    rows.violations(rows.function(0), length, |row, violation| {
-        if violation.is_nan() || violation > 1e-9 * length {
-            let (element, k) = layout.element_of_row(row);
-            off.push((model.elements[element].row_name(k), violation));
-        }
-    });
-    off.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Err(AssemblyError::Impossible { rows: off })
+    // Some rows are left to the others: what the conflict is, is found in another way.
+    Err(AssemblyError::Impossible { rows: Measure::new(&rows).gaps(&rows, model, layout, length) })
 }
 
 /// Largest violation at a state, m.

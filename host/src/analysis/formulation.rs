@@ -40,6 +40,8 @@ pub struct Counters {
     pub stage_projections: u64,
     /// Evaluations and projections next to a singular position, by interpolation between places on both sides of it.
     pub interpolated: u64,
+    /// States refused because rows that followed from others at the start contradict them there; counted by the simulation.
+    pub contradictions: u64,
     /// Iterations for forces that depend on accelerations and reactions.
     pub coupling_iterations: u64,
 }

@@ -66,7 +66,6 @@ pub struct JointForm {
     last_health: f64,
     corrected_safely: bool,
     careful: bool,
-    stage: Vec<f64>,
     passage: Passage,
     counters: Counters,
     /// The equations, for their derivatives.
@@ -105,7 +104,6 @@ impl JointForm {
             accelerations: vec![0.0; coordinates.columns],
             rates: vec![0.0; layout.states + 1],
             row_names: bodies.row_names().to_vec(),
-            stage: vec![0.0; coordinates.motion + layout.states + 1],
             passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
             choice: plan.independent.len() < plan.rows.len(),
             least_health: if chosen.is_empty() { SICK_TREE } else { plan.start_health * SICK_SHARE },
@@ -511,15 +509,7 @@ impl Formulation for JointForm {
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
-        self.counters.evaluations += 1;
-        let mut stage = std::mem::take(&mut self.stage);
-        let result = passage::rates_of_stage(self, t, state, &mut stage, rates);
-        self.stage = stage;
-        result?;
-        if rates.iter().all(|x| x.is_finite()) {
-            return Ok(());
-        }
-        Err(AnalysisError::NotFinite { what: "an acceleration or the rate of a state".into() })
+        passage::rates(self, t, state, rates)
     }
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {

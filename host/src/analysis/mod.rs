@@ -20,6 +20,7 @@
 //! | `merged.rs` | bodies that joints without freedom hold together, as one |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
+//! | `conflict.rs` | which joints contradict each other, where not all can be met |
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
@@ -27,6 +28,7 @@
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
+mod conflict;
 mod constraints;
 mod coupling;
 mod evaluator;
@@ -48,6 +50,7 @@ mod working;
 mod tests;
 
 pub use assembly::{Assembly, AssemblyError, Move, VelocityMiss, ahead, assemble, start_inputs};
+pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
@@ -56,6 +59,6 @@ pub use joint_plan::JointPlan;
 pub use merged::{MergedForm, MergedMotion, merge};
 pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
-pub use scales::Scales;
+pub use scales::{CONTRADICTION, Scales};
 pub use second_order::{SecondOrderForm, place, velocities_of};
 pub use working::{WorkingForm, sparse_engine};

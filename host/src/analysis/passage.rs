@@ -60,11 +60,24 @@ pub(super) trait Refusing: Passing {
     -> Result<(), AnalysisError>;
 }
 
-/// The rates at a stage of a step, which may be moved to the constraints; `stage` is room for that.
+/// The rates of a state, as they are asked for from outside; `[hot, no allocation]`.
 ///
 /// # Errors
 /// See [`AnalysisError`].
-pub(super) fn rates_of_stage<F: Refusing>(
+pub(super) fn rates<F: Refusing>(form: &mut F, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
+    form.counted().evaluations += 1;
+    let mut stage = std::mem::take(&mut form.passage().stage);
+    let result = rates_of_stage(form, t, state, &mut stage, rates);
+    form.passage().stage = stage;
+    result?;
+    if rates.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(AnalysisError::NotFinite { what: "an acceleration or the rate of a state".into() })
+}
+
+/// The rates at a stage of a step, which may be moved to the constraints; `stage` is room for that.
+fn rates_of_stage<F: Refusing>(
     form: &mut F,
     t: f64,
     state: &[f64],
@@ -133,6 +146,8 @@ pub(super) fn project<F: Refusing>(form: &mut F, t: f64, state: &mut [f64]) -> R
 /// Its places, and scratch; see the module documentation.
 #[derive(Debug, Default)]
 pub(super) struct Passage {
+    /// The state that is evaluated.
+    stage: Vec<f64>,
     /// What brings a state to the constraints.
     correction: Vec<f64>,
     /// Distances of the places on one side, ascending from 1.
@@ -156,7 +171,13 @@ impl Passage {
             0.5 * (low + high - (high - low) * angle.cos())
         };
         let places = (0..PLACES).map(|i| (square(i) / square(0)).sqrt()).collect();
-        Self { correction: vec![0.0; dim], places, place: vec![0.0; dim], answer: vec![0.0; answers] }
+        Self {
+            stage: vec![0.0; dim],
+            correction: vec![0.0; dim],
+            places,
+            place: vec![0.0; dim],
+            answer: vec![0.0; answers],
+        }
     }
 
     /// Evaluates the polynomial through the answers to a question, which is asked for the states at the places (to change as

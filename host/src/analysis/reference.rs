@@ -401,6 +401,10 @@ impl Formulation for ReferenceForm {
         Ok(())
     }
 
+    fn leaves_rows_out(&self) -> bool {
+        !self.redundant.is_empty()
+    }
+
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
         self.load(t, state);
         if dynamics {

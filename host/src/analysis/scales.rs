@@ -2,6 +2,10 @@
 
 use crate::model::Model;
 
+/// Share of the scene's size, or of the largest velocity that joints ask for, by which rows that depend on others may be off before
+/// they contradict each other. In a sound scene they are off by round-off.
+pub const CONTRADICTION: f64 = 1e-6;
+
 /// Typical sizes, SI. They grow with the motion and never shrink.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {

@@ -191,8 +191,6 @@ pub struct WorkingForm {
     watch: Watch,
     /// Take the step under way with care, see [`APPROACH`].
     careful: bool,
-    /// The state that is evaluated.
-    stage: Vec<f64>,
     passage: Passage,
     /// Scratch: accelerations and multipliers.
     forces: Vec<f64>,
@@ -257,7 +255,6 @@ impl WorkingForm {
             accelerations: vec![0.0; layout.velocities()],
             force: vec![0.0; layout.velocities()],
             careful: false,
-            stage: vec![0.0; dim],
             passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
             forces: vec![0.0; layout.velocities() + layout.rows],
             key: Vec::with_capacity(7 * layout.bodies + 1),
@@ -712,15 +709,7 @@ impl Formulation for WorkingForm {
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
-        self.counters.evaluations += 1;
-        let mut stage = std::mem::take(&mut self.stage);
-        let result = passage::rates_of_stage(self, t, state, &mut stage, rates);
-        self.stage = stage;
-        result?;
-        if rates.iter().all(|x| x.is_finite()) {
-            return Ok(());
-        }
-        Err(AnalysisError::NotFinite { what: "an acceleration or the rate of a state".into() })
+        passage::rates(self, t, state, rates)
     }
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {

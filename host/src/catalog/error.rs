@@ -107,6 +107,64 @@ pub enum CatalogError {
         /// Where the second is from.
         second: String,
     },
+    /// There are libraries of this name, but none that the request is pinned to.
+    #[error("no library `{request}` is of {pin}")]
+    NoneFits {
+        /// What was asked for.
+        request: String,
+        /// The versions or the content that would do.
+        pin: String,
+        /// What there is, and where, one line each.
+        found: Vec<String>,
+        /// A version would do, but not its content.
+        content: bool,
+    },
+    /// The file has another content than it was installed with, or was pinned to.
+    #[error("`{}` is not the file that was asked for: its SHA-256 is {found}, not {expected}", path.display())]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Its hash.
+        found: String,
+        /// The hash it should have.
+        expected: String,
+    },
+    /// A package, or an installed library, that can't be used.
+    #[error("`{}` cannot be used as a package: {reason}", path.display())]
+    BadPackage {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Another package of this version is installed.
+    #[error("another package of `{name}` {version} is installed in `{}`, or it was changed", folder.display())]
+    AlreadyInstalled {
+        /// Name of the package.
+        name: String,
+        /// Its version.
+        version: String,
+        /// Where it is.
+        folder: PathBuf,
+    },
+    /// What is to be removed is not there, or is not one library.
+    #[error("`{name}` is not one library of `{}`", store.display())]
+    NotInstalled {
+        /// What was asked for.
+        name: String,
+        /// The store.
+        store: PathBuf,
+        /// What it has of this name, `NAME@VERSION` each.
+        installed: Vec<String>,
+    },
+    /// A folder can't be written.
+    #[error("cannot write `{}`: {reason}", path.display())]
+    Files {
+        /// The folder.
+        path: PathBuf,
+        /// The system's words.
+        reason: String,
+    },
     /// This program was built without the loader.
     #[error("the library `{request}` can't be loaded: this program was built without the feature `abi`")]
     NoLoader {
@@ -160,6 +218,11 @@ impl CatalogError {
             Self::Failed { message, .. } if message.starts_with("panicked") => codes::PLUGIN_PANICKED,
             Self::Failed { .. } => codes::PLUGIN_MISBEHAVED,
             Self::DuplicatePackage { .. } => codes::DUPLICATE_ELEMENT,
+            Self::NoneFits { content: false, .. } => codes::PLUGIN_VERSION,
+            Self::NoneFits { .. } | Self::Changed { .. } => codes::PLUGIN_CONTENT,
+            Self::BadPackage { .. } => codes::BAD_PACKAGE,
+            Self::AlreadyInstalled { .. } | Self::NotInstalled { .. } => codes::INSTALLATION,
+            Self::Files { .. } => codes::CANNOT_WRITE,
             Self::UnknownType { .. } => codes::UNKNOWN_TYPE,
             Self::AmbiguousType { .. } => codes::AMBIGUOUS_TYPE,
             Self::WrongKind { .. } => codes::WRONG_KIND,
@@ -179,7 +242,10 @@ impl CatalogError {
                     let list: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
                     help.push(format!("looked for {} in {}", files.join(" and "), list.join(", ")));
                 }
-                help.push("name its folder with `--plugin` or in `[plugins] path`".into());
+                help.push(
+                    "install it with `odyn plugin add FILE.odynplugin`, or name its folder with `--plugin` or in `[plugins] path`"
+                        .into(),
+                );
                 help.push(
                     "in a source tree, `cargo build` (or `cargo build --release`) builds the standard libraries".into(),
                 );
@@ -194,6 +260,27 @@ impl CatalogError {
             }
             Self::Processor { .. } => vec!["build it without `-C target-cpu=native`, or on this machine".into()],
             Self::Failed { package, .. } => vec![format!("report it to the author of `{package}`")],
+            Self::NoneFits { request, pin, found, .. } => {
+                let mut help: Vec<String> = found.iter().map(|line| format!("found: {line}")).collect();
+                help.push(format!("install one of {pin}: `odyn plugin add {request}-VERSION-TARGET.odynplugin`"));
+                help.push("or change the pin in `[plugins] libraries`; `odyn plugin list --pins` prints those of what is found".into());
+                help
+            }
+            Self::Changed { .. } => {
+                vec!["`odyn plugin verify` tells what was changed; remove it and install it again".into()]
+            }
+            Self::BadPackage { .. } => {
+                vec!["get it again from its author, who makes it with `odyn plugin pack`".into()]
+            }
+            Self::AlreadyInstalled { name, version, .. } => vec![
+                format!("to replace it, first remove it: `odyn plugin remove {name}@{version}`"),
+                "two packages that differ need two versions".into(),
+            ],
+            Self::NotInstalled { installed, .. } if installed.is_empty() => {
+                vec!["`odyn plugin list` shows what is installed where; --project DIR names a project".into()]
+            }
+            Self::NotInstalled { installed, .. } => vec![format!("installed are {}", installed.join(", "))],
+            Self::Files { .. } => Vec::new(),
             Self::DuplicatePackage { .. } => vec!["remove one of them from `[plugins] libraries`".into()],
             Self::NoLoader { .. } => Vec::new(),
             Self::UnknownType { name, nearest, provided_by, known } => {

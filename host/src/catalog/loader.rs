@@ -34,13 +34,22 @@ static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
 
 type Classes = Vec<Arc<dyn ElementClass>>;
 
-/// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder.
-pub(super) fn load(path: &Path, copies: Option<&Path>) -> Result<Opened, CatalogError> {
+/// SHA-256 in hexadecimal digits.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`,
+/// only a file with this SHA-256.
+pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Opened, CatalogError> {
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
     let manifest = manifest(path, bytes.as_slice())?;
     check(path, &manifest)?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let sha256 = sha256(&bytes);
+    if let Some(expected) = expected.filter(|expected| *expected != sha256) {
+        return Err(CatalogError::Changed { path: path.into(), found: sha256, expected: expected.into() });
+    }
     let mut warnings = Vec::new();
     if manifest.profile == Profile::Debug && Profile::OWN == Profile::Release {
         let text = format!("`{}` ({}) is a debug build", manifest.package, path.display());

@@ -9,16 +9,32 @@
 //! Full names are `package/element`. The short name, the part behind the slash, is enough while it is unique among the
 //! loaded libraries.
 //!
+//! | file | content |
+//! |---|---|
+//! | `request.rs`, `search.rs` | what is asked for, where it is looked for, which one is taken |
+//! | `file.rs`, `loader.rs`, `private_copy.rs`, `watchdog.rs` | a file judged, loaded, kept, watched |
+//! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
+//! | `error.rs` | why a library or an element type can't be had |
+//!
 //! Without the feature `abi` a catalog holds linked-in libraries only.
 
+#[cfg(feature = "abi")]
+mod archive;
+#[cfg(all(unix, feature = "cli"))]
+mod crash;
 mod error;
 #[cfg(feature = "abi")]
 mod file;
 #[cfg(feature = "abi")]
 mod loader;
 #[cfg(feature = "abi")]
+mod package;
+#[cfg(feature = "abi")]
 mod private_copy;
+mod request;
 mod search;
+#[cfg(feature = "abi")]
+mod store;
 mod watchdog;
 
 #[cfg(test)]
@@ -34,12 +50,28 @@ use element_api::set::ElementClass;
 
 use crate::diagnostics::{Diagnostic, suggest};
 
+#[cfg(feature = "abi")]
+pub use archive::Package;
+#[cfg(all(unix, feature = "cli"))]
+pub use crash::tell_crashes;
 pub use element_api::manifest::Manifest;
 pub use error::CatalogError;
 #[cfg(feature = "abi")]
 pub use file::{read_manifest, scan};
-pub use search::{ENVIRONMENT, SearchPath};
+#[cfg(feature = "abi")]
+pub use package::{ENDING, INFO_FILE, PackageInfo, target};
+pub use request::Request;
+pub use search::{Choice, ENVIRONMENT, Found, Origin, Place, SearchPath};
+#[cfg(feature = "abi")]
+pub use store::{Installed, Store};
 pub use watchdog::{Late, Watchdog};
+
+/// SHA-256 of a file in hexadecimal digits; `None` where it can't be read.
+#[cfg(feature = "abi")]
+#[must_use]
+pub fn sha256_of(path: &std::path::Path) -> Option<String> {
+    std::fs::read(path).ok().map(|bytes| loader::sha256(&bytes))
+}
 
 /// The element types that a scene may use.
 #[derive(Clone, Default)]
@@ -165,11 +197,22 @@ impl Catalog {
     ///
     /// # Errors
     /// See [`CatalogError`]; the catalog is then as before.
-    #[cfg(feature = "abi")]
     pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+        self.add_request(&Request::named(request), search)
+    }
+
+    /// The same for a request that may be pinned to versions or to a content. A choice between different libraries of
+    /// the same name adds a note to [`Catalog::warnings`].
+    ///
+    /// # Errors
+    /// See [`CatalogError`]; the catalog is then as before.
+    #[cfg(feature = "abi")]
+    pub fn add_request(&mut self, request: &Request, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
         self.search = search.clone();
-        let path = search.locate(request)?;
-        let load = || loader::load(&path, self.copies.as_deref());
+        let choice = search.choose(request)?;
+        let path = choice.found.path.clone();
+        let expected = request.sha256.as_deref().or(choice.found.sha256.as_deref());
+        let load = || loader::load(&path, self.copies.as_deref(), expected);
         let opened = match &self.watchdog {
             Some(watchdog) => watchdog.load(&path.display().to_string(), load),
             None => load(),
@@ -180,6 +223,7 @@ impl Catalog {
         }
         let info = self.insert(opened.info, opened.classes)?;
         self.warnings.extend(opened.warnings);
+        self.warnings.extend(choice.note(request));
         Ok(info)
     }
 
@@ -188,9 +232,9 @@ impl Catalog {
     /// # Errors
     /// [`CatalogError::NoLoader`], always.
     #[cfg(not(feature = "abi"))]
-    pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+    pub fn add_request(&mut self, request: &Request, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
         self.search = search.clone();
-        Err(CatalogError::NoLoader { request: request.into() })
+        Err(CatalogError::NoLoader { request: request.name.clone() })
     }
 
     /// Adds a library that is linked into this program. Panics of its elements are caught as for a loaded one.
@@ -257,7 +301,11 @@ impl Catalog {
             (Some(only), None) => Ok(only.clone()),
             (Some(_), Some(_)) => Err(CatalogError::AmbiguousType {
                 name: name.into(),
-                candidates: named.iter().map(ElementHandle::full_name).collect(),
+                candidates: named
+                    .iter()
+                    .filter(|e| kind.is_none_or(|k| e.descriptor().kind == k))
+                    .map(ElementHandle::full_name)
+                    .collect(),
             }),
             (None, _) => Err(match named.first() {
                 Some(other) => CatalogError::WrongKind {

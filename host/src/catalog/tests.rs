@@ -1,3 +1,8 @@
+#[cfg(all(feature = "abi", target_os = "linux"))]
+mod packages;
+#[cfg(all(feature = "abi", target_os = "linux"))]
+mod places;
+
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -130,9 +130,10 @@ impl Watchdog {
 }
 
 /// What a set is doing.
-struct Post {
-    library: String,
-    element: String,
+pub(super) struct Post {
+    pub(super) library: String,
+    /// Empty while the library is loaded.
+    pub(super) element: String,
     /// Calls begun and calls ended, together: odd while one is under way.
     calls: AtomicU64,
     function: AtomicUsize,
@@ -141,7 +142,7 @@ struct Post {
     /// Where a loaded library writes which of several it is at.
     progress: Option<Arc<AtomicU32>>,
     /// Names of the instances.
-    names: Mutex<Vec<String>>,
+    pub(super) names: Mutex<Vec<String>>,
     /// What the watchdog saw last.
     seen: Mutex<Seen>,
 }
@@ -158,7 +159,17 @@ impl Post {
         self.function.store(function, Ordering::Relaxed);
         self.instance.store(instance as u32, Ordering::Relaxed);
         let _under_way = UnderWay::begin(&self.calls);
+        #[cfg(all(unix, feature = "cli"))]
+        let _here = super::crash::Here::enter(self);
         body()
+    }
+
+    /// What the call under way is for, in words, and the number of the instance. May be called from the handler of a signal.
+    pub(super) fn at(&self) -> (&'static str, usize) {
+        let function = self.function.load(Ordering::Relaxed);
+        let own = self.progress.as_ref().filter(|_| function == EVALUATE).map(|at| at.load(Ordering::Relaxed));
+        let instance = own.unwrap_or_else(|| self.instance.load(Ordering::Relaxed));
+        (FUNCTIONS[function], instance as usize)
     }
 
     /// The call under way, if it has been so for longer than anybody was told.
@@ -174,14 +185,12 @@ impl Post {
             return None;
         }
         seen.told += 1;
-        let function = self.function.load(Ordering::Relaxed);
-        let own = self.progress.as_ref().filter(|_| function == EVALUATE).map(|at| at.load(Ordering::Relaxed));
-        let instance = own.unwrap_or_else(|| self.instance.load(Ordering::Relaxed));
+        let (function, instance) = self.at();
         Some(Late {
             library: self.library.clone(),
             element: self.element.clone(),
-            instance: lock(&self.names).get(instance as usize).cloned(),
-            function: FUNCTIONS[function],
+            instance: lock(&self.names).get(instance).cloned(),
+            function,
             seconds,
         })
     }

@@ -7,6 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use odyn::scene::Override;
 use odyn::session::RunOptions;
 
+use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
+
 const AFTER_HELP: &str = "\
 Results go to standard output, everything else to standard error. `odyn help COMMAND` has examples.
 
@@ -40,6 +42,7 @@ Examples:
   odyn run scenes/compressor.toml --audit-tol 1e-9 --json -q
   odyn run scenes/compressor.toml --verify
   odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s
+  odyn run pendulum.toml --watch
 
 Ctrl-C ends the run after the current step with valid results, a second one at once.")]
     Run(RunArgs),
@@ -86,7 +89,7 @@ Examples:
         #[command(subcommand)]
         command: ElementsCommand,
     },
-    /// Show the libraries of elements
+    /// Pack, install and show libraries of elements
     Plugin {
         #[command(subcommand)]
         command: PluginCommand,
@@ -116,7 +119,7 @@ Examples:
   odyn stress bennett doors
   odyn stress --suite my-suite.toml --plugin target/release -o results/my-manual
 
-The short form takes about half a minute, the full one some minutes. The exit code is 7 if a bound is broken or anything else is
+The short form takes some seconds, the full one some minutes. The exit code is 7 if a bound is broken or anything else is
 not as expected.")]
     Stress(StressArgs),
     /// Measure error against time and work, for all methods and tolerances, and draw the curves
@@ -142,11 +145,12 @@ Examples:
   odyn compare results/compressor/results.csv tests/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
     Compare(CompareArgs),
-    /// Explain a message by its code
+    /// Explain a message by its code, or a remedy of a run's report by its name
     #[command(after_help = "\
 Examples:
   odyn explain ODY0203
-  odyn explain          (all codes)
+  odyn explain rank-safe
+  odyn explain          (all codes and remedies)
   odyn explain --markdown > messages.md")]
     Explain(ExplainArgs),
     /// Write the JSON schema of scene files, with all elements that were found, for editors
@@ -204,9 +208,47 @@ Examples:
   odyn plugin list
   odyn plugin list --plugin ../my-plugin/target/release
 
-Looked into are --plugin, the folders of the environment variable ODYN_PLUGIN_PATH, and the folder of this program.
-A scene adds its own with `[plugins] path`.")]
-    List(PlacesArgs),
+  odyn plugin list --pins
+
+Looked into are, in this order, --plugin, the project's .odyn/plugins (in the working folder or above), the folders of the
+environment variable ODYN_PLUGIN_PATH, the user's installed libraries, and the folder of this program. A scene adds its own
+with `[plugins] path`, behind --plugin, and its project is the one that its own folder is in. --pins prints lines for `[plugins]`
+of a scene, with version and SHA-256.")]
+    List(ListArgs),
+    /// Put a library, the descriptions of its elements, documentation and licence into one file to give away
+    #[command(after_help = "\
+The file is NAME-VERSION-TARGET.odynplugin, a tar.gz with a plugin.toml that has the SHA-256 of every other file. README.md and
+licence texts beside the Cargo.toml of the library are taken along. The library is loaded, to ask for its descriptions. The
+same files give the same bytes.
+
+Examples:
+  odyn plugin pack target/release/libacme_wobble.so
+  odyn plugin pack target/release/libacme_wobble.so --docs docs --licence LICENSE-MIT -o wobble.odynplugin")]
+    Pack(PackArgs),
+    /// Install a library from the file that `odyn plugin pack` made
+    #[command(after_help = "\
+Hashes, target and names of the files are checked, then the library is loaded for trial: that runs its code, so install only
+what you would start. Versions stay side by side; a version is never replaced by another build of it.
+
+Examples:
+  odyn plugin add acme-wobble-1.2.0-x86_64-unknown-linux-gnu.odynplugin
+  odyn plugin add wobble.odynplugin --project .")]
+    Add(AddArgs),
+    /// Remove an installed library
+    #[command(after_help = "\
+Examples:
+  odyn plugin remove acme-wobble
+  odyn plugin remove acme-wobble@1.2.0 --project .")]
+    Remove(RemoveArgs),
+    /// Compare the files of installed libraries with what was installed, without running them
+    #[command(after_help = "\
+Looked into are the project that the working folder is in, and the user's installed libraries. The exit code is 4 if a file is
+missing, changed or strange.
+
+Examples:
+  odyn plugin verify
+  odyn plugin verify acme-wobble --project .")]
+    Verify(VerifyInstalledArgs),
 }
 
 /// A scene and what the command line changes of it.
@@ -280,6 +322,10 @@ pub(super) struct RunArgs {
     /// Largest constraint violation and energy error the audit lets pass
     #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) audit_tol: Option<f64>,
+    /// Run again whenever the scene or a library that it loads changes, until Ctrl-C. A library that was built again is loaded
+    /// beside the old one
+    #[arg(long)]
+    pub(super) watch: bool,
     /// Refuse scenes with warnings
     #[arg(long)]
     pub(super) strict: bool,
@@ -453,9 +499,9 @@ pub(super) struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
-    /// Code of a message, such as ODY0203; all codes if left out
+    /// Code of a message, such as ODY0203, or name of a remedy, such as rank-safe; all if left out
     pub(super) code: Option<String>,
-    /// All codes with their explanations, as a page in Markdown
+    /// All codes and remedies with their explanations, as a page in Markdown
     #[arg(long, conflicts_with = "code")]
     pub(super) markdown: bool,
 }
@@ -496,7 +542,8 @@ impl Command {
             Command::Plan(args) => args.json,
             Command::Elements { command: ElementsCommand::List(args) } => args.json,
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
-            Command::Plugin { command: PluginCommand::List(args) } => args.json,
+            Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
+            Command::Plugin { .. } => false,
             Command::Compare(args) => args.json,
             Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
             Command::Schema(_) | Command::Completions(_) | Command::Man(_) => false,

@@ -1,14 +1,14 @@
-//! `odyn elements` and `odyn plugin`
+//! `odyn elements`
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use element_api::descriptor::{Descriptor, Kind, Named, NamedInput};
 use element_api::documentation::manual_page;
 use element_api::params::{ParamKind, ParamSpec};
 use serde::Serialize;
 
-use odyn::catalog::{Catalog, CatalogError, ElementHandle, Manifest, SearchPath, read_manifest, scan};
+use odyn::catalog::{Catalog, CatalogError, ElementHandle, Manifest, SearchPath};
 use odyn::diagnostics::suggest;
 
 use super::args::{DescribeArgs, PlacesArgs};
@@ -87,85 +87,6 @@ pub(super) fn describe(args: &DescribeArgs) -> Result<u8, Failure> {
     Ok(exit::DONE)
 }
 
-/// Lists all libraries, also those that can't be used, with the reason.
-pub(super) fn plugins(args: &PlacesArgs) -> Result<u8, Failure> {
-    #[derive(Serialize)]
-    struct Plugin {
-        path: PathBuf,
-        package: Option<String>,
-        version: Option<String>,
-        about: Option<String>,
-        abi: Option<u32>,
-        interface: Option<String>,
-        profile: Option<&'static str>,
-        elements: Vec<String>,
-        /// Another file of this package is found first.
-        hidden: bool,
-        problem: Option<String>,
-    }
-    let mut found: Vec<Plugin> = Vec::new();
-    for (path, manifest) in everything(args) {
-        let problem = manifest.as_ref().err().map(CatalogError::to_string);
-        let manifest = manifest.ok();
-        let of = |get: fn(&Manifest) -> &String| manifest.as_ref().map(|m| get(m).clone());
-        // A build leaves copies of a library in two folders; they are one library.
-        if found.iter().any(|known| same_content(&known.path, &path)) {
-            continue;
-        }
-        found.push(Plugin {
-            hidden: manifest.as_ref().is_some_and(|m| found.iter().any(|f| f.package.as_ref() == Some(&m.package))),
-            package: of(|m| &m.package),
-            version: of(|m| &m.version),
-            about: of(|m| &m.about),
-            interface: of(|m| &m.interface),
-            abi: manifest.as_ref().map(|m| m.abi),
-            profile: manifest.as_ref().map(|m| m.profile.word()),
-            elements: manifest.map(|m| m.elements.into_iter().map(|e| e.name).collect()).unwrap_or_default(),
-            path,
-            problem,
-        });
-    }
-    if args.json {
-        terminal::print(&terminal::json(&found))?;
-        return Ok(exit::DONE);
-    }
-    let mut text = String::new();
-    for plugin in &found {
-        let path = plugin.path.display();
-        match (&plugin.package, &plugin.version, &plugin.problem) {
-            (Some(package), Some(version), None) if plugin.hidden => {
-                text.push_str(&format!("{package} {version}: hidden by the one above\n  {path}\n"));
-            }
-            (Some(package), Some(version), None) => {
-                let about = plugin.about.as_deref().unwrap_or_default();
-                let (abi, profile) = (plugin.abi.unwrap_or_default(), plugin.profile.unwrap_or_default());
-                let elements = plugin.elements.join(", ");
-                text.push_str(&format!(
-                    "{package} {version}: {about}\n  {path}\n  interface {abi}, {profile} build\n  {elements}\n"
-                ));
-            }
-            (_, _, problem) => {
-                text.push_str(&format!("unusable: {}\n  {path}\n", problem.as_deref().unwrap_or_default()));
-            }
-        }
-    }
-    if found.is_empty() {
-        eprintln!("{}", nothing_found());
-    }
-    terminal::print(&text)?;
-    Ok(exit::DONE)
-}
-
-/// All libraries in the order in which they are found, and what is wrong with them.
-fn everything(args: &PlacesArgs) -> Vec<(PathBuf, Result<Manifest, CatalogError>)> {
-    let files = args.plugins.iter().filter(|place| place.is_file());
-    let mut found: Vec<_> = files.map(|file| (file.clone(), read_manifest(file))).collect();
-    let search = SearchPath::standard(&args.plugins, &[]);
-    let folders: Vec<&Path> = search.folders().collect();
-    found.extend(folders.into_iter().flat_map(scan));
-    found
-}
-
 /// The library that a package's name leads to: the first one.
 pub(super) fn first_of_each(found: Vec<(PathBuf, Manifest)>) -> Vec<(PathBuf, Manifest)> {
     let mut first: Vec<(PathBuf, Manifest)> = Vec::new();
@@ -177,14 +98,8 @@ pub(super) fn first_of_each(found: Vec<(PathBuf, Manifest)>) -> Vec<(PathBuf, Ma
     first
 }
 
-fn same_content(a: &Path, b: &Path) -> bool {
-    let size = |path: &Path| std::fs::metadata(path).map(|data| data.len()).ok();
-    let content = |path: &Path| std::fs::read(path).ok();
-    size(a).is_some() && size(a) == size(b) && content(a) == content(b)
-}
-
-fn nothing_found() -> &'static str {
-    "no library of elements was found; name a folder with `--plugin`, or build the standard libraries with `cargo build`"
+pub(super) fn nothing_found() -> &'static str {
+    "no library of elements was found; install one with `odyn plugin add FILE`, name a folder with `--plugin`, or build the standard libraries with `cargo build`"
 }
 
 pub(super) fn description_json(element: &ElementHandle) -> String {

@@ -69,7 +69,8 @@ impl From<ResultsError> for Failure {
 
 impl From<CatalogError> for Failure {
     fn from(error: CatalogError) -> Self {
-        Self::new(exit::PLUGIN, error.diagnostic())
+        let exit = if matches!(error, CatalogError::Files { .. }) { exit::FILES } else { exit::PLUGIN };
+        Self::new(exit, error.diagnostic())
     }
 }
 
@@ -91,8 +92,10 @@ const TOLD_AFTER: f64 = 10.0;
 
 /// Watches the calls into libraries. With `limit` (s), one that takes longer ends the program: its thread cannot be ended, nor
 /// can results be completed while it may hold them, but those on disk are whole rows. Without, it is told and waited for: an
-/// element that computes for long is not broken, and only the user knows how long that may be.
+/// element that computes for long is not broken, and only the user knows how long that may be. A call that crashes is told, too.
 pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
+    #[cfg(unix)]
+    odyn::catalog::tell_crashes();
     let patience = Duration::from_secs_f64(limit.unwrap_or(TOLD_AFTER));
     let told = move |late: &Late| {
         if limit.is_some() {

@@ -10,7 +10,9 @@
 //! | `args.rs` | what can be written on the command line |
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
-//! | `elements.rs` | `elements list`, `elements describe`, `plugin list` |
+//! | `watch.rs` | `run --watch` |
+//! | `elements.rs` | `elements list`, `elements describe` |
+//! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
@@ -28,10 +30,13 @@ mod resume;
 mod run;
 mod schema;
 mod shell;
+mod store;
+mod store_args;
 mod stress;
 mod study;
 mod terminal;
 mod verify;
+mod watch;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
@@ -89,7 +94,11 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),
         Command::Elements { command: ElementsCommand::Describe(args) } => elements::describe(args),
-        Command::Plugin { command: PluginCommand::List(args) } => elements::plugins(args),
+        Command::Plugin { command: PluginCommand::Pack(args) } => store::pack(args),
+        Command::Plugin { command: PluginCommand::Add(args) } => store::add(args),
+        Command::Plugin { command: PluginCommand::Remove(args) } => store::remove(args),
+        Command::Plugin { command: PluginCommand::List(args) } => store::list(args),
+        Command::Plugin { command: PluginCommand::Verify(args) } => store::verify(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),

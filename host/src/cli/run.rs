@@ -13,12 +13,18 @@ use super::exit;
 use super::failure::Failure;
 use super::inspect::refuse_warnings;
 use super::terminal::{self, Progress, Stream};
+use super::watch;
 
-/// Integrates a scene and writes its results.
+/// Integrates a scene and writes its results; again and again with `--watch`.
 pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let stop = stop_on_interrupt();
     let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), ..args.options() };
-    let mut session = Session::open(&args.scene.scene, &options)?;
+    if args.watch { watch::watch(args, &options, &stop) } else { once(args, &options, &stop) }
+}
+
+/// One run.
+pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>) -> Result<u8, Failure> {
+    let mut session = Session::open(&args.scene.scene, options)?;
     let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
     if let Some(from) = &args.from {
         if same_folder(from, &folder) {
@@ -37,10 +43,10 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
         eprintln!("{}", session.plan_report());
     }
     let sharper = if args.verify { Some(session.sharper()?) } else { None };
-    let mut outcome = integrate(session, &folder, &told, &stop)?;
+    let mut outcome = integrate(session, &folder, &told, stop)?;
     if let Some((session, how)) = sharper.filter(|_| outcome.summary.status == Status::Completed) {
         let progress = Progress::new();
-        let second = session.run(None, told.listener(&progress), &stop);
+        let second = session.run(None, told.listener(&progress), stop);
         drop(progress);
         outcome.verify(how, second.as_ref());
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;

@@ -190,6 +190,18 @@ pub const DEBUG_PLUGIN: Code = "ODY0410";
 pub const PLUGIN_MISBEHAVED: Code = "ODY0411";
 /// A call into a plugin that does not come back.
 pub const PLUGIN_HANGS: Code = "ODY0412";
+/// Libraries of this name, but none of the version asked for.
+pub const PLUGIN_VERSION: Code = "ODY0420";
+/// A library with another content than asked for.
+pub const PLUGIN_CONTENT: Code = "ODY0421";
+/// Several libraries of one name, of which the first was taken.
+pub const PASSED_OVER: Code = "ODY0422";
+/// A package of a library that cannot be used.
+pub const BAD_PACKAGE: Code = "ODY0423";
+/// A library that is installed already, or not at all.
+pub const INSTALLATION: Code = "ODY0424";
+/// A plugin whose code ended the process.
+pub const PLUGIN_CRASHED: Code = "ODY0430";
 
 /// No position satisfies all joints.
 pub const CANNOT_ASSEMBLE: Code = "ODY0501";
@@ -205,6 +217,8 @@ pub const REDUNDANT_CONSTRAINTS: Code = "ODY0505";
 pub const REACTIONS_NOT_UNIQUE: Code = "ODY0506";
 /// The motion is not determined by masses and joints.
 pub const SINGULAR_MASS: Code = "ODY0507";
+/// Positions are known less exactly than the tolerance asks for.
+pub const FAR_FROM_ORIGIN: Code = "ODY0508";
 
 /// The step had to become too small.
 pub const STEP_TOO_SMALL: Code = "ODY0601";
@@ -309,7 +323,7 @@ pub const TABLE: &[Explanation] = &[
          that depends on unique components only.",
     ),
 
-    entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, `ODYN_PLUGIN_PATH`, the configuration and the folder of the executable. In the source tree, `cargo build` builds the standard libraries."),
+    entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries."),
     entry(NOT_A_LIBRARY, "not a library for this machine", "The file is truncated, or made for another system or processor. Build or copy it again."),
     entry(NO_MANIFEST, "not an O-DYN plugin", "The library has no manifest. A plugin exports one with `export_plugin!`."),
     entry(ABI_VERSION, "plugin of another interface version", "The library was built against another version of the plugin interface. Build it again with the `element-api` of this host."),
@@ -321,14 +335,21 @@ pub const TABLE: &[Explanation] = &[
     entry(DEBUG_PLUGIN, "plugin without optimisation", "The library is a debug build; its opaque elements are up to a hundred times slower. Build it with `--release`."),
     entry(PLUGIN_MISBEHAVED, "plugin answered something impossible", "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin."),
     entry(PLUGIN_HANGS, "plugin does not come back", "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time."),
+    entry(PLUGIN_VERSION, "no library of this version", "There are libraries of this name, but none of a version that the scene is pinned to. Install one with `odyn plugin add FILE`, or change the pin. `version = \"1.2\"` means 1.2.0 up to, but not, 2.0.0; `\"=1.2.3\"` is exact."),
+    entry(PLUGIN_CONTENT, "library with another content", "The file of the library is not the one that the scene's `sha256` asks for, or not the one that was installed. Nothing of it was run. `odyn plugin verify` tells which installed files were changed; another build of the same source has another hash, too."),
+    entry(PASSED_OVER, "several libraries of one name", "Different libraries answer to this name. The first place of the search order was taken: command line, scene, project, ODYN_PLUGIN_PATH, user, program. To be sure which one it is, pin it: `{ name = \"acme-wobble\", version = \"^1.2\", sha256 = \"...\" }`; `odyn plugin list --pins` prints such lines."),
+    entry(BAD_PACKAGE, "package that cannot be used", "The file is not a package of a library, damaged, changed, for another machine, or holds what no package may hold (links, names that lead out of its folder, too much). Nothing of it was installed or run."),
+    entry(INSTALLATION, "installed already, or not at all", "`odyn plugin add` never replaces a version by another build of it: remove the old one first. `odyn plugin remove NAME@VERSION` needs the version where several are installed, and `--project DIR` for those of a project."),
+    entry(PLUGIN_CRASHED, "plugin crashed", "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin."),
 
-    entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. Check points, axes and initial positions of the joints with the largest remaining gap, which the message names."),
+    entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. The message names the joints that contradict each other, and by how much each of their rows misses where the bodies miss least (least squares); joints that are not named can be met. Change a length, a point or an axis of one of those named, or take one away."),
     entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints."),
     entry(INCONSISTENT_VELOCITIES, "velocities contradict the joints", "The prescribed velocities cannot all hold. Leave those out that follow from the joints: `velocity = [\"free\", \"free\", 0]`."),
     entry(ASSEMBLY_JUMP, "assembly moved bodies too far", "The nearest assembled position is further from the given one than allowed. Correct the initial positions, or raise the limit."),
     entry(REDUNDANT_CONSTRAINTS, "redundant joint equations", "Some joint equations follow from others, which is normal for planar mechanisms with spatial joints. The motion is not affected."),
     entry(REACTIONS_NOT_UNIQUE, "reactions are not unique", "Redundant joints share a load in a way that rigid bodies don't determine. Sums over the joints are unique. Use a joint with fewer constraints, or a bushing."),
     entry(SINGULAR_MASS, "the motion is not determined", "A direction of motion has neither mass nor a joint. Give the body a mass, or fix it."),
+    entry(FAR_FROM_ORIGIN, "far from the origin", "Numbers have 16 digits. A machine of 0.1 m that stands 1000 km from the origin leaves 9 of them for its motion, and errors below that cannot be had; in Cartesian coordinates the integrator takes many small steps in search of them. Put the origin near the machine, or raise the tolerance."),
 
     entry(STEP_TOO_SMALL, "step too small", "The equations change faster than any sensible step: a stop without compliance, a discontinuous table, an unstable parameter. Results up to this time are kept. Try a stiff method, or look at the element named."),
     entry(MOTION_NOT_FINITE, "value not finite", "A position, velocity or force became infinite or undefined. Results up to this time are kept."),

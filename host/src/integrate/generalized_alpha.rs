@@ -183,7 +183,10 @@ impl GeneralizedAlpha {
         // Equal steps differ by round-off, which a matrix may be off by.
         let kept = self.factored_for.is_some_and(|known| (known - h).abs() <= 1e-6 * h);
         let solved = match self.solve(run, y, t_new, !kept)? {
-            Solved::Diverged if kept => self.solve(run, y, t_new, true)?,
+            Solved::Diverged if kept => {
+                run.counters.recoveries.fresh_jacobian += 1;
+                self.solve(run, y, t_new, true)?
+            }
             solved => solved,
         };
         let Solved::After(iterations) = solved else {

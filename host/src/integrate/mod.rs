@@ -251,6 +251,8 @@ pub enum Flow {
 pub enum Failure {
     /// A smaller step may help.
     Recoverable(Box<dyn Error + Send + Sync>),
+    /// The same, where a number that was asked for is infinite or none.
+    NotFinite(Box<dyn Error + Send + Sync>),
     /// Nothing will help.
     Fatal(Box<dyn Error + Send + Sync>),
 }
@@ -362,11 +364,13 @@ pub enum StopReason {
         /// Last step size tried.
         step: f64,
     },
-    /// The system failed with [`Failure::Recoverable`], and no smaller step is possible.
+    /// The system failed with [`Failure::Recoverable`] or [`Failure::NotFinite`], and no smaller step is possible.
     #[error("no step is possible beyond this time (last step tried {step:e}): {cause}")]
     Failed {
         /// Last step size tried; 0 if it failed at the last accepted state itself.
         step: f64,
+        /// Whether it was [`Failure::NotFinite`].
+        not_finite: bool,
         /// The system's error.
         #[source]
         cause: Box<dyn Error + Send + Sync>,
@@ -404,7 +408,7 @@ pub struct Counters {
     pub h_min: f64,
     /// Largest accepted step; 0 without any.
     pub h_max: f64,
-    /// Rejected steps that were no matter of accuracy.
+    /// What was done where the plain way did not get on.
     pub recoveries: Recoveries,
 }
 
@@ -413,12 +417,14 @@ pub struct Counters {
 pub struct Recoveries {
     /// Steps tried again smaller after [`Failure::Recoverable`].
     pub smaller_step: usize,
-    /// Steps tried again smaller because the result, or its error, was not finite.
+    /// Steps tried again smaller after [`Failure::NotFinite`], or because the result, or its error, was not finite.
     pub not_finite: usize,
     /// Steps tried again smaller because Newton's method did not converge.
     pub no_convergence: usize,
     /// Steps tried again so that they end at a sample that could not be interpolated well.
     pub sample_step: usize,
+    /// Jacobians of an earlier state given up because Newton's method did not converge with them.
+    pub fresh_jacobian: usize,
 }
 
 /// What ends a run without an outcome.

@@ -410,6 +410,8 @@ impl Radau5 {
     /// Jacobian and factorisations for a step of size `h`, as far as they are not in force.
     fn prepare(&mut self, run: &mut Run<'_>, y: &[f64], h: f64, control: &mut Control) -> Result<(), Fault> {
         if !control.has_jacobian || (control.theta > KEEP_JACOBIAN && !control.jacobian_is_current) {
+            // Newton's method failed with that of an earlier state.
+            run.counters.recoveries.fresh_jacobian += usize::from(control.has_jacobian && control.theta >= 1.0);
             self.jacobian.take(run, y, &self.start)?;
             control.has_jacobian = true;
             control.jacobian_is_current = true;

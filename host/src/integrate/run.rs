@@ -189,8 +189,8 @@ impl<'a> Run<'a> {
     pub fn reject(&mut self, reason: &StopReason) {
         self.counters.rejected += 1;
         match reason {
-            StopReason::Failed { .. } => self.counters.recoveries.smaller_step += 1,
-            StopReason::NotFinite { .. } => self.counters.recoveries.not_finite += 1,
+            StopReason::Failed { not_finite: false, .. } => self.counters.recoveries.smaller_step += 1,
+            StopReason::Failed { .. } | StopReason::NotFinite { .. } => self.counters.recoveries.not_finite += 1,
             StopReason::NoConvergence { .. } => self.counters.recoveries.no_convergence += 1,
             _ => {}
         }
@@ -262,7 +262,8 @@ impl<'a> Run<'a> {
 /// Trouble in a step that can be tried again.
 pub(super) fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
     match failure {
-        Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, cause }),
+        Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: false, cause }),
+        Failure::NotFinite(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: true, cause }),
         Failure::Fatal(cause) => Trouble::Abort(IntegrateError::System { t, cause }),
     }
 }

@@ -19,6 +19,7 @@
 //! | `audit.rs` | what can be checked without knowing the solution |
 //! | `checks.rs` | values against those they should have |
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
+//! | `remedies.rs` | what was done where the plain way did not get on |
 //! | `report.rs` | the text at the end of a run |
 //! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
 //! | `verified.rs` | the differences of two runs at different tolerances |
@@ -32,6 +33,7 @@ mod csv;
 mod error;
 mod figures;
 mod folder;
+mod remedies;
 mod report;
 mod summary;
 mod table;
@@ -50,6 +52,7 @@ pub use csv::CsvWriter;
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
 pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use remedies::{Recoveries, Remedy};
 pub use report::report;
 pub(crate) use summary::replace;
 pub use summary::{FigureResult, IslandWork, LibraryUsed, Status, Summary};

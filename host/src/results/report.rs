@@ -164,15 +164,15 @@ fn work(summary: &Summary) -> String {
         count(summary.factorisations, "factorisation"),
         count(summary.projections, "projection"),
     ];
-    if summary.events > 0 {
-        parts.push(count(summary.events, "event"));
-    }
     if summary.jacobians > 0 {
         parts.push(count(summary.jacobians, "Jacobian"));
         parts.push(count(summary.newton_iterations, "Newton iteration"));
     }
     if let Some(time) = summary.stiff_from {
         parts.push(format!("stiff from {}", with_unit(significant(time, 4), &summary.time_unit)));
+    }
+    if summary.resumed > 0 {
+        parts.push(count(summary.resumed, "resumption"));
     }
     let how = [&summary.method, &summary.engine].map(String::as_str);
     let how = how.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
@@ -189,22 +189,16 @@ fn work(summary: &Summary) -> String {
     )
 }
 
-/// What went another way than planned and was put right, by name; nothing where nothing did.
+/// What was done where the plain way did not get on, by name; nothing where it did.
 fn recoveries(summary: &Summary) -> String {
-    let named = [
-        (summary.retries_failed, "steps made smaller because equations could not be solved"),
-        (summary.retries_not_finite, "steps made smaller because numbers were not finite"),
-        (summary.retries_no_convergence, "steps made smaller because Newton's method did not converge"),
-        (summary.retries_sample, "steps shortened to end at a sample"),
-        (summary.rank_safe, "rank-safe solutions"),
-        (summary.interpolated, "interpolated passages next to singular positions"),
-        (summary.chatters, "times too many switches to end steps at"),
-        (summary.method_switches, "changes of method"),
-        (summary.resumed, "resumptions from a checkpoint"),
-    ];
-    let happened: Vec<String> =
-        named.iter().filter(|(number, _)| *number > 0).map(|(number, what)| format!("{number} {what}")).collect();
-    if happened.is_empty() { String::new() } else { format!("recoveries: {}\n", happened.join(", ")) }
+    let mut rows = Vec::new();
+    for (remedy, count) in summary.recoveries.taken() {
+        rows.push(vec![remedy.name().into(), count.to_string(), remedy.counted().into()]);
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("recoveries (`odyn explain NAME` tells more):\n{}", aligned(&[Side::Left, Side::Right, Side::Left], &rows))
 }
 
 /// A line for each island that was integrated apart.

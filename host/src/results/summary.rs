@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{Audit, CheckResult, ResultsError, Verified};
+use super::{Audit, CheckResult, Recoveries, ResultsError, Verified};
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -69,18 +69,8 @@ pub struct Summary {
     pub steps: u64,
     /// Steps tried and not accepted.
     pub rejected: u64,
-    /// Steps tried again smaller because the equations could not be solved at one of their states.
-    pub retries_failed: u64,
-    /// Steps tried again smaller because their result was not finite.
-    pub retries_not_finite: u64,
-    /// Steps tried again smaller because Newton's method did not converge.
-    pub retries_no_convergence: u64,
-    /// Steps tried again so that they end at a sample that could not be interpolated well.
-    pub retries_sample: u64,
-    /// Steps that end where the equations switch.
-    pub events: u64,
-    /// How often switches followed each other so closely that, for a while, steps no longer ended there.
-    pub chatters: u64,
+    /// What was done where the plain way did not get on.
+    pub recoveries: Recoveries,
     /// Evaluations of the right side.
     pub evaluations: u64,
     /// Factorisations of the system for accelerations and multipliers.
@@ -94,16 +84,10 @@ pub struct Summary {
     /// Time from which on stability limited explicit steps, in `time_unit`; with `auto`, where an implicit method first took
     /// over because it was likely to cost less.
     pub stiff_from: Option<f64>,
-    /// Changes between an explicit and an implicit method on the way.
-    pub method_switches: u64,
     /// Projections onto the constraints.
     pub projections: u64,
-    /// Evaluations for which the rank-safe engine was called in.
-    pub rank_safe: u64,
     /// Newton corrections of positions.
     pub position_corrections: u64,
-    /// Evaluations and projections next to a singular position, by interpolation between places on both sides of it.
-    pub interpolated: u64,
     /// Iterations for forces that depend on reactions or accelerations.
     pub coupling_iterations: u64,
     /// Checkpoints that were written.
@@ -241,29 +225,21 @@ impl Summary {
     }
 
     /// All counters of work, with their names in `summary.json`, for runs that are made of several.
-    pub fn counts(&mut self) -> [(&'static str, &mut u64); 20] {
-        [
+    pub fn counts(&mut self) -> Vec<(&'static str, &mut u64)> {
+        let work = [
             ("steps", &mut self.steps),
             ("rejected", &mut self.rejected),
-            ("retries_failed", &mut self.retries_failed),
-            ("retries_not_finite", &mut self.retries_not_finite),
-            ("retries_no_convergence", &mut self.retries_no_convergence),
-            ("retries_sample", &mut self.retries_sample),
-            ("events", &mut self.events),
-            ("chatters", &mut self.chatters),
             ("evaluations", &mut self.evaluations),
             ("factorisations", &mut self.factorisations),
             ("jacobians", &mut self.jacobians),
             ("newton_factorisations", &mut self.newton_factorisations),
             ("newton_iterations", &mut self.newton_iterations),
-            ("method_switches", &mut self.method_switches),
             ("projections", &mut self.projections),
-            ("rank_safe", &mut self.rank_safe),
             ("position_corrections", &mut self.position_corrections),
-            ("interpolated", &mut self.interpolated),
             ("coupling_iterations", &mut self.coupling_iterations),
             ("machine_code_programs", &mut self.machine_code_programs),
-        ]
+        ];
+        work.into_iter().chain(self.recoveries.counts()).collect()
     }
 
     /// Adds the counters of a part of the run.

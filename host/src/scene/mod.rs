@@ -13,7 +13,7 @@
 //! [units]
 //! length = "mm"                           # also mass, time, angle; force, torque, energy, pressure
 //! [plugins]
-//! libraries = ["joints"]
+//! libraries = ["joints"]                  # or { name = "joints", version = "^0.1", sha256 = "..." }
 //! [parameters]
 //! rod.length = "0.4 m"
 //! [simulation]
@@ -82,8 +82,8 @@ pub use quantity::Quantity;
 pub use raw::{RawKind, RawTable, RawValue, Spanned};
 pub use record::{
     BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, FigureRecord, InputRecord, InputSource,
-    LocalFrame, OutputRecord, OutputTimes, Placement, PluginRequest, PointMass, Reference, SampleTime, Scene,
-    Simulation, Take, VerificationRecord,
+    LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement, PluginRequest, PointMass, Reference, SampleTime,
+    Scene, Simulation, Take, VerificationRecord,
 };
 pub use unit_system::UnitSystem;
 pub use units::{UnitError, parse_unit};

@@ -40,10 +40,23 @@ pub struct Scene {
 /// `[plugins]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PluginRequest {
-    /// Names of libraries.
-    pub libraries: Vec<Spanned<String>>,
+    /// Libraries by name.
+    pub libraries: Vec<LibraryRecord>,
     /// Further folders, relative to the scene's folder.
     pub paths: Vec<Spanned<String>>,
+}
+
+/// A library asked for: a name, or `{ name = "...", version = "^1.2", sha256 = "..." }`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LibraryRecord {
+    /// Name, or path of a file.
+    pub name: Spanned<String>,
+    /// Versions that will do; any where absent.
+    pub version: Option<semver::VersionReq>,
+    /// SHA-256 of the file that will do, in lower case; any where absent.
+    pub sha256: Option<String>,
+    /// Byte range of the whole entry.
+    pub span: Range<usize>,
 }
 
 /// `[simulation]`.

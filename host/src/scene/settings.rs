@@ -2,10 +2,11 @@
 
 use super::dimension::Dimension;
 use super::raw::{RawTable, RawValue, Spanned};
-use super::reader::{Reader, Record, inner_span};
-use super::record::{MOST_SAMPLES, OutputTimes, PluginRequest, Simulation};
+use super::reader::{Reader, Record, inner_span, unusable};
+use super::record::{LibraryRecord, MOST_SAMPLES, OutputTimes, PluginRequest, Simulation};
 use super::unit_system::{UNIT_KEYS, UnitSystem};
 use crate::diagnostics::{Diagnostic, Source, codes, help_for};
+use semver::VersionReq;
 
 /// Reads `[units]`; comes before everything else, since plain numbers need it.
 pub(super) fn read_units(root: &RawTable, source: &Source, diagnostics: &mut Vec<Diagnostic>) -> UnitSystem {
@@ -73,11 +74,61 @@ pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRe
         return PluginRequest::default();
     };
     reader.check_keys(&record, PLUGIN_KEYS);
-    let mut words = |key: &str| -> Vec<Spanned<String>> {
-        let raw = record.table.get(key);
-        raw.map(|raw| reader.words(raw, key)).unwrap_or_default()
+    let paths = record.table.get("path").map(|raw| reader.words(raw, "path")).unwrap_or_default();
+    let libraries = record.table.get("libraries").and_then(|raw| reader.list(raw, "libraries", "a list of names"));
+    let libraries = libraries.unwrap_or_default().iter().filter_map(|raw| read_library(raw, reader)).collect();
+    PluginRequest { libraries, paths }
+}
+
+pub(super) const LIBRARY_KEYS: &[&str] = &["name", "version", "sha256"];
+
+/// A name, or a table with a name and what it is pinned to.
+fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord> {
+    let span = raw.span.clone();
+    if let Some(text) = raw.as_text() {
+        if text.is_empty() {
+            reader.diagnostics.push(unusable("", span));
+            return None;
+        }
+        return Some(LibraryRecord {
+            name: Spanned::new(text.into(), span.clone()),
+            version: None,
+            sha256: None,
+            span,
+        });
+    }
+    let Some(table) = raw.as_table() else {
+        reader.wrong_type("libraries", "a list of names or of tables `{ name = ..., version = ... }`", raw);
+        return None;
     };
-    PluginRequest { libraries: words("libraries"), paths: words("path") }
+    let record = Record { table, what: "this library".into() };
+    reader.check_keys(&record, LIBRARY_KEYS);
+    let version = reader.word(&record, "version").and_then(|text| match VersionReq::parse(&text.value) {
+        Ok(range) => Some(range),
+        Err(error) => {
+            let message = format!("`{}` is no version, nor a range of such: {error}", text.value);
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, message).at(text.span, "");
+            reader
+                .diagnostics
+                .push(diagnostic.help("write \"1.2\" for 1.2.0 up to 2.0.0, \"=1.2.3\", or \">=1.2, <1.5\""));
+            None
+        }
+    });
+    let sha256 = reader.word(&record, "sha256").and_then(|text| {
+        let hash = text.value.to_ascii_lowercase();
+        if hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return Some(hash);
+        }
+        let message = "`sha256` must have 64 hexadecimal digits";
+        let diagnostic =
+            Diagnostic::error(codes::UNKNOWN_WORD, message).at(text.span, format!("{} characters", hash.len()));
+        reader
+            .diagnostics
+            .push(diagnostic.help("`odyn plugin list --pins` prints those of the libraries that are found"));
+        None
+    });
+    let name = reader.required_word(&record, "name")?;
+    Some(LibraryRecord { name, version, sha256, span })
 }
 
 pub(super) const SIMULATION_KEYS: &[&str] = &[

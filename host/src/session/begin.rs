@@ -149,7 +149,7 @@ impl Session {
         if !self.pruning.audit {
             system.watch_every_state();
         }
-        let state = system.place_at_start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+        let state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
         let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());
         if let Some(carried) = carried {
             system.carry_on(carried);
@@ -195,7 +195,7 @@ impl Begun<'_> {
     /// # Errors
     /// Equations without a finite value.
     pub(super) fn watch_start(&mut self) -> Result<(), AnalysisError> {
-        self.system.watch_start(self.t_start, &self.state)
+        self.system.watch(self.t_start, &self.state)
     }
 
     /// All steps.

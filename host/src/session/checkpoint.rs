@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::error::{Exit, SessionError};
 use super::open::{RunOptions, Session};
@@ -13,8 +14,8 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary};
 use crate::scene::Override;
 
-/// What this version writes.
-const FORMAT: u32 = 1;
+/// What this version writes. 2: the scene by its SHA-256, remedies among the counts.
+const FORMAT: u32 = 2;
 
 /// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,12 +44,18 @@ pub struct Checkpoint {
     pub(super) state: Option<Restart>,
 }
 
+/// The version of a record.
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+}
+
 /// What a run is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Identity {
     /// Version of this program.
     odyn: String,
-    /// Hash of the scene's text and of all changes to it.
+    /// SHA-256 of the scene's text and of all changes to it.
     scene: String,
     /// Libraries in use.
     libraries: Vec<LibraryIdentity>,
@@ -132,7 +139,7 @@ impl Identity {
         });
         Self {
             odyn: env!("CARGO_PKG_VERSION").into(),
-            scene: format!("{:016x}", fnv1a(format!("{source:?}").as_bytes())),
+            scene: Sha256::digest(format!("{source:?}")).iter().map(|byte| format!("{byte:02x}")).collect(),
             libraries: libraries.collect(),
         }
     }
@@ -164,11 +171,6 @@ impl Identity {
         found.extend(new.map(|is| format!("the library `{}` was not in use", is.package)));
         found
     }
-}
-
-/// Fowler, Noll & Vo's hash 1a of 64 bits: tells texts apart that differ by accident, not by intent.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 impl Work {
@@ -249,11 +251,16 @@ impl Checkpoint {
     }
 
     pub(super) fn from_text(text: &str) -> Result<Self, String> {
-        let point: Self = toml::from_str(text).map_err(|error| error.message().to_owned())?;
-        if point.format != FORMAT {
-            return Err(format!("its format is {}, this program knows {FORMAT}", point.format));
+        let wrong = |error: toml::de::Error| error.message().to_owned();
+        // Before anything else, which another format may not have.
+        let Format { format } = toml::from_str(text).map_err(wrong)?;
+        if format != FORMAT {
+            let whose = if format < FORMAT { "an older" } else { "a newer" };
+            return Err(format!(
+                "its format is {format}, that of {whose} odyn; this one knows {FORMAT}: resume with that one, or run anew"
+            ));
         }
-        Ok(point)
+        toml::from_str(text).map_err(wrong)
     }
 
     /// The scene file of the run and how it was opened; `None` if it was not opened from a file.

@@ -10,6 +10,7 @@
 //! | file | content |
 //! |---|---|
 //! | `open.rs` | everything before time starts |
+//! | `libraries.rs` | which libraries a scene asks for, and where they are looked for |
 //! | `formulation.rs` | which coordinates the equations of motion are written in |
 //! | `begin.rs` | a run that lacks nothing but its steps |
 //! | `run.rs` | from the start to results |
@@ -25,6 +26,7 @@
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
 //! | `schema.rs` | the JSON schema of scene files |
+//! | `watch.rs` | whether the files that a run depends on have changed |
 //! | `error.rs` | why there is no result |
 
 mod apart;
@@ -35,6 +37,7 @@ mod checks;
 mod error;
 mod formulation;
 mod islands;
+mod libraries;
 mod open;
 mod prune;
 mod report;
@@ -44,6 +47,8 @@ mod schema;
 mod sharper;
 mod simulation;
 mod tier;
+#[cfg(feature = "abi")]
+mod watch;
 
 #[cfg(test)]
 mod tests;
@@ -53,6 +58,7 @@ pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
+pub use libraries::{requests, search_path};
 pub use open::{RunOptions, Session, catalog_of_scene};
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
@@ -60,3 +66,5 @@ pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
 pub use schema::scene_schema;
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};
+#[cfg(feature = "abi")]
+pub use watch::Watched;

@@ -9,10 +9,12 @@ use nalgebra::Matrix3;
 use super::chain::Stretch;
 use super::checkpoint::{Checkpoint, Origin};
 use super::error::{Exit, SessionError};
+use super::libraries::load_libraries;
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
-use crate::analysis::{self, Assembly, AssemblyError, Constraints, assemble, mass_values, sparse_engine};
-use crate::catalog::{Catalog, LibraryInfo, SearchPath, Watchdog};
+use super::run::DEFAULT_TOLERANCE;
+use crate::analysis::{self, Assembly, AssemblyError, Constraints, Gap, assemble, mass_values, sparse_engine};
+use crate::catalog::{Catalog, LibraryInfo, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
 use crate::linalg::KktSolver;
@@ -24,6 +26,10 @@ use crate::scene::{Dimension, Override, Rejected, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
+/// Ratio of pivots below which constraints of full rank may be next to a singular position.
+const NEAR: f64 = 0.01;
+/// They are if the ratio is below this share of what it is where the motion goes.
+const NEAR_SHARE: f64 = 0.5;
 /// Numbers that results may have, all columns together: they stay in memory during the run, 8 bytes each.
 const MOST_NUMBERS: usize = 100_000_000;
 
@@ -62,7 +68,7 @@ pub struct Session {
     pub plan: Plan,
     /// The start.
     pub assembly: Assembly,
-    /// Where the start is a singular position: time and state of the place ahead where ranks were found.
+    /// Where the start is a singular position, or next to one: time and state of the place ahead where ranks were found.
     pub(super) ahead: Option<(f64, Assembly)>,
     /// Pivot ratio of the sparse engine at the start.
     pub(super) start_health: f64,
@@ -162,11 +168,14 @@ impl Session {
             None => assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?,
         };
         warnings.extend(assembly_warnings(&assembly, &scene)?);
+        warnings.extend(distance_warning(&assembly, &scene, &model));
         let mut start_health = 0.0;
         let t = scene.simulation.t_start;
         let mut plan = decide(&scene, &model, &equations, &layout, (t, &assembly), &mut start_health)?;
         let mut ahead = None;
-        if pruning.row_choice && !plan.redundant_rows.is_empty() {
+        // Trees whose rows are beyond doubt have no ratio.
+        let near = (f64::MIN_POSITIVE..NEAR).contains(&plan.health.smallest_pivot_ratio);
+        if pruning.row_choice && (near || !plan.redundant_rows.is_empty()) {
             let duration = scene.simulation.t_end - t;
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
                 .map_err(|error| refuse(error.into()))?;
@@ -174,8 +183,11 @@ impl Session {
         if let Some((t, place)) = &ahead {
             let mut health = 0.0;
             let other = decide(&scene, &model, &equations, &layout, (*t, place), &mut health)?;
-            // More rows depend on each other in a singular position than where the motion goes.
-            if other.health.rank > plan.health.rank {
+            // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
+            let ratio = plan.health.smallest_pivot_ratio;
+            let nearly =
+                other.health.rank == plan.health.rank && ratio < NEAR_SHARE * other.health.smallest_pivot_ratio;
+            if other.health.rank > plan.health.rank || nearly {
                 (plan, start_health) = (other, health);
             } else {
                 ahead = None;
@@ -294,41 +306,6 @@ fn one_of<T: Copy>(
     Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
 }
 
-/// The catalog of the libraries that a scene and the command line name.
-fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
-    let base = path.parent().unwrap_or(Path::new(""));
-    let scene_folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|p| base.join(&p.value)).collect();
-    let search = SearchPath::standard(&options.plugins, &scene_folders);
-    let mut catalog = match &options.library_copies {
-        Some(folder) => Catalog::new().with_copies_in(folder),
-        None => Catalog::new(),
-    };
-    if let Some(watchdog) = &options.watchdog {
-        catalog = catalog.watched_by(watchdog.clone());
-    }
-    let mut diagnostics = Vec::new();
-    for request in &scene.plugins.libraries {
-        if let Err(error) = catalog.add(&request.value, &search) {
-            let mut diagnostic =
-                Diagnostic::error(error.code(), error.to_string()).at(request.span.clone(), "asked for here");
-            for line in error.help() {
-                diagnostic = diagnostic.help(line);
-            }
-            diagnostics.push(diagnostic);
-        }
-    }
-    // A file named on the command line is wanted even if the scene does not name its library.
-    for file in options.plugins.iter().filter(|path| path.is_file()) {
-        if let Err(error) = catalog.add(&file.display().to_string(), &search) {
-            diagnostics.push(error.diagnostic());
-        }
-    }
-    if diagnostics.is_empty() {
-        return Ok(catalog);
-    }
-    Err(SessionError { exit: Exit::Plugin, diagnostics, source: Box::new(scene.source.clone()) })
-}
-
 /// Decides what to compute, from the numbers at a time and assembled position.
 pub(super) fn decide(
     scene: &Scene,
@@ -377,36 +354,60 @@ pub(super) fn decide(
     .map_err(|e| broken(&e))
 }
 
+/// Joints that are named where they contradict each other.
+const MOST_JOINTS: usize = 12;
+
 fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
-    let (rows, code, message, dimension, help) = match error {
-        AssemblyError::Impossible { rows } => (
-            rows,
-            codes::CANNOT_ASSEMBLE,
-            "the joints cannot be assembled",
-            Dimension::LENGTH,
-            [
-                "no position of the bodies near the given one meets all joints: check lengths, points and axes",
-                "positions may be rough, but the loop must be able to close",
-            ],
-        ),
-        AssemblyError::Contradiction { rows } => (
-            rows,
-            codes::CONFLICTING_CONSTRAINTS,
-            "the joints ask for velocities that contradict each other",
-            Dimension::VELOCITY,
-            [
-                "at this position, what is driven cannot move as it is told without breaking another joint",
-                "take one of them away, or drive what the others leave free",
-            ],
-        ),
+    match error {
+        AssemblyError::Impossible { rows } => impossible(rows, scene),
+        AssemblyError::Contradiction { rows } => contradiction(rows, scene),
         AssemblyError::Analysis(error) => {
             let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
-            return SessionError::one(Exit::Assembly, &scene.source, diagnostic);
+            SessionError::one(Exit::Assembly, &scene.source, diagnostic)
         }
+    }
+}
+
+/// Joints that no position meets, each with the rows that contradict others.
+fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
+    let size = |gap: &Gap| {
+        let dimension = if gap.angular { Dimension::ANGLE } else { Dimension::LENGTH };
+        format!("{} {}", significant(gap.size / scene.units.factor(dimension), 4), scene.units.label(dimension))
     };
-    let unit = scene.units.factor(dimension);
-    let label = scene.units.label(dimension);
-    let mut diagnostic = Diagnostic::error(code, message);
+    // Worst first, and so are the joints.
+    let mut joints: Vec<(&str, Vec<String>)> = Vec::new();
+    for gap in gaps {
+        let text = format!("row `{}` misses by {}", gap.row, size(gap));
+        match joints.iter_mut().find(|(joint, _)| *joint == gap.joint) {
+            Some((_, texts)) => texts.push(text),
+            None => joints.push((&gap.joint, vec![text])),
+        }
+    }
+    let names: Vec<String> = joints.iter().take(MOST_JOINTS).map(|(joint, _)| format!("`{joint}`")).collect();
+    let more = match joints.len().saturating_sub(MOST_JOINTS) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let verb = if joints.len() == 1 { "cannot be met" } else { "contradict each other" };
+    let message = format!("the joints cannot be assembled: {}{more} {verb}", names.join(", "));
+    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
+    for (k, (joint, texts)) in joints.iter().take(MOST_JOINTS).enumerate() {
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == *joint) else { continue };
+        let (span, text) = (record.name.span.clone(), texts.join(", "));
+        diagnostic = if k == 0 { diagnostic.at(span, text) } else { diagnostic.context(span, text) };
+    }
+    let diagnostic = diagnostic
+        .help("the gaps are those where the bodies miss least; other joints are not part of the conflict")
+        .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+}
+
+/// Joints whose velocities cannot all be had.
+fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
+    let unit = scene.units.factor(Dimension::VELOCITY);
+    let label = scene.units.label(Dimension::VELOCITY);
+    let message = "the joints ask for velocities that contradict each other";
+    let mut diagnostic = Diagnostic::error(codes::CONFLICTING_CONSTRAINTS, message);
     let mut seen: Vec<&str> = Vec::new();
     for (name, off) in rows {
         let joint = name.split(':').next().unwrap_or(name);
@@ -423,7 +424,10 @@ fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
         };
         seen.push(joint);
     }
-    SessionError::one(Exit::Assembly, &scene.source, diagnostic.help(help[0]).help(help[1]))
+    let diagnostic = diagnostic
+        .help("at this position, what is driven cannot move as it is told without breaking another joint")
+        .help("take one of them away, or drive what the others leave free");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
 }
 
 /// What assembly had to change; an error when a body jumped.
@@ -474,6 +478,30 @@ fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnosti
         );
     }
     Ok(warnings)
+}
+
+/// The body furthest from the origin, if its position is known less exactly than the tolerance asks for.
+fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model) -> Option<Diagnostic> {
+    let norm = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let distances = assembly.working.chunks_exact(13).map(|y| norm(&y[..3]));
+    let (distance, body) = distances.zip(&model.bodies).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let tolerance = scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    let (length, unknown) = (assembly.scales.length, distance * f64::EPSILON);
+    if unknown <= tolerance * length {
+        return None;
+    }
+    let number = |value: f64| significant(value / scene.units.factor(Dimension::LENGTH), 3);
+    let label = scene.units.label(Dimension::LENGTH);
+    let message = format!("`{}` is too far from the origin for a tolerance of {tolerance:e}", body.name);
+    let text = format!(
+        "{} {label} away, where numbers are {} {label} apart; the scene is {} {label} large",
+        number(distance),
+        number(unknown),
+        number(length)
+    );
+    let help = format!("put the origin near the bodies, or raise `tolerance` to {:.0e}", unknown / length * 2.0);
+    let diagnostic = Diagnostic::warning(codes::FAR_FROM_ORIGIN, message).at(place_of_body(scene, &body.name), text);
+    Some(diagnostic.help(help))
 }
 
 /// Elements that depend on reactions which redundant rows leave open.

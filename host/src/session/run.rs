@@ -15,8 +15,8 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
-    ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, RESULTS_FILE, ResultsError, Samples,
-    Status, Summary, Table, Take, significant,
+    ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, RESULTS_FILE, Remedy, ResultsError,
+    Samples, Status, Summary, Table, Take, significant,
 };
 use crate::scene::{Dimension, SampleTime};
 
@@ -223,11 +223,18 @@ impl Session {
         summary.audit = ended.audit;
         summary.evaluations = counters.evaluations;
         summary.factorisations = counters.factorisations;
-        summary.rank_safe = counters.rank_safe;
         summary.position_corrections = counters.position_corrections;
-        summary.interpolated = counters.interpolated;
         summary.coupling_iterations = counters.coupling_iterations;
         summary.integration_time_s = ended.integration_time;
+        let goes_on = self.stretch.as_ref().is_some_and(|stretch| stretch.carried.is_some());
+        let taken = [
+            (Remedy::RankSafe, counters.rank_safe),
+            (Remedy::StageProjection, counters.stage_projections),
+            (Remedy::Passage, counters.interpolated),
+            (Remedy::PlaceAhead, u64::from(self.ahead.is_some() && !goes_on)),
+            (Remedy::Contradiction, counters.contradictions),
+        ];
+        taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
         note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
     }
 
@@ -353,22 +360,30 @@ impl Session {
                 let counters = &outcome.counters;
                 summary.steps = counters.steps as u64;
                 summary.rejected = counters.rejected as u64;
-                summary.retries_failed = counters.recoveries.smaller_step as u64;
-                summary.retries_not_finite = counters.recoveries.not_finite as u64;
-                summary.retries_no_convergence = counters.recoveries.no_convergence as u64;
-                summary.retries_sample = counters.recoveries.sample_step as u64;
                 summary.projections = counters.projections as u64;
                 summary.jacobians = counters.jacobians as u64;
                 summary.newton_iterations = counters.newton_iterations as u64;
                 summary.newton_factorisations = counters.factorisations as u64;
-                summary.events = counters.events as u64;
-                summary.chatters = counters.chatters as u64;
-                summary.method_switches = counters.switches as u64;
+                let recoveries = &counters.recoveries;
+                let taken = [
+                    (Remedy::SmallerStep, recoveries.smaller_step),
+                    (Remedy::NotFinite, recoveries.not_finite),
+                    (Remedy::NoConvergence, recoveries.no_convergence),
+                    (Remedy::SampleStep, recoveries.sample_step),
+                    (Remedy::FreshJacobian, recoveries.fresh_jacobian),
+                    (Remedy::MethodSwitch, counters.switches),
+                    (Remedy::Event, counters.events),
+                    (Remedy::Chatter, counters.chatters),
+                ];
+                taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count as u64);
                 summary.stiff_from = counters.stiff_from.map(|t| t / self.scene.units.factor(Dimension::TIME));
                 match outcome.status {
                     integrate::Status::Completed => summary.status = Status::Completed,
                     integrate::Status::StoppedEarly { reason, .. } => {
                         summary.status = Status::StoppedEarly;
+                        // That of a user who interrupts is no remedy.
+                        let forced = !matches!(reason, StopReason::Requested);
+                        summary.recoveries[Remedy::EarlyEnd] = u64::from(forced);
                         summary.code = Some(code_of(&reason));
                         summary.reason = reason.to_string();
                     }
@@ -509,16 +524,10 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::Requested => codes::INTERRUPTED,
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
-        StopReason::NotFinite { .. } => codes::MOTION_NOT_FINITE,
-        StopReason::Failed { cause, .. } if is_not_finite(cause.as_ref()) => codes::MOTION_NOT_FINITE,
+        StopReason::NotFinite { .. } | StopReason::Failed { not_finite: true, .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
         StopReason::Failed { .. } => codes::PROJECTION_FAILED,
     }
-}
-
-/// Whether a number that is none, rather than a constraint, ended the run.
-fn is_not_finite(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
-    matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::NotFinite { .. }))
 }
 
 /// Whether joints that contradict each other ended the run.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::analysis::{
-    AnalysisError, Assembly, Constraints, Counters, Evaluator, Formulation, Group, Scales, SecondOrderForm, place,
-    velocities_of,
+    AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Group, Scales,
+    SecondOrderForm, place, velocities_of,
 };
 use crate::integrate::{Accepted, Failure, Flow, Instant, Price, SecondOrder, System};
 use crate::linalg::LinalgError;
@@ -27,10 +27,6 @@ const INTERPOLATION_MARGIN: f64 = 5.0;
 
 /// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
 const PARTICLE_SPIN: f64 = 1e-6;
-
-/// Share of the scene's size by which rows that followed from others at the start may be off. In a sound scene they are off by
-/// round-off.
-const CONTRADICTION: f64 = 1e-6;
 
 /// Rows that are named where they are not met.
 const MOST_NAMED: usize = 4;
@@ -153,6 +149,8 @@ pub struct Simulation<'a> {
     audit: Audit,
     /// Accepted states so far.
     watched: u64,
+    /// States refused because rows that were left out do not hold there.
+    contradictions: u64,
     /// Violations are looked at in one of so many.
     period: u64,
     /// Bodies without rotation.
@@ -227,6 +225,7 @@ impl<'a> Simulation<'a> {
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
             watched: 0,
+            contradictions: 0,
             particles: particles(model),
             sample_state: Vec::new(),
             observed: Vec::with_capacity(layout.inputs()),
@@ -243,18 +242,11 @@ impl<'a> Simulation<'a> {
         Ok(simulation)
     }
 
-    /// The state at the start; takes the sizes of first accelerations and the energy at the start.
+    /// The state at the start; takes the sizes of first accelerations. [`Simulation::watch`] follows.
     ///
     /// # Errors
     /// See [`AnalysisError`].
     pub fn start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
-        let state = self.place_at_start(t, assembly)?;
-        self.watch(t, &state)?;
-        Ok(state)
-    }
-
-    /// The state at the start; takes the sizes of first accelerations. [`Simulation::watch_start`] follows.
-    pub(super) fn place_at_start(&mut self, t: f64, assembly: &Assembly) -> Result<Vec<f64>, AnalysisError> {
         let mut state = vec![0.0; self.formulation.groups().len()];
         self.formulation.state_of(&assembly.working, &mut state);
         self.sample_state = state.clone();
@@ -264,11 +256,6 @@ impl<'a> Simulation<'a> {
         self.scales.anticipate(&accelerations);
         self.formulation.next_step(t, &state)?;
         Ok(state)
-    }
-
-    /// Energies and violations at the start.
-    pub(super) fn watch_start(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        self.watch(t, state)
     }
 
     /// Sizes typical of what moves here, so far.
@@ -385,6 +372,7 @@ impl<'a> Simulation<'a> {
         let (evaluations, factorisations) = self.second_order.as_ref().map_or((0, 0), SecondOrderForm::work);
         counters.evaluations += evaluations;
         counters.factorisations += factorisations;
+        counters.contradictions = self.contradictions;
         counters
     }
 
@@ -433,8 +421,11 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Energies, and now and then violations, at an accepted state.
-    fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+    /// Energies, and now and then violations, at an accepted state: to be called at the start, then by the integrator.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         // Copied, since the formulation lends both its inputs and its element sets.
         let mut inputs = std::mem::take(&mut self.observed);
         inputs.clear();
@@ -489,6 +480,7 @@ impl<'a> Simulation<'a> {
             }
         });
         off.truncate(MOST_NAMED);
+        self.contradictions += 1;
         Err(AnalysisError::Contradiction { what: off.join(", "), violation: worst / length })
     }
 
@@ -604,6 +596,7 @@ fn failure(error: AnalysisError) -> Failure {
         | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
             Failure::Fatal(Box::new(error))
         }
+        AnalysisError::NotFinite { .. } => Failure::NotFinite(Box::new(error)),
         _ => Failure::Recoverable(Box::new(error)),
     }
 }

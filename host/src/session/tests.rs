@@ -10,6 +10,7 @@ mod merged;
 mod motions;
 mod particles;
 mod pruning;
+mod recoveries;
 mod restarts;
 mod signals;
 #[cfg(feature = "jit")]

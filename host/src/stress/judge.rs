@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use super::outcome::{Measure, Outcome, Work};
 use super::suite::{Bounds, Equals, Expected, Message, Reactions, Trial};
 use crate::diagnostics::{Diagnostic, Source, render};
-use crate::results::{ChannelInfo, Status, Summary};
+use crate::results::{ChannelInfo, Remedy, Status, Summary};
 use crate::scene::Dimension;
 use crate::session::{CheckReport, RunReport, Session, SessionError};
 
@@ -154,7 +154,7 @@ fn reactions(expected: &Reactions, report: &CheckReport, outcome: &mut Outcome) 
 /// The audit and the checks of the scene.
 fn measure(bounds: &Bounds, report: &RunReport, outcome: &mut Outcome) {
     let audit = &report.summary.audit;
-    let chatters = report.summary.chatters as f64;
+    let chatters = report.summary.recoveries[Remedy::Chatter] as f64;
     let numbers = [
         ("violation of joints", audit.position_violation, bounds.position),
         ("violation of rates", audit.velocity_violation, bounds.velocity),
@@ -233,7 +233,7 @@ fn work(summary: &Summary) -> Work {
         steps: summary.steps,
         rejected: summary.rejected,
         evaluations: summary.evaluations,
-        rank_safe: summary.rank_safe + summary.interpolated,
-        events: summary.events,
+        rank_safe: summary.recoveries[Remedy::RankSafe] + summary.recoveries[Remedy::Passage],
+        events: summary.recoveries[Remedy::Event],
     }
 }

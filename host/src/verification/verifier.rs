@@ -7,11 +7,11 @@ use std::sync::Arc;
 use super::balance::Reports;
 use super::case::{Case, Checked, Measured, Rung, Work};
 use super::coverage::{Element, collect};
-use crate::catalog::{Catalog, SearchPath};
+use crate::catalog::{Catalog, Request, SearchPath};
 use crate::diagnostics::{Diagnostic, render};
 use crate::results::{CheckResult, Status, Summary};
 use crate::scene::{CheckRecord, Reference, Scene, read};
-use crate::session::{RunOptions, RunReport, Session};
+use crate::session::{RunOptions, RunReport, Session, requests, search_path};
 
 /// Relative tolerances at which a scene is run to show how its errors and its work depend on them, largest first.
 pub const LADDER: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
@@ -30,7 +30,7 @@ pub struct Settings {
 /// Runs scenes and judges them. Libraries are loaded once for all scenes that name the same ones.
 pub struct Verifier {
     settings: Settings,
-    catalogs: Vec<(Vec<String>, Vec<PathBuf>, Arc<Catalog>)>,
+    catalogs: Vec<(Vec<Request>, SearchPath, Arc<Catalog>)>,
     elements: Vec<Element>,
 }
 
@@ -133,21 +133,19 @@ impl Verifier {
 
     /// The libraries that a scene names.
     fn catalog(&mut self, path: &Path, scene: &Scene) -> Result<Arc<Catalog>, String> {
-        let requests: Vec<String> = scene.plugins.libraries.iter().map(|request| request.value.clone()).collect();
-        let base = path.parent().unwrap_or(Path::new(""));
-        let folders: Vec<PathBuf> = scene.plugins.paths.iter().map(|folder| base.join(&folder.value)).collect();
-        if let Some((.., known)) = self.catalogs.iter().find(|(r, f, _)| *r == requests && *f == folders) {
+        let requests = requests(scene);
+        let search = search_path(scene, path, &self.settings.plugins);
+        if let Some((.., known)) = self.catalogs.iter().find(|(r, s, _)| *r == requests && *s == search) {
             return Ok(Arc::clone(known));
         }
         let mut catalog = match &self.settings.library_copies {
             Some(folder) => Catalog::new().with_copies_in(folder),
             None => Catalog::new(),
         };
-        let search = SearchPath::standard(&self.settings.plugins, &folders);
         let mut diagnostics: Vec<Diagnostic> = Vec::new();
-        for request in &scene.plugins.libraries {
-            if let Err(error) = catalog.add(&request.value, &search) {
-                diagnostics.push(error.diagnostic().at(request.span.clone(), "asked for here"));
+        for (library, request) in scene.plugins.libraries.iter().zip(&requests) {
+            if let Err(error) = catalog.add_request(request, &search) {
+                diagnostics.push(error.diagnostic().at(library.span.clone(), "asked for here"));
             }
         }
         if !diagnostics.is_empty() {
@@ -155,7 +153,7 @@ impl Verifier {
         }
         collect(&mut self.elements, &catalog);
         let catalog = Arc::new(catalog);
-        self.catalogs.push((requests, folders, Arc::clone(&catalog)));
+        self.catalogs.push((requests, search, Arc::clone(&catalog)));
         Ok(catalog)
     }
 }

@@ -30,6 +30,18 @@ take = "peak"
 published = 3
 "#;
 
+/// The root of the source tree.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
+
+/// A folder below `target` that outlives the tests.
+pub fn kept(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
 /// A folder of its own for each test, removed at the end.
 pub struct Scratch(pub PathBuf);
 
@@ -49,6 +61,8 @@ impl Scratch {
     pub fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_odyn"));
         command.args(line.split_whitespace()).current_dir(&self.0).env_remove("ODYN_PLUGIN_PATH");
+        // What this user has installed is of no concern here.
+        command.env("XDG_DATA_HOME", self.0.join("data"));
         command
     }
 

@@ -89,13 +89,98 @@ fn joints_that_cannot_all_hold_are_named_with_what_is_left() {
            frames = [{ position = [-1, 0, 0] }, { position = [-0.5, 0, 0] }]\n\
            [[joint]]\nname = \"right\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\n\
            frames = [{ position = [1, 0, 0] }, { position = [0.5, 0, 0] }]\n";
+    let gaps = conflict_of(text);
+    assert_eq!(names(&gaps), ["left: x", "right: x"]);
+    // 1 m is missing; both bear the same.
+    assert!(gaps.iter().all(|gap| (gap.size - 0.5).abs() < 1e-6 && !gap.angular), "{gaps:?}");
+}
+
+#[track_caller]
+fn conflict_of(text: &str) -> Vec<Gap> {
     let AssemblyError::Impossible { rows } = assembled(text).1.unwrap_err() else { panic!("another error") };
-    let mut names: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
-    names.sort_unstable();
-    assert_eq!(names, ["left: x", "right: x"]);
-    assert!(rows.windows(2).all(|pair| pair[0].1 >= pair[1].1), "worst first");
-    let sum: f64 = rows.iter().map(|(_, off)| off).sum();
-    assert!((sum - 1.0).abs() < 1e-9, "1 m is missing: {rows:?}");
+    rows
+}
+
+/// Joint and row of each gap, in alphabetical order.
+fn names(gaps: &[Gap]) -> Vec<String> {
+    let mut names: Vec<String> = gaps.iter().map(|gap| format!("{}: {}", gap.joint, gap.row)).collect();
+    names.sort();
+    names
+}
+
+/// A door on hinges at heights on the frame and on the door, about its middle; `more` follows.
+fn door(hinges: &[(f64, f64)], more: &str) -> String {
+    let mut text = "[[body]]\nname = \"door\"\nmass = 20\ninertia = [4, 5, 1]\nposition = [0.4, 0, 0.8]\n".to_string();
+    for (k, (frame, own)) in hinges.iter().enumerate() {
+        text += &format!(
+            "[[joint]]\nname = \"hinge_{k}\"\ntype = \"hinge\"\nbodies = [\"ground\", \"door\"]\n\
+             frames = [{{ position = [0, 0, {frame:?}] }}, {{ position = [-0.4, 0, {own:?}] }}]\n"
+        );
+    }
+    text + more
+}
+
+/// A latch on the door, put down roughly: to be assembled, and no part of any conflict.
+const LATCH: &str = "[[body]]\nname = \"latch\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [0.9, 0.05, 0.75]\n\
+                     [[joint]]\nname = \"pin\"\ntype = \"ball\"\nbodies = [\"door\", \"latch\"]\n\
+                     frames = [{ position = [0.4, 0, 0] }, { position = [0, 0, 0] }]\n";
+
+#[test]
+fn all_hinges_that_contradict_each_other_are_named_and_no_other_joint() {
+    // Redundant rows of which one is 1 mm off: three share two thirds of it and a third each.
+    let gaps = conflict_of(&door(&[(0.0, -0.8), (0.8, 0.0), (1.6, 0.801)], LATCH));
+    assert_eq!(names(&gaps), ["hinge_0: z", "hinge_1: z", "hinge_2: z"]);
+    assert!((gaps[0].size - 2e-3 / 3.0).abs() < 1e-9 && gaps[0].joint == "hinge_2", "{gaps:?}");
+    assert!(gaps[1..].iter().all(|gap| (gap.size - 1e-3 / 3.0).abs() < 1e-9), "{gaps:?}");
+    // Two, by half each.
+    let gaps = conflict_of(&door(&[(0.0, -0.8), (0.8, 0.001)], LATCH));
+    assert_eq!(names(&gaps), ["hinge_0: z", "hinge_1: z"]);
+    assert!(gaps.iter().all(|gap| (gap.size - 5e-4).abs() < 1e-9), "{gaps:?}");
+    // Good ones, with the latch brought to its place.
+    let text = door(&[(0.0, -0.8), (0.8, 0.0), (1.6, 0.8)], LATCH);
+    let moves = assembled(&text).1.unwrap().moves;
+    assert!(moves.iter().any(|moved| moved.body == "latch"), "{moves:?}");
+}
+
+#[test]
+fn directions_that_contradict_each_other_are_named_with_an_angle() {
+    // A second hinge whose axis is turned by some 0.1 rad about y, at the same point.
+    let tilted = "[[joint]]\nname = \"tilted\"\ntype = \"hinge\"\nbodies = [\"ground\", \"door\"]\n\
+                  frames = [{ position = [0, 0, 0] }, { position = [-0.4, 0, -0.8], axis = [0.1, 0, 1] }]\n";
+    let gaps = conflict_of(&door(&[(0.0, -0.8)], &(tilted.to_string() + LATCH)));
+    assert!(gaps.iter().all(|gap| gap.angular && gap.row.starts_with("about ")), "{gaps:?}");
+    for joint in ["hinge_0", "tilted"] {
+        // The door may turn about its hinge meanwhile, and so the direction in which the axes miss.
+        let gap = gaps.iter().filter(|gap| gap.joint == joint).map(|gap| gap.size.powi(2)).sum::<f64>().sqrt();
+        assert!((gap - 0.05).abs() < 1e-3, "{gaps:?}");
+    }
+    assert!(gaps.iter().all(|gap| gap.joint != "pin"), "{gaps:?}");
+}
+
+#[test]
+fn a_loop_that_is_too_long_names_all_its_joints() {
+    // The ground link of the four-bar is longer than the three others together, by 1 m.
+    let text = scenes::four_bar(1.1).replace("position = [1.0, 0.0, 0]", "position = [4.0, 0.0, 0]")
+        + "
+[[body]]
+name = \"free\"
+mass = 1
+inertia = [1, 1, 1]
+position = [9, 0, 0]
+[[joint]]
+name = \"aside\"
+type = \"ball\"
+bodies = [\"ground\", \"free\"]
+point = [9, 0.5, 0]
+";
+    let gaps = conflict_of(&text);
+    let mut joints: Vec<&str> = gaps.iter().map(|gap| gap.joint.as_str()).collect();
+    joints.sort_unstable();
+    joints.dedup();
+    assert_eq!(joints, ["A", "B", "C", "D"]);
+    let sum: f64 = gaps.iter().map(|gap| gap.size.powi(2)).sum();
+    // The links in line, a quarter of the metre at each joint.
+    assert!((sum - 0.25).abs() < 1e-3, "{gaps:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The text at the end of a run.
 
 use crate::results::text::{Side, aligned, duration, significant};
-use crate::results::{Audit, FigureResult, Status, Summary, report};
+use crate::results::{Audit, FigureResult, Remedy, Status, Summary, report};
 use std::path::Path;
 
 fn compressor() -> Summary {
@@ -177,11 +177,29 @@ fn columns_are_aligned_by_characters_not_bytes() {
 fn recoveries_are_named_where_there_were_any() {
     let quiet = report(&compressor(), None, false);
     assert!(!quiet.contains("recoveries"), "{quiet}");
-    let summary = Summary { retries_failed: 3, rank_safe: 2, method_switches: 1, resumed: 4, ..compressor() };
+    let mut summary = Summary { resumed: 4, ..compressor() };
+    let counts = [(Remedy::MethodSwitch, 1), (Remedy::SmallerStep, 31), (Remedy::RankSafe, 2)];
+    counts.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
     let text = report(&summary, None, false);
-    let line = "recoveries: 3 steps made smaller because equations could not be solved, 2 rank-safe solutions, 1 changes of \
-                method, 4 resumptions from a checkpoint\n";
-    assert!(text.contains(line), "{text}");
+    let lines = "recoveries (`odyn explain NAME` tells more):
+  smaller-step   31  steps made smaller because equations could not be solved
+  method-switch   1  changes of method
+  rank-safe       2  rank-safe solutions
+";
+    assert!(text.contains(lines) && text.contains("402 projections, 4 resumptions (dop853"), "{text}");
+}
+
+#[test]
+fn every_remedy_has_a_name_of_its_own_and_is_explained() {
+    for (k, remedy) in Remedy::ALL.into_iter().enumerate() {
+        assert_eq!((remedy as usize, Remedy::named(remedy.name())), (k, Some(remedy)));
+        assert!(remedy.name().chars().all(|letter| letter == '-' || letter.is_ascii_lowercase()), "{remedy:?}");
+        assert!(include_str!("../../../../README.md").contains(&format!("\n| `{}` |", remedy.name())), "{remedy:?}");
+        for sentence in [remedy.meaning(), remedy.advice()] {
+            assert!(sentence.ends_with('.') && sentence.len() > 20, "{remedy:?}");
+        }
+    }
+    assert_eq!(Remedy::named("prayer"), None);
 }
 
 #[test]

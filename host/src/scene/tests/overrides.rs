@@ -57,7 +57,7 @@ fn settings_bodies_and_elements_are_changed() {
     let scene = accept_with(SCENE, &overrides);
     assert_eq!(scene.simulation.t_end, 50.0);
     assert_eq!(scene.simulation.tolerance, Some(1e-6));
-    assert_eq!(scene.plugins.libraries[0].value, "mine");
+    assert_eq!(scene.plugins.libraries[0].name.value, "mine");
     assert_eq!(scene.title, "Study 3");
     assert_eq!(scene.bodies[0].mass.as_ref().unwrap().value, 0.05);
     assert!(near(scene.bodies[0].orientation[3], 0.5_f64.sqrt()));

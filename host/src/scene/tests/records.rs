@@ -84,7 +84,7 @@ fn settings_are_converted() {
     let scene = accept(COMPRESSOR);
     assert_eq!(scene.title, "Reciprocating compressor");
     let libraries = scene.plugins.libraries.iter();
-    let libraries: Vec<&str> = libraries.map(|name| name.value.as_str()).collect();
+    let libraries: Vec<&str> = libraries.map(|name| name.name.value.as_str()).collect();
     assert_eq!(libraries, ["joints", "odyn-forces"]);
     assert_eq!(scene.plugins.paths[0].value, "../my-plugins");
     let simulation = &scene.simulation;
@@ -380,4 +380,35 @@ fn mistakes_in_the_whole() {
     }
     let rejected = reject("simulation = 5");
     assert_eq!(rejected.codes(), [codes::WRONG_TYPE]);
+}
+
+#[test]
+fn libraries_are_named_or_pinned() {
+    let hash = "0123456789abcdefABCDEF0123456789abcdef0123456789abcdef0123456789";
+    let table = format!("{{ name = \"acme-wobble\", version = \"^1.2\", sha256 = \"{hash}\" }}");
+    let scene = accept(&format!("[plugins]\nlibraries = [\"joints\", {table}]\n{SIMULATION}"));
+    let [joints, wobble] = scene.plugins.libraries.as_slice() else { panic!("two libraries") };
+    assert_eq!((joints.name.value.as_str(), &joints.version, &joints.sha256), ("joints", &None, &None));
+    assert_eq!(wobble.name.value, "acme-wobble");
+    assert!(wobble.version.as_ref().unwrap().matches(&"1.9.0".parse().unwrap()));
+    assert!(!wobble.version.as_ref().unwrap().matches(&"2.0.0".parse().unwrap()));
+    assert_eq!(wobble.sha256.as_ref().unwrap(), &hash.to_lowercase());
+    assert_eq!(scene.source.slice(wobble.span.clone()).unwrap(), table);
+}
+
+#[test]
+fn pins_that_mean_nothing_are_reported() {
+    let pinned = |library: &str| format!("[plugins]\nlibraries = [{library}]\n{SIMULATION}");
+    for (library, code, culprit) in [
+        ("{ name = \"x\", version = \"new\" }", codes::UNKNOWN_WORD, "\"new\""),
+        ("{ name = \"x\", sha256 = \"12\" }", codes::UNKNOWN_WORD, "\"12\""),
+        ("{ name = \"x\", hash = \"12\" }", codes::UNKNOWN_KEY, "hash"),
+        ("{ version = \"1\" }", codes::MISSING_KEY, "{ version = \"1\" }"),
+        ("{ name = \"\" }", codes::BAD_NAME, "\"\""),
+        ("7", codes::WRONG_TYPE, "7"),
+        ("\"\"", codes::BAD_NAME, "\"\""),
+    ] {
+        let rejected = reject(&pinned(library));
+        assert_eq!((rejected.codes(), rejected.culprit()), (vec![code], culprit), "{library}");
+    }
 }

@@ -16,6 +16,7 @@ fn same(schema: &[Key], reader: &[&str]) {
 fn every_key_of_the_reader_is_in_the_schema() {
     same(&schema::root_keys(), KEYS);
     same(&schema::plugin_keys(), settings::PLUGIN_KEYS);
+    same(&schema::library_keys(), settings::LIBRARY_KEYS);
     same(&schema::simulation_keys(), settings::SIMULATION_KEYS);
     same(&schema::body_keys(), bodies::KEYS);
     same(&schema::element_keys(false), elements::KEYS);

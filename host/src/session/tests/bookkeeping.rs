@@ -77,6 +77,7 @@ fn a_sink_that_fails_ends_the_run() {
     )
     .unwrap();
     let mut state = system.start(0.0, &assembly).unwrap();
+    system.watch(0.0, &state).unwrap();
     let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();
     let span = Span { t_start: 0.0, t_end: 1.0, sample_times: &times };
     let mut method = integrate::by_name("auto").unwrap();
@@ -184,4 +185,22 @@ fn of_many_bodies_the_plan_names_some() {
     let plan = open(&text).plan_report();
     let names = "b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, ..., b19";
     assert_eq!(plan.islands, [format!("20 bodies ({names}), 20 elements, 0 closed loops")]);
+}
+
+#[test]
+fn numbers_too_coarse_for_the_tolerance_are_told() {
+    let far = |x: f64, tolerance: f64| {
+        let text = format!(
+            "[simulation]\nt_end = 1\noutput_step = 1\ntolerance = {tolerance:e}\n[[body]]\nname = \"near\"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\n\
+             [[body]]\nname = \"far\"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\nposition = [{x:e}, 0, 0]\n"
+        );
+        let moved = text.replace("name = \"near\"\n", &format!("name = \"near\"\nposition = [{x:e}, 1, 0]\n"));
+        open(&moved).warnings
+    };
+    assert!(far(1e5, 1e-10).is_empty() && far(1e7, 1e-8).is_empty());
+    let warnings = far(1e6, 1e-10);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert_eq!(warnings[0].code, "ODY0508");
+    let help = warnings[0].help.join(" ");
+    assert!(warnings[0].message.contains("`near`") && help.contains("4e-10"), "{:?}", warnings[0]);
 }

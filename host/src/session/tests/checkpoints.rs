@@ -87,8 +87,8 @@ fn a_run_that_is_resumed_gives_the_same_bytes_and_counters() {
         );
         let (mut a, mut b) = (resumed.summary, whole.summary);
         let counts = |summary: &mut crate::results::Summary| {
-            let all = summary.counts().map(|(name, count)| (name, *count));
-            all.into_iter().filter(|(name, _)| *name != "machine_code_programs").collect::<Vec<_>>()
+            let all = summary.counts().into_iter().map(|(name, count)| (name, *count));
+            all.filter(|(name, _)| *name != "machine_code_programs").collect::<Vec<_>>()
         };
         // When programs are compiled depends on the work to come, not the results.
         let (a_counts, b_counts) = (counts(&mut a), counts(&mut b));
@@ -165,7 +165,12 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_what_differs() {
     assert!(library.contains("`foreign` is 1.0.0") && library.contains("it was 0.9.0"), "{library}");
     let program = changed(&format!("odyn = \"{}\"", env!("CARGO_PKG_VERSION")), "odyn = \"0.0.1\"").unwrap();
     assert!(refusal(&text, &program).unwrap_err().contains("one of odyn 0.0.1"));
-    assert!(changed("format = 1\ntaken", "format = 9\ntaken").unwrap_err().contains("format is 9"));
+    assert!(
+        changed("format = 2\ntaken", "format = 9\ntaken").unwrap_err().contains("format is 9, that of a newer odyn")
+    );
+    // Whatever else an older one had.
+    let older = changed("format = 2\ntaken", "format = 1\nhad").unwrap_err();
+    assert!(older.contains("format is 1, that of an older odyn; this one knows 2"), "{older}");
     let missing = Checkpoint::read(Path::new("no such folder")).unwrap_err();
     assert!(missing.message.contains("cannot resume from"), "{missing:?}");
 }

@@ -159,7 +159,7 @@ fn a_flat_four_bar_leaves_its_singular_position() {
 }
 
 /// A wheel with two drives, by their parameters.
-fn driven_twice(keys: &str, first: &str, second: &str) -> String {
+pub(super) fn driven_twice(keys: &str, first: &str, second: &str) -> String {
     let drive = |name: &str, params: &str| {
         format!(
             "[[joint]]\nname = \"{name}\"\ntype = \"drive\"\nbodies = [\"ground\", \"wheel\"]\npoint = [0, 0, 0]\n\
@@ -184,6 +184,8 @@ fn drives_that_come_to_contradict_each_other_stop_the_run() {
         "method = \"dop853\"; formulation = \"cartesian\"",
         "method = \"dop853\"; formulation = \"cartesian\"; without = [\"planar\"]",
         "method = \"dop853\"; without = [\"row-choice\"]",
+        "method = \"dop853\"; engine = \"reference\"",
+        "engine = \"reference\"",
     ];
     for keys in kinds {
         // Alike in angle, speed and acceleration at the start; 0.1 t^3 apart.

@@ -33,7 +33,7 @@ fn every_engine_of_the_working_form_takes_the_same_steps_to_the_same_bits() {
             assert_eq!(other.columns, interpreted.columns, "{engine}");
             let work = |report: &RunReport| {
                 let s = &report.summary;
-                (s.steps, s.rejected, s.evaluations, s.factorisations, s.rank_safe, s.position_corrections)
+                (s.steps, s.rejected, s.evaluations, s.factorisations, s.recoveries, s.position_corrections)
             };
             assert_eq!((work(&other), other.summary.audit), (work(&interpreted), interpreted.summary.audit));
             if engine == "compiled" {

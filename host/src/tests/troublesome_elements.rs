@@ -1,0 +1,75 @@
+//! Elements whose states make trouble.
+
+use element_api::prelude::*;
+
+const SINGLE: &[FrameSpec] = &[FrameSpec::new("on", "the body")];
+const STATE: &[ChannelSpec] = &[ChannelSpec::new("x", "1", "the state")];
+
+/// x' = `before` where x < 0, `after` + `slope` x elsewhere; started at -0.5.
+pub struct Relay(RelayParameters);
+
+#[derive(Parameters)]
+pub struct RelayParameters {
+    /// Rate below zero.
+    #[param(default = 1.0)]
+    before: f64,
+    /// Rate at zero.
+    after: f64,
+    /// How the rate goes on from there.
+    #[param(default = 0.0)]
+    slope: f64,
+}
+
+impl Element for Relay {
+    const NAME: &'static str = "relay";
+    const SUMMARY: &'static str = "a rate that switches";
+    const FRAMES: &'static [FrameSpec] = SINGLE;
+    type Parameters = RelayParameters;
+    fn new(p: RelayParameters) -> Result<Self, ParamError> {
+        Ok(Self(p))
+    }
+}
+
+impl Force for Relay {
+    const CHANNELS: &'static [ChannelSpec] = STATE;
+    const STATES: &'static [ChannelSpec] = STATE;
+    fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.states[0]);
+    }
+    fn initial_states(&self) -> Vec<f64> {
+        vec![-0.5]
+    }
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let x = at.states[0];
+        out.push(S::select(x, S::zero(), S::from(self.0.before), x * self.0.slope + self.0.after));
+    }
+}
+
+/// x' = -sqrt(x), started at 1: no number follows after two seconds.
+pub struct Drain;
+
+impl Element for Drain {
+    const NAME: &'static str = "drain";
+    const SUMMARY: &'static str = "a tank that runs empty";
+    const FRAMES: &'static [FrameSpec] = SINGLE;
+    type Parameters = NoParameters;
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Force for Drain {
+    const CHANNELS: &'static [ChannelSpec] = STATE;
+    const STATES: &'static [ChannelSpec] = STATE;
+    fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.states[0]);
+    }
+    fn initial_states(&self) -> Vec<f64> {
+        vec![1.0]
+    }
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(-at.states[0].sqrt());
+    }
+}
