@@ -38,7 +38,7 @@ fn params(text: &str) -> Table {
 }
 
 /// A mass on a rod, and one on a spring of zero free length, which swings as x = cos(sqrt(k/m) t).
-const STRANGERS_SCENE: &str = r#"
+pub const STRANGERS_SCENE: &str = r#"
 title = "Elements of a stranger"
 [plugins]
 libraries = ["stranger"]
@@ -280,7 +280,9 @@ fn a_truncated_library_is_an_error() {
 #[test]
 fn strangers_need_one_dependency() {
     for entry in fs::read_dir(root().join("tests/fixtures")).unwrap() {
-        let manifest = fs::read_to_string(entry.unwrap().path().join("Cargo.toml")).unwrap();
+        let path = entry.unwrap().path().join("Cargo.toml");
+        // Libraries in C, and those of earlier versions, are no packages.
+        let Ok(manifest) = fs::read_to_string(&path) else { continue };
         let manifest: toml::Table = manifest.parse().unwrap();
         let dependencies = manifest.get("dependencies").and_then(|d| d.as_table()).cloned().unwrap_or_default();
         assert!(dependencies.keys().all(|name| name == "element-api"), "{dependencies}");

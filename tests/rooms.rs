@@ -29,6 +29,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("study", &["diagnostics", "results", "scene", "session"]),
     ("stress", &["diagnostics", "results", "scene", "session"]),
     ("manual", &["page", "results", "stress", "verification"]),
+    ("workshop", &["diagnostics", "catalog", "model", "program", "scene"]),
 ];
 
 /// The files of a folder and those below it.

@@ -11,6 +11,7 @@
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `stores.rs` | libraries are packed, installed, pinned, verified, removed, and loaded again when they were built again |
+//! | `c_plugin.rs` | libraries in C move as the same elements in Rust do; faulty ones are refused in words |
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
@@ -41,6 +42,7 @@ mod allocations;
 mod benchmarks;
 mod book;
 mod broken_scenes;
+mod c_plugin;
 mod checkpoints;
 mod compressor;
 mod events;

@@ -5,7 +5,7 @@
 //! text and recordings; `abi_stable` adds boxed objects with method tables and the check that both sides have the same
 //! layout.
 //!
-//! [`v1`] never changes once it is frozen: `abi_stable` refuses a library whose tables are *shorter* than the host's, so
+//! [`v1`] never changes: `abi_stable` refuses a library whose tables are *shorter* than the host's, so
 //! a method added here would lock out every library built before. Additions are a `v2` module beside it, or an ability
 //! behind [`v1::PluginV1::extension`]. `abi-v1.layout.txt` is a dump of the types; a test compares it.
 //!
@@ -38,7 +38,7 @@ pub use abi_stable::library::LibHeader as Header;
 #[cfg(doc)]
 use crate::set::ElementClass;
 
-/// Version 1 of the interface, provisional until it is frozen.
+/// Version 1 of the interface; it does not change any more.
 pub mod v1 {
     use abi_stable::library::RootModule;
     use abi_stable::sabi_types::VersionStrings;

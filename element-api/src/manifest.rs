@@ -7,7 +7,7 @@
 //! about=Standard joints
 //! abi=1
 //! conventions=1
-//! interface=1.0.0
+//! interface=1.1.0
 //! entry=odyn_plugin_v1_odyn_joints
 //! features=sse4.2 avx avx2 fma
 //! profile=release
@@ -15,6 +15,7 @@
 //! end
 //! ```
 //!
+//! `abi` is the version of the interface; with a `c` before the number, that of the C table in `include/odyn_element.h`.
 //! The number in the first line counts versions of this format; lines with unknown keys are skipped. The export macro
 //! joins the text from constants at compile time, so it is always that of the code beside it. A file built from several
 //! libraries holds one text for each.
@@ -36,6 +37,8 @@ pub struct Library {
 
 /// Version of the binary interface that this crate makes and understands.
 pub const ABI: u32 = 1;
+/// Version of the C table (`include/odyn_element.h`) that this host understands.
+pub const C_ABI: u32 = 1;
 /// Number of the conventions (axes, units, order of Euler parameters, signs): what no layout check can see.
 pub const CONVENTIONS: u32 = 1;
 /// Version of this crate.
@@ -59,8 +62,10 @@ pub struct Manifest {
     pub version: String,
     /// One sentence for the user.
     pub about: String,
-    /// Version of the binary interface; see [`ABI`].
+    /// Version of the binary interface; see [`ABI`] and [`C_ABI`].
     pub abi: u32,
+    /// Which interface that is.
+    pub table: EntryTable,
     /// See [`CONVENTIONS`].
     pub conventions: u32,
     /// Version of `element-api` it was built with.
@@ -74,6 +79,15 @@ pub struct Manifest {
     pub profile: Profile,
     /// What it provides.
     pub elements: Vec<ManifestElement>,
+}
+
+/// What the entry symbol of a library leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EntryTable {
+    /// What [`export_plugin!`](crate::export_plugin) exports.
+    Rust,
+    /// The C table of `include/odyn_element.h`.
+    C,
 }
 
 /// How a library was compiled.
@@ -169,7 +183,7 @@ struct Draft {
     package: Option<String>,
     version: Option<String>,
     about: Option<String>,
-    abi: Option<u32>,
+    abi: Option<(EntryTable, u32)>,
     conventions: Option<u32>,
     interface: Option<String>,
     entry: Option<String>,
@@ -180,13 +194,20 @@ struct Draft {
 
 impl Draft {
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        let number = || value.parse::<u32>().map_err(|_| format!("`{key}` is `{value}`, which is not a whole number"));
+        let whole =
+            |text: &str| text.parse::<u32>().map_err(|_| format!("`{key}` is `{value}`, which is not a whole number"));
         let fresh = match key {
             "package" => self.package.replace(value.into()).is_none(),
             "version" => self.version.replace(value.into()).is_none(),
             "about" => self.about.replace(value.into()).is_none(),
-            "abi" => self.abi.replace(number()?).is_none(),
-            "conventions" => self.conventions.replace(number()?).is_none(),
+            "abi" => {
+                let abi = match value.strip_prefix('c') {
+                    Some(number) => (EntryTable::C, whole(number)?),
+                    None => (EntryTable::Rust, whole(value)?),
+                };
+                self.abi.replace(abi).is_none()
+            }
+            "conventions" => self.conventions.replace(whole(value)?).is_none(),
             "interface" => self.interface.replace(value.into()).is_none(),
             "entry" => self.entry.replace(value.into()).is_none(),
             "features" => self.features.replace(value.split_whitespace().map(Into::into).collect()).is_none(),
@@ -219,11 +240,13 @@ impl Draft {
         if package.is_empty() || !package.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-' || b == b'_') {
             return Err(format!("`{package}` is not the name of a package"));
         }
+        let (table, abi) = needed(self.abi, "abi")?;
         Ok(Manifest {
             package,
             version: needed(self.version, "version")?,
             about: self.about.unwrap_or_default(),
-            abi: needed(self.abi, "abi")?,
+            abi,
+            table,
             conventions: needed(self.conventions, "conventions")?,
             interface: self.interface.unwrap_or_default(),
             entry: needed(self.entry, "entry")?,

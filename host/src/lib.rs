@@ -24,6 +24,7 @@
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
+//! | `workshop` | a name -> a crate for elements; a library -> what is wrong with its elements (feature `workshop`) | scenes that are run |
 //!
 //! Leaves that any room may use: [`diagnostics`] (messages with places) and [`linalg`] (linear systems, ranks). A room
 //! uses only rooms before it and the leaves; a test guards the edges.
@@ -50,6 +51,8 @@ pub mod session;
 pub mod stress;
 pub mod study;
 pub mod verification;
+#[cfg(feature = "workshop")]
+pub mod workshop;
 
 #[cfg(test)]
 mod tests;

@@ -69,9 +69,9 @@ fn crashes(test: &str, params: &str, number: i32, told: &str) {
     let ran = run(&scratch, params, "");
     let error = ran.err();
     assert_eq!(ran.0.status.signal(), Some(number), "{error}");
-    let named = format!("error[ODY0430]: `it` (stubborn-plugin/stubborn) crashed in {told}");
+    let named = format!("error[ODY0413]: `it` (stubborn-plugin/stubborn) crashed in {told}");
     assert!(error.contains(&named), "{error}");
-    assert_eq!(error.matches("ODY0430").count(), 1, "{error}");
+    assert_eq!(error.matches("ODY0413").count(), 1, "{error}");
 }
 
 #[cfg(unix)]

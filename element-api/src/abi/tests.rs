@@ -417,8 +417,9 @@ fn layout_texts_tell_types_apart() {
     }
 }
 
-/// What v1 lets cross must not change. While v1 is provisional, `ODYN_WRITE_LAYOUT=1 cargo test -p element-api` accepts
-/// a change.
+/// What v1 lets cross must not change: libraries that were built with it would not load any more. After a change that no
+/// library can see (the name of a field that is not compared, say), `ODYN_WRITE_LAYOUT=1 cargo test -p element-api` writes
+/// the text anew.
 #[test]
 #[cfg(target_pointer_width = "64")]
 fn layout_of_v1_is_the_committed_one() {

@@ -16,6 +16,7 @@ fn every_key_is_read() {
         version: "0.3.1".into(),
         about: "One rod".into(),
         abi: 1,
+        table: EntryTable::Rust,
         conventions: 1,
         interface: "1.0.0".into(),
         entry: "odyn_plugin_v1_my_elements".into(),
@@ -36,6 +37,12 @@ fn joining_parts_gives_a_manifest_of_this_version() {
 }
 
 #[test]
+fn a_c_before_the_number_stands_for_the_c_table() {
+    let manifest = read(&TEXT.replace("abi=1", "abi=c7")).expect("a manifest");
+    assert_eq!((manifest.table, manifest.abi), (EntryTable::C, 7));
+}
+
+#[test]
 fn unknown_keys_and_kinds_of_a_later_version_are_no_obstacle() {
     let text = TEXT.replace("profile=debug\n", "colour=blue = green\nelement=driver crank\n");
     let manifest = read(&text).expect("a manifest");
@@ -53,13 +60,14 @@ fn several_manifests_and_padding_are_read() {
 
 #[test]
 fn each_defect_is_named() {
-    let cases: [(&str, &str, &str); 10] = [
+    let cases: [(&str, &str, &str); 11] = [
         ("ODYN-MANIFEST 1", "ODYN-MANIFEST 2", "format is 2, this host reads format 1"),
         ("ODYN-MANIFEST 1", "ODYN 1", "does not begin with `ODYN-MANIFEST`"),
         ("end\n", "", "does not finish with `end`"),
         ("package=my-elements\n", "", "`package` is missing"),
         ("package=my-elements", "package=../x", "`../x` is not the name of a package"),
         ("abi=1", "abi=one", "`abi` is `one`, which is not a whole number"),
+        ("abi=1", "abi=c", "`abi` is `c`, which is not a whole number"),
         ("abi=1\n", "abi=1\nabi=2\n", "`abi` is given twice"),
         ("about=One rod", "about", "the line `about` has no `=`"),
         ("force spring", "force rod", "the element `rod` is named twice"),

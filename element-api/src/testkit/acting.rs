@@ -5,9 +5,9 @@ use crate::geometry::Vec3;
 use crate::recording::Role;
 use crate::testkit::differences::{DIFFERENCE, slopes};
 use crate::testkit::examine::{Examination, ROUNDING};
-use crate::testkit::report::Check;
+use crate::testkit::report::{Check, deviates, number, pair};
 use crate::testkit::variation::Variation;
-use crate::testkit::{ForceValues, Setting, interpret_with};
+use crate::testkit::{ForceValues, Probe, Setting, interpret_with};
 
 /// All checks that only force and control elements have.
 pub(super) fn examine(x: &mut Examination<'_>) {
@@ -74,7 +74,8 @@ pub(super) fn examine_power(x: &mut Examination<'_>, required: bool) {
                 let dissipation = found.dissipation.unwrap_or(f64::NAN);
                 // A sum of squares may round to a little below zero.
                 if dissipation.is_nan() || dissipation < -ROUNDING * (1.0 + load(&found)) {
-                    x.report.add(Check::DissipationSign, format!("the dissipation is {dissipation:e}"));
+                    let text = format!("{} W", number(dissipation));
+                    x.report.add_about(Check::DissipationSign, "the dissipation is negative", &text);
                 }
             }
         });
@@ -103,8 +104,11 @@ fn frame_invariance(x: &mut Examination<'_>, setting: &Setting) {
     let moved = results(x, &setting.carried_by(&world));
     for (k, (value, expected)) in numbers(&moved).into_iter().zip(numbers(&carried)).enumerate() {
         let allowed = 10.0 * ROUNDING * (1.0 + sizes[k]);
-        x.report
-            .compare(Check::FrameInvariance, value, expected, allowed, || format!("value {k} after moving the world"));
+        let name = x.name(k);
+        let words = ("it becomes", "expected is");
+        x.report.compare_in_words(Check::FrameInvariance, (value, expected), allowed, words, || {
+            format!("{name} does not go along when all bodies are moved together")
+        });
     }
 }
 
@@ -125,7 +129,16 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
     let Some(stored) = slopes(potential, &[size])[0] else { return };
     let dissipation = found.dissipation.unwrap_or(0.0);
     let allowed = DIFFERENCE * (1.0 + power.abs() + stored.abs() + dissipation.abs() + size);
-    x.report.compare(Check::PowerBalance, power, -stored - dissipation, allowed, || "power of the loads".into());
+    let expected = -stored - dissipation;
+    if deviates(power, expected, allowed) {
+        let (power, expected) = pair(power, expected);
+        let (stored, dissipation) = (number(-stored), number(dissipation));
+        let text = format!(
+            "{power} W, but the potential falls by {stored} W and {dissipation} W are dissipated, which is {expected} W"
+        );
+        let subject = "power of the loads: the element gains or loses energy that nothing accounts for";
+        x.report.add_about(Check::PowerBalance, subject, &text);
+    }
 }
 
 fn body_swap(x: &mut Examination<'_>, setting: &Setting) {
@@ -152,6 +165,40 @@ fn results(x: &Examination<'_>, setting: &Setting) -> ForceValues {
         found.torques.clear();
     }
     found
+}
+
+/// What a result of [`numbers`] is called.
+pub(super) fn value_name(probe: &Probe, k: usize) -> String {
+    let descriptor = &probe.descriptor;
+    let control = descriptor.kind == Kind::Control;
+    let frames = if control { 0 } else { descriptor.frames.len() };
+    let axis = ["x", "y", "z"][k % 3];
+    let frame = |k: usize| format!("component {axis} on body `{}`", descriptor.frames[k / 3].name);
+    let mut k = k;
+    for (what, count) in [("force", 3 * frames), ("torque", 3 * frames)] {
+        if k < count {
+            return format!("the {what}, {}", frame(k));
+        }
+        k -= count;
+    }
+    let states = probe.recording.initial_states.len();
+    if k < states {
+        let name = descriptor.states.get(k).map_or_else(|| k.to_string(), |named| format!("`{}`", named.name));
+        return format!("the rate of state {name}");
+    }
+    k -= states;
+    let memory = probe.recording.initial_discrete.len();
+    if k < memory {
+        return format!("discrete state {k}");
+    }
+    k -= memory;
+    if let Some(named) = descriptor.channels.get(k) {
+        return format!("{} `{}`", if control { "output" } else { "channel" }, named.name);
+    }
+    match k - descriptor.channels.len() {
+        0 if probe.recording.output(Role::Potential).is_some() => "the potential".into(),
+        _ => "the dissipation".into(),
+    }
 }
 
 /// The results in the order in which they are recorded, angles left out.

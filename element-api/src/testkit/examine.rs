@@ -12,7 +12,7 @@ use crate::recording::{Recording, Role};
 use crate::set::{Batch, CreateError, ElementClass, Wanted};
 use crate::testkit::differences::DIFFERENCE;
 use crate::testkit::joints::Mobility;
-use crate::testkit::report::{Check, Options, Report};
+use crate::testkit::report::{Check, Options, Report, deviates, number};
 use crate::testkit::setting::{Random, Setting, on_common_axis};
 use crate::testkit::variation::Variation;
 use crate::testkit::{Probe, acting, complete, joints};
@@ -169,13 +169,21 @@ impl<'a> Examination<'a> {
         self.random = Random::new(1 + first as u64);
         self.settled.clear();
         if let Err(text) = fenced(|| body(self)) {
+            let text = match self.probe.take_fault() {
+                Some(fault) => format!("fails when it is called: {fault}"),
+                None => text,
+            };
             self.report.add(first, text);
         }
         // An author who chooses the settings may have chosen a kink; then only something must have settled.
         let chosen = self.options.anywhere.is_some() && self.settled.values().any(|settled| *settled);
         let missed = self.settled.iter().filter(|(_, settled)| !chosen && !**settled);
         let text = |(value, variation): &(usize, Variation)| {
-            format!("value {value} for {variation:?}: in no setting is a step small enough for differences")
+            format!(
+                "{} over {}: in no setting is a step small enough for differences",
+                self.name(*value),
+                variation.text(&self.probe.descriptor)
+            )
         };
         let mut missed: Vec<String> = missed.map(|(of, _)| text(of)).collect();
         missed.sort_unstable();
@@ -233,15 +241,27 @@ impl<'a> Examination<'a> {
         self.probe.refer(setting);
     }
 
+    /// What a result is called.
+    pub(super) fn name(&self, k: usize) -> String {
+        match self.probe.descriptor.kind {
+            Kind::Joint => value_name(&self.probe.recording, k, &self.probe.descriptor),
+            Kind::Force | Kind::Control => acting::value_name(&self.probe, k),
+        }
+    }
+
     fn results_are_given(&mut self, setting: &Setting) {
-        let (recording, descriptor) = (&self.probe.recording, &self.probe.descriptor);
+        let descriptor = &self.probe.descriptor;
         let missing = |value: &f64| !value.is_finite();
         if descriptor.kind == Kind::Joint {
             let values = self.probe.joint_plain(setting);
             let names = values.iter().enumerate().filter(|(_, value)| missing(value));
             for (k, value) in names {
-                let name = value_name(recording, k, descriptor);
-                self.report.add(Check::UnwrittenOutput, format!("{name} is not given, or not a number: {value}"));
+                let subject = format!("{} is not given, or not a number", self.name(k));
+                self.report.add_about(
+                    Check::UnwrittenOutput,
+                    &subject,
+                    &format!("{value}{}", place(descriptor, setting)),
+                );
             }
             return;
         }
@@ -254,8 +274,17 @@ impl<'a> Examination<'a> {
             ("channel", &found.channels),
         ] {
             if let Some(k) = list.iter().position(missing) {
-                let text = format!("{what} {k} is not given, or not a number: {}", list[k]);
-                self.report.add(Check::UnwrittenOutput, text);
+                let named = match what {
+                    "channel" => descriptor.channels.get(k),
+                    "rate of state" => descriptor.states.get(k),
+                    _ => None,
+                };
+                let subject = match named {
+                    Some(named) => format!("{what} `{}` is not given, or not a number", named.name),
+                    None => format!("{what} {k} is not given, or not a number"),
+                };
+                let text = format!("{}{}", list[k], place(descriptor, setting));
+                self.report.add_about(Check::UnwrittenOutput, &subject, &text);
             }
         }
     }
@@ -276,7 +305,13 @@ impl<'a> Examination<'a> {
                     (expected.get(k).copied().unwrap_or(f64::NAN), sizes.get(k).copied().unwrap_or(0.0))
                 }
             };
-            self.report.compare(Check::Recording, value, expected, ROUNDING * (1.0 + size), || format!("{role:?}"));
+            let name = match role {
+                Role::Angle(k) => format!("angle {k}"),
+                _ => self.name(count - 1),
+            };
+            let words = ("the recording gives", "plain numbers give");
+            self.report
+                .compare_in_words(Check::Recording, (value, expected), ROUNDING * (1.0 + size), words, || name.clone());
         }
         if count != expected.len() {
             let text = format!("{count} results are recorded, {} are given with plain numbers", expected.len());
@@ -294,12 +329,18 @@ impl<'a> Examination<'a> {
         variation: Variation,
     ) {
         for (k, (derivative, difference)) in derivatives.iter().zip(differences).enumerate() {
-            let what = || format!("derivative of value {k} for {variation:?}");
+            let name = self.name(k);
+            let over = variation.text(&self.probe.descriptor);
+            let what = || match variation {
+                Variation::Motion => format!("second derivative of {name} along {over}"),
+                _ => format!("derivative of {name} for {over}"),
+            };
             match difference {
                 Some(difference) => {
                     self.settled.insert((k, variation), true);
                     let allowed = DIFFERENCE * (1.0 + difference.abs() + sizes[k]);
-                    self.report.compare(check, *derivative, *difference, allowed, what);
+                    let words = ("the element gives", "its values change by");
+                    self.report.compare_in_words(check, (*derivative, *difference), allowed, words, what);
                 }
                 None if derivative.is_finite() => {
                     self.settled.entry((k, variation)).or_insert(false);
@@ -323,8 +364,14 @@ impl<'a> Examination<'a> {
         let force = loads.iter().map(|(force, _)| force).sum::<Vec3<f64>>().norm();
         let moment = moments.iter().sum::<Vec3<f64>>().norm();
         let allowed = ROUNDING * (1.0 + size);
-        self.report.compare(Check::ThirdLaw, force, 0.0, allowed, || format!("{}resultant force", of()));
-        self.report.compare(Check::ThirdLaw, moment, 0.0, allowed, || format!("{}resultant moment", of()));
+        if deviates(force, 0.0, allowed) {
+            let subject = format!("{}the forces on its bodies do not add up to zero", of());
+            self.report.add_about(Check::ThirdLaw, &subject, &format!("{} remains", number(force)));
+        } else if deviates(moment, 0.0, allowed) {
+            let subject = format!("{}the torques are not the moment of the forces", of());
+            let text = format!("{} remains; forces that are not on one line need a couple", number(moment));
+            self.report.add_about(Check::ThirdLaw, &subject, &text);
+        }
     }
 
     fn repeatability(&mut self, setting: &Setting) {
@@ -462,7 +509,8 @@ impl<'a> Examination<'a> {
                 setting.frames[frame] = on_common_axis(&start.frames[frame], total, 0.0);
                 setting
             };
-            self.follow(&moved, results, 0, &|| format!("a rotation of frame {frame} about its z axis"));
+            let name = self.probe.descriptor.frames.get(frame).map_or("", |named| named.name.as_str()).to_string();
+            self.follow(&moved, results, 0, &|| format!("a rotation of frame `{name}` about its z axis"));
         }
     }
 
@@ -502,14 +550,24 @@ impl<'a> Examination<'a> {
             let values = if rows > 0 { self.probe.joint_plain(&setting) } else { Vec::new() };
             if let Some(row) = (0..rows).find(|row| values[*row].abs() > 1e-9 * (1.0 + total.abs())) {
                 let name = value_name(&self.probe.recording, row, &self.probe.descriptor);
-                let text = format!("after {} by {total}, {name} is {}, not 0", by(), values[row]);
+                let text = format!("after {} by {}, {name} is {}, not 0", by(), number(total), number(values[row]));
                 return self.report.add(Check::AngleContinuity, text);
             }
             for (k, sign) in &following {
                 let expected = first[*k] + sign * total;
                 if (found[*k] - expected).abs() > 1e-9 * (1.0 + total.abs()) {
-                    let what = if *k < angles { format!("angle {k}") } else { format!("result {}", *k - angles) };
-                    let text = format!("after {} by {total}, {what} is {}, not {expected}", by(), found[*k]);
+                    let named = self.probe.descriptor.channels.get(k.wrapping_sub(angles));
+                    let what = match named {
+                        Some(named) if *k >= angles => format!("`{}`", named.name),
+                        _ => format!("angle {k}"),
+                    };
+                    let text = format!(
+                        "after {} by {} rad, {what} is {}, not {}: it jumps, as atan2 alone does; `at.angle` counts turns",
+                        by(),
+                        number(total),
+                        number(found[*k]),
+                        number(expected)
+                    );
                     return self.report.add(Check::AngleContinuity, text);
                 }
             }
@@ -517,6 +575,17 @@ impl<'a> Examination<'a> {
             references = setting.references;
         }
     }
+}
+
+/// Where the frames are, for a finding that depends on it.
+fn place(descriptor: &Descriptor, setting: &Setting) -> String {
+    let (Some(base), Some(other)) = (setting.frames.first(), setting.frames.get(1)) else { return String::new() };
+    let (Some(first), Some(second)) = (descriptor.frames.first(), descriptor.frames.get(1)) else {
+        return String::new();
+    };
+    let d = base.rotation.tr_mul(&(other.position - base.position));
+    let [x, y, z] = [d.x, d.y, d.z].map(number);
+    format!(", for example with frame `{}` at ({x}, {y}, {z}) of frame `{}`", second.name, first.name)
 }
 
 /// What a row or coordinate is called.

@@ -7,7 +7,7 @@ use crate::recording::Role;
 use crate::testkit::assembly::{free_directions, rank};
 use crate::testkit::differences::{DIFFERENCE, curvatures, slopes};
 use crate::testkit::examine::{Examination, ROUNDING, value_name};
-use crate::testkit::report::Check;
+use crate::testkit::report::{Check, deviates, number};
 use crate::testkit::variation::Variation;
 use crate::testkit::{JointValues, Probe, Random, Setting, complete, interpret, interpret_with};
 
@@ -60,6 +60,9 @@ pub(super) fn recorded_mobility(probe: &Probe) -> Option<Mobility> {
 pub(super) fn examine(x: &mut Examination<'_>, mobility: Option<&Mobility>) {
     x.each_setting(&[Check::Recording], |x, setting| recording(x, setting));
     x.each_setting(&[Check::Jacobian], |x, setting| jacobian(x, setting));
+    if x.options.internal && x.probe.descriptor.frames.len() > 1 {
+        x.fenced(&[Check::Dependence], dependence);
+    }
     if !x.probe.descriptor.opaque {
         x.each_setting(&[Check::DualNumbers], |x, setting| dual_numbers(x, setting));
     }
@@ -107,6 +110,53 @@ fn first_derivatives(found: &JointValues, variation: Variation) -> Option<Vec<f6
     }
 }
 
+/// What the values depend on in any of the settings.
+fn dependence(x: &mut Examination<'_>) {
+    let count = x.probe.descriptor.frames.len();
+    let mut uses: Vec<Vec<bool>> = Vec::new();
+    let mut rows = 0;
+    for _ in 0..x.options.tries {
+        let setting = x.setting();
+        let found = x.probe.joint_values(&setting);
+        rows = found.rows;
+        uses.resize(found.jacobian.len(), vec![false; count]);
+        for (seen, derivatives) in uses.iter_mut().zip(&found.jacobian) {
+            for (seen, part) in seen.iter_mut().zip(derivatives.chunks_exact(6)) {
+                *seen |= part.iter().any(|derivative| *derivative != 0.0);
+            }
+        }
+    }
+    let names: Vec<String> = x.probe.descriptor.frames.iter().map(|frame| format!("`{}`", frame.name)).collect();
+    for (row, seen) in uses[..rows].iter().enumerate() {
+        let used: Vec<&str> =
+            names.iter().zip(seen).filter(|(_, seen)| **seen).map(|(name, _)| name.as_str()).collect();
+        let unused: Vec<&str> =
+            names.iter().zip(seen).filter(|(_, seen)| !**seen).map(|(name, _)| name.as_str()).collect();
+        let row = x.name(row);
+        match used[..] {
+            [] => x.report.add(Check::Dependence, format!("{row} depends on no body: nothing can make it zero")),
+            [only] => {
+                let missing = unused.join(" and ");
+                let plural = if unused.len() == 1 { "body" } else { "bodies" };
+                let text = format!(
+                    "{row} does not depend on {plural} {missing}: only frame {only} moves it, and it acts on that body only"
+                );
+                x.report.add(Check::Dependence, text);
+            }
+            _ => {}
+        }
+    }
+    // A row that depends on one frame tells the others.
+    if x.report.failed().contains(&Check::Dependence) {
+        return;
+    }
+    for (frame, name) in names.iter().enumerate() {
+        if uses.iter().all(|seen| !seen[frame]) {
+            x.report.add(Check::Dependence, format!("nothing depends on body {name}"));
+        }
+    }
+}
+
 fn dual_numbers(x: &mut Examination<'_>, setting: &Setting) {
     let found = x.probe.joint_values(setting);
     let along = |variation: Variation| {
@@ -118,7 +168,8 @@ fn dual_numbers(x: &mut Examination<'_>, setting: &Setting) {
     let mut compare = |what: &str, variation: Variation, recorded: &[f64], own: &[f64]| {
         for (k, (recorded, own)) in recorded.iter().zip(own).enumerate() {
             let allowed = ROUNDING * (1.0 + own.abs() + found.values[k].abs());
-            missed.push((format!("{what} of value {k} for {variation:?}"), *recorded, *own, allowed));
+            let over = variation.text(&x.probe.descriptor);
+            missed.push((format!("{what} of {} for {over}", x.name(k)), *recorded, *own, allowed));
         }
     };
     for variation in Variation::all(setting, false) {
@@ -129,7 +180,8 @@ fn dual_numbers(x: &mut Examination<'_>, setting: &Setting) {
     let recorded: Vec<f64> = along(Variation::Motion).iter().map(|jet| jet.second).collect();
     compare("second derivative", Variation::Motion, &recorded, &found.second);
     for (what, recorded, own, allowed) in missed {
-        x.report.compare(Check::DualNumbers, recorded, own, allowed, || what.clone());
+        let words = ("the recording gives", "the element gives");
+        x.report.compare_in_words(Check::DualNumbers, (recorded, own), allowed, words, || what.clone());
     }
 }
 
@@ -145,8 +197,12 @@ fn frame_invariance(x: &mut Examination<'_>, setting: &Setting) {
     let values = x.probe.joint_plain(setting);
     let moved = x.probe.joint_plain(&setting.carried_by(&x.random.frame()));
     for (k, (moved, value)) in moved.iter().zip(&values).enumerate() {
-        let what = || format!("{} after moving the world", value_name(&x.probe.recording, k, &x.probe.descriptor));
-        x.report.compare(Check::FrameInvariance, *moved, *value, 10.0 * ROUNDING * (1.0 + value.abs()), what);
+        let what = || {
+            let name = value_name(&x.probe.recording, k, &x.probe.descriptor);
+            format!("{name} changes when all bodies are moved together")
+        };
+        let (pair, allowed) = ((*moved, *value), 10.0 * ROUNDING * (1.0 + value.abs()));
+        x.report.compare_in_words(Check::FrameInvariance, pair, allowed, ("it becomes", "it was"), what);
     }
 }
 
@@ -163,7 +219,8 @@ fn third_law(x: &mut Examination<'_>, setting: &Setting) {
     let found = x.probe.joint_values(setting);
     for row in 0..found.rows {
         let loads = loads(&found, row, setting);
-        x.compare_resultants(setting, &loads, || format!("row {row}: "));
+        let name = x.name(row);
+        x.compare_resultants(setting, &loads, || format!("reaction of {name}: "));
     }
 }
 
@@ -176,7 +233,8 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting, scleronomic: bool) 
     for row in 0..rows {
         if scleronomic {
             let rate = found.time_derivative[row];
-            x.report.compare(Check::PowerBalance, rate, 0.0, 0.0, || format!("row {row} depends on time, its rate"));
+            let name = x.name(row);
+            x.report.compare(Check::PowerBalance, rate, 0.0, 0.0, || format!("{name} depends on time, its rate"));
         }
         let loads = loads(&found, row, setting);
         let powers = loads.iter().zip(&setting.twists);
@@ -184,8 +242,8 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting, scleronomic: bool) 
         let Some(rate) = rates[row] else { continue };
         let expected = rate - found.time_derivative[row];
         let allowed = DIFFERENCE * (1.0 + expected.abs() + rate.abs() + sizes[row]);
-        x.report
-            .compare(Check::PowerBalance, power, expected, allowed, || format!("power of the reaction of row {row}"));
+        let name = x.name(row);
+        x.report.compare(Check::PowerBalance, power, expected, allowed, || format!("power of the reaction of {name}"));
     }
 }
 
@@ -248,15 +306,19 @@ fn free_poses(x: &mut Examination<'_>, mobility: &Mobility) {
         x.probe.settle(&mut setting);
         let found = x.probe.joint_values(&setting);
         for (row, value) in found.residual().iter().enumerate() {
-            let what = || format!("row {row} at the pose of {q:?}");
-            x.report.compare(Check::FreeMotion, *value, 0.0, 10.0 * ROUNDING, what);
+            if deviates(*value, 0.0, 10.0 * ROUNDING) {
+                let subject = format!("{} is not zero where `pose` puts the second body", x.name(row));
+                let q: Vec<String> = q.iter().map(|q| number(*q)).collect();
+                let text = format!("{} for coordinates [{}]", number(*value), q.join(", "));
+                x.report.add_about(Check::FreeMotion, &subject, &text);
+            }
         }
         // The freedoms the rows leave to frame 1.
         let rows: Vec<Vec<f64>> = found.jacobian[..found.rows].iter().map(|row| row[6..12].to_vec()).collect();
         let rank = rank(&rows);
         let count = if turns_freely { count + 3 } else { count };
         if rank + count != 6 {
-            let text = format!("the rows leave {} freedoms, the mobility has {count}", 6 - rank);
+            let text = format!("the rows leave {} freedoms, the mobility has {count} coordinates", 6 - rank);
             x.report.add(Check::MobilityRank, text);
         }
         if x.probe.descriptor.opaque {
@@ -291,7 +353,8 @@ fn tangent_motion(x: &mut Examination<'_>, setting: &Setting, found: &JointValue
     let sizes = sizes(found.residual());
     for (row, rate) in slopes(rows_at, &sizes).into_iter().enumerate() {
         if let Some(rate) = rate {
-            let what = || format!("rate of row {row} along a free motion");
+            let what =
+                || format!("rate of {} along a free motion", value_name(&x.probe.recording, row, &x.probe.descriptor));
             x.report.compare(Check::FreeMotion, rate, 0.0, DIFFERENCE * (1.0 + sizes[row]), what);
         }
     }

@@ -55,6 +55,8 @@ pub use joints::assembled_setting;
 pub use report::{Check, CountAllocations, Finding, MakeSetting, Options, Report};
 pub use setting::{Random, Setting, on_common_axis, turn};
 
+use std::cell::RefCell;
+
 use crate::adapt;
 use crate::descriptor::{Descriptor, Kind, Named};
 use crate::element::{Constraint, Control, Force, Reaction};
@@ -70,6 +72,8 @@ pub struct Probe {
     /// The instance's equations.
     pub recording: Recording,
     set: Box<dyn ElementSet>,
+    /// What the last evaluation that failed says.
+    fault: RefCell<Option<String>>,
 }
 
 impl std::fmt::Debug for Probe {
@@ -168,10 +172,21 @@ impl Probe {
     fn from_table(class: &dyn ElementClass, params: &Table) -> Result<Self, CreateError> {
         let descriptor = class.descriptor().clone();
         let mut set = class.new_set();
-        let instance = set.add(params)?;
-        let recording = set.record(instance).map_err(|fault| CreateError::Fault(fault.message))?;
+        let during = |what: &str, text: String| {
+            CreateError::Fault(if text.starts_with("panicked") { format!("{what} {text}") } else { text })
+        };
+        let instance = set.add(params).map_err(|error| match error {
+            CreateError::Fault(text) => during("`new`", text),
+            refused => refused,
+        })?;
+        let recording = set.record(instance).map_err(|fault| during("recording its equations", fault.message))?;
         recording.check(&descriptor.limits()).map_err(CreateError::Fault)?;
-        Ok(Self { descriptor, recording, set })
+        Ok(Self { descriptor, recording, set, fault: RefCell::new(None) })
+    }
+
+    /// What the evaluation that failed says, once.
+    fn take_fault(&self) -> Option<String> {
+        self.fault.borrow_mut().take()
     }
 
     /// What the joint gives, evaluated with plain numbers.
@@ -303,7 +318,9 @@ impl Probe {
         self.recording.outputs.iter().filter(|output| matches!(output.role, Role::Residual(_))).count()
     }
 
-    fn layout(&self) -> Layout {
+    /// Where inputs and results of the instance lie in a batch.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
         let rows = if self.descriptor.kind == Kind::Joint { self.rows() } else { 0 };
         Layout {
             frames: self.descriptor.frames.len(),
@@ -331,9 +348,10 @@ impl Probe {
     fn evaluate(&self, setting: &Setting, wanted: Wanted) -> Vec<f64> {
         let inputs = setting.inputs();
         let mut out = self.room();
-        self.set
-            .evaluate(&Batch { instances: &[0], inputs: &inputs, wanted }, &mut out)
-            .expect("the setting fits the element");
+        if let Err(fault) = self.set.evaluate(&Batch { instances: &[0], inputs: &inputs, wanted }, &mut out) {
+            *self.fault.borrow_mut() = Some(fault.message.clone());
+            panic!("{} fails, or the setting does not fit it: {fault}", self.descriptor.name);
+        }
         out
     }
 }

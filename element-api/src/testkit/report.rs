@@ -45,9 +45,58 @@ pub enum Check {
     Allocation,
     /// Angles that follow a frame's rotation follow it over a thousand turns.
     AngleContinuity,
+    /// Every row of a joint between bodies depends on at least two of its frames, and every frame matters.
+    Dependence,
 }
 
 impl Check {
+    /// All of them.
+    pub const ALL: [Self; 18] = [
+        Self::Recording,
+        Self::Jacobian,
+        Self::DualNumbers,
+        Self::Gamma,
+        Self::FrameInvariance,
+        Self::BodySwap,
+        Self::ThirdLaw,
+        Self::PowerBalance,
+        Self::DissipationSign,
+        Self::FreeMotion,
+        Self::MobilityRank,
+        Self::UnwrittenOutput,
+        Self::Repeatability,
+        Self::SaveLoad,
+        Self::TwoThreads,
+        Self::Allocation,
+        Self::AngleContinuity,
+        Self::Dependence,
+    ];
+
+    /// What is to hold, in a few words.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::Recording => "it can be made and recorded, and the recording gives what plain numbers give",
+            Self::Jacobian => "first derivatives are those of the values",
+            Self::DualNumbers => "derivatives of the recording are those of the element",
+            Self::Gamma => "the second derivative along a motion is that of the values",
+            Self::FrameInvariance => "it does not matter where in the world the bodies are",
+            Self::BodySwap => "the two bodies may be exchanged",
+            Self::ThirdLaw => "action equals reaction",
+            Self::PowerBalance => "loads do the work that they should: none, or what the energies say",
+            Self::DissipationSign => "dissipation is not negative",
+            Self::FreeMotion => "what the joint leaves free leaves its rows at zero",
+            Self::MobilityRank => "the rows leave as many freedoms as the mobility has",
+            Self::UnwrittenOutput => "every declared result is given, and is a number",
+            Self::Repeatability => "the same inputs give the same bits",
+            Self::SaveLoad => "a saved memory makes another instance the same",
+            Self::TwoThreads => "two threads do not disturb each other",
+            Self::Allocation => "evaluations allocate no memory",
+            Self::AngleContinuity => "angles are counted over many turns",
+            Self::Dependence => "every row depends on the bodies that it connects",
+        }
+    }
+
     /// The name in reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -69,6 +118,7 @@ impl Check {
             Self::TwoThreads => "two-threads",
             Self::Allocation => "allocation",
             Self::AngleContinuity => "angle-continuity",
+            Self::Dependence => "dependence",
         }
     }
 }
@@ -141,13 +191,51 @@ impl Report {
         }
     }
 
-    /// Notes a deviation of `value` from `expected` by more than `allowed`; not-a-number always deviates.
-    pub(super) fn compare(&mut self, check: Check, value: f64, expected: f64, allowed: f64, what: impl Fn() -> String) {
-        let deviation = (value - expected).abs();
-        if deviation.is_nan() || deviation > allowed {
-            self.add(check, format!("{}: found {value:e}, expected {expected:e}", what()));
+    /// Notes something about `subject`, once.
+    pub(super) fn add_about(&mut self, check: Check, subject: &str, detail: &str) {
+        let known = |finding: &Finding| finding.check == check && finding.detail.starts_with(&format!("{subject}: "));
+        if !self.findings.iter().any(known) {
+            self.add(check, format!("{subject}: {detail}"));
         }
     }
+
+    /// Notes a deviation of `value` from `expected` by more than `allowed`; not-a-number always deviates.
+    pub(super) fn compare(&mut self, check: Check, value: f64, expected: f64, allowed: f64, what: impl Fn() -> String) {
+        self.compare_in_words(check, (value, expected), allowed, ("found", "expected"), what);
+    }
+
+    /// [`Report::compare`] with other words in front of the two numbers.
+    pub(super) fn compare_in_words(
+        &mut self,
+        check: Check,
+        (value, expected): (f64, f64),
+        allowed: f64,
+        words: (&str, &str),
+        what: impl Fn() -> String,
+    ) {
+        if deviates(value, expected, allowed) {
+            let (value, expected) = pair(value, expected);
+            self.add_about(check, &what(), &format!("{} {value}, {} {expected}", words.0, words.1));
+        }
+    }
+}
+
+/// Whether a value is off by more than `allowed`, or not a number.
+pub(super) fn deviates(value: f64, expected: f64, allowed: f64) -> bool {
+    let deviation = (value - expected).abs();
+    deviation.is_nan() || deviation > allowed
+}
+
+/// A number with four digits.
+pub(super) fn number(x: f64) -> String {
+    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+    if rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// Two different numbers, with as many digits as it takes to see that.
+pub(super) fn pair(a: f64, b: f64) -> (String, String) {
+    let (short_a, short_b) = (number(a), number(b));
+    if short_a == short_b { (format!("{a:e}"), format!("{b:e}")) } else { (short_a, short_b) }
 }
 
 impl fmt::Display for Report {

@@ -1,5 +1,6 @@
 //! [`Variation`]: one input of an element that varies while the others are held, by a step and as jets.
 
+use crate::descriptor::{Descriptor, Named};
 use crate::geometry::Vec3;
 use crate::jet::Jet;
 use crate::recording::Input;
@@ -22,6 +23,38 @@ pub(super) enum Variation {
 }
 
 impl Variation {
+    /// What varies, as an author calls it.
+    pub(super) fn text(self, descriptor: &Descriptor) -> String {
+        let axis = |component: usize| ["x", "y", "z"][component % 3];
+        let name =
+            |list: &[Named], k: usize| list.get(k).map_or_else(|| k.to_string(), |named| format!("`{}`", named.name));
+        match self {
+            Self::Time => "time".into(),
+            Self::Motion => "the motion".into(),
+            Self::Frame(k, direction) => {
+                let (frame, axis) = (name(&descriptor.frames, k), axis(direction));
+                if direction < 3 {
+                    format!("a shift of frame {frame} along {axis}")
+                } else {
+                    format!("a rotation of frame {frame} about its own {axis} axis")
+                }
+            }
+            Self::Twist(k, component) => {
+                let what = if component < 3 { "velocity" } else { "angular velocity" };
+                format!("the {what} of frame {}, component {}", name(&descriptor.frames, k), axis(component))
+            }
+            Self::State(k) => format!("state {}", name(&descriptor.states, k)),
+            Self::Signal(k) => match descriptor.inputs.get(k) {
+                Some(input) => format!("input `{}`", input.name),
+                None => format!("input {k}"),
+            },
+            Self::Reaction(k, component) => {
+                let what = if component < 3 { "force" } else { "torque" };
+                format!("the reaction {what} of joint {}, component {}", name(&descriptor.joints, k), axis(component))
+            }
+        }
+    }
+
     /// The variations of all inputs of a setting, `motion` with or without what only force and control elements see.
     pub(super) fn all(setting: &Setting, velocities: bool) -> Vec<Self> {
         let components = |make: fn(usize, usize) -> Self, count: usize| {

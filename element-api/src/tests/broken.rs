@@ -259,7 +259,7 @@ fn a_joint_without_mobility_is_assembled_and_moved() {
 fn equations_that_no_difference_can_follow_are_not_passed_over() {
     let options = Options { scleronomic: Some(false), ..Options::default() };
     let report = examine_joint_with::<Rods>("defect = 'trembles'", &options);
-    let words = "value 1 for Time: in no setting is a step small enough for differences";
+    let words = "row `second` over time: in no setting is a step small enough for differences";
     assert!(report.findings.iter().any(|found| found.check == Check::Jacobian && found.detail == words), "{report}");
 }
 
@@ -425,11 +425,14 @@ fn each_defect_of_a_control_element_is_named() {
 fn a_report_names_element_check_and_numbers() {
     let report = thread::<false>("wrong-sign");
     let text = report.to_string();
-    assert!(text.starts_with("thread: 1 of 16 checks failed\n  free-motion      row 4 at the pose of ["), "{text}");
+    assert!(
+        text.starts_with("thread: 1 of 17 checks failed\n  free-motion      row `advance` is not zero where `pose`"),
+        "{text}"
+    );
     assert!(std::panic::catch_unwind(|| report.assert_sound()).is_err());
     let sound = thread::<false>("none");
-    assert_eq!(sound.to_string(), "thread: 0 of 16 checks failed");
+    assert_eq!(sound.to_string(), "thread: 0 of 17 checks failed");
     let named: Vec<String> = sound.examined.iter().map(ToString::to_string).collect();
-    assert_eq!(named.len(), 16);
+    assert_eq!(named.len(), 17);
     assert!(named.contains(&"mobility-rank".into()) && !named.contains(&"dissipation-sign".into()));
 }

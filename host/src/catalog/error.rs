@@ -253,7 +253,11 @@ impl CatalogError {
             }
             Self::NotALibrary { .. } => vec!["build it or copy it again".into()],
             Self::NoManifest { .. } => {
-                vec!["a library of elements is made with `export_plugin!` of `element-api`".into()]
+                vec![
+                    "a library of elements is made with `export_plugin!` of `element-api`, in C with `ODYN_PLUGIN` of \
+                     `odyn_element.h`"
+                        .into(),
+                ]
             }
             Self::BadManifest { .. } | Self::AbiVersion { .. } | Self::Layout { .. } | Self::Conventions { .. } => {
                 vec![rebuild]

@@ -13,10 +13,11 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use element_api::abi::{self, OpenError};
-use element_api::manifest::{ABI, CONVENTIONS, Manifest, Profile};
+use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, Profile};
 use element_api::set::ElementClass;
 use sha2::{Digest, Sha256};
 
+use super::c_library;
 use super::file::manifest;
 use super::private_copy::private_copy;
 use super::{CatalogError, LibraryInfo};
@@ -89,8 +90,12 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
 /// What the manifest alone tells.
 pub(super) fn check(path: &Path, manifest: &Manifest) -> Result<(), CatalogError> {
     let (path, package) = (path.to_path_buf(), manifest.package.clone());
-    if manifest.abi != ABI {
-        let (found, expected) = (manifest.abi.to_string(), ABI.to_string());
+    let (prefix, expected) = match manifest.table {
+        EntryTable::Rust => ("", ABI),
+        EntryTable::C => ("c", C_ABI),
+    };
+    if manifest.abi != expected {
+        let [found, expected] = [manifest.abi, expected].map(|version| format!("{prefix}{version}"));
         return Err(CatalogError::AbiVersion { path, package, found, expected });
     }
     if manifest.conventions != CONVENTIONS {
@@ -148,8 +153,13 @@ fn open(
     }
     let failed = |message: String| CatalogError::Failed { path: path.into(), package: package(), message };
     let entry = entry.map_err(|error| failed(with_cause(&error)))?;
-    // SAFETY: the symbol that the manifest of an O-DYN library names is its header, and `entry` never unloads.
-    let classes = unsafe { abi::open(entry) }.map_err(|error| match error {
+    let classes = match manifest.table {
+        // SAFETY: the symbol that the manifest of an O-DYN library names is its header, and `entry` never unloads.
+        EntryTable::Rust => unsafe { abi::open(entry) },
+        // SAFETY: as above; the manifest says that it is the function of the C header.
+        EntryTable::C => unsafe { c_library::open(entry) },
+    };
+    let classes = classes.map_err(|error| match error {
         OpenError::Layout(differences) => CatalogError::Layout { path: path.into(), package: package(), differences },
         OpenError::Version { host, library } => {
             CatalogError::AbiVersion { path: path.into(), package: package(), found: library, expected: host }

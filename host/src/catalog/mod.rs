@@ -3,7 +3,8 @@
 //! - **Takes**: names of libraries with a [`SearchPath`], or libraries that are linked in.
 //! - **Gives**: [`Catalog::find`]: the class behind a type name, and which library it is from.
 //! - **May touch**: files of libraries, the user's cache folder, the loader of the system. `loader.rs` is the only file
-//!   of the host that loads foreign code; a library's text ([`Manifest`]) is read and judged before its code runs.
+//!   of the host that loads foreign code, `c_library` the one that calls into libraries in C; a library's text
+//!   ([`Manifest`]) is read and judged before its code runs.
 //! - **Must not know**: scenes, equations, bodies.
 //!
 //! Full names are `package/element`. The short name, the part behind the slash, is enough while it is unique among the
@@ -20,6 +21,8 @@
 
 #[cfg(feature = "abi")]
 mod archive;
+#[cfg(feature = "abi")]
+mod c_library;
 #[cfg(all(unix, feature = "cli"))]
 mod crash;
 mod error;

@@ -89,7 +89,7 @@ Examples:
         #[command(subcommand)]
         command: ElementsCommand,
     },
-    /// Pack, install and show libraries of elements
+    /// Make, examine, pack, install and show libraries of elements
     Plugin {
         #[command(subcommand)]
         command: PluginCommand,
@@ -249,6 +249,29 @@ Examples:
   odyn plugin verify
   odyn plugin verify acme-wobble --project .")]
     Verify(VerifyInstalledArgs),
+    /// Make a crate for elements of one's own: sources, tests, a scene, a manifest
+    #[command(after_help = "\
+Examples:
+  odyn plugin new acme-wobble
+  odyn plugin new acme-spring --kind force
+  odyn plugin new ../acme-compressor --kind library --api ../odyn/element-api
+
+The crate builds, passes its tests and runs its scene as it is. NAME is a folder that does not exist yet; its last part becomes the
+name of the crate, and, but for a library, of its element.")]
+    New(NewPluginArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct NewPluginArgs {
+    /// Folder of the crate, named as the crate
+    pub(super) name: PathBuf,
+    /// What it provides: joint, force, control, or library (several elements and a machine made of them)
+    #[arg(long, value_name = "KIND", default_value = "joint", value_parser = ["joint", "force", "control", "library"])]
+    pub(super) kind: String,
+    /// Folder or version of `element-api`, the contract of elements [default: that of the sources around this program or the
+    /// working folder; without such, the version that this program was built with]
+    #[arg(long, value_name = "PATH|VERSION")]
+    pub(super) api: Option<String>,
 }
 
 /// A scene and what the command line changes of it.

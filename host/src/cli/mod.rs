@@ -13,6 +13,7 @@
 //! | `watch.rs` | `run --watch` |
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
+//! | `plugin.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
@@ -26,6 +27,7 @@ mod elements;
 mod explain;
 mod failure;
 mod inspect;
+mod plugin;
 mod resume;
 mod run;
 mod schema;
@@ -99,6 +101,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::Remove(args) } => store::remove(args),
         Command::Plugin { command: PluginCommand::List(args) } => store::list(args),
         Command::Plugin { command: PluginCommand::Verify(args) } => store::verify(args),
+        Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),

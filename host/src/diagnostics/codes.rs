@@ -190,6 +190,8 @@ pub const DEBUG_PLUGIN: Code = "ODY0410";
 pub const PLUGIN_MISBEHAVED: Code = "ODY0411";
 /// A call into a plugin that does not come back.
 pub const PLUGIN_HANGS: Code = "ODY0412";
+/// A plugin whose code ended the process.
+pub const PLUGIN_CRASHED: Code = "ODY0413";
 /// Libraries of this name, but none of the version asked for.
 pub const PLUGIN_VERSION: Code = "ODY0420";
 /// A library with another content than asked for.
@@ -200,8 +202,10 @@ pub const PASSED_OVER: Code = "ODY0422";
 pub const BAD_PACKAGE: Code = "ODY0423";
 /// A library that is installed already, or not at all.
 pub const INSTALLATION: Code = "ODY0424";
-/// A plugin whose code ended the process.
-pub const PLUGIN_CRASHED: Code = "ODY0430";
+/// A crate for elements that cannot be made.
+pub const CANNOT_MAKE_PLUGIN: Code = "ODY0425";
+/// Parameters with which an element is to be examined that it cannot take.
+pub const EXAMINED_WITH: Code = "ODY0426";
 
 /// No position satisfies all joints.
 pub const CANNOT_ASSEMBLE: Code = "ODY0501";
@@ -335,12 +339,14 @@ pub const TABLE: &[Explanation] = &[
     entry(DEBUG_PLUGIN, "plugin without optimisation", "The library is a debug build; its opaque elements are up to a hundred times slower. Build it with `--release`."),
     entry(PLUGIN_MISBEHAVED, "plugin answered something impossible", "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin."),
     entry(PLUGIN_HANGS, "plugin does not come back", "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time."),
+    entry(PLUGIN_CRASHED, "plugin crashed", "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin."),
     entry(PLUGIN_VERSION, "no library of this version", "There are libraries of this name, but none of a version that the scene is pinned to. Install one with `odyn plugin add FILE`, or change the pin. `version = \"1.2\"` means 1.2.0 up to, but not, 2.0.0; `\"=1.2.3\"` is exact."),
     entry(PLUGIN_CONTENT, "library with another content", "The file of the library is not the one that the scene's `sha256` asks for, or not the one that was installed. Nothing of it was run. `odyn plugin verify` tells which installed files were changed; another build of the same source has another hash, too."),
     entry(PASSED_OVER, "several libraries of one name", "Different libraries answer to this name. The first place of the search order was taken: command line, scene, project, ODYN_PLUGIN_PATH, user, program. To be sure which one it is, pin it: `{ name = \"acme-wobble\", version = \"^1.2\", sha256 = \"...\" }`; `odyn plugin list --pins` prints such lines."),
     entry(BAD_PACKAGE, "package that cannot be used", "The file is not a package of a library, damaged, changed, for another machine, or holds what no package may hold (links, names that lead out of its folder, too much). Nothing of it was installed or run."),
     entry(INSTALLATION, "installed already, or not at all", "`odyn plugin add` never replaces a version by another build of it: remove the old one first. `odyn plugin remove NAME@VERSION` needs the version where several are installed, and `--project DIR` for those of a project."),
-    entry(PLUGIN_CRASHED, "plugin crashed", "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin."),
+    entry(CANNOT_MAKE_PLUGIN, "no crate for elements can be made", "`odyn plugin new` writes a new folder, whose name is that of the crate and of its element: a letter a-z, then a-z, 0-9, `-` and `_`, no word that Rust or cargo use. Something of this name is never replaced. `--api` names the folder `element-api` of a copy of O-DYN's sources, or a version of it."),
+    entry(EXAMINED_WITH, "an element cannot be examined like this", "`odyn plugin check` examines elements with the parameters of `--params`, written as in a scene; required ones that are not given get a value inside their range. Names and values must be those that the element describes (`odyn elements describe`), and names of elements and checks those of the library and of the test kit."),
 
     entry(CANNOT_ASSEMBLE, "the joints cannot be assembled", "No position near the given one satisfies all joints. The message names the joints that contradict each other, and by how much each of their rows misses where the bodies miss least (least squares); joints that are not named can be met. Change a length, a point or an axis of one of those named, or take one away."),
     entry(CONFLICTING_CONSTRAINTS, "joints contradict each other", "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints."),

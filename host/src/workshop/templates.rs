@@ -1,0 +1,131 @@
+//! The files of a new crate. Words in double braces stand for what differs between crates.
+
+/// What a new crate provides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Template {
+    /// A joint with a parameter.
+    Joint,
+    /// A force with a potential.
+    Force,
+    /// A control element with a state.
+    Control,
+    /// Several elements, one of them with a state, and a machine made of them.
+    Library,
+}
+
+/// Path in the crate and text of a file.
+type File = (&'static str, &'static str);
+
+const COMMON: &[File] = &[
+    ("Cargo.toml", include_str!("templates/common/Cargo.toml.txt")),
+    ("README.md", include_str!("templates/common/README.md.txt")),
+    ("rustfmt.toml", include_str!("templates/common/rustfmt.toml.txt")),
+    (".gitignore", include_str!("templates/common/gitignore.txt")),
+    (".github/workflows/ci.yml", include_str!("templates/common/ci.yml.txt")),
+];
+
+const JOINT: &[File] = &[
+    ("src/lib.rs", include_str!("templates/joint/lib.rs.txt")),
+    ("src/tests.rs", include_str!("templates/joint/tests.rs.txt")),
+    ("scene.toml", include_str!("templates/joint/scene.toml.txt")),
+];
+
+const FORCE: &[File] = &[
+    ("src/lib.rs", include_str!("templates/force/lib.rs.txt")),
+    ("src/tests.rs", include_str!("templates/force/tests.rs.txt")),
+    ("scene.toml", include_str!("templates/force/scene.toml.txt")),
+];
+
+const CONTROL: &[File] = &[
+    ("src/lib.rs", include_str!("templates/control/lib.rs.txt")),
+    ("src/tests.rs", include_str!("templates/control/tests.rs.txt")),
+    ("scene.toml", include_str!("templates/control/scene.toml.txt")),
+];
+
+const LIBRARY: &[File] = &[
+    ("src/lib.rs", include_str!("templates/library/lib.rs.txt")),
+    ("src/rod.rs", include_str!("templates/library/rod.rs.txt")),
+    ("src/motor.rs", include_str!("templates/library/motor.rs.txt")),
+    ("src/gas.rs", include_str!("templates/library/gas.rs.txt")),
+    ("src/tests.rs", include_str!("templates/library/tests.rs.txt")),
+    ("scene.toml", include_str!("templates/library/scene.toml.txt")),
+];
+
+impl Template {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Joint, Self::Force, Self::Control, Self::Library];
+
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Force => "force",
+            Self::Control => "control",
+            Self::Library => "library",
+        }
+    }
+
+    /// The template of this word.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|template| template.word() == word)
+    }
+
+    /// One sentence about the crate.
+    pub(super) const fn about(self) -> &'static str {
+        match self {
+            Self::Joint => "A joint",
+            Self::Force => "A force",
+            Self::Control => "A control element",
+            Self::Library => "Elements of a compressor",
+        }
+    }
+
+    /// What its tests examine.
+    pub(super) const fn examined(self) -> &'static str {
+        match self {
+            Self::Joint => "the joint",
+            Self::Force => "the force",
+            Self::Control => "the element",
+            Self::Library => "the elements",
+        }
+    }
+
+    /// Names of its elements, where they are not that of the crate.
+    pub(super) const fn elements(self) -> &'static [&'static str] {
+        match self {
+            Self::Library => &["rod", "motor", "gas"],
+            _ => &[],
+        }
+    }
+
+    /// Rows of the table of files in its README.
+    pub(super) const fn table(self) -> &'static str {
+        match self {
+            Self::Library => {
+                "| `src/lib.rs` | the list of elements |\n\
+                 | `src/rod.rs`, `src/motor.rs`, `src/gas.rs` | an element each |\n\
+                 | `src/tests.rs` | their tests |\n"
+            }
+            _ => "| `src/lib.rs` | the element |\n| `src/tests.rs` | its tests |\n",
+        }
+    }
+
+    /// All files of its crate.
+    pub(super) fn files(self) -> impl Iterator<Item = File> {
+        let own = match self {
+            Self::Joint => JOINT,
+            Self::Force => FORCE,
+            Self::Control => CONTROL,
+            Self::Library => LIBRARY,
+        };
+        COMMON.iter().chain(own).copied()
+    }
+}
+
+/// A text with its words in double braces replaced.
+pub(super) fn fill(text: &str, words: &[(&str, &str)]) -> String {
+    let replace = |text: String, (word, value): &(&str, &str)| text.replace(&format!("{{{{{word}}}}}"), value);
+    words.iter().fold(text.to_owned(), replace)
+}

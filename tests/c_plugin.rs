@@ -1,0 +1,458 @@
+//! A library in C, built as its author would build it, beside the same elements in Rust.
+
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use element_api::adapt::{force, joint};
+use element_api::manifest::Library;
+use element_api::params::Table as Params;
+use element_api::prelude::*;
+use element_api::set::{Batch, CreateError, ElementClass, Layout, Wanted};
+use odyn::catalog::{Catalog, SearchPath};
+use odyn::session::Session;
+
+use crate::support::{Scratch, column, difference, kept, options, root, run_linked};
+
+/// Builds `source` with the C compiler into a library of `package`; `None` where there is no compiler.
+fn cc(source: &Path, package: &str, flags: &[&str], folder: &Path) -> Option<PathBuf> {
+    if Command::new("cc").arg("--version").output().is_err() {
+        println!("skipped: there is no C compiler `cc`");
+        return None;
+    }
+    let library = folder.join(format!("{DLL_PREFIX}{}{DLL_SUFFIX}", package.replace('-', "_")));
+    let output = Command::new("cc")
+        .args(["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-fPIC", "-shared"])
+        .args(flags)
+        .arg("-I")
+        .arg(root().join("element-api/include"))
+        .arg("-o")
+        .args([&library, source])
+        .arg("-lm")
+        .output()
+        .expect("cc can be run");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(library)
+}
+
+/// The fixture, built once.
+fn c_plugin() -> Option<&'static Path> {
+    static BUILT: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let source = || root().join("tests/fixtures/c-plugin/c_plugin.c");
+    BUILT.get_or_init(|| cc(&source(), "c-plugin", &["-O2"], &kept("c-plugin"))).as_deref()
+}
+
+/// `rod` of the C library.
+struct Rod {
+    length: f64,
+    amplitude: f64,
+    rate: f64,
+}
+
+#[derive(Parameters)]
+struct RodParameters {
+    /// Distance of the two points.
+    #[param(unit = "m", above = 0.0)]
+    length: f64,
+    /// By how much it swings.
+    #[param(unit = "m", default = 0.0, min = 0.0)]
+    amplitude: f64,
+    /// How fast it swings.
+    #[param(unit = "rad/s")]
+    rate: Option<f64>,
+}
+
+const TWO_ENDS: &[FrameSpec] = &[FrameSpec::new("i", "first end"), FrameSpec::new("j", "second end")];
+
+impl Element for Rod {
+    const NAME: &'static str = "rod";
+    const SUMMARY: &'static str = "massless rod between two points";
+    const FRAMES: &'static [FrameSpec] = TWO_ENDS;
+    type Parameters = RodParameters;
+
+    fn new(p: RodParameters) -> Result<Self, ParamError> {
+        if p.amplitude >= p.length {
+            return Err(ParamError::new("amplitude", "must be smaller than the length"));
+        }
+        Ok(Self { length: p.length, amplitude: p.amplitude, rate: p.rate.unwrap_or(1.0) })
+    }
+}
+
+impl Constraint for Rod {
+    const ROWS: &'static [&'static str] = &["distance"];
+
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        let d = at.frames[1].position - at.frames[0].position;
+        let swing = (at.time * self.rate).sin() * self.amplitude;
+        rows.push(length(d) - (swing + self.length));
+    }
+}
+
+/// `strut` of the C library.
+struct Strut {
+    damping: f64,
+    delay: f64,
+    start: f64,
+    bump: Table,
+    law: Function,
+}
+
+#[derive(Parameters)]
+struct StrutParameters {
+    /// Force per speed.
+    #[param(unit = "N s/m", default = 0.0, min = 0.0)]
+    damping: f64,
+    /// Time constant of the filter.
+    #[param(unit = "s", above = 0.0)]
+    delay: f64,
+    /// Length behind the filter at the start.
+    #[param(unit = "m")]
+    start: f64,
+    /// Force over length, four points.
+    #[param(unit = "m -> N")]
+    bump: Vec<[f64; 2]>,
+    /// Force over length.
+    #[param(unit = "m -> N", variable = "l")]
+    law: Function,
+}
+
+impl Element for Strut {
+    const NAME: &'static str = "strut";
+    const SUMMARY: &'static str = "spring behind a filter";
+    const FRAMES: &'static [FrameSpec] = TWO_ENDS;
+    type Parameters = StrutParameters;
+
+    fn new(p: StrutParameters) -> Result<Self, ParamError> {
+        let bump = Table::clamped(&p.bump)?;
+        Ok(Self { damping: p.damping, delay: p.delay, start: p.start, bump, law: p.law })
+    }
+}
+
+impl Strut {
+    fn pull<S: Scalar>(&self, at: &Motion<'_, S>) -> (Vec3<S>, S, S) {
+        let d = at.frames()[1].position - at.frames()[0].position;
+        let far = length(d);
+        let along = d * (S::one() / far);
+        let speed = at.relative_velocity(0, 1).dot(&along);
+        let law = self.law.at(at.states[0]) + at.states[0].lookup(&self.bump);
+        (along, law + speed * self.damping, far)
+    }
+}
+
+impl Force for Strut {
+    const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("pull", "N", "force towards each other")];
+    const STATES: &'static [ChannelSpec] = &[ChannelSpec::new("filtered", "m", "length behind the filter")];
+
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+        let (along, pull, _) = self.pull(at);
+        out.force_pair(0, 1, along * -pull);
+    }
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(self.pull(at).1);
+    }
+    fn initial_states(&self) -> Vec<f64> {
+        vec![self.start]
+    }
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push((self.pull(at).2 - at.states[0]) * (1.0 / self.delay));
+    }
+}
+
+/// `called-hinge` of the C library, recorded.
+struct Hinge;
+
+impl Element for Hinge {
+    const NAME: &'static str = "called-hinge";
+    const SUMMARY: &'static str = "hinge that is called with numbers";
+    const FRAMES: &'static [FrameSpec] = TWO_ENDS;
+    const ANGLES: usize = 1;
+    type Parameters = NoParameters;
+
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Constraint for Hinge {
+    const ROWS: &'static [&'static str] = &["x", "y", "z", "about y", "about x"];
+    const COORDINATES: &'static [ChannelSpec] = &[ChannelSpec::new("angle", "rad", "rotation about z")];
+
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        blocks::coincident(&at.frames[0], &at.frames[1], rows);
+        blocks::parallel_z(&at.frames[0], &at.frames[1], rows);
+    }
+
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.angle_about_z(0, 0, 1));
+    }
+}
+
+/// `called-drag` of the C library, recorded.
+struct Drag {
+    factor: f64,
+}
+
+#[derive(Parameters)]
+struct DragParameters {
+    /// Force per speed.
+    #[param(unit = "N s/m", min = 0.0)]
+    factor: f64,
+}
+
+impl Element for Drag {
+    const NAME: &'static str = "called-drag";
+    const SUMMARY: &'static str = "linear drag that is called with numbers";
+    const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("body", "where it pulls")];
+    type Parameters = DragParameters;
+
+    fn new(p: DragParameters) -> Result<Self, ParamError> {
+        Ok(Self { factor: p.factor })
+    }
+}
+
+impl Force for Drag {
+    const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("steps", "", "accepted steps")];
+
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+        out.force(0, at.twists[0].velocity * S::from(-self.factor));
+    }
+    fn channels<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(S::zero());
+    }
+    fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        Some(at.twists[0].velocity.dot(&at.twists[0].velocity) * self.factor)
+    }
+}
+
+fn twins() -> Vec<Box<dyn ElementClass>> {
+    vec![joint::<Rod>(), force::<Strut>(), joint::<Hinge>(), force::<Drag>()]
+}
+
+/// The classes of the C library.
+fn classes(library: &Path) -> Catalog {
+    let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
+    catalog.add(library.to_str().unwrap(), &SearchPath::default()).unwrap_or_else(|error| panic!("{error}"));
+    catalog
+}
+
+/// A hinged arm, a mass on a swinging rod, a strut and a drag.
+const SCENE: &str = r#"
+title = "Elements in C"
+[plugins]
+libraries = ["c-plugin"]
+[simulation]
+without = ["planar", "kinematic"]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.05
+tolerance = 1e-11
+[[body]]
+name = "arm"
+mass = 1
+inertia = [0.1, 0.2, 0.3]
+position = [0.5, 0, 0]
+[[body]]
+name = "bob"
+mass = 2
+inertia = [1, 1, 1]
+position = [1.3, 0.4, 0.1]
+[[joint]]
+name = "hinge"
+type = "HINGE"
+bodies = ["ground", "arm"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "rod"
+type = "rod"
+bodies = ["arm", "bob"]
+params.length = "0.9 m"
+params.amplitude = "10 cm"
+params.rate = 3
+[[force]]
+name = "strut"
+type = "strut"
+bodies = ["ground", "bob"]
+params = { damping = 3, delay = 0.05, start = 1.0, bump = [[0, 0], [1, 0], [1.5, 4], [2, 5]], law = "30 (l - 1) + 5 sin(l)" }
+DRAG
+[[output]]
+name = "x"
+quantity = "position"
+of = "bob"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "arm"
+component = "y"
+[[output]]
+name = "load"
+quantity = "reaction_force"
+of = "rod"
+component = "x"
+[[output]]
+name = "pull"
+quantity = "value"
+of = "strut"
+channel = "pull"
+"#;
+
+const DRAG: &str = r#"
+[[force]]
+name = "drag"
+type = "called-drag"
+bodies = ["arm"]
+params.factor = 0.5
+[[output]]
+name = "steps"
+quantity = "value"
+of = "drag"
+channel = "steps"
+"#;
+
+fn compared(scene: &str, library: &Path, bound: f64) -> f64 {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", scene);
+    let folder = library.parent().unwrap().to_path_buf();
+    let session = Session::open(&path, &options(&[], &[folder])).unwrap_or_else(|error| panic!("{error}"));
+    let in_c = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    assert_eq!(in_c.exit_code(), 0, "{}", in_c.summary.reason);
+    let package = Library { package: "twin".into(), version: "1".into(), about: String::new(), classes: twins() };
+    let in_rust = run_linked(scene, package);
+    for name in ["x", "y", "load", "pull"] {
+        let off = difference(column(&in_c, name), column(&in_rust, name));
+        assert!(off < bound, "{name}: {off:e}");
+    }
+    column(&in_c, "x").iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The hinge of the standard library stands in for the opaque one, which is compared below.
+#[test]
+fn recorded_elements_in_c_move_like_those_in_rust() {
+    let Some(library) = c_plugin() else { return };
+    let welded = SCENE.replace("HINGE", "rod").replace("point = [0, 0, 0]\naxis = [0, 0, 1]", "params.length = 0.5");
+    compared(&welded.replace("DRAG", ""), library, 1e-12);
+}
+
+#[test]
+fn called_elements_in_c_move_like_recorded_ones_in_rust() {
+    let Some(library) = c_plugin() else { return };
+    compared(&SCENE.replace("HINGE", "called-hinge").replace("DRAG", DRAG), library, 1e-8);
+}
+
+/// What is said of the fixture `faulty.c` with a mistake: when it is loaded, or when its equations are asked for.
+fn said_of(fault: u32) -> Option<String> {
+    let scratch = Scratch::new();
+    let source = root().join("tests/fixtures/c-plugin/faulty.c");
+    let define = format!("-DFAULT={fault}");
+    // Functions and lists that a mistake leaves unused are its nature.
+    let library = cc(&source, "faulty", &[&define, "-Wno-unused", "-O0"], scratch.path())?;
+    let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
+    if let Err(error) = catalog.add(library.to_str().unwrap(), &SearchPath::default()) {
+        return Some(error.to_string());
+    }
+    let handle = catalog.find("faulty", None).unwrap();
+    let mut set = handle.class.new_set();
+    // Two instances: the second one may use what the first one kept.
+    for instance in 0..2 {
+        match set.add(&Params::new()) {
+            Err(CreateError::Fault(message)) => return Some(message),
+            other => assert_eq!(other, Ok(instance)),
+        }
+        if let Err(fault) = set.record(instance) {
+            return Some(fault.message);
+        }
+    }
+    Some("nothing".into())
+}
+
+#[test]
+fn mistakes_in_c_are_told_in_words() {
+    let many = "records more than 4000000 values";
+    for (fault, expected) in [
+        (0, "nothing"),
+        (1, "the row `along y` uses value number 4711, but only "),
+        (2, "the row `along y` uses a value of another recording"),
+        (3, "an operation `sin` uses a value that was never set (it goes into the row `along y`)"),
+        (4, "uses the unknown operation 99 (it goes into the row `along y`)"),
+        (5, "uses frame 7 of 2"),
+        (6, "Residual(2) is outside what the element declares (2)"),
+        (7, "the licence has expired"),
+        (8, "asks for the function ``, which is no parameter of it"),
+        (9, "Residual(0) is given twice"),
+        (10, "gives a force or torque of frame 0"),
+        (11, "constant 0 is NaN"),
+        (13, "gives a table of 3 points that is a null pointer or too long"),
+        (14, "declares the row `along y`, but does not set it"),
+        (20, "the range `=> 0` of the parameter `length` can't be read"),
+        (21, "the default `1 m` of the parameter `length` can't be read"),
+        (22, "the parameter `length` has the unknown kind 77"),
+        (23, "`odyn_element.size` of element 0 is 24, at least"),
+        (24, "kind 9 is unknown"),
+        (25, "`Faulty` can't be the name of an element"),
+        (26, "a text that must be there is a null pointer: summary"),
+        (27, "declares 2 frames, but the list is a null pointer"),
+        (28, "declares 1000000 rows; at most 1000"),
+        (29, "is opaque, but `evaluate` is null"),
+        (30, "asks for the parameter `lenght`, which it does not declare"),
+        (31, "element 0 is a null pointer"),
+    ] {
+        let Some(said) = said_of(fault) else { return };
+        assert!(said.contains(expected) && !said.contains(many), "mistake {fault}: {said} / {expected}");
+    }
+}
+
+/// The joint of the guide is what it says.
+#[test]
+fn the_joint_of_the_guide_builds_and_loads() {
+    let guide = fs::read_to_string(root().join("docs/c-plugins.md")).unwrap();
+    let source = guide.split("\n```c\n").nth(1).and_then(|rest| rest.split("\n```").next()).unwrap();
+    let scratch = Scratch::new();
+    let Some(library) = cc(&scratch.file("bars.c", source), "bars", &["-O2"], scratch.path()) else { return };
+    let catalog = classes(&library);
+    let rod = catalog.find("bars/rod", None).unwrap();
+    let mut set = rod.class.new_set();
+    assert_eq!(set.add(&"length = 0.25".parse().unwrap()), Ok(0));
+    assert!(set.record(0).is_ok());
+    let long = set.add(&"length = 2e6".parse().unwrap());
+    assert_eq!(long, Err(CreateError::Parameter(ParamError::new("length", "no rod is a thousand kilometres long"))));
+}
+
+/// What a library in C says of its elements is what the same elements in Rust say, and so are the equations.
+#[test]
+fn descriptors_and_memory_of_elements_in_c() {
+    let Some(library) = c_plugin() else { return };
+    let catalog = classes(library);
+    for twin in twins() {
+        let there = catalog.find(&twin.descriptor().name, None).unwrap();
+        let mut descriptor = there.descriptor().clone();
+        assert_eq!(descriptor.opaque, descriptor.name.starts_with("called"));
+        descriptor.opaque = false;
+        assert_eq!(&descriptor, twin.descriptor());
+    }
+    let drag = catalog.find("called-drag", None).unwrap();
+    let mut set = drag.class.new_set();
+    set.add(&"factor = 2.0".parse().unwrap()).unwrap();
+    let layout = Layout { frames: 1, angles: 0, states: 0, memory: 0, signals: 0, joints: 0, values: 1 };
+    let mut inputs = vec![0.0; layout.inputs()];
+    inputs[layout.frames_at() + 12..][..3].copy_from_slice(&[1.0, 2.0, 3.0]);
+    for _ in 0..3 {
+        set.accept(0, &inputs).unwrap();
+    }
+    let memory = set.save(0).unwrap();
+    set.add(&"factor = 3.0".parse().unwrap()).unwrap();
+    set.load(1, &memory).unwrap();
+    assert_eq!(set.load(1, &memory[1..]).unwrap_err().message, "not the memory of a drag");
+    let inputs = inputs.repeat(2);
+    let wanted = Wanted { jacobian: false, second: false };
+    let mut out = vec![0.0; 2 * layout.force_results()];
+    set.evaluate(&Batch { instances: &[1, 0], inputs: &inputs, wanted }, &mut out).unwrap();
+    // Forces, torques, steps, no potential, dissipation.
+    assert_eq!(out[..7], [-3.0, -6.0, -9.0, 0.0, 0.0, 0.0, 3.0]);
+    assert!(out[7].is_nan() && out[8] == 42.0);
+    assert_eq!(out[9..16], [-2.0, -4.0, -6.0, 0.0, 0.0, 0.0, 3.0]);
+    let short = set.evaluate(&Batch { instances: &[0], inputs: &inputs[1..19], wanted }, &mut out[..9]);
+    assert!(short.unwrap_err().message.contains("needs 19 inputs"));
+}
