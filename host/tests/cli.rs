@@ -146,35 +146,6 @@ fn a_missing_library_has_its_code() {
 }
 
 #[test]
-fn the_schema_is_printed_or_written() {
-    let scratch = Scratch::new("schema");
-    let printed = scratch.odyn("schema brick.toml").ends_with(0).json();
-    assert_eq!(printed["$schema"], "https://json-schema.org/draft/2020-12/schema");
-    assert_eq!(printed["properties"]["simulation"]["required"][0], "t_end");
-    // The scene names no library.
-    assert_eq!(printed["properties"]["joint"]["items"]["properties"]["type"]["enum"], serde_json::json!([]));
-    scratch.odyn("schema brick.toml -o scene.json").ends_with(0);
-    assert_eq!(scratch.json("scene.json"), printed);
-    scratch.odyn("schema -o .").ends_with(8);
-    scratch.odyn("schema nowhere.toml").ends_with(8);
-}
-
-#[test]
-fn shells_and_manuals_know_the_commands() {
-    let scratch = Scratch::new("shell");
-    for shell in ["bash", "zsh", "fish", "powershell"] {
-        let script = scratch.odyn(&format!("completions {shell}")).ends_with(0).out();
-        assert!(script.contains("odyn") && script.contains("audit-tol"), "{shell}: {script}");
-    }
-    scratch.odyn("completions tcl").ends_with(2);
-    assert!(scratch.odyn("man").ends_with(0).out().contains(".TH odyn 1"));
-    scratch.odyn("man -o pages").ends_with(0);
-    let page = fs::read_to_string(scratch.0.join("pages/odyn-run.1")).unwrap();
-    assert!(page.contains("odyn run scenes/compressor.toml"), "{page}");
-    assert!(scratch.0.join("pages/odyn-elements-describe.1").is_file());
-}
-
-#[test]
 fn packages_that_are_none_and_stores_with_nothing_are_told() {
     let scratch = Scratch::new("packages");
     let bad = scratch.odyn("plugin add brick.toml").ends_with(4);
@@ -229,6 +200,35 @@ fn a_watched_scene_runs_again_when_it_changes() {
 }
 
 #[test]
+fn the_schema_is_printed_or_written() {
+    let scratch = Scratch::new("schema");
+    let printed = scratch.odyn("schema brick.toml").ends_with(0).json();
+    assert_eq!(printed["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    assert_eq!(printed["properties"]["simulation"]["required"][0], "t_end");
+    // The scene names no library.
+    assert_eq!(printed["properties"]["joint"]["items"]["properties"]["type"]["enum"], serde_json::json!([]));
+    scratch.odyn("schema brick.toml -o scene.json").ends_with(0);
+    assert_eq!(scratch.json("scene.json"), printed);
+    scratch.odyn("schema -o .").ends_with(8);
+    scratch.odyn("schema nowhere.toml").ends_with(8);
+}
+
+#[test]
+fn shells_and_manuals_know_the_commands() {
+    let scratch = Scratch::new("shell");
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        let script = scratch.odyn(&format!("completions {shell}")).ends_with(0).out();
+        assert!(script.contains("odyn") && script.contains("audit-tol"), "{shell}: {script}");
+    }
+    scratch.odyn("completions tcl").ends_with(2);
+    assert!(scratch.odyn("man").ends_with(0).out().contains(".TH odyn 1"));
+    scratch.odyn("man -o pages").ends_with(0);
+    let page = fs::read_to_string(scratch.0.join("pages/odyn-run.1")).unwrap();
+    assert!(page.contains("odyn run scenes/compressor.toml"), "{page}");
+    assert!(scratch.0.join("pages/odyn-elements-describe.1").is_file());
+}
+
+#[test]
 fn results_that_cannot_be_written_have_their_code() {
     let scratch = Scratch::new("blocked");
     let ran = scratch.odyn("run brick.toml -o brick.toml").ends_with(8);
@@ -270,7 +270,7 @@ fn codes_are_explained() {
     let scratch = Scratch::new("explain");
     assert!(scratch.odyn("explain ody0203").ends_with(0).out().starts_with("ODY0203: "));
     assert!(scratch.odyn("explain").ends_with(0).out().lines().count() > 60);
-    assert!(scratch.odyn("explain ODY0299").ends_with(2).err().contains("no code `ODY0299`"));
+    assert!(scratch.odyn("explain ODY0299").ends_with(2).err().contains("no code or remedy `ODY0299`"));
 }
 
 #[cfg(unix)]

@@ -129,20 +129,21 @@ fn unit_keys() -> Vec<Key> {
 }
 
 pub(super) fn plugin_keys() -> Vec<Key> {
-    let library = json!({ "anyOf": [word(), table(library_keys(), &["name"])] });
     vec![
-        ("libraries", list(library), "Libraries to load: a name such as \"joints\", a file, or a table that pins one."),
+        (
+            "libraries",
+            list(json!({ "anyOf": [word(), table(library_keys(), &["name"])] })),
+            "Libraries to load: a name such as \"joints\", a file, or a table with a name, a version and a hash.",
+        ),
         ("path", list(word()), "Further folders to look in, relative to this file."),
     ]
 }
 
-/// Keys of a library that is pinned.
 pub(super) fn library_keys() -> Vec<Key> {
-    let hash = json!({ "type": "string", "pattern": "^[0-9A-Fa-f]{64}$" });
     vec![
-        ("name", word(), "Its name, or a file."),
-        ("version", word(), "Versions that will do: \"1.2\" for 1.2.0 up to 2.0.0, \"=1.2.3\", \">=1.2, <1.5\"."),
-        ("sha256", hash, "SHA-256 of its file; `odyn plugin list --pins` prints it."),
+        ("name", word(), "Name of the library, or its file."),
+        ("version", word(), "Range of versions, such as \"^1.2\" or \"=1.2.3\"."),
+        ("sha256", json!({ "type": "string", "pattern": "^[0-9a-fA-F]{64}$" }), "SHA-256 of the file."),
     ]
 }
 

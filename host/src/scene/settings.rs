@@ -67,6 +67,7 @@ fn check_torque_and_energy(table: &RawTable, units: &UnitSystem, diagnostics: &m
 }
 
 pub(super) const PLUGIN_KEYS: &[&str] = &["libraries", "path"];
+pub(super) const LIBRARY_KEYS: &[&str] = &["name", "version", "sha256"];
 
 /// Reads `[plugins]`.
 pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRequest {
@@ -79,8 +80,6 @@ pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRe
     let libraries = libraries.unwrap_or_default().iter().filter_map(|raw| read_library(raw, reader)).collect();
     PluginRequest { libraries, paths }
 }
-
-pub(super) const LIBRARY_KEYS: &[&str] = &["name", "version", "sha256"];
 
 /// A name, or a table with a name and what it is pinned to.
 fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord> {

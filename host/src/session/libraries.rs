@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{Exit, SessionError};
-use super::open::RunOptions;
+use super::open::{RunOptions, refused};
 use crate::catalog::{Catalog, Request, SearchPath};
-use crate::scene::Scene;
+use crate::scene::{Scene, read};
 
 /// Where the libraries of a scene are looked for. `file` is the file of the scene; `plugins` are the files and folders of
 /// `--plugin`.
@@ -25,6 +25,15 @@ pub fn requests(scene: &Scene) -> Vec<Request> {
         sha256: library.sha256.clone(),
     };
     scene.plugins.libraries.iter().map(request).collect()
+}
+
+/// The libraries that a scene file names, loaded.
+///
+/// # Errors
+/// The scene cannot be read, or a library cannot be loaded.
+pub fn catalog_of_scene(path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
+    let (scene, _) = read(path, &options.overrides).map_err(|rejected| refused(*rejected))?;
+    load_libraries(&scene, path, options)
 }
 
 /// The catalog of the libraries that a scene and the command line name.

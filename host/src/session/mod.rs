@@ -25,8 +25,8 @@
 //! | `sharper.rs` | the same run at a tenth of the tolerance |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
-//! | `schema.rs` | the JSON schema of scene files |
 //! | `watch.rs` | whether the files that a run depends on have changed |
+//! | `schema.rs` | the JSON schema of scene files |
 //! | `error.rs` | why there is no result |
 
 mod apart;
@@ -58,8 +58,8 @@ pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
 pub use formulation::FORMULATIONS;
-pub use libraries::{requests, search_path};
-pub use open::{RunOptions, Session, catalog_of_scene};
+pub use libraries::{catalog_of_scene, requests, search_path};
+pub use open::{RunOptions, Session};
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
 pub use run::{DEFAULT_METHOD, ENGINES, RunReport};

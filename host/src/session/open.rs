@@ -240,22 +240,13 @@ impl Session {
 }
 
 /// A scene that could not be read.
-fn refused(rejected: Rejected) -> SessionError {
+pub(super) fn refused(rejected: Rejected) -> SessionError {
     let unreadable = rejected.diagnostics.iter().any(|d| d.code == codes::UNREADABLE);
     SessionError {
         exit: if unreadable { Exit::Files } else { Exit::Scene },
         diagnostics: rejected.diagnostics,
         source: Box::new(rejected.source),
     }
-}
-
-/// The libraries that a scene file names, loaded.
-///
-/// # Errors
-/// The scene cannot be read, or a library cannot be loaded.
-pub fn catalog_of_scene(path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
-    let (scene, _) = read(path, &options.overrides).map_err(|rejected| refused(*rejected))?;
-    load_libraries(&scene, path, options)
 }
 
 /// The words for `kernels` of `[simulation]`.

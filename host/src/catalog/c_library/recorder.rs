@@ -267,10 +267,13 @@ extern "C" fn input_of_host(context: *mut c_void, kind: u32, index: u32) -> Valu
     })
 }
 
+type Unary = fn(Recorded) -> Recorded;
+type Binary = fn(Recorded, Recorded) -> Recorded;
+
 extern "C" fn operation(context: *mut c_void, code: u32, a: Value, b: Value, x: Value, y: Value) -> Value {
     with(context, |tape| {
         let user = |name: &str| format!("an operation `{name}`");
-        let unary: Option<(&str, fn(Recorded) -> Recorded)> = match code {
+        let unary: Option<(&str, Unary)> = match code {
             6 => Some(("neg", |a| -a)),
             7 => Some(("sqrt", Scalar::sqrt)),
             8 => Some(("sin", Scalar::sin)),
@@ -284,7 +287,7 @@ extern "C" fn operation(context: *mut c_void, code: u32, a: Value, b: Value, x: 
             let Some(a) = tape.get(a, &user(name)) else { return NOTHING };
             return tape.give(apply(a));
         }
-        let binary: Option<(&str, fn(Recorded, Recorded) -> Recorded)> = match code {
+        let binary: Option<(&str, Binary)> = match code {
             2 => Some(("add", |a, b| a + b)),
             3 => Some(("sub", |a, b| a - b)),
             4 => Some(("mul", |a, b| a * b)),
