@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use element_api::manifest::Manifest;
 use odyn::catalog::read_manifest;
 use odyn::diagnostics::codes;
+use odyn::results::Remedy;
 use odyn::session::Session;
+use odyn::workshop::{Contract, NewPlugin, Template, create};
 
 use crate::fixtures::{build_crate, file, test_crate};
-use crate::support::{options, root};
+use crate::support::{Scratch, options, root};
 
 fn book() -> PathBuf {
     root().join("docs/book")
@@ -29,6 +31,23 @@ fn run(scene: &Path, library: &Path) {
     let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
     let summary = &report.summary;
     assert_eq!(report.exit_code(), 0, "{}: {} {:?}", scene.display(), summary.reason, summary.checks);
+}
+
+/// The book begins with `odyn plugin new wobble --kind joint`, and changes three files of what that makes.
+#[test]
+fn the_first_joint_begins_as_a_new_plugin() {
+    let scratch = Scratch::new();
+    let contract = Contract::Version("1".into());
+    let new = NewPlugin { folder: scratch.path().join("wobble"), template: Template::Joint, contract };
+    let created = create(&new).unwrap();
+    let example = book().join("examples/wobble");
+    for file in ["Cargo.toml", "scene.toml", "src/lib.rs", "src/tests.rs"] {
+        assert!(created.files.iter().any(|(path, _)| path == Path::new(file)), "{file} is not among {created:?}");
+        assert!(example.join(file).is_file(), "{file}");
+    }
+    let same = |line: &&str| !line.starts_with("description = ") && !line.starts_with("element-api = ");
+    let lines = |path: &Path| read(path).lines().filter(same).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(lines(&example.join("Cargo.toml")), lines(&new.folder.join("Cargo.toml")));
 }
 
 #[test]
@@ -58,7 +77,10 @@ fn the_recipes_of_the_cookbook_are_sound_and_run() {
 #[test]
 fn the_page_of_messages_is_up_to_date() {
     let written = read(&book().join("src/messages.md"));
-    assert!(written == codes::page(), "write it with `odyn explain --markdown > docs/book/src/messages.md`");
+    assert!(
+        written == codes::page() + &Remedy::page(),
+        "write it with `odyn explain --markdown > docs/book/src/messages.md`"
+    );
 }
 
 /// The pages of the book.
@@ -106,6 +128,13 @@ fn what_pages_refer_to_is_there() {
         for (name, anchor) in includes(&text) {
             seen += 1;
             let included = read(&folder.join(name));
+            // A page of `docs` is read there, and here.
+            for link in links(&included).into_iter().filter(|_| name.ends_with(".md")) {
+                let target = link.split('#').next().unwrap();
+                for place in [folder, folder.join(name).parent().unwrap()] {
+                    assert!(place.join(target).exists(), "{}: no {link} in {}", page.display(), place.display());
+                }
+            }
             if let Some(anchor) = anchor {
                 let (begin, end) = (format!("ANCHOR: {anchor}\n"), format!("ANCHOR_END: {anchor}\n"));
                 assert!(included.contains(&begin) && included.contains(&end), "{}: {name}:{anchor}", page.display());

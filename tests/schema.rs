@@ -65,7 +65,7 @@ const SCENE: &str = r#"
 [units]
 length = "mm"
 [plugins]
-libraries = ["joints", "good-plugin"]
+libraries = ["joints", { name = "good-plugin", version = "0.3" }]
 [parameters]
 rod.length = "25 cm"
 [simulation]
@@ -107,6 +107,8 @@ fn what_no_scene_can_have_is_not_valid() {
         ("[units]", "[unit]"),
         ("length = \"mm\"", "lenght = \"mm\""),
         ("length = \"mm\"", "length = 1"),
+        ("version = \"0.3\"", "versions = \"0.3\""),
+        ("version = \"0.3\"", "sha256 = \"0.3\""),
         ("t_end = 1", "t_stop = 1"),
         ("t_end = 1", ""),
         ("output_step = 0.1", "output_step = 0"),

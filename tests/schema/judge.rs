@@ -141,6 +141,7 @@ fn matches(text: &str, rule: &Value) -> bool {
         "^[A-Za-z_][A-Za-z0-9_]*$" => {
             text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(letter)
         }
+        "^[0-9a-fA-F]{64}$" => text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit()),
         other => panic!("the pattern `{other}` is not known here"),
     }
 }

@@ -561,7 +561,7 @@ pub(super) struct CompareArgs {
 pub(super) struct ExplainArgs {
     /// Code of a message, such as ODY0203, or name of a remedy, such as rank-safe; all if left out
     pub(super) code: Option<String>,
-    /// All codes with their explanations, as a page in Markdown
+    /// All codes and remedies with their explanations, as a page in Markdown
     #[arg(long, conflicts_with = "code")]
     pub(super) markdown: bool,
 }

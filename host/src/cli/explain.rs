@@ -11,7 +11,7 @@ use super::terminal;
 /// Explains one code or remedy, or lists all.
 pub(super) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     if args.markdown {
-        terminal::print(&codes::page())?;
+        terminal::print(&format!("{}{}", codes::page(), Remedy::page()))?;
         return Ok(exit::DONE);
     }
     let Some(code) = &args.code else {

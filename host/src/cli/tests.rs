@@ -34,6 +34,34 @@ fn every_command_has_examples() {
     check(&Arguments::command());
 }
 
+/// Commands that pages show, without what the shell does with them.
+fn commands_of(page: &str) -> Vec<String> {
+    let shown = page.lines().filter_map(|line| line.strip_prefix("$ odyn "));
+    shown.map(|line| line.split(['#', '>', '|']).next().unwrap().trim().to_owned()).collect()
+}
+
+#[test]
+fn the_commands_of_the_book_can_be_given() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut seen = 0;
+    for folder in ["docs", "docs/book/src"] {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "md") {
+                continue;
+            }
+            for line in commands_of(&std::fs::read_to_string(&path).unwrap()) {
+                seen += 1;
+                let words = std::iter::once("odyn").chain(line.split_whitespace());
+                if let Err(error) = Arguments::try_parse_from(words) {
+                    panic!("{}: odyn {line}: {error}", path.display());
+                }
+            }
+        }
+    }
+    assert!(seen > 10, "{seen} commands were seen: is this test still reading the right files?");
+}
+
 #[test]
 fn every_exit_code_is_in_the_help() {
     let help = Arguments::command().get_after_help().unwrap().to_string();

@@ -64,6 +64,17 @@ impl Remedy {
         Self::EarlyEnd,
     ];
 
+    /// All remedies as a part of a page, Markdown, for the book.
+    #[must_use]
+    pub fn page() -> String {
+        let mut page = "\n## Remedies of a run\n\nThey are counted in its report and in `summary.json`.\n".to_owned();
+        for remedy in Self::ALL {
+            let (name, counted) = (remedy.name(), remedy.counted());
+            page.push_str(&format!("\n### {name}: {counted}\n\n{} {}\n", remedy.meaning(), remedy.advice()));
+        }
+        page
+    }
+
     /// The remedy of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
