@@ -1,3 +1,5 @@
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::mem::offset_of;
