@@ -365,7 +365,7 @@ fn a_new_crate_is_told_with_the_next_commands() {
     }
     assert!(scratch.0.join("acme-rod/src/lib.rs").is_file());
     let again = scratch.odyn("plugin new acme-rod --api 1.0").ends_with(8);
-    assert!(again.err().contains("ODY0420") && again.err().contains("exists already"), "{}", again.err());
+    assert!(again.err().contains("ODY0425") && again.err().contains("exists already"), "{}", again.err());
     let keyword = scratch.odyn("plugin new loop --api 1.0").ends_with(2);
     assert!(keyword.err().contains("for example `loop-element`"), "{}", keyword.err());
     let nowhere = scratch.odyn("plugin new rod --api nowhere").ends_with(2);
