@@ -234,7 +234,7 @@ impl CatalogError {
     pub fn help(&self) -> Vec<String> {
         let rebuild = "build the library again with the `element-api` of this host".to_string();
         match self {
-            Self::NotFound { folders, files, nearest, .. } => {
+            Self::NotFound { request, folders, files, nearest } => {
                 let mut help: Vec<String> = nearest.iter().map(|name| format!("did you mean `{name}`?")).collect();
                 if folders.is_empty() {
                     help.push("there is no folder to look in".into());
@@ -242,10 +242,10 @@ impl CatalogError {
                     let list: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
                     help.push(format!("looked for {} in {}", files.join(" and "), list.join(", ")));
                 }
-                help.push(
-                    "install it with `odyn plugin add FILE.odynplugin`, or name its folder with `--plugin` or in `[plugins] path`"
-                        .into(),
-                );
+                // A name stands for two files, a path for itself.
+                let package = if files.len() > 1 { format!("{request}-VERSION-TARGET") } else { "FILE".into() };
+                help.push(format!("install it with `odyn plugin add {package}.odynplugin`"));
+                help.push("or name its folder with `--plugin` or in `[plugins] path`".into());
                 help.push(
                     "in a source tree, `cargo build` (or `cargo build --release`) builds the standard libraries".into(),
                 );
@@ -285,7 +285,9 @@ impl CatalogError {
             }
             Self::NotInstalled { installed, .. } => vec![format!("installed are {}", installed.join(", "))],
             Self::Files { .. } => Vec::new(),
-            Self::DuplicatePackage { .. } => vec!["remove one of them from `[plugins] libraries`".into()],
+            Self::DuplicatePackage { .. } => {
+                vec!["remove one of them from `[plugins] libraries`, or from the command line".into()]
+            }
             Self::NoLoader { .. } => Vec::new(),
             Self::UnknownType { name, nearest, provided_by, known } => {
                 if let Some((package, path)) = provided_by {
