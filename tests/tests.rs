@@ -28,6 +28,7 @@
 //! | `lanes.rs` | programs of scenes give the same bits in every lane |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
+//! | `workshop.rs` | new crates for elements build, pass and run; faults of elements are told in words |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
 //! `support.rs` has the doors to scenes and results; `fixtures.rs` builds the libraries of `fixtures/`.
@@ -62,3 +63,4 @@ mod stubborn;
 mod study;
 mod support;
 mod verification;
+mod workshop;
