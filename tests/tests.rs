@@ -33,6 +33,7 @@
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `schema.rs` | the JSON schema takes the scenes, and refuses mistakes |
 //! | `book.rs` | the examples of the author's guide run, and its pages hold together |
+//! | `workshop.rs` | new crates for elements build, pass and run; faults of elements are told in words |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
 //! `support.rs` has the doors to scenes and results; `fixtures.rs` builds the libraries of `fixtures/`.
@@ -72,3 +73,4 @@ mod study;
 mod support;
 mod verification;
 mod versions;
+mod workshop;

@@ -132,11 +132,11 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
     let expected = -stored - dissipation;
     if deviates(power, expected, allowed) {
         let (power, expected) = pair(power, expected);
-        let (stored, dissipation) = (number(-stored), number(dissipation));
+        let (stored, dissipation) = (number(stored), number(dissipation));
         let text = format!(
-            "{power} W, but the potential falls by {stored} W and {dissipation} W are dissipated, which is {expected} W"
+            "their power is {power} W; with {stored} W stored in the potential and {dissipation} W dissipated it should be {expected} W"
         );
-        let subject = "power of the loads: the element gains or loses energy that nothing accounts for";
+        let subject = "the loads make or lose energy that nothing accounts for";
         x.report.add_about(Check::PowerBalance, subject, &text);
     }
 }
@@ -173,11 +173,10 @@ pub(super) fn value_name(probe: &Probe, k: usize) -> String {
     let control = descriptor.kind == Kind::Control;
     let frames = if control { 0 } else { descriptor.frames.len() };
     let axis = ["x", "y", "z"][k % 3];
-    let frame = |k: usize| format!("component {axis} on body `{}`", descriptor.frames[k / 3].name);
     let mut k = k;
     for (what, count) in [("force", 3 * frames), ("torque", 3 * frames)] {
         if k < count {
-            return format!("the {what}, {}", frame(k));
+            return format!("component {axis} of the {what} on body `{}`", descriptor.frames[k / 3].name);
         }
         k -= count;
     }

@@ -342,7 +342,7 @@ impl<'a> Examination<'a> {
                     self.settled.insert((k, variation), true);
                     let allowed = DIFFERENCE * (1.0 + difference.abs() + sizes[k]);
                     if deviates(*derivative, *difference, allowed) {
-                        let (what, words) = (what(self), ("the element gives", "its values change by"));
+                        let (what, words) = (what(self), ("the element gives", "differences of its values give"));
                         let pair = (*derivative, *difference);
                         self.report.compare_in_words(check, pair, allowed, words, || what.clone());
                     }
@@ -372,12 +372,21 @@ impl<'a> Examination<'a> {
         let force = loads.iter().map(|(force, _)| force).sum::<Vec3<f64>>().norm();
         let moment = moments.iter().sum::<Vec3<f64>>().norm();
         let allowed = ROUNDING * (1.0 + size);
+        // A row has forces per unit of its reaction.
+        let joint = self.probe.descriptor.kind == Kind::Joint;
+        let (newton, newton_metre) = if joint { ("", "") } else { (" N", " N m") };
         if deviates(force, 0.0, allowed) {
             let subject = format!("{}the forces on its bodies do not add up to zero", of());
-            self.report.add_about(Check::ThirdLaw, &subject, &format!("{} remains", number(force)));
+            self.report.add_about(
+                Check::ThirdLaw,
+                &subject,
+                &format!("a resultant of {}{newton} remains", number(force)),
+            );
         } else if deviates(moment, 0.0, allowed) {
             let subject = format!("{}the torques are not the moment of the forces", of());
-            let text = format!("{} remains; forces that are not on one line need a couple", number(moment));
+            let advice =
+                if joint { "" } else { "; forces that are not on one line need a couple (`force_pair` adds it)" };
+            let text = format!("a resultant of {}{newton_metre} remains{advice}", number(moment));
             self.report.add_about(Check::ThirdLaw, &subject, &text);
         }
     }

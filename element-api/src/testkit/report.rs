@@ -186,8 +186,10 @@ impl Report {
     }
 
     pub(super) fn add(&mut self, check: Check, detail: impl Into<String>) {
-        if self.findings.iter().filter(|finding| finding.check == check).count() < MOST {
-            self.findings.push(Finding { check, detail: detail.into() });
+        let finding = Finding { check, detail: detail.into() };
+        let of_kind = self.findings.iter().filter(|known| known.check == check).count();
+        if of_kind < MOST && !self.findings.contains(&finding) {
+            self.findings.push(finding);
         }
     }
 

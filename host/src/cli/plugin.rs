@@ -86,7 +86,10 @@ pub(super) fn check(args: &CheckPluginArgs) -> Result<u8, Failure> {
         }
         for (element, verdict) in elements.iter().zip(&verdicts) {
             text.push('\n');
-            text.push_str(&table(element.descriptor(), verdict, &args.beside, beside.as_ref()));
+            text.push_str(&table(element.descriptor(), verdict));
+        }
+        if let Some(cost) = &beside {
+            text.push_str(&format!("\ncost of `{}`, to compare: {}\n", args.beside, cost_text(cost)));
         }
         text.push_str(&format!("\n{} examined, {failed} FAILED\n", counted(verdicts.len(), "element")));
         text
@@ -142,7 +145,7 @@ fn head(library: &LibraryInfo) -> String {
 }
 
 /// One element: its schema in short, the verdicts, its cost.
-fn table(descriptor: &Descriptor, verdict: &Verdict, other: &str, beside: Option<&Cost>) -> String {
+fn table(descriptor: &Descriptor, verdict: &Verdict) -> String {
     let called = if verdict.opaque { ", called at run time" } else { "" };
     let mut text = format!("{} ({}{called}): {}\n", verdict.element, verdict.kind, descriptor.summary);
     let list = |names: Vec<&str>| names.join(", ");
@@ -181,9 +184,6 @@ fn table(descriptor: &Descriptor, verdict: &Verdict, other: &str, beside: Option
     }
     if let Some(cost) = &verdict.cost {
         text.push_str(&format!("  cost of an evaluation: {}\n", cost_text(cost)));
-        if let Some(beside) = beside {
-            text.push_str(&format!("  beside `{other}`: {}\n", cost_text(beside)));
-        }
     }
     text
 }
