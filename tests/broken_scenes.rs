@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use odyn::catalog::Store;
 use odyn::diagnostics::{codes, render};
 use odyn::session::{Exit, Session, SessionError};
 
@@ -250,6 +251,10 @@ fn stable(text: &str, written: &Written) -> String {
     let mut text = text.replace(&format!("{}/", written.scratch.path().display()), "");
     for plugins in &written.plugins {
         text = text.replace(&plugins.display().to_string(), "[strangers]");
+    }
+    // Whoever runs the tests may have installed libraries.
+    if let Some(user) = Store::of_user() {
+        text = text.replace(&format!("{}, ", user.folder().display()), "");
     }
     text = text.replace(&beside.display().to_string(), "[beside the program]");
     text = text.replace(&beside.parent().unwrap().display().to_string(), "[above the program]");

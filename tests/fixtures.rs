@@ -31,7 +31,7 @@ pub fn build_changed(fixture: &str, package: &str, folder: &Path, change: &dyn F
     let source = change(fs::read_to_string(original.join("src/lib.rs")).unwrap());
     let mut built = BUILT.lock().expect("no build has failed");
     built.get_or_insert_with(HashMap::new);
-    cargo_build(&with_contract(&manifest, "../../../element-api"), &source, folder)
+    cargo_build(&with_contract(&manifest, "../../../element-api"), &source, folder, &[])
 }
 
 /// The libraries built in this run: where they are, by the folder of their sources.
@@ -43,38 +43,56 @@ pub fn build_sources(manifest: &str, contract: &str, source: &str, folder: &Path
     let mut built = BUILT.lock().expect("no build has failed");
     let built = built.get_or_insert_with(HashMap::new);
     let manifest = with_contract(manifest, contract);
-    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder)).clone()
+    built.entry(folder.to_path_buf()).or_insert_with(|| cargo_build(&manifest, source, folder, &[])).clone()
 }
 
 /// The manifest with the path of `element-api` on this machine.
 fn with_contract(manifest: &str, contract: &str) -> String {
-    // A literal text of TOML: backslashes are no escapes in it.
-    let path = format!("'{}'", root().join("element-api").display());
-    manifest.replace(&format!("\"{contract}\""), &path)
+    depending_on(&root().join("element-api"), contract, manifest)
 }
 
-fn cargo_build(manifest: &str, source: &str, folder: &Path) -> PathBuf {
+/// Builds the fixture `good-plugin` under another name of its package, against the contract in the given folder, with flags
+/// for the compiler.
+pub fn build_variant(package: &str, contract: &Path, flags: &[&str]) -> PathBuf {
+    let original = root().join("tests/fixtures/good-plugin");
+    let manifest = fs::read_to_string(original.join("Cargo.toml")).unwrap();
+    let manifest = manifest.replace("name = \"good-plugin\"", &format!("name = \"{package}\""));
+    let manifest = depending_on(contract, "../../../element-api", &manifest);
+    let source = fs::read_to_string(original.join("src/lib.rs")).unwrap();
+    file(&cargo_build(&manifest, &source, &kept("strangers").join(package), flags), package)
+}
+
+/// A manifest whose path of `element-api` is exchanged.
+fn depending_on(contract: &Path, written: &str, manifest: &str) -> String {
+    // A literal text of TOML: backslashes are no escapes in it.
+    manifest.replace(&format!("\"{written}\""), &format!("'{}'", contract.display()))
+}
+
+fn cargo_build(manifest: &str, source: &str, folder: &Path, compiler: &[&str]) -> PathBuf {
     fs::create_dir_all(folder.join("src")).unwrap();
     write_if_new(&folder.join("Cargo.toml"), manifest);
     write_if_new(&folder.join("src/lib.rs"), source);
-    cargo("build", folder)
+    cargo(&["rustc", "--lib"], folder, compiler)
 }
 
-/// Runs cargo in the folder of a crate, and gives the folder with the library.
-fn cargo(command: &str, folder: &Path) -> PathBuf {
+/// Runs cargo in the folder of a crate, with flags for what it calls, and gives the folder with the library.
+fn cargo(command: &[&str], folder: &Path, more: &[&str]) -> PathBuf {
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
     let target = kept("strangers-target");
     let (profile, flags): (_, &[&str]) =
         if cfg!(debug_assertions) { ("debug", &[]) } else { ("release", &["--release"]) };
     let output = Command::new(env!("CARGO"))
-        .args([command, "--offline", "--quiet"])
+        .args(command)
+        .args(["--offline", "--quiet"])
         .args(flags)
+        .arg("--")
+        .args(more)
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", &target)
         .output()
         .expect("cargo can be run");
     let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "cargo {command} in {} fails:\n{out}\n{err}", folder.display());
+    assert!(output.status.success(), "cargo {} in {} fails:\n{out}\n{err}", command.join(" "), folder.display());
     target.join(profile)
 }
 
@@ -101,7 +119,7 @@ fn in_crate(original: &Path, command: &str) -> PathBuf {
         let copy = folder.join("src").join(path.file_name().unwrap());
         write_if_new(&copy, &fs::read_to_string(&path).unwrap());
     }
-    cargo(command, &folder)
+    cargo(&[command], &folder, &[])
 }
 
 /// Leaves a file with this content untouched, so that cargo does not build it again.

@@ -12,6 +12,7 @@
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `stores.rs` | libraries are packed, installed, pinned, verified, removed, and loaded again when they were built again |
 //! | `c_plugin.rs` | libraries in C move as the same elements in Rust do; faulty ones are refused in words |
+//! | `versions.rs` | libraries of earlier and later versions of the contract run, whatever they were built with |
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
@@ -70,3 +71,4 @@ mod stubborn;
 mod study;
 mod support;
 mod verification;
+mod versions;

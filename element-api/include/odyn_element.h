@@ -275,6 +275,7 @@ typedef struct odyn_plugin {
     uint32_t reserved;
     const odyn_element *const *elements;
     size_t element_count;
+    const char *manifest; /* so that linkers which drop what nobody refers to keep it */
 } odyn_plugin;
 
 /* Number of entries of an array. */
@@ -295,6 +296,12 @@ typedef struct odyn_plugin {
 #else
 #define ODYN_SECTION __attribute__((used, section(".odyn")))
 #define ODYN_PUBLIC __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+#define ODYN_EXTERN_C extern "C"
+#else
+#define ODYN_EXTERN_C
 #endif
 
 #if defined(__OPTIMIZE__) || defined(NDEBUG)
@@ -356,14 +363,15 @@ typedef struct odyn_plugin {
         "\nentry=odyn_plugin_c" ODYN_TEXT_OF(ODYN_C_ABI) "_" #word "\nprofile=" ODYN_PROFILE                           \
         "\nfeatures=" ODYN_SSE ODYN_AVX ODYN_AVX2 ODYN_FMA ODYN_AVX512 ODYN_NEON "\n" list "end\n";                    \
     static const odyn_element *const odyn_elements_##word[] = {__VA_ARGS__};                                           \
-    static const odyn_plugin odyn_root_##word = {sizeof(odyn_plugin),  ODYN_C_ABI, ODYN_CONVENTIONS, 0,                \
-                                                 odyn_elements_##word, ODYN_COUNT(odyn_elements_##word)};              \
+    static const odyn_plugin odyn_root_##word = {                                                                      \
+        sizeof(odyn_plugin),  ODYN_C_ABI,                       ODYN_CONVENTIONS,    0,                                \
+        odyn_elements_##word, ODYN_COUNT(odyn_elements_##word), odyn_manifest_##word};                                 \
     ODYN_ENTRY(word)
 
 /* The symbol that the manifest names. Its name ends with the version of the table. */
 #define ODYN_ENTRY(word)                                                                                               \
-    ODYN_PUBLIC const odyn_plugin *odyn_plugin_c1_##word(void);                                                        \
-    ODYN_PUBLIC const odyn_plugin *odyn_plugin_c1_##word(void) { return &odyn_root_##word; }
+    ODYN_EXTERN_C ODYN_PUBLIC const odyn_plugin *odyn_plugin_c1_##word(void);                                          \
+    ODYN_EXTERN_C ODYN_PUBLIC const odyn_plugin *odyn_plugin_c1_##word(void) { return &odyn_root_##word; }
 
 /* ---- Errors and parameters ---- */
 
@@ -613,7 +621,7 @@ static inline void odyn_rows_parallel_z(odyn_tape o, uint32_t row, uint32_t i, u
  * derivatives (n times 6 per frame: shift of the origin in ground directions, rotation about the frame's own axes),
  * derivative by time (n), second derivative along the motion without accelerations (n); then the angles.
  * Results of a force or control element: forces (3 per frame), torques (3 per frame), rates, next memory, channels,
- * potential, dissipation, angles.
+ * potential, dissipation, angles. The loads of a control element are zeros already.
  */
 
 static inline size_t odyn_at_reference(const odyn_element *e, size_t k) {

@@ -352,3 +352,31 @@ fn verify_goes_through_all_scenes_and_writes_the_manual() {
     scratch.odyn("verify verification/flight.toml --quick").ends_with(0);
     scratch.odyn("verify nowhere").ends_with(8);
 }
+
+#[test]
+fn a_new_crate_is_told_with_the_next_commands() {
+    let scratch = Scratch::new("plugin-new");
+    let made = scratch.odyn("plugin new acme-rod --kind joint --api 1.0").ends_with(0);
+    assert!(made.out().starts_with("acme-rod: a library of elements, `acme-rod`\n"), "{}", made.out());
+    for command in
+        ["cd acme-rod", "cargo test", "cargo build --release", "odyn run scene.toml", "odyn plugin check target/"]
+    {
+        assert!(made.out().contains(command), "{}", made.out());
+    }
+    assert!(scratch.0.join("acme-rod/src/lib.rs").is_file());
+    let again = scratch.odyn("plugin new acme-rod --api 1.0").ends_with(8);
+    assert!(again.err().contains("ODY0420") && again.err().contains("exists already"), "{}", again.err());
+    let keyword = scratch.odyn("plugin new loop --api 1.0").ends_with(2);
+    assert!(keyword.err().contains("for example `loop-element`"), "{}", keyword.err());
+    let nowhere = scratch.odyn("plugin new rod --api nowhere").ends_with(2);
+    assert!(nowhere.err().contains("is not the folder of `element-api`"), "{}", nowhere.err());
+    assert!(!scratch.0.join("rod").exists());
+}
+
+#[test]
+fn a_file_that_is_no_library_is_not_examined() {
+    let scratch = Scratch::new("plugin-check");
+    let refused = scratch.odyn("plugin check ./brick.toml --json").ends_with(4);
+    assert_eq!(refused.json()["diagnostics"][0]["code"], "ODY0402");
+    scratch.odyn("plugin check nothing-of-this-name").ends_with(4);
+}

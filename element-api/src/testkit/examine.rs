@@ -305,13 +305,14 @@ impl<'a> Examination<'a> {
                     (expected.get(k).copied().unwrap_or(f64::NAN), sizes.get(k).copied().unwrap_or(0.0))
                 }
             };
-            let name = match role {
-                Role::Angle(k) => format!("angle {k}"),
-                _ => self.name(count - 1),
-            };
-            let words = ("the recording gives", "plain numbers give");
-            self.report
-                .compare_in_words(Check::Recording, (value, expected), ROUNDING * (1.0 + size), words, || name.clone());
+            if deviates(value, expected, ROUNDING * (1.0 + size)) {
+                let name = match role {
+                    Role::Angle(k) => format!("angle {k}"),
+                    _ => self.name(count - 1),
+                };
+                let words = ("the recording gives", "plain numbers give");
+                self.report.compare_in_words(Check::Recording, (value, expected), 0.0, words, || name.clone());
+            }
         }
         if count != expected.len() {
             let text = format!("{count} results are recorded, {} are given with plain numbers", expected.len());
@@ -329,23 +330,30 @@ impl<'a> Examination<'a> {
         variation: Variation,
     ) {
         for (k, (derivative, difference)) in derivatives.iter().zip(differences).enumerate() {
-            let name = self.name(k);
-            let over = variation.text(&self.probe.descriptor);
-            let what = || match variation {
-                Variation::Motion => format!("second derivative of {name} along {over}"),
-                _ => format!("derivative of {name} for {over}"),
+            let what = |x: &Self| {
+                let (name, over) = (x.name(k), variation.text(&x.probe.descriptor));
+                match variation {
+                    Variation::Motion => format!("second derivative of {name} along {over}"),
+                    _ => format!("derivative of {name} for {over}"),
+                }
             };
             match difference {
                 Some(difference) => {
                     self.settled.insert((k, variation), true);
                     let allowed = DIFFERENCE * (1.0 + difference.abs() + sizes[k]);
-                    let words = ("the element gives", "its values change by");
-                    self.report.compare_in_words(check, (*derivative, *difference), allowed, words, what);
+                    if deviates(*derivative, *difference, allowed) {
+                        let (what, words) = (what(self), ("the element gives", "its values change by"));
+                        let pair = (*derivative, *difference);
+                        self.report.compare_in_words(check, pair, allowed, words, || what.clone());
+                    }
                 }
                 None if derivative.is_finite() => {
                     self.settled.entry((k, variation)).or_insert(false);
                 }
-                None => self.report.add(check, format!("{} is {derivative}", what())),
+                None => {
+                    let what = what(self);
+                    self.report.add_about(check, &what, &format!("the element gives {derivative}"));
+                }
             }
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::conflict::{Gap, Measure, conflict};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
-use super::scales::{CONTRADICTION, Scales};
+use super::scales::{AT_REST, CONTRADICTION, Scales};
 use super::working::{BODY_STATES, clusters, move_body};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
@@ -25,8 +25,6 @@ const AS_ASKED: f64 = 1e-12;
 
 /// How far along the velocities [`ahead`] looks, rad or lengths of the scene; the first place that can be assembled counts.
 const AHEAD: [f64; 4] = [0.4, 0.2, 0.1, 0.05];
-/// Moves in the whole time of a simulation, on the same scale, that are none.
-const AT_REST: f64 = 1e-6;
 
 /// The start of a simulation.
 #[derive(Debug, Clone)]

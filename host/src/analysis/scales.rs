@@ -6,6 +6,9 @@ use crate::model::Model;
 /// they contradict each other. In a sound scene they are off by round-off.
 pub const CONTRADICTION: f64 = 1e-6;
 
+/// Moves in the whole time of a simulation that are none, in radians or lengths of the scene.
+pub(super) const AT_REST: f64 = 1e-6;
+
 /// Typical sizes, SI. They grow with the motion and never shrink.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
@@ -68,6 +71,16 @@ impl Scales {
         for a in accelerations.chunks_exact(6) {
             self.speed = self.speed.max((norm(&a[..3]) * self.length).sqrt());
             self.spin = self.spin.max(norm(&a[3..]).sqrt());
+        }
+    }
+
+    /// Takes in the slowest motion that counts in a time (s): one that moves by a millionth of the scene's size. Where nothing
+    /// moves, what round-off makes of speeds would otherwise be resolved to the tolerance.
+    pub fn anticipate_rest(&mut self, duration: f64) {
+        let slowest = AT_REST / duration;
+        if slowest.is_finite() {
+            self.speed = self.speed.max(slowest * self.length);
+            self.spin = self.spin.max(slowest);
         }
     }
 

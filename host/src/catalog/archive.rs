@@ -61,10 +61,13 @@ impl Package {
     /// many, too large, no plain files, or called so that they would leave their folder.
     pub fn read(path: &Path) -> Result<Self, CatalogError> {
         let bad = |reason: String| CatalogError::BadPackage { path: path.into(), reason };
-        let file = File::open(path).map_err(|error| bad(format!("it cannot be read: {error}")))?;
-        if !file.metadata().is_ok_and(|data| data.is_file() && data.len() <= LARGEST) {
+        let unreadable = |error: io::Error| bad(format!("it cannot be read: {error}"));
+        // Before it is opened: opening a pipe waits for its other end.
+        let data = fs::metadata(path).map_err(unreadable)?;
+        if !data.is_file() || data.len() > LARGEST {
             return Err(bad(too_large()));
         }
+        let file = File::open(path).map_err(unreadable)?;
         Self::from_reader(io::BufReader::new(file)).map_err(bad)
     }
 

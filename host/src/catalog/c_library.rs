@@ -156,6 +156,10 @@ impl CSet {
         let instance = self.instance(number)?;
         let (element, layout) = (&self.class.element, instance.layout);
         results.fill(f64::NAN);
+        if self.class.descriptor.kind == Kind::Control {
+            // It acts on no body; the places for loads are there all the same.
+            results[..6 * layout.frames].fill(0.0);
+        }
         let Some(function) = element.evaluate.filter(|_| self.opaque()) else {
             let (recording, rows) = (self.recording(number)?, &instance.rows[..]);
             let kind = self.class.descriptor.kind;

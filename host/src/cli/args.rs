@@ -259,6 +259,43 @@ Examples:
 The crate builds, passes its tests and runs its scene as it is. NAME is a folder that does not exist yet; its last part becomes the
 name of the crate, and, but for a library, of its element.")]
     New(NewPluginArgs),
+    /// Examine the elements of a library with the test kit, through its binary interface
+    #[command(after_help = "\
+Derivatives, invariance, action and reaction, power, NaN, states, determinism, threads, panics: what any element must fulfil, and
+what an evaluation costs. Required parameters that are not given get a value inside their range.
+
+Examples:
+  odyn plugin check target/release/libacme_wobble.so
+  odyn plugin check target/release/libacme_wobble.so --params length=25cm --params wobble.tilt=\"10 deg\"
+  odyn plugin check target/release/libacme_wobble.so --params examples.toml --element wobble --json
+  odyn plugin check target/release/libacme_field.so --except field.frame-invariance
+
+The exit code is 4 if the library cannot be loaded, 7 if an element lacks something.")]
+    Check(CheckPluginArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckPluginArgs {
+    /// File of the library, or its name where it can be found
+    pub(super) library: String,
+    /// Parameters, with units as in a scene: KEY=VALUE or ELEMENT.KEY=VALUE, or a file of such lines in TOML; may be repeated
+    #[arg(long, value_name = "FILE|KEY=VALUE")]
+    pub(super) params: Vec<String>,
+    /// Examine this element only; may be repeated
+    #[arg(long = "element", value_name = "NAME")]
+    pub(super) elements: Vec<String>,
+    /// A check that does not apply, by its name: to all elements, or to one (ELEMENT.CHECK); may be repeated
+    #[arg(long = "except", value_name = "CHECK")]
+    pub(super) exempt: Vec<String>,
+    /// Element to compare costs with, where its library is found
+    #[arg(long, value_name = "NAME", default_value = "odyn-joints/revolute")]
+    pub(super) beside: String,
+    /// End the program, with exit code 4, when a call into the library takes longer
+    #[arg(long, value_name = "SECONDS", value_parser = patience)]
+    pub(super) watchdog: Option<f64>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -566,6 +603,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::List(args) } => args.json,
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
+            Command::Plugin { command: PluginCommand::Check(args) } => args.json,
             Command::Plugin { .. } => false,
             Command::Compare(args) => args.json,
             Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,

@@ -10,6 +10,7 @@ use odyn::results::significant;
 use odyn::session::DEFAULT_METHOD;
 
 use super::args::BenchArgs;
+use super::choices;
 use super::exit;
 use super::failure::Failure;
 use super::terminal;
@@ -29,6 +30,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<u8, Failure> {
         })?);
     }
     let runner = Runner::new(settings(args)?);
+    choices::tell(scenes.iter().map(|scene| scene.as_path()), &[], &args.plugins);
     terminal::print(&format!("{}\n{}\n", report.machine.line(), line(&HEAD.map(String::from))))?;
     for scene in &scenes {
         let mut result = Ok(());

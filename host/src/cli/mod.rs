@@ -17,11 +17,13 @@
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
+//! | `choices.rs` | which libraries were passed over |
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
 mod args;
 mod bench;
+mod choices;
 mod compare;
 mod elements;
 mod explain;
@@ -102,6 +104,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::List(args) } => store::list(args),
         Command::Plugin { command: PluginCommand::Verify(args) } => store::verify(args),
         Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
+        Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),

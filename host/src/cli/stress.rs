@@ -8,6 +8,7 @@ use odyn::results::significant;
 use odyn::stress::{Outcome, Settings, Suite, run};
 
 use super::args::StressArgs;
+use super::choices;
 use super::exit;
 use super::failure::Failure;
 use super::run::stop_on_interrupt;
@@ -31,6 +32,7 @@ pub(super) fn stress(args: &StressArgs) -> Result<u8, Failure> {
         let (verdict, seconds) = (verdict(outcome), significant(outcome.seconds, 2));
         eprintln!("{number} {} ({}): {verdict}, {seconds} s", outcome.trial, outcome.formulation);
     };
+    choices::tell(suite.trials.iter().map(|trial| trial.scene.as_path()), &[], &args.plugins);
     let stop = stop_on_interrupt();
     let outcomes = run(&suite, &args.names, &settings, &told, &stop);
     let outcomes = outcomes.map_err(|diagnostic| Failure::new(exit::USAGE, *diagnostic))?;

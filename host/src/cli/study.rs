@@ -7,6 +7,7 @@ use odyn::diagnostics::{Diagnostic, codes};
 use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
 
 use super::args::StudyArgs;
+use super::choices;
 use super::exit;
 use super::failure::Failure;
 use super::run::stop_on_interrupt;
@@ -27,6 +28,9 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
     };
     let count: usize = options.varied.iter().map(|vary| vary.values.len()).fold(1, usize::saturating_mul);
     let silent = args.quiet || args.scene.json;
+    if !args.quiet {
+        choices::tell([args.scene.scene.as_path()], &options.common.overrides, &args.scene.plugins);
+    }
     let ended = AtomicUsize::new(0);
     let told = |_: usize, run: &Run| {
         let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;

@@ -9,6 +9,7 @@ use odyn::results::significant;
 use odyn::verification::{BALANCE_BOUND, Case, Coverage, Settings, Verifier, scenes_in};
 
 use super::args::VerifyArgs;
+use super::choices;
 use super::exit;
 use super::failure::Failure;
 use super::terminal;
@@ -17,6 +18,7 @@ use super::terminal;
 pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
     let (scenes, whole_folder) = scenes("verify", &args.scenes)?;
     let settings = Settings { plugins: args.plugins.clone(), ladder: !args.quick, ..Settings::default() };
+    choices::tell(scenes.iter().map(PathBuf::as_path), &[], &args.plugins);
     let mut verifier = Verifier::new(settings);
     let ended = AtomicUsize::new(0);
     let told = |case: &Case| {

@@ -33,6 +33,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
 pub use elements::fault_code;
+pub use parameters::resolve as resolve_parameters;
 pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Source, rotation, skew};
 
 /// A model and what the user should know about it.

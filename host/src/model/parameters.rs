@@ -8,7 +8,7 @@ use crate::diagnostics::{Diagnostic, codes, help_for, suggest};
 use crate::scene::{Dimension, ElementRecord, RawKind, RawTable, RawValue, Scene, parse_unit};
 
 /// The table that the plugin receives. Mistakes are added to `found`; the table is then incomplete.
-pub(super) fn resolve(
+pub fn resolve(
     scene: &Scene,
     record: &ElementRecord,
     specs: &[ParamSpec],

@@ -80,6 +80,7 @@ pub use derivative::{Seeds, derivatives};
 pub use eliminate::Elimination;
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use graph::{Call, Expr, Graph, Node};
+pub use import::import;
 pub use joint::{JointEquations, JointPose};
 pub use kernels::{NO_PLACE, Place, Writing};
 pub use kinematics::BodyNodes;

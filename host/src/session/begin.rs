@@ -150,6 +150,7 @@ impl Session {
             system.watch_every_state();
         }
         let state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+        system.anticipate_rest(self.scene.simulation.t_end - self.scene.simulation.t_start);
         let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());
         if let Some(carried) = carried {
             system.carry_on(carried);

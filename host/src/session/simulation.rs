@@ -263,6 +263,11 @@ impl<'a> Simulation<'a> {
         &self.scales
     }
 
+    /// Takes speeds that move nothing in this time, s, for round-off.
+    pub(super) fn anticipate_rest(&mut self, duration: f64) {
+        self.scales.anticipate_rest(duration);
+    }
+
     /// Judges errors and violations by the sizes of a larger scene.
     pub(super) fn widen_scales(&mut self, whole: &Scales) {
         self.scales.widen(whole);

@@ -39,6 +39,7 @@ pub struct Plugin {
     pub reserved: u32,
     pub elements: *const *const Element,
     pub element_count: usize,
+    pub manifest: *const c_char,
 }
 
 /// `odyn_named`

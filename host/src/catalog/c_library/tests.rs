@@ -1,3 +1,5 @@
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::mem::offset_of;
@@ -150,6 +152,7 @@ fn structs_of_the_header_lie_in_memory_as_here() {
             f("reserved", offset_of!(Plugin, reserved)),
             f("elements", offset_of!(Plugin, elements)),
             f("element_count", offset_of!(Plugin, element_count)),
+            f("manifest", offset_of!(Plugin, manifest)),
         ],
     );
     check(
@@ -292,7 +295,15 @@ fn sound() -> RawElement {
 fn read(element: *const RawElement, change: impl FnOnce(&mut Plugin)) -> Result<usize, OpenError> {
     let list = [element];
     let size = size_of::<Plugin>() as u32;
-    let mut plugin = Plugin { size, abi: 1, conventions: 1, reserved: 0, elements: list.as_ptr(), element_count: 1 };
+    let mut plugin = Plugin {
+        size,
+        abi: 1,
+        conventions: 1,
+        reserved: 0,
+        elements: list.as_ptr(),
+        element_count: 1,
+        manifest: c"".as_ptr(),
+    };
     change(&mut plugin);
     // SAFETY: a root like that of the header, or one that it must refuse.
     unsafe { describe::elements(&raw const plugin) }.map(|found| found.len())
@@ -304,7 +315,7 @@ fn roots_that_do_not_fit_are_refused() {
     let told = |result: Result<usize, OpenError>| result.expect_err("refused").to_string();
     assert_eq!(read(&raw const element, |_| ()), Ok(1));
     assert_eq!(read(&raw const element, |plugin| plugin.size += 16), Ok(1));
-    assert!(told(read(&raw const element, |plugin| plugin.size = 8)).contains("`odyn_plugin.size` is 8, at least 32"));
+    assert!(told(read(&raw const element, |plugin| plugin.size = 8)).contains("`odyn_plugin.size` is 8, at least 40"));
     assert!(told(read(&raw const element, |plugin| plugin.abi = 2)).contains("element-api c2, this host has c1"));
     assert_eq!(read(&raw const element, |plugin| plugin.conventions = 3), Err(OpenError::Conventions(3)));
     assert!(told(read(std::ptr::null(), |_| ())).contains("element 0 is a null pointer"));

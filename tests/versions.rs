@@ -1,0 +1,192 @@
+//! Libraries built against other versions of the contract, or in other ways, run and give the same bits. The rule is
+//! `docs/versioning.md`.
+
+use std::fs;
+use std::path::Path;
+
+use element_api::descriptor::Kind;
+use element_api::manifest::INTERFACE;
+use element_api::params::Table as Params;
+use element_api::recording::Recording;
+use element_api::set::{Batch, ElementClass, Layout, Wanted};
+use odyn::catalog::{Catalog, SearchPath};
+
+use crate::fixtures::{build, build_variant, file};
+use crate::support::{Scratch, kept, root};
+
+/// The catalog of one library, and the version of the contract that it was built with.
+fn load(library: &Path) -> (Catalog, String) {
+    let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
+    let added = catalog.add(library.to_str().unwrap(), &SearchPath::default());
+    let info = added.unwrap_or_else(|error| panic!("{}", error.diagnostic().message));
+    (catalog, info.interface.clone())
+}
+
+/// The equations of an instance, and what it gives for some numbers, as bits.
+fn bits(class: &dyn ElementClass, params: &str) -> (Recording, Vec<u64>) {
+    let mut set = class.new_set();
+    set.add(&params.parse::<Params>().unwrap()).unwrap();
+    let recording = set.record(0).unwrap();
+    let joint = class.descriptor().kind == Kind::Joint;
+    let values = class.descriptor().rows.len() + class.descriptor().channels.len();
+    let layout = Layout { frames: 2, angles: 0, states: 0, memory: 0, signals: 0, joints: 0, values };
+    let inputs: Vec<f64> = (0..layout.inputs()).map(|k| (k as f64).sin() + 0.1).collect();
+    let mut out = vec![0.0; if joint { layout.joint_results() } else { layout.force_results() }];
+    let wanted = Wanted { jacobian: true, second: true };
+    set.evaluate(&Batch { instances: &[0], inputs: &inputs, wanted }, &mut out).unwrap();
+    (recording, out.iter().map(|x| x.to_bits()).collect())
+}
+
+/// Both elements of `good-plugin` are described, recorded and evaluated alike.
+#[track_caller]
+fn assert_alike(a: &Catalog, b: &Catalog) {
+    for (name, params) in [("rod", "length = 0.3"), ("spring", "stiffness = 0.7")] {
+        let [a, b] = [a, b].map(|catalog| catalog.find(name, None).unwrap().class);
+        assert_eq!(a.descriptor(), b.descriptor());
+        let (ours, theirs) = (bits(&*a, params), bits(&*b, params));
+        assert!(!ours.0.ops.is_empty() && ours.1.iter().any(|bits| *bits != 0));
+        assert_eq!(ours, theirs, "{name}");
+    }
+}
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod earlier {
+    use std::io::Read;
+
+    use odyn::session::{RunReport, Session};
+    use sha2::{Digest, Sha256};
+
+    use super::*;
+    use crate::plugins::STRANGERS_SCENE;
+    use crate::support::options;
+
+    /// `make.sh` says how the file was made and prints this.
+    const SHA256: &str = "1adbcb6f7ba857e2e07822880a1d4c2dd3077d957078264ba1aa6edbe6fc5b79";
+
+    fn run(folder: &Path) -> RunReport {
+        let scratch = Scratch::new();
+        let scene = STRANGERS_SCENE.replace("\"stranger", "\"good-plugin");
+        let scene = scene.replace("\"LIBRARIES\"", &format!("'{}'", folder.display()));
+        let path = scratch.file("scene.toml", scene);
+        let session = Session::open(&path, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
+        session.run(None, Box::new(|_| ()), &Default::default()).unwrap()
+    }
+
+    #[test]
+    fn a_library_of_contract_1_0_gives_the_bits_of_today() {
+        let packed = fs::read(root().join("tests/fixtures/earlier/good-plugin-1.0.so.gz")).unwrap();
+        let mut library = Vec::new();
+        flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut library).unwrap();
+        let sha256: String = Sha256::digest(&library).iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(sha256, SHA256, "the kept library is not the one that was made");
+        let scratch = Scratch::new();
+        let path = file(scratch.path(), "good-plugin");
+        fs::write(&path, library).unwrap();
+
+        let (earlier, interface) = load(&path);
+        let (today, own) = load(&file(&build("good-plugin"), "good-plugin"));
+        assert_eq!((interface.as_str(), own.as_str()), ("1.0.0", INTERFACE));
+        assert_alike(&earlier, &today);
+
+        let (earlier, today) = (run(scratch.path()), run(&build("good-plugin")));
+        assert_eq!(earlier.exit_code(), 0);
+        assert_ne!(earlier.summary.libraries[0].sha256, today.summary.libraries[0].sha256);
+        assert_eq!(earlier.columns, today.columns);
+    }
+}
+
+/// Debug and optimised forms, for speed and for size, with and without symbols. A release build with link-time
+/// optimisation is the kept library of an earlier version.
+#[test]
+fn optimisation_and_stripping_change_no_bit() {
+    let contract = root().join("element-api");
+    let plain = load(&build_variant("form-plain", &contract, &[])).0;
+    for (package, flags) in [
+        ("form-debug", &["-C", "opt-level=0", "-C", "debuginfo=2", "-C", "debug-assertions=on"][..]),
+        ("form-fast", &["-C", "opt-level=3", "-C", "codegen-units=1", "-C", "debug-assertions=off"]),
+        ("form-small", &["-C", "opt-level=z", "-C", "strip=symbols", "-C", "debug-assertions=off"]),
+    ] {
+        assert_alike(&plain, &load(&build_variant(package, &contract, flags)).0);
+    }
+}
+
+/// Exchanges a text that must be there.
+fn exchange(file: &Path, from: &str, to: &str) {
+    let text = fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{} has no `{from}`", file.display());
+    fs::write(file, text.replacen(from, to, 1)).unwrap();
+}
+
+/// Files that are there with the same content stay as they are, so that cargo does not build them again.
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let (path, target) = (entry.path(), to.join(entry.file_name()));
+        if path.is_dir() {
+            copy_folder(&path, &target);
+        } else if fs::read(&path).ok() != fs::read(&target).ok() {
+            fs::copy(&path, &target).unwrap();
+        }
+    }
+}
+
+/// The contract as a later minor version might have it: more at the end of the root and of the methods of a set, and a
+/// field more in descriptors.
+fn later_contract(folder: &Path) {
+    let api = folder.join("element-api");
+    copy_folder(&root().join("element-api"), &api);
+    let whole = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let keep = |line: &&str| !line.starts_with("default-members");
+    let workspace: String = whole.lines().filter(keep).fold(String::new(), |text, line| {
+        let line =
+            if line.starts_with("members") { "members = [\"element-api\", \"element-api/derive\"]" } else { line };
+        text + line + "\n"
+    });
+    fs::write(folder.join("Cargo.toml"), workspace).unwrap();
+    let version = format!("version = \"{INTERFACE}\"");
+    let later = "version = \"1.9.0\"";
+    exchange(
+        &folder.join("Cargo.toml"),
+        &format!("path = \"element-api\", {version}"),
+        &format!("path = \"element-api\", {later}"),
+    );
+    exchange(&api.join("Cargo.toml"), &version, later);
+    let root_field = "pub extension: extern \"C\" fn(RStr<'_>) -> *const (),";
+    let more = "/// More.\n        pub more: extern \"C\" fn(u32) -> u32,";
+    exchange(&api.join("src/abi.rs"), root_field, &format!("{root_field}\n        {more}"));
+    let method = "fn load(&mut self, instance: u32, memory: RSlice<'_, u8>) -> ROption<ErrorV1>";
+    exchange(
+        &api.join("src/abi.rs"),
+        &format!("{method};"),
+        &format!("{method};\n        /// More.\n        fn more(&self, x: u32) -> u32;"),
+    );
+    let plugin = api.join("src/abi/plugin.rs");
+    exchange(&plugin, "extension: no_extension }", "extension: no_extension, more }");
+    exchange(&plugin, "struct PluginClass(", "extern \"C\" fn more(x: u32) -> u32 {\n    x\n}\n\nstruct PluginClass(");
+    exchange(
+        &plugin,
+        &format!("{method} {{"),
+        &format!("fn more(&self, x: u32) -> u32 {{\n        x\n    }}\n\n    {method} {{"),
+    );
+    let descriptor = api.join("src/descriptor.rs");
+    exchange(
+        &descriptor,
+        "pub turns_freely: bool,",
+        "pub turns_freely: bool,\n    /// More.\n    #[serde(default)]\n    pub more: f64,",
+    );
+    exchange(&api.join("src/adapt.rs"), "turns_freely: false,", "turns_freely: false,\n        more: 7.5,");
+}
+
+#[test]
+fn a_library_of_a_later_minor_version_loads() {
+    let (scratch, folder) = (Scratch::new(), kept("later-contract"));
+    later_contract(scratch.path());
+    copy_folder(scratch.path(), &folder);
+    let library = build_variant("later", &folder.join("element-api"), &[]);
+    let (later, interface) = load(&library);
+    assert_eq!(interface, "1.9.0");
+    // It says more than this host knows: the text is in the file.
+    let known = load(&file(&build("good-plugin"), "good-plugin")).0;
+    assert_alike(&later, &known);
+}
