@@ -43,7 +43,7 @@ fn commands_of(page: &str) -> Vec<String> {
 #[test]
 fn the_commands_of_the_book_can_be_given() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let mut seen = 0;
+    let (mut seen, mut faults) = (0, Vec::new());
     for folder in ["docs", "docs/book/src"] {
         for entry in std::fs::read_dir(root.join(folder)).unwrap() {
             let path = entry.unwrap().path();
@@ -54,11 +54,12 @@ fn the_commands_of_the_book_can_be_given() {
                 seen += 1;
                 let words = std::iter::once("odyn").chain(line.split_whitespace());
                 if let Err(error) = Arguments::try_parse_from(words) {
-                    panic!("{}: odyn {line}: {error}", path.display());
+                    faults.push(format!("{}: odyn {line}: {error}", path.display()));
                 }
             }
         }
     }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
     assert!(seen > 10, "{seen} commands were seen: is this test still reading the right files?");
 }
 
