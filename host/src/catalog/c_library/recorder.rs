@@ -22,6 +22,9 @@ use element_api::table::{Outside, Table};
 use super::describe::optional;
 use super::table::{self, Value};
 
+type Unary = fn(Recorded) -> Recorded;
+type Binary = fn(Recorded, Recorded) -> Recorded;
+
 /// Stands for a value that could not be given; what is computed from it is one, too.
 const NOTHING: Value = Value { tape: u32::MAX, node: u32::MAX };
 /// Most points of a table.
@@ -270,7 +273,7 @@ extern "C" fn input_of_host(context: *mut c_void, kind: u32, index: u32) -> Valu
 extern "C" fn operation(context: *mut c_void, code: u32, a: Value, b: Value, x: Value, y: Value) -> Value {
     with(context, |tape| {
         let user = |name: &str| format!("an operation `{name}`");
-        let unary: Option<(&str, fn(Recorded) -> Recorded)> = match code {
+        let unary: Option<(&str, Unary)> = match code {
             6 => Some(("neg", |a| -a)),
             7 => Some(("sqrt", Scalar::sqrt)),
             8 => Some(("sin", Scalar::sin)),
@@ -284,7 +287,7 @@ extern "C" fn operation(context: *mut c_void, code: u32, a: Value, b: Value, x: 
             let Some(a) = tape.get(a, &user(name)) else { return NOTHING };
             return tape.give(apply(a));
         }
-        let binary: Option<(&str, fn(Recorded, Recorded) -> Recorded)> = match code {
+        let binary: Option<(&str, Binary)> = match code {
             2 => Some(("add", |a, b| a + b)),
             3 => Some(("sub", |a, b| a - b)),
             4 => Some(("mul", |a, b| a * b)),
