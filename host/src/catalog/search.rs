@@ -169,7 +169,11 @@ impl SearchPath {
             // Versions side by side are what stores are for; a build leaves copies in both folders of its programs.
             let expected = one.origin == found.origin && (one.package.is_some() && one.package == found.package);
             let copy = one.origin == Origin::Program && found.origin == Origin::Program;
-            !expected && !copy && !same_content(&one.path, &found.path)
+            // Of the folders that one scene lists, such as those of a release and of a debug build, the first is meant; but who
+            // has just built the other one may have forgotten that.
+            let both = one.origin == Origin::Scene && found.origin == Origin::Scene;
+            let listed = both && !is_newer(&one.path, &found.path);
+            !expected && !copy && !listed && !same_content(&one.path, &found.path)
         };
         let passed_over = if request.sha256.is_some() { Vec::new() } else { rest.into_iter().filter(other).collect() };
         Ok(Choice { found, passed_over })
@@ -296,6 +300,12 @@ impl Choice {
         let note = self.passed_over.iter().fold(note, |note, one| note.help(format!("passed over: {}", place(one))));
         Some(note.help("pin version or sha256 in `[plugins] libraries` to say which one is meant"))
     }
+}
+
+/// Whether a file was written after another; not if that cannot be told.
+fn is_newer(file: &Path, other: &Path) -> bool {
+    let written = |path: &Path| path.metadata().and_then(|data| data.modified());
+    matches!((written(file), written(other)), (Ok(one), Ok(other)) if one > other)
 }
 
 /// Those that a pin allows, the highest version first.

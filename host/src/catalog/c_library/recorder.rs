@@ -22,6 +22,9 @@ use element_api::table::{Outside, Table};
 use super::describe::optional;
 use super::table::{self, Value};
 
+type Unary = fn(Recorded) -> Recorded;
+type Binary = fn(Recorded, Recorded) -> Recorded;
+
 /// Stands for a value that could not be given; what is computed from it is one, too.
 const NOTHING: Value = Value { tape: u32::MAX, node: u32::MAX };
 /// Most points of a table.
