@@ -270,9 +270,6 @@ extern "C" fn input_of_host(context: *mut c_void, kind: u32, index: u32) -> Valu
     })
 }
 
-type Unary = fn(Recorded) -> Recorded;
-type Binary = fn(Recorded, Recorded) -> Recorded;
-
 extern "C" fn operation(context: *mut c_void, code: u32, a: Value, b: Value, x: Value, y: Value) -> Value {
     with(context, |tape| {
         let user = |name: &str| format!("an operation `{name}`");

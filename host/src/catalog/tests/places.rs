@@ -183,6 +183,27 @@ fn there_is_no_silent_winner() {
 }
 
 #[test]
+fn of_the_folders_of_a_scene_the_first_is_meant_unless_another_is_newer() {
+    let folder = Folder::new("listed");
+    let scene = [folder.0.join("release"), folder.0.join("debug")];
+    let search = SearchPath::of(&[], &scene, None, Path::new(""));
+    let debug = put(&folder, "debug", "acme-wobble", "1.0.0", "debug");
+    let release = put(&folder, "release", "acme-wobble", "1.0.0", "release");
+    let request = Request::named("acme-wobble");
+    let note = || search.choose(&request).expect("two").note(&request);
+    let written = |path: &Path, seconds: u64| {
+        let file = fs::File::options().write(true).open(path).expect("a file");
+        file.set_modified(std::time::UNIX_EPOCH + std::time::Duration::from_secs(seconds)).expect("a time");
+    };
+    written(&debug, 1000);
+    written(&release, 2000);
+    assert_eq!(note(), None);
+    written(&debug, 3000);
+    let told = note().expect("a newer one");
+    assert!(told.message.contains(&format!("taken is {} (scene)", release.display())), "{told:?}");
+}
+
+#[test]
 fn a_broken_installation_is_no_reason_to_take_another() {
     let folder = Folder::new("broken");
     let search = search(&folder);
