@@ -86,6 +86,14 @@ pub enum AssemblyError {
         /// Joint, row, remaining difference in m/s; worst first.
         rows: Vec<(String, f64)>,
     },
+    /// A row whose equation has no value, or no derivative, at the given positions.
+    #[error("`{joint}` is not defined here: row `{row}` or its derivative is not finite")]
+    Undefined {
+        /// The joint's name.
+        joint: String,
+        /// The row's name.
+        row: String,
+    },
     /// The analysis failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -294,15 +302,17 @@ fn evaluate(
     state: &[f64],
     inputs: &mut [f64],
     length: f64,
-) -> Result<f64, AnalysisError> {
+) -> Result<f64, AssemblyError> {
     load(layout, t, state, inputs);
     rows.evaluate(inputs, &model.sets)?;
     let (worst, row) = rows.worst(rows.function(0), length);
-    if worst.is_finite() {
-        return Ok(worst);
-    }
-    let name = row.map(|row| layout.element_of_row(row)).map(|(e, k)| model.elements[e].row_name(k));
-    Err(AnalysisError::NotFinite { what: format!("constraint {}", name.unwrap_or_default()) })
+    let slopes = rows.structure.jacobian.iter().zip(rows.jacobian());
+    let undefined = slopes.filter(|(_, slope)| !slope.is_finite()).map(|((row, _), _)| *row).min();
+    let Some(row) = row.filter(|_| !worst.is_finite()).or(undefined) else { return Ok(worst) };
+    let (element, k) = layout.element_of_row(row);
+    let element = &model.elements[element];
+    let row = element.class.rows[element.rows[k]].clone();
+    Err(AssemblyError::Undefined { joint: element.name.clone(), row })
 }
 
 /// How far each body went.

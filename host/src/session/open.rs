@@ -352,11 +352,26 @@ fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
     match error {
         AssemblyError::Impossible { rows } => impossible(rows, scene),
         AssemblyError::Contradiction { rows } => contradiction(rows, scene),
+        AssemblyError::Undefined { joint, row } => undefined(joint, row, scene),
         AssemblyError::Analysis(error) => {
             let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
             SessionError::one(Exit::Assembly, &scene.source, diagnostic)
         }
     }
+}
+
+/// A joint whose equation has no value where the bodies are.
+fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
+    let message = format!("`{joint}` is not defined where its bodies are");
+    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
+    if let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) {
+        diagnostic = diagnostic.at(record.name.span.clone(), format!("row `{row}` or its derivative is not finite"));
+        let kind = &record.type_name.value;
+        diagnostic = diagnostic.help(format!("`odyn elements describe {kind}` tells where it is singular"));
+    }
+    let diagnostic = diagnostic
+        .help("check positions, points and axes, of this joint and of those that pull its bodies there: without `point` or `frames`, a joint connects the origins of its bodies");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
 }
 
 /// Joints that no position meets, each with the rows that contradict others.

@@ -9,7 +9,9 @@ use std::time::Instant;
 use super::judge::{Columns, judge};
 use super::outcome::Outcome;
 use super::suite::{Expected, Suite, Trial};
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::Diagnostic;
+#[cfg(feature = "parallel")]
+use crate::diagnostics::codes;
 use crate::scene::Override;
 use crate::session::{RunOptions, Session};
 
