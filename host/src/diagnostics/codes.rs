@@ -306,7 +306,7 @@ pub const TABLE: &[Explanation] = &[
     entry(BAD_PLACEMENT, "placement is missing or incomplete", "An element needs its frames: one global `point` and `axis` at the initial position, or `frames` in body coordinates, one per body."),
     entry(UNKNOWN_QUANTITY, "unknown output quantity", "The message lists the quantities, for example `position`, `velocity`, `reaction_force`."),
     entry(UNKNOWN_TARGET, "output of something unknown", "`of` names a body or an element of the scene."),
-    entry(UNKNOWN_COMPONENT, "unknown component or channel", "Vectors have the components `x`, `y`, `z` and `norm`; elements declare their own channels."),
+    entry(UNKNOWN_COMPONENT, "unknown component or channel", "Vectors have the components `x`, `y` and `z`; elements declare their own channels, which `odyn elements describe TYPE` lists."),
     entry(UNKNOWN_CHANNEL, "figure of an unknown channel", "A figure is computed from a channel that an `[[output]]` names."),
     entry(NOTHING_TO_DO, "nothing to compute", "The scene has no moving body."),
     entry(UNKNOWN_METHOD, "unknown method, engine or saving", "The message lists the known ones."),
