@@ -53,8 +53,8 @@ fn assert_alike(a: &Catalog, b: &Catalog) {
 mod earlier {
     use std::io::Read;
 
+    use odyn::catalog::sha256;
     use odyn::session::{RunReport, Session};
-    use sha2::{Digest, Sha256};
 
     use super::*;
     use crate::plugins::STRANGERS_SCENE;
@@ -77,8 +77,7 @@ mod earlier {
         let packed = fs::read(root().join("tests/fixtures/earlier/good-plugin-1.0.so.gz")).unwrap();
         let mut library = Vec::new();
         flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut library).unwrap();
-        let sha256: String = Sha256::digest(&library).iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(sha256, SHA256, "the kept library is not the one that was made");
+        assert_eq!(sha256(&library), SHA256, "the kept library is not the one that was made");
         let scratch = Scratch::new();
         let path = file(scratch.path(), "good-plugin");
         fs::write(&path, library).unwrap();

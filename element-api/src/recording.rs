@@ -4,6 +4,7 @@
 //! the operations and are not folded, so two instances of one element that differ only in numbers record the same list.
 
 use crate::descriptor::Kind;
+use crate::scalar::Scalar;
 use crate::table::{Outside, Table};
 
 /// One operation: a code and up to four arguments. What the arguments are depends on the code, see [`Op`].
@@ -480,6 +481,43 @@ impl Recording {
             },
             _ => Ok(()),
         }
+    }
+
+    /// Carries out the operations one by one, in the plainest way, and gives the results with their meaning. With a
+    /// [`Jet`](crate::Jet) as scalar it differentiates the equations. Runs make programs instead.
+    ///
+    /// # Panics
+    /// When the recording refers to something that is not there; [`Recording::check`] finds that beforehand.
+    #[must_use]
+    pub fn evaluate<S: Scalar>(&self, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
+        let mut values: Vec<S> = Vec::with_capacity(self.ops.len());
+        for raw in &self.ops {
+            let op = Op::decode(*raw).expect("known operation");
+            let v = |k: u32| values[k as usize];
+            let constant = |k: u32| self.constants[k as usize];
+            let value = match op {
+                Op::Constant(k) => S::from(constant(k)),
+                Op::Input(input) => read(input),
+                Op::Add(a, b) => v(a) + v(b),
+                Op::Sub(a, b) => v(a) - v(b),
+                Op::Mul(a, b) => v(a) * v(b),
+                Op::Div(a, b) => v(a) / v(b),
+                Op::Neg(a) => -v(a),
+                Op::Sqrt(a) => v(a).sqrt(),
+                Op::Sin(a) => v(a).sin(),
+                Op::Cos(a) => v(a).cos(),
+                Op::Atan2(a, b) => v(a).atan2(v(b)),
+                Op::Exp(a) => v(a).exp(),
+                Op::Ln(a) => v(a).ln(),
+                Op::Tanh(a) => v(a).tanh(),
+                Op::Powi(a, n) => v(a).powi(n),
+                Op::Powf(a, k) => v(a).powf(constant(k)),
+                Op::Select(a, b, x, y) => S::select(v(a), v(b), v(x), v(y)),
+                Op::Table(table, a) => v(a).lookup(&self.tables[table as usize]),
+            };
+            values.push(value);
+        }
+        self.outputs.iter().map(|output| (output.role, values[output.node as usize])).collect()
     }
 
     /// The operation behind an output, if the element gives it.

@@ -11,34 +11,7 @@ mod support;
 use support::{Ran, Scratch};
 
 /// Two dampers, of which the second is stubborn.
-const SCENE: &str = r#"
-[plugins]
-libraries = ["stubborn-plugin"]
-[simulation]
-t_end = 1
-output_step = 0.01
-[[body]]
-name = "a"
-mass = 1
-inertia = [1, 1, 1]
-velocity = [1, 0, 0]
-[[force]]
-name = "kind"
-type = "stubborn"
-bodies = ["ground", "a"]
-params.does = "nothing"
-params.place = "nowhere"
-[[force]]
-name = "it"
-type = "stubborn"
-bodies = ["ground", "a"]
-params = { PARAMS }
-[[output]]
-name = "x"
-quantity = "position"
-of = "a"
-component = "x"
-"#;
+const SCENE: &str = include_str!("../../tests/fixtures/stubborn-plugin/scene.toml");
 
 /// Runs the scene with these parameters of the stubborn one.
 fn run(scratch: &Scratch, params: &str, options: &str) -> Ran {

@@ -311,8 +311,7 @@ fn evaluate(
     let Some(row) = row.filter(|_| !worst.is_finite()).or(undefined) else { return Ok(worst) };
     let (element, k) = layout.element_of_row(row);
     let element = &model.elements[element];
-    let row = element.class.rows[element.rows[k]].clone();
-    Err(AssemblyError::Undefined { joint: element.name.clone(), row })
+    Err(AssemblyError::Undefined { joint: element.name.clone(), row: element.row(k).to_string() })
 }
 
 /// How far each body went.

@@ -95,9 +95,8 @@ impl Measure {
         let gap = |k: usize| {
             let (element, row) = layout.element_of_row(rows.rows[k]);
             let instance = &model.elements[element];
-            let full = instance.row_name(row);
             Gap {
-                row: full.strip_prefix(&format!("{}: ", instance.name)).unwrap_or(&full).to_string(),
+                row: instance.row(row).to_string(),
                 joint: instance.name.clone(),
                 size: values[k].abs() / self.gradients[k],
                 angular: self.angular[k],

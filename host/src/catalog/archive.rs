@@ -14,7 +14,7 @@ use flate2::write::GzEncoder;
 
 use super::CatalogError;
 use super::file::manifest;
-use super::loader::sha256;
+use super::hash::sha256;
 use super::package::{ELEMENTS_FILE, INFO_FILE, LARGEST, MOST_FILES, PackageInfo, check_file_name};
 
 /// A package in memory.

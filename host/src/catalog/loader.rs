@@ -15,10 +15,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use element_api::abi::{self, OpenError};
 use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, Profile};
 use element_api::set::ElementClass;
-use sha2::{Digest, Sha256};
 
 use super::c_library;
 use super::file::manifest;
+use super::hash::sha256;
 use super::private_copy::private_copy;
 use super::{CatalogError, LibraryInfo};
 use crate::diagnostics::{Diagnostic, codes};
@@ -34,11 +34,6 @@ pub(super) struct Opened {
 static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
 
 type Classes = Vec<Arc<dyn ElementClass>>;
-
-/// SHA-256 in hexadecimal digits.
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 /// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`,
 /// only a file with this SHA-256.

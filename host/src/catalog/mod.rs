@@ -13,6 +13,7 @@
 //! | file | content |
 //! |---|---|
 //! | `request.rs`, `search.rs` | what is asked for, where it is looked for, which one is taken |
+//! | `hash.rs` | SHA-256 |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `watchdog.rs` | a file judged, loaded, kept, watched |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
 //! | `error.rs` | why a library or an element type can't be had |
@@ -28,6 +29,7 @@ mod crash;
 mod error;
 #[cfg(feature = "abi")]
 mod file;
+mod hash;
 #[cfg(feature = "abi")]
 mod loader;
 #[cfg(feature = "abi")]
@@ -61,6 +63,7 @@ pub use element_api::manifest::Manifest;
 pub use error::CatalogError;
 #[cfg(feature = "abi")]
 pub use file::{read_manifest, scan};
+pub use hash::{sha256, sha256_of};
 #[cfg(feature = "abi")]
 pub use package::{ENDING, INFO_FILE, PackageInfo, target};
 pub use request::Request;
@@ -68,13 +71,6 @@ pub use search::{Choice, ENVIRONMENT, Found, Origin, Place, SearchPath};
 #[cfg(feature = "abi")]
 pub use store::{Installed, Store};
 pub use watchdog::{Late, Watchdog};
-
-/// SHA-256 of a file in hexadecimal digits; `None` where it can't be read.
-#[cfg(feature = "abi")]
-#[must_use]
-pub fn sha256_of(path: &std::path::Path) -> Option<String> {
-    std::fs::read(path).ok().map(|bytes| loader::sha256(&bytes))
-}
 
 /// The element types that a scene may use.
 #[derive(Clone, Default)]

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, SystemTime};
 
+use super::search::user_folders;
+
 /// Copies that were not used for this long are removed.
 const KEPT: Duration = Duration::from_secs(14 * 24 * 3600);
 /// Bytes compared at a time; about what stays in a processor's cache.
@@ -22,7 +24,7 @@ pub(super) fn private_copy(bytes: &[u8], sha256: &str, folder: Option<&Path>) ->
     if let Some(folder) = folder {
         return copy_into(folder, bytes, sha256);
     }
-    for folder in cache_folders() {
+    for folder in user_folders("XDG_CACHE_HOME", "LOCALAPPDATA", &[".cache"]) {
         if let Ok(path) = copy_into(&folder, bytes, sha256) {
             return Ok(path);
         }
@@ -79,16 +81,6 @@ pub(super) fn remove_old(folder: &Path, now: SystemTime) {
             let _ = fs::remove_file(entry.path());
         }
     }
-}
-
-fn cache_folders() -> Vec<PathBuf> {
-    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let roots = [
-        variable("XDG_CACHE_HOME"),
-        variable("LOCALAPPDATA").filter(|_| cfg!(windows)),
-        variable("HOME").map(|home| home.join(".cache")),
-    ];
-    roots.into_iter().flatten().map(|root| root.join("odyn").join("plugins")).collect()
 }
 
 /// A folder of this process among the temporary files. Others write there too, so it must be new and closed to them.

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use element_api::manifest::Manifest;
 use semver::Version;
 
+use super::hash::sha256_of;
 use super::{CatalogError, Request};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 
@@ -360,15 +361,7 @@ fn version_of(found: &Found) -> Result<Version, String> {
 
 /// SHA-256 of a file; empty where it can't be read, which equals no hash.
 fn hash_of(path: &Path) -> String {
-    #[cfg(feature = "abi")]
-    {
-        super::sha256_of(path).unwrap_or_default()
-    }
-    #[cfg(not(feature = "abi"))]
-    {
-        let _ = path;
-        String::new()
-    }
+    sha256_of(path).unwrap_or_default()
 }
 
 /// The installed versions of the packages `odyn-NAME` and `NAME`, in this order, the highest first.
@@ -429,13 +422,17 @@ fn folders_of(program: &Path) -> Vec<PathBuf> {
 /// The folder with the user's installed libraries; `None` where the system tells no home.
 #[cfg_attr(not(feature = "abi"), allow(dead_code))]
 pub(super) fn user_folder() -> Option<PathBuf> {
+    user_folders("XDG_DATA_HOME", "APPDATA", &[".local", "share"]).into_iter().next()
+}
+
+/// The user's folders for libraries, the best first: in those that two variables of the surroundings name (the second one on
+/// Windows), and in one below the home.
+#[cfg_attr(not(feature = "abi"), allow(dead_code))]
+pub(super) fn user_folders(xdg: &str, windows: &str, below_home: &[&str]) -> Vec<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let roots = [
-        variable("XDG_DATA_HOME"),
-        variable("APPDATA").filter(|_| cfg!(windows)),
-        variable("HOME").map(|home| home.join(".local").join("share")),
-    ];
-    roots.into_iter().flatten().next().map(|root| root.join("odyn").join("plugins"))
+    let home = variable("HOME").map(|home| below_home.iter().fold(home, |path, name| path.join(name)));
+    let roots = [variable(xdg), variable(windows).filter(|_| cfg!(windows)), home];
+    roots.into_iter().flatten().map(|root| root.join("odyn").join("plugins")).collect()
 }
 
 /// The folder with the installed libraries of the project in this folder.

@@ -10,7 +10,8 @@ use semver::Version;
 use super::CatalogError;
 use super::archive::Package;
 use super::file::manifest;
-use super::loader::{self, sha256};
+use super::hash::sha256;
+use super::loader;
 use super::package::{INFO_FILE, PackageInfo, is_package_name, target};
 use super::search::{project_folder, user_folder};
 

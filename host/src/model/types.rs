@@ -95,8 +95,13 @@ impl Instance {
     /// Name of row `k` of those in use, for reports: `bearing: about x`.
     #[must_use]
     pub fn row_name(&self, k: usize) -> String {
-        let row = self.rows.get(k).and_then(|row| self.class.rows.get(*row));
-        format!("{}: {}", self.name, row.map_or("?", String::as_str))
+        format!("{}: {}", self.name, self.row(k))
+    }
+
+    /// Name of row `k` of those in use, as its class has it: `about x`.
+    #[must_use]
+    pub fn row(&self, k: usize) -> &str {
+        self.rows.get(k).and_then(|row| self.class.rows.get(*row)).map_or("?", String::as_str)
     }
 
     /// Whether any of its results depends on one of the inputs that `which` picks. An opaque element may use them all.

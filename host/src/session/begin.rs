@@ -8,7 +8,7 @@ use super::checkpoint::Carried;
 use super::error::SessionError;
 use super::open::Session;
 use super::restart::Restart;
-use super::run::{DEFAULT_METHOD, DEFAULT_TOLERANCE, start_error};
+use super::run::{DEFAULT_METHOD, start_error, tolerance};
 use super::simulation::{Progress, Simulation, Sink};
 use super::tier::{Made, Tier};
 use crate::analysis::{AnalysisError, Counters, Formulation, Scales, SecondOrderForm};
@@ -64,7 +64,7 @@ pub(super) struct Ended {
 impl Session {
     /// Relative tolerance.
     pub(super) fn tolerance(&self) -> f64 {
-        self.scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE)
+        tolerance(&self.scene)
     }
 
     /// The engine's name.

@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::error::{Exit, SessionError};
 use super::open::{RunOptions, Session};
 use super::restart::Restart;
+use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary};
 use crate::scene::Override;
@@ -139,7 +139,7 @@ impl Identity {
         });
         Self {
             odyn: env!("CARGO_PKG_VERSION").into(),
-            scene: Sha256::digest(format!("{source:?}")).iter().map(|byte| format!("{byte:02x}")).collect(),
+            scene: sha256(format!("{source:?}").as_bytes()),
             libraries: libraries.collect(),
         }
     }

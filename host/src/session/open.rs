@@ -12,7 +12,7 @@ use super::error::{Exit, SessionError};
 use super::libraries::load_libraries;
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
-use super::run::DEFAULT_TOLERANCE;
+use super::run::tolerance;
 use crate::analysis::{self, Assembly, AssemblyError, Constraints, Gap, assemble, mass_values, sparse_engine};
 use crate::catalog::{Catalog, LibraryInfo, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
@@ -491,7 +491,7 @@ fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model) -> Option
     let norm = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>().sqrt();
     let distances = assembly.working.chunks_exact(13).map(|y| norm(&y[..3]));
     let (distance, body) = distances.zip(&model.bodies).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let tolerance = scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    let tolerance = tolerance(scene);
     let (length, unknown) = (assembly.scales.length, distance * f64::EPSILON);
     if unknown <= tolerance * length {
         return None;

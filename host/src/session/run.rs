@@ -18,10 +18,15 @@ use crate::results::{
     ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, RESULTS_FILE, Remedy, ResultsError,
     Samples, Status, Summary, Table, Take, significant,
 };
-use crate::scene::{Dimension, SampleTime};
+use crate::scene::{Dimension, SampleTime, Scene};
 
 /// Relative tolerance where the scene gives none.
-pub const DEFAULT_TOLERANCE: f64 = 1e-10;
+const DEFAULT_TOLERANCE: f64 = 1e-10;
+
+/// Relative tolerance of a scene.
+pub(super) fn tolerance(scene: &Scene) -> f64 {
+    scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE)
+}
 
 /// Method where the scene gives none. `auto` costs no more, and much less on stiff scenes, but there keeps to the tolerance
 /// only, while some scenes check the far smaller errors that the explicit method's tiny steps happen to have.

@@ -4,7 +4,7 @@
 
 use element_api::Jet;
 use element_api::descriptor::Kind;
-use element_api::recording::{Input, Op, Recording, Role};
+use element_api::recording::{Input, Recording, Role};
 use element_api::scalar::Scalar;
 use element_api::set::{Layout, Wanted};
 use nalgebra::{Matrix3, Vector3};
@@ -68,37 +68,11 @@ impl Recorded<'_> {
     }
 
     fn run<S: Scalar>(&self, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
-        let mut values: Vec<S> = Vec::with_capacity(self.recording.ops.len());
-        for raw in &self.recording.ops {
-            // The recording was checked when it was made.
-            let Some(op) = Op::decode(*raw) else { return Vec::new() };
-            let v = |k: u32| values[k as usize];
-            let constant = |k: u32| self.recording.constants[k as usize];
-            let value = match op {
-                Op::Constant(k) => S::from(constant(k)),
-                // The pose of a mobility is no result here.
-                Op::Input(Input::Coordinate(_)) => S::zero(),
-                Op::Input(input) => read(input),
-                Op::Add(a, b) => v(a) + v(b),
-                Op::Sub(a, b) => v(a) - v(b),
-                Op::Mul(a, b) => v(a) * v(b),
-                Op::Div(a, b) => v(a) / v(b),
-                Op::Neg(a) => -v(a),
-                Op::Sqrt(a) => v(a).sqrt(),
-                Op::Sin(a) => v(a).sin(),
-                Op::Cos(a) => v(a).cos(),
-                Op::Atan2(a, b) => v(a).atan2(v(b)),
-                Op::Exp(a) => v(a).exp(),
-                Op::Ln(a) => v(a).ln(),
-                Op::Tanh(a) => v(a).tanh(),
-                Op::Powi(a, n) => v(a).powi(n),
-                Op::Powf(a, k) => v(a).powf(constant(k)),
-                Op::Select(a, b, x, y) => S::select(v(a), v(b), v(x), v(y)),
-                Op::Table(table, a) => v(a).lookup(&self.recording.tables[table as usize]),
-            };
-            values.push(value);
-        }
-        self.recording.outputs.iter().map(|output| (output.role, values[output.node as usize])).collect()
+        self.recording.evaluate(|input| match input {
+            // The pose of a mobility is no result here.
+            Input::Coordinate(_) => S::zero(),
+            input => read(input),
+        })
     }
 
     /// Where an input is among the numbers of [`Layout`].

@@ -3,7 +3,7 @@
 use std::io::{Cursor, Write};
 
 use super::super::archive::Package;
-use super::super::loader::sha256;
+use super::super::hash::sha256;
 use super::super::package::{INFO_FILE, PackageInfo, check_file_name, target};
 
 const HASH: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";

@@ -1,7 +1,7 @@
 //! Which library is taken where several places, versions or builds answer to a name. The files have a manifest and nothing
 //! else: nothing is loaded.
 
-use super::super::loader::sha256;
+use super::super::hash::sha256;
 use super::super::package::target;
 use super::super::store::Store;
 use super::*;
