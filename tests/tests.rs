@@ -23,6 +23,7 @@
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
+//! | `enclosures.rs` | nothing is stepped over: contacts, pulses, barriers, turns, contradictions |
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
@@ -47,6 +48,7 @@ mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
 mod compressor;
+mod enclosures;
 mod events;
 mod examples;
 mod fixtures;

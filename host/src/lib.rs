@@ -26,7 +26,8 @@
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
 //! | `workshop` | a name -> a crate for elements; a library -> what is wrong with its elements (feature `workshop`) | scenes that are run |
 //!
-//! Leaves that any room may use: [`diagnostics`] (messages with places) and [`linalg`] (linear systems, ranks). A room
+//! Leaves that any room may use: [`diagnostics`] (messages with places), [`linalg`] (linear systems, ranks) and
+//! [`interval`] (ranges of numbers and polynomials). A room
 //! uses only rooms before it and the leaves; a test guards the edges.
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
@@ -37,6 +38,7 @@ pub mod bench;
 pub mod catalog;
 pub mod diagnostics;
 pub mod integrate;
+pub mod interval;
 pub mod linalg;
 #[cfg(feature = "manual")]
 pub mod manual;

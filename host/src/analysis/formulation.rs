@@ -4,7 +4,7 @@ use element_api::set::Fault;
 
 use super::evaluator::Evaluator;
 use crate::linalg::LinalgError;
-use crate::program::{Equations, Node, Used};
+use crate::program::{Equations, Graph, Node, Used};
 
 /// What one entry of the state vector is; error control scales each group by its own size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,11 +163,25 @@ pub trait Formulation: Send {
     /// # Errors
     /// See [`AnalysisError`].
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError>;
-    /// A program of nodes of the working form that takes the formulation's own inputs; `None` where there is none. It is run
-    /// by [`Formulation::run_own`], and takes the place of [`Formulation::observe`] with a program of the working form.
-    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+    /// Nodes of the working form written in the formulation's own inputs, in a graph of their own; `None` where they can't be.
+    fn carry(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
         let _ = (equations, nodes);
         None
+    }
+    /// A program of such nodes; `None` where there is none. It is run by [`Formulation::run_own`], and takes the place of
+    /// [`Formulation::observe`] with a program of the working form.
+    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+        self.carry(equations, nodes).map(|(graph, nodes)| Evaluator::new(&graph, &nodes))
+    }
+    /// The entry of the state that an input of programs is a copy of, if it is one; see [`Formulation::written_in_state`].
+    fn entry_of(&self, slot: usize) -> Option<usize> {
+        let _ = slot;
+        None
+    }
+    /// Nodes of the working form in a graph whose inputs are copies of the state ([`Formulation::entry_of`]), of time and of what
+    /// stays as it is during a step; `None` where they can't be written so.
+    fn written_in_state(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
+        self.carry(equations, nodes)
     }
     /// Runs such a program. `[hot, no allocation]`
     ///

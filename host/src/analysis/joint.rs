@@ -18,7 +18,7 @@ use super::working::{
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Measure};
-use crate::program::{Equations, JointEquations, Node, Used as Compiled};
+use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled};
 
 /// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
 pub const STATES_PER_AUDIT: u64 = 8;
@@ -554,9 +554,12 @@ impl Formulation for JointForm {
         self.bodies.observe(t, &self.body_state, dynamics)
     }
 
-    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
-        let (graph, nodes) = self.equations.carry(equations, &self.layout, nodes)?;
-        Some(Evaluator::new(&graph, &nodes))
+    fn carry(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
+        self.equations.carry(equations, &self.layout, nodes)
+    }
+
+    fn entry_of(&self, slot: usize) -> Option<usize> {
+        self.coordinates.entry_of(slot, &self.layout)
     }
 
     fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {

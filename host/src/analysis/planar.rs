@@ -6,7 +6,7 @@ use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
 use super::working::WorkingForm;
 use crate::model::Model;
 use crate::plan::Plan;
-use crate::program::{Equations, Planar, Used};
+use crate::program::{Equations, Graph, Node, Planar, Used};
 
 /// A [`WorkingForm`] of the planar equations. The state is that of the spatial form; what lies across the plane never
 /// changes.
@@ -85,6 +85,14 @@ impl Formulation for PlanarForm {
 
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
         self.form.observe(t, state, dynamics)
+    }
+
+    fn entry_of(&self, slot: usize) -> Option<usize> {
+        self.form.entry_of(slot)
+    }
+
+    fn written_in_state(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
+        self.form.written_in_state(equations, nodes)
     }
 
     fn programs(&mut self) -> Vec<Used<'_>> {

@@ -10,7 +10,7 @@ use super::passage::{self, Passage, Passing, Refusing};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Plan};
-use crate::program::{Equations, Row};
+use crate::program::{Equations, Graph, Node, Row};
 
 /// Numbers per body in the state: r (3), p (4), v (3), omega' (3).
 pub const BODY_STATES: usize = 13;
@@ -757,6 +757,14 @@ impl Formulation for WorkingForm {
             }
         }
         Ok(Observed { inputs: &self.inputs })
+    }
+
+    fn entry_of(&self, slot: usize) -> Option<usize> {
+        Coordinates::of_bodies(&self.layout).entry_of(slot, &self.layout)
+    }
+
+    fn written_in_state(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
+        Some((equations.graph.clone(), nodes.to_vec()))
     }
 
     fn offer_jacobian(&mut self, equations: &Equations) {

@@ -236,6 +236,8 @@ pub const TOO_MANY_STEPS: Code = "ODY0604";
 pub const PROJECTION_FAILED: Code = "ODY0605";
 /// A torque on a body that has no rotation.
 pub const TORQUE_ON_PARTICLE: Code = "ODY0606";
+/// A counted angle that goes too far in a step of a fixed size.
+pub const TURNS_LOST: Code = "ODY0607";
 
 /// A constraint violation above the limit.
 pub const AUDIT_CONSTRAINTS: Code = "ODY0701";
@@ -367,6 +369,13 @@ pub const TABLE: &[Explanation] = &[
         "torque on a particle",
         "A body with `particle = true` has no rotation, so nothing may turn it: joints and forces must be attached at its \
          position, and may only push. Name it last in a joint that holds a point. Otherwise give the body an inertia.",
+    ),
+
+    entry(
+        TURNS_LOST,
+        "turns cannot be counted",
+        "An angle that an element counts over many turns went on by more than half a turn within one step of a fixed size, so \
+         that its turns can no longer be told. Make `fixed_step` smaller, or use a method that chooses its steps: `dop853`.",
     ),
 
     entry(AUDIT_CONSTRAINTS, "constraint violation above the limit", "Joints opened more than `audit_tolerance` allows. Lower the tolerance of the integration."),

@@ -11,12 +11,15 @@
 //!    switch is, and the state there;
 //! 3. this state, projected, becomes an accepted one, just beyond the switch, and the method starts anew from it.
 //!
-//! Conditions are looked at for steps that are rejected, and for those of this procedure, only: switches that error control
-//! does not notice (abs, min and max often meet smoothly) cost nothing, and a wrong guess costs a few steps. A jump of the right
+//! Conditions are looked at where steps are rejected, in those of this procedure, and where one changes there and back within
+//! a step ([`super::enclosure`]): switches that error control does not notice (abs, min and max often meet smoothly) do not end
+//! steps, and a wrong guess costs a few steps. A jump of the right
 //! side at a tolerance of 1e-10 takes some 40 evaluations of the explicit method of order 8 this way, instead of 500, and the
 //! result is more accurate, since error estimates across a jump mean little (`tests/events.rs` of this room).
 
+use super::enclosure::{Enclosure, Found, Interpolation, Jump};
 use super::run::{Run, Trouble};
+use super::StopReason;
 
 /// Accuracy of the first location, as a share of the step.
 const ROUGH: f64 = 0.01;
@@ -38,6 +41,8 @@ const MOST_TRIES: u32 = 8;
 const DOUBT: f64 = 0.05;
 /// Attempts to get to the other side of a switch after projection, each twice as far as the one before.
 const MOST_NUDGES: i32 = 30;
+/// Share of a step that is tried again where a function is sharp right at its start.
+const SHARP_START: f64 = 0.1;
 /// Switches closer to the last than this share of the longest step so far follow each other closely.
 const CLOSE: f64 = 0.02;
 /// As many of them one after the other are too many: they are left to error control for the length of the longest step.
@@ -60,6 +65,11 @@ pub(super) enum Next {
     Plain,
     /// The next step ends at this time.
     EndAt(f64),
+    /// Functions of time made the step shorter than this size, which the next one may have.
+    Resumed(f64),
+    /// The step ended before a place in time where functions of time are not smooth, and the run is beyond it now: rates have to
+    /// be evaluated, and the next step may have this size.
+    Jumped(f64),
     /// The step itself went across and was accurate enough; the next step may have this size.
     Passed(f64),
     /// The run is just beyond the switch now, by a further step: rates have to be evaluated, and the next step may have this
@@ -88,6 +98,20 @@ pub(super) struct Events {
     last: Option<f64>,
     close: u32,
     blind_until: f64,
+    enclosure: Enclosure,
+    /// The jump in time before which the step under way ends.
+    jump: Option<Jump>,
+    /// Size of the step that was wanted, where functions of time made it shorter.
+    wanted: Option<f64>,
+}
+
+/// How a step is to be tried again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Again {
+    /// Its size.
+    pub(super) h: f64,
+    /// Where it had better end.
+    pub(super) end_at: Option<f64>,
 }
 
 impl Events {
@@ -109,7 +133,113 @@ impl Events {
             last: None,
             close: 0,
             blind_until: f64::NEG_INFINITY,
+            enclosure: Enclosure::new(run.system),
+            jump: None,
+            wanted: None,
         }
+    }
+
+    /// Whether the interpolation of every step is needed.
+    pub(super) fn watches_steps(&self) -> bool {
+        self.enclosure.is_needed()
+    }
+
+    /// The end of a step that would end at `t_new`, as functions of time have it. `seen` are the shares of a step at which the
+    /// method evaluates the equations.
+    pub(super) fn end_of_step(&mut self, run: &mut Run<'_>, t_new: f64, seen: &[f64]) -> f64 {
+        let t_new = run.before_barrier(t_new);
+        let (end, jump) = self.enclosure.ahead(run, t_new, seen);
+        self.jump = jump;
+        self.wanted = (end < t_new).then_some(t_new - run.t);
+        end
+    }
+
+    /// Whether something happens within a step that error control has accepted and that the method has not seen; then how it is
+    /// to be tried again. `y` and `rates` are those at its start.
+    pub(super) fn missed(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &[f64],
+        step: &Interpolation<'_>,
+    ) -> Result<Option<Again>, Trouble> {
+        let Some(found) = self.enclosure.examine(run, step)? else { return Ok(None) };
+        let again = match found {
+            Found::Hidden(from, to) => self.aim(run, y, step, (from, to))?,
+            Found::Sharp(share) if share > SHARP_START => Some(Again {
+                h: step.h * share,
+                end_at: Some(step.start + share * step.h),
+            }),
+            Found::Sharp(_) => Some(Again { h: SHARP_START * step.h, end_at: None }),
+            Found::Turned => Some(Again { h: 0.5 * step.h, end_at: None }),
+        };
+        let Some(again) = again.filter(|again| again.h > run.smallest_step()) else { return Ok(None) };
+        run.counters.rejected += 1;
+        run.counters.stepped_over += 1;
+        Ok(Some(again))
+    }
+
+    /// Gives up what the next step was aimed at.
+    pub(super) fn forget(&mut self) {
+        self.pending = None;
+    }
+
+    /// After a step of a method that does not end steps at switches: goes beyond a place in time where functions of time are not
+    /// smooth, if the step ended there. Gives the size that the next step may have.
+    pub(super) fn beyond_break(&mut self, run: &mut Run<'_>) -> Option<f64> {
+        let jump = self.jump.take().filter(|jump| jump.before == run.t);
+        if let Some(jump) = jump {
+            run.t = jump.after;
+        }
+        self.wanted.take()
+    }
+
+    /// Steps of a fixed size cannot be tried again: what they missed is counted.
+    pub(super) fn note_missed(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<(), Trouble> {
+        let (end, _) = self.enclosure.ahead(run, step.start + step.h, step.seen);
+        let found = self.enclosure.examine(run, step)?;
+        if found == Some(Found::Turned) {
+            return Err(Trouble::Stop(StopReason::TurnsLost { step: step.h }));
+        }
+        if found.is_some() || end < step.start + step.h {
+            run.counters.missed += 1;
+            run.counters.missed_from.get_or_insert(step.start);
+        }
+        Ok(())
+    }
+
+    /// Makes the next step end before conditions that change between two shares of this one, and change back later.
+    fn aim(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &[f64],
+        step: &Interpolation<'_>,
+        (from, to): (f64, f64),
+    ) -> Result<Option<Again>, Trouble> {
+        let middle = step.start + 0.5 * (from + to) * step.h;
+        let halfway = Again { h: middle - step.start, end_at: Some(middle) };
+        // Where steps are not to end at switches, at least none is to span two of them.
+        if self.before.is_empty() || !run.switching(step.start, y, &mut self.before)? {
+            return Ok(Some(halfway));
+        }
+        self.known_at = Some(step.start);
+        (step.at)(from, &mut self.state);
+        let known = run.switching(step.start + from * step.h, &self.state, &mut self.low)?;
+        (step.at)(to, &mut self.state);
+        let known = known && run.switching(step.start + to * step.h, &self.state, &mut self.high)?;
+        for (size, start) in self.sizes.iter_mut().zip(&self.before) {
+            *size = size.max(start.abs());
+        }
+        if !known || !self.changed(&self.high) {
+            return Ok(Some(halfway));
+        }
+        let located = self.locate(run, (step.start, step.h), (from, to), ROUGH * (to - from), step.at)?;
+        let Some((_, share)) = located else { return Ok(Some(halfway)) };
+        let end = step.start + (1.0 - SHORT) * share * step.h;
+        if end - step.start < run.smallest_step() {
+            return Ok(None);
+        }
+        self.pending = Some(Pending { resume: step.h, until: step.start + share * step.h, tries: 0 });
+        Ok(Some(Again { h: step.h, end_at: Some(end) }))
     }
 
     /// Whether the step under way is aimed at a switch; its interpolation will be needed.
@@ -129,6 +259,7 @@ impl Events {
         if self.before.is_empty() || run.t < self.blind_until {
             return Ok(None);
         }
+        self.wanted = None;
         let (t, h) = (run.t, t_new - run.t);
         let last = self.pending.take();
         let tries = last.map_or(0, |pending| pending.tries);
@@ -179,7 +310,15 @@ impl Events {
         start: f64,
         interpolate: impl Fn(f64, &mut [f64]),
     ) -> Result<Next, Trouble> {
-        let Some(pending) = self.pending.take() else { return Ok(Next::Plain) };
+        let wanted = self.wanted.take();
+        if let Some(jump) = self.jump.take().filter(|jump| jump.before == run.t) {
+            // The state is the same on both sides.
+            run.t = jump.after;
+            self.known_at = None;
+            self.pending = None;
+            return Ok(Next::Jumped(wanted.unwrap_or(jump.after - start)));
+        }
+        let Some(pending) = self.pending.take() else { return Ok(wanted.map_or(Next::Plain, Next::Resumed)) };
         let (t, h) = (run.t, run.t - start);
         if !run.switching(t, y, &mut self.low)? {
             return Ok(Next::Plain);

@@ -1,6 +1,7 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
-use super::events::{Events, Next};
+use super::enclosure::{Interpolation, ascending, is_continuous};
+use super::events::{Again, Events, Next};
 use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::stiffness::Stiffness;
@@ -88,8 +89,10 @@ pub struct Explicit {
     /// Whether somebody wants to know `signs`.
     watched: bool,
     signs: Signs,
-    /// Whether the step under way is aimed at a switch, so that its interpolation is needed.
+    /// Whether the interpolation of the step under way is needed, samples or not.
     approaching: bool,
+    /// Shares of a step at which the equations are evaluated, ascending.
+    seen: Vec<f64>,
 }
 
 impl Integrator for Explicit {
@@ -124,6 +127,7 @@ impl Explicit {
             watched: false,
             signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
             approaching: false,
+            seen: ascending(&pair.c[..=pair.a.len()]),
         }
     }
 
@@ -183,14 +187,19 @@ impl Explicit {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
             let t_new = end_at.take().unwrap_or_else(|| run.step_end(h));
+            let t_new = events.end_of_step(run, t_new, &self.seen);
             let tried = t_new - run.t;
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
             }
-            self.approaching = events.is_pending();
+            self.approaching = events.is_pending() || events.watches_steps();
             let reason = match self.try_step(run, y, t_new) {
                 Ok(error) if error <= 1.0 => {
                     let start = run.t;
+                    if let Some(again) = self.missed(run, y, t_new, &mut events)? {
+                        (h, end_at) = (again.h, again.end_at);
+                        continue;
+                    }
                     self.finish_step(run, y, t_new)?;
                     h = tried * control.factor_after_acceptance(error);
                     let polynomial = &self.polynomial;
@@ -198,11 +207,20 @@ impl Explicit {
                         Next::Plain => {}
                         Next::EndAt(time) => end_at = Some(time),
                         Next::Passed(size) => h = size,
+                        Next::Resumed(size) => h = h.max(size),
                         Next::Crossed(size) => {
                             control = StepControl::new(run.options, self.pair);
                             self.start_derivative(run, y)?;
                             h = size.min(self.first_step(run, y)?);
                         }
+                        Next::Jumped(size) if run.t < run.span.t_end => {
+                            control = StepControl::new(run.options, self.pair);
+                            let before = self.stages[..y.len()].to_vec();
+                            self.start_derivative(run, y)?;
+                            let continuous = is_continuous(run, y, tried, &before, &self.stages[..y.len()]);
+                            h = if continuous { size } else { size.min(self.first_step(run, y)?) };
+                        }
+                        Next::Jumped(_) => {}
                     }
                     let suspect = suspicion.as_mut().and_then(|suspicion| suspicion.see(run, self.signs));
                     if let Some(suspect) = suspect.filter(|_| run.t < run.span.t_end) {
@@ -240,6 +258,24 @@ impl Explicit {
         Ok(End::Completed)
     }
 
+    /// Whether the step that was tried missed something.
+    fn missed(
+        &self,
+        run: &mut Run<'_>,
+        y: &[f64],
+        t_new: f64,
+        events: &mut Events,
+    ) -> Result<Option<Again>, Trouble> {
+        if !events.watches_steps() {
+            return Ok(None);
+        }
+        events.missed(run, y, &self.interpolation(run.t, t_new, &|share, out| interpolate(&self.polynomial, share, out)))
+    }
+
+    fn interpolation<'a>(&'a self, t: f64, t_new: f64, at: &'a dyn Fn(f64, &mut [f64])) -> Interpolation<'a> {
+        Interpolation { start: t, h: t_new - t, degree: 3 + self.pair.d.len(), seen: &self.seen, at }
+    }
+
     /// A step up to, but not including, what makes it final. Returns its error, 1 = tolerance;
     /// the work beyond the error is spared where the step will be rejected.
     fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
@@ -261,6 +297,8 @@ impl Explicit {
             return Ok(());
         }
         self.start_derivative(run, y)?;
+        let mut events = Events::new(run, REACH);
+        self.approaching = events.watches_steps();
         for k in 0..count {
             run.check_step_limit()?;
             let t_new = run.fixed_step_end(k, count);
@@ -269,6 +307,8 @@ impl Explicit {
                 run.counters.rejected += 1;
                 return Err(trouble);
             }
+            let at = |share: f64, out: &mut [f64]| interpolate(&self.polynomial, share, out);
+            events.note_missed(run, &self.interpolation(run.t, t_new, &at))?;
             self.finish_step(run, y, t_new)?;
         }
         Ok(())

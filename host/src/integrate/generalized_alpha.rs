@@ -12,6 +12,8 @@
 //! positions and velocities, and in multipliers as soon as the start is forgotten (Arnold, Bruels & Cardona 2015, Numerische
 //! Mathematik 129). Velocities meet the constraints to within the error of the method: nothing is projected.
 
+use super::enclosure::Interpolation;
+use super::events::Events;
 use super::rk4::hermite;
 use super::run::{Run, Trouble, all_finite};
 use super::second_order::{Instant, SecondOrder};
@@ -136,6 +138,7 @@ impl GeneralizedAlpha {
             return Ok(());
         }
         self.start(run, y, run.fixed_step_end(0, count) - run.t)?;
+        let mut events = Events::new(run, 0.0);
         for k in 0..count {
             run.check_step_limit()?;
             let (t, t_new) = (run.t, run.fixed_step_end(k, count));
@@ -148,6 +151,10 @@ impl GeneralizedAlpha {
             y.copy_from_slice(&self.y_new);
             let ([f_old, f_new], h) = (&self.rates, t_new - t);
             let (y_old, y_new) = (&self.y_moved, &self.y_new);
+            {
+                let at = |share: f64, out: &mut [f64]| hermite(share, h, [y_old, y_new], [f_old, f_new], out);
+                events.note_missed(run, &Interpolation { start: t, h, degree: 3, seen: &[0.0, 1.0], at: &at })?;
+            }
             // Memory that changes between steps leaves the method's own past as it is: what jumps is smoothed over some steps.
             run.finish_step(t_new, y, &mut self.difference, |time, out| {
                 hermite((time - t) / h, h, [y_old, y_new], [f_old, f_new], out);

@@ -11,6 +11,8 @@
 //! node jumped to another branch of the motion, and how long the next step may be. Errors do not add up over steps, other
 //! than those of the sums.
 
+use super::enclosure::Interpolation;
+use super::events::Events;
 use super::run::{Run, Trouble, all_finite};
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
@@ -76,17 +78,29 @@ impl Kinematic {
             return Ok(());
         }
         run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
+        let mut events = Events::new(run, 0.0);
         let limit = run.options.fixed_step.unwrap_or(f64::INFINITY);
         let mut h = run.options.first_step.unwrap_or(FIRST_SHARE * (run.span.t_end - run.span.t_start));
         while run.t < run.span.t_end {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y)).min(limit);
             let t_new = run.step_end(h);
+            let t_new = events.end_of_step(run, t_new, &C);
             let tried = t_new - run.t;
             let reason = match self.try_step(run, y, t_new) {
                 Ok(error) if error <= 1.0 => {
+                    if let Some(again) = self.missed(run, y, tried, &mut events)? {
+                        h = again;
+                        continue;
+                    }
                     self.finish_step(run, y, t_new)?;
                     h = tried * factor(run.options, error);
+                    if let Some(wanted) = events.beyond_break(run) {
+                        h = h.max(wanted);
+                        if run.t < run.span.t_end {
+                            run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
+                        }
+                    }
                     continue;
                 }
                 Ok(error) => {
@@ -131,6 +145,25 @@ impl Kinematic {
         }
         let error = run.system.error_norm(y, &self.y_new, &self.error);
         if error.is_finite() { Ok(error) } else { Err(bad(h)) }
+    }
+
+    /// The size of the step to be tried instead of one that missed something between its nodes.
+    fn missed(&self, run: &mut Run<'_>, y: &[f64], h: f64, events: &mut Events) -> Result<Option<f64>, Trouble> {
+        if !events.watches_steps() {
+            return Ok(None);
+        }
+        for k in 1..NODES {
+            let (start, size) = (run.t + C[k - 1] * h, (C[k] - C[k - 1]) * h);
+            let states = [self.states[k - 1].as_slice(), self.states[k].as_slice()];
+            let at = |s: f64, out: &mut [f64]| hermite(s, size, states, [&self.rates[k - 1], &self.rates[k]], out);
+            let step = Interpolation { start, h: size, degree: 3, seen: &[0.0, 1.0], at: &at };
+            if events.missed(run, y, &step)?.is_some() {
+                events.forget();
+                let shorter = RECOVERY_FACTOR * h;
+                return Ok(Some(shorter).filter(|h| *h > run.smallest_step()));
+            }
+        }
+        Ok(None)
     }
 
     /// The state at node `k` from the two before it: the cubic through their values and rates; a straight line at first.

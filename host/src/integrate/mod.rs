@@ -35,6 +35,7 @@ mod auto;
 mod dop853;
 mod dop853_tableau;
 mod dopri5;
+mod enclosure;
 mod events;
 mod explicit;
 mod generalized_alpha;
@@ -54,6 +55,8 @@ mod stiffness;
 mod tests;
 
 use std::error::Error;
+
+use crate::interval::Range;
 
 pub use auto::Auto;
 pub use dop853::dop853;
@@ -188,6 +191,26 @@ pub trait System {
         Ok(())
     }
 
+    /// What is to hold throughout a step, beyond what error control judges by. Asked for once, before the first step.
+    fn guards(&self) -> Guards {
+        Guards::default()
+    }
+
+    /// The ranges of [`Guards::within`], in their order, while time and the entries of the state run through ranges on a
+    /// stretch; `entry` gives those of [`Guards::entries`], by place in that list.
+    fn enclose(&mut self, _t: Range, _entry: &dyn Fn(usize) -> Range, _found: &mut [Range]) {}
+
+    /// The ranges of [`Guards::of_time`], in their order, while time runs through a range.
+    fn enclose_time(&mut self, _t: Range, _found: &mut [Range]) {}
+
+    /// The values of [`Guards::within`], in their order, at a state: for systems whose guards cannot be enclosed.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn look(&mut self, _t: f64, _y: &[f64], _values: &mut [f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
     /// Longest step that is sensible from here, > 0.
     fn max_step_hint(&self, _t: f64, _y: &[f64]) -> f64 {
         f64::INFINITY
@@ -214,6 +237,44 @@ pub trait System {
     /// A step of length `h` to `t` is over.
     fn step_done(&mut self, _t: f64, _y: &[f64], _h: f64) -> Flow {
         Flow::Continue
+    }
+}
+
+/// What is watched throughout every step.
+#[derive(Debug, Clone, Default)]
+pub struct Guards {
+    /// What depends on the state.
+    pub within: Vec<Guard>,
+    /// What depends on time alone.
+    pub of_time: Vec<Guard>,
+    /// Entries of the state that [`Guards::within`] depends on.
+    pub entries: Vec<usize>,
+    /// Whether [`System::enclose`] gives ranges; otherwise [`System::look`] is called at many places of each step.
+    pub proved: bool,
+}
+
+/// How a quantity is watched.
+#[derive(Clone)]
+pub enum Guard {
+    /// A condition that changes its sign where the equations switch: that is not to happen twice in a step unnoticed.
+    Switch,
+    /// A function that may be sharp: within a step it is not to leave what the method saw of it.
+    Feature,
+    /// An angle less the reference it is counted from, rad: it has to stay within half a turn.
+    Turn,
+    /// The argument of a table, as a function of time: steps end at the knots. Gives the knots next to an argument, the lower
+    /// one included.
+    Knots(std::sync::Arc<dyn Fn(f64) -> (f64, f64) + Send + Sync>),
+}
+
+impl std::fmt::Debug for Guard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Switch => "Switch",
+            Self::Feature => "Feature",
+            Self::Turn => "Turn",
+            Self::Knots(_) => "Knots",
+        })
     }
 }
 
@@ -253,6 +314,8 @@ pub enum Failure {
     Recoverable(Box<dyn Error + Send + Sync>),
     /// The same, where a number that was asked for is infinite or none.
     NotFinite(Box<dyn Error + Send + Sync>),
+    /// A state that cannot be: no step may lead to it, or across it.
+    Forbidden(Box<dyn Error + Send + Sync>),
     /// Nothing will help.
     Fatal(Box<dyn Error + Send + Sync>),
 }
@@ -352,6 +415,12 @@ pub enum StopReason {
         /// Step size that was not tried.
         step: f64,
     },
+    /// Steps of a fixed size in which a counted angle goes beyond half a turn.
+    #[error("a counted angle goes on by more than half a turn in a step of {step:e}")]
+    TurnsLost {
+        /// The step size.
+        step: f64,
+    },
     /// The solution ceases to be finite, however small the step.
     #[error("the solution is not finite beyond this time (last step tried {step:e})")]
     NotFinite {
@@ -402,6 +471,20 @@ pub struct Counters {
     pub switches: usize,
     /// Steps that were made to end where the right side switches ([`System::switching`]).
     pub events: usize,
+    /// Steps whose enclosures were computed.
+    pub enclosed: usize,
+    /// Steps tried again because something happened within them that the method had not seen.
+    pub stepped_over: usize,
+    /// The same in steps of a fixed size, which cannot be made shorter: results may be wrong from [`Counters::missed_from`] on.
+    pub missed: usize,
+    /// Start of the first of these steps.
+    pub missed_from: Option<f64>,
+    /// Steps made shorter beforehand for the sake of functions of time.
+    pub shortened: usize,
+    /// Steps that end at a knot of a table in time, or at a jump in time.
+    pub breaks: usize,
+    /// Pieces of steps on which nothing could be proved; decided by the values at their ends.
+    pub unproven: usize,
     /// How often switches followed each other so closely that steps were no longer made to end there, for a while.
     pub chatters: usize,
     /// Smallest accepted step; 0 without any.

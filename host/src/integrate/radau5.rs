@@ -2,6 +2,7 @@
 
 use nalgebra::Complex;
 
+use super::enclosure::{Interpolation, is_continuous};
 use super::events::{Events, Next};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
@@ -50,6 +51,8 @@ const T_INVERSE: [[f64; STAGES]; STAGES] = [
     [-4.178_718_591_551_905, -0.327_682_820_761_062_4, 0.476_623_554_500_550_45],
     [-0.502_872_634_945_786_9, 2.571926949855605, -0.596_039_204_828_224_9],
 ];
+/// Shares of a step at which the equations are evaluated.
+const SEEN: [f64; STAGES + 1] = [0.0, C[0], C[1], C[2]];
 /// The real eigenvalue of `A^-1`.
 const GAMMA: f64 = 3.637_834_252_744_496;
 /// The complex one: `ALPHA + i BETA`.
@@ -267,6 +270,7 @@ impl Radau5 {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
             let t_new = end_at.take().unwrap_or_else(|| self.step_end(run, control, h));
+            let t_new = events.end_of_step(run, t_new, &SEEN);
             let tried = t_new - run.t;
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
@@ -274,6 +278,16 @@ impl Radau5 {
             let reason = match self.try_step(run, y, t_new, control) {
                 Ok(error) if error <= 1.0 => {
                     let start = run.t;
+                    if events.watches_steps() {
+                        let at = |share: f64, out: &mut [f64]| continued(&self.polynomial, &self.y_new, share - 1.0, out);
+                        let step = Interpolation { start, h: tried, degree: STAGES, seen: &SEEN, at: &at };
+                        if let Some(again) = events.missed(run, y, &step)? {
+                            (h, end_at) = (again.h, again.end_at);
+                            // The polynomial is no longer that of the last step.
+                            control.polynomial_of = None;
+                            continue;
+                        }
+                    }
                     self.finish_step(run, y, t_new, control)?;
                     let ratio = control.ratio_after_acceptance(tried, error);
                     control.rejected = false;
@@ -287,11 +301,20 @@ impl Radau5 {
                         Next::Plain => {}
                         Next::EndAt(time) => end_at = Some(time),
                         Next::Passed(size) => h = size,
+                        Next::Resumed(size) => h = h.max(size),
                         Next::Crossed(size) => {
                             control.start_anew();
                             self.start_derivative(run, y)?;
                             h = size.min(self.first_step(run, y, control));
                         }
+                        Next::Jumped(size) if run.t < run.span.t_end => {
+                            control.start_anew();
+                            let before = self.start.clone();
+                            self.start_derivative(run, y)?;
+                            let continuous = is_continuous(run, y, tried, &before, &self.start);
+                            h = if continuous { size } else { size.min(self.first_step(run, y, control)) };
+                        }
+                        Next::Jumped(_) => {}
                     }
                     let given_up = defender.as_mut().and_then(|defender| defender.see(run, &self.jacobian.matrix));
                     if given_up.is_some() && run.t < run.span.t_end {
@@ -338,12 +361,18 @@ impl Radau5 {
         control.newton = run.system.tolerance().map_or(1e-6, |tol| (FIXED_ACCURACY / tol).min(1e-2)) / control.test;
         control.most_iterations = MOST_ITERATIONS_FIXED;
         let count = run.fixed_steps(h);
+        let mut events = Events::new(run, REACH);
         for k in 0..count {
             run.check_step_limit()?;
             let t_new = run.fixed_step_end(k, count);
             let made = self.solve_step(run, y, t_new, control).and_then(|()| Ok(self.end_of_step(run, t_new)?));
             match made {
-                Ok(()) => self.finish_step(run, y, t_new, control)?,
+                Ok(()) => {
+                    let at = |share: f64, out: &mut [f64]| continued(&self.polynomial, &self.y_new, share - 1.0, out);
+                    let (start, h) = (run.t, t_new - run.t);
+                    events.note_missed(run, &Interpolation { start, h, degree: STAGES, seen: &SEEN, at: &at })?;
+                    self.finish_step(run, y, t_new, control)?;
+                }
                 Err(fault) => {
                     run.counters.rejected += 1;
                     return Err(match fault {
@@ -552,25 +581,14 @@ impl Radau5 {
         Err(Trouble::Retry(StopReason::NotFinite { step: h }))
     }
 
-    /// Projection and derivative at the end.
+    /// Projection and derivative at the end, and the polynomial.
     fn end_of_step(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
         let h = t_new - run.t;
         run.project(t_new, &mut self.y_new, h)?;
         run.rhs(t_new, &self.y_new, &mut self.f[2], h)?;
         finite_or_retry(&self.y_new, h)?;
-        finite_or_retry(&self.f[2], h)
-    }
-
-    /// Makes the step final: the polynomial, samples, `accept`, `step_done`.
-    fn finish_step(
-        &mut self,
-        run: &mut Run<'_>,
-        y: &mut [f64],
-        t_new: f64,
-        control: &mut Control,
-    ) -> Result<(), Trouble> {
-        let (t, h) = (run.t, t_new - run.t);
-        for k in 0..y.len() {
+        finite_or_retry(&self.f[2], h)?;
+        for k in 0..self.y_new.len() {
             let (z1, z2, z3) = (self.z[0][k], self.z[1][k], self.z[2][k]);
             let middle = (z1 - z2) / (C[0] - C[1]);
             let first = (z2 - z3) / (C[1] - 1.0);
@@ -580,6 +598,18 @@ impl Radau5 {
                 polynomial[k] = value;
             }
         }
+        Ok(())
+    }
+
+    /// Makes the step final: samples, `accept`, `step_done`.
+    fn finish_step(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &mut [f64],
+        t_new: f64,
+        control: &mut Control,
+    ) -> Result<(), Trouble> {
+        let (t, h) = (run.t, t_new - run.t);
         y.copy_from_slice(&self.y_new);
         self.y_end.copy_from_slice(y);
         let (polynomial, end) = (&self.polynomial, &self.y_end);

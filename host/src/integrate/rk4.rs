@@ -1,5 +1,7 @@
 //! The classical method of Runge and Kutta, order 4, with steps of one size.
 
+use super::enclosure::Interpolation;
+use super::events::Events;
 use super::run::{Run, Trouble, all_finite};
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
@@ -49,6 +51,7 @@ impl Rk4 {
             return Ok(());
         }
         run.rhs(run.t, y, &mut self.stages[0], 0.0)?;
+        let mut events = Events::new(run, 0.0);
         for k in 0..count {
             run.check_step_limit()?;
             let (t, t_new) = (run.t, run.fixed_step_end(k, count));
@@ -56,6 +59,11 @@ impl Rk4 {
             if let Err(trouble) = self.step(run, t, y, t_new) {
                 run.counters.rejected += 1;
                 return Err(trouble);
+            }
+            {
+                let (y_old, y_new, f_old, f_new) = (&*y, &self.y_new, &self.stages[0], &self.stages[4]);
+                let at = |share: f64, out: &mut [f64]| hermite(share, h, [y_old, y_new], [f_old, f_new], out);
+                events.note_missed(run, &Interpolation { start: t, h, degree: 3, seen: &[0.0, 0.5, 1.0], at: &at })?;
             }
             // The old state is kept in `argument` for the interpolation.
             self.argument.copy_from_slice(y);

@@ -1,5 +1,6 @@
 //! Rosenbrock method of order 5 for stiff problems and loose tolerances.
 
+use super::enclosure::{Interpolation, ascending, is_continuous};
 use super::events::{Events, Next};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
@@ -118,6 +119,8 @@ pub(super) const H: [[f64; STAGES]; 3] = [
     ],
 ];
 
+/// Of the interpolation.
+const DEGREE: usize = 4;
 /// The error estimate goes with `h^5`.
 const EXPONENT: f64 = 1.0 / 5.0;
 /// Share of a step by which its interpolation may be continued: its error goes with the distance from the end.
@@ -151,8 +154,10 @@ pub struct Rodas5p {
     y_old: Vec<f64>,
     end: Vec<f64>,
     polynomial: [Vec<f64>; 3],
-    /// Whether the step under way is aimed at a switch, so that its interpolation is needed.
+    /// Whether the interpolation of the step under way is needed, samples or not.
     approaching: bool,
+    /// Shares of a step at which the equations are evaluated, ascending.
+    seen: Vec<f64>,
 }
 
 impl Integrator for Rodas5p {
@@ -190,6 +195,7 @@ impl Rodas5p {
     }
 
     fn allocate(&mut self, n: usize) {
+        self.seen = ascending(&C);
         self.jacobian.resize(n);
         self.matrix.resize(n);
         let single = [&mut self.start, &mut self.argument, &mut self.y_new, &mut self.y_old, &mut self.end];
@@ -211,14 +217,24 @@ impl Rodas5p {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y));
             let t_new = end_at.take().unwrap_or_else(|| run.step_end(h));
+            let t_new = events.end_of_step(run, t_new, &self.seen);
             let tried = t_new - run.t;
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
             }
-            self.approaching = events.is_pending();
+            self.approaching = events.is_pending() || events.watches_steps();
             let reason = match self.try_step(run, y, t_new) {
                 Ok(error) if error <= 1.0 => {
                     let start = run.t;
+                    if events.watches_steps() {
+                        let known = (&self.y_old, &self.y_new, &self.polynomial);
+                        let at = |share: f64, out: &mut [f64]| interpolate(known, share, out);
+                        let step = Interpolation { start, h: tried, degree: DEGREE, seen: &self.seen, at: &at };
+                        if let Some(again) = events.missed(run, y, &step)? {
+                            (h, end_at) = (again.h, again.end_at);
+                            continue;
+                        }
+                    }
                     self.finish_step(run, y, t_new)?;
                     let mut ratio = ratio(run, error);
                     // Not more than the predecessor suggests (Gustafsson; Hairer & Wanner II, eq. IV.8.28).
@@ -234,11 +250,20 @@ impl Rodas5p {
                         Next::Plain => {}
                         Next::EndAt(time) => end_at = Some(time),
                         Next::Passed(size) => h = size,
+                        Next::Resumed(size) => h = h.max(size),
                         Next::Crossed(size) => {
                             last = None;
                             self.start_derivative(run, y)?;
                             h = size.min(self.first_step(run, y));
                         }
+                        Next::Jumped(size) if run.t < run.span.t_end => {
+                            last = None;
+                            let before = self.start.clone();
+                            self.start_derivative(run, y)?;
+                            let continuous = is_continuous(run, y, tried, &before, &self.start);
+                            h = if continuous { size } else { size.min(self.first_step(run, y)) };
+                        }
+                        Next::Jumped(_) => {}
                     }
                     continue;
                 }
@@ -264,6 +289,8 @@ impl Rodas5p {
 
     fn fixed_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], h: f64) -> Result<(), Trouble> {
         let count = run.fixed_steps(h);
+        let mut events = Events::new(run, REACH);
+        self.approaching = events.watches_steps();
         for k in 0..count {
             run.check_step_limit()?;
             let t_new = run.fixed_step_end(k, count);
@@ -271,6 +298,10 @@ impl Rodas5p {
                 run.counters.rejected += 1;
                 return Err(trouble);
             }
+            let known = (&self.y_old, &self.y_new, &self.polynomial);
+            let at = |share: f64, out: &mut [f64]| interpolate(known, share, out);
+            let (start, h) = (run.t, t_new - run.t);
+            events.note_missed(run, &Interpolation { start, h, degree: DEGREE, seen: &self.seen, at: &at })?;
             self.finish_step(run, y, t_new)?;
         }
         Ok(())

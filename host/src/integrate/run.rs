@@ -23,6 +23,8 @@ pub struct Run<'a> {
     pub t: f64,
     /// Number of samples taken so far.
     next_sample: usize,
+    /// The earliest time at which a state cannot be, as far as known.
+    barrier: Option<f64>,
 }
 
 /// How a step that was tried may end, other than well.
@@ -51,7 +53,7 @@ impl<'a> Run<'a> {
         if let Some(fault) = fault_of(system.dim(), y, span, options) {
             return Err(IntegrateError::Invalid(fault));
         }
-        Ok(Self { system, options, span, counters: Counters::default(), t: span.t_start, next_sample: 0 })
+        Ok(Self { system, options, span, counters: Counters::default(), t: span.t_start, next_sample: 0, barrier: None })
     }
 
     /// A whole run: what all methods do before and after their steps, around `steps`.
@@ -99,7 +101,29 @@ impl<'a> Run<'a> {
     /// [`Trouble`], as the system says.
     pub fn project(&mut self, t: f64, y: &mut [f64], h: f64) -> Result<(), Trouble> {
         self.counters.projections += 1;
-        self.system.project(t, y).map_err(|failure| trouble_of(failure, t, h))
+        let result = self.system.project(t, y);
+        let is_barrier = self.barrier == Some(t);
+        match result {
+            Ok(()) => {
+                self.barrier = self.barrier.filter(|_| !is_barrier);
+                Ok(())
+            }
+            // Seen again, by other steps: there is no way beyond.
+            Err(Failure::Forbidden(cause)) if is_barrier => {
+                Err(Trouble::Stop(StopReason::Failed { step: h, not_finite: false, cause }))
+            }
+            Err(failure) => {
+                if matches!(failure, Failure::Forbidden(_)) {
+                    self.barrier = Some(self.barrier.map_or(t, |barrier| barrier.min(t)));
+                }
+                Err(trouble_of(failure, t, h))
+            }
+        }
+    }
+
+    /// A step's end, not beyond a time at which no state can be.
+    pub(super) fn before_barrier(&self, t_new: f64) -> f64 {
+        self.barrier.filter(|barrier| *barrier > self.t).map_or(t_new, |barrier| barrier.min(t_new))
     }
 
     /// Takes the samples at the start.
@@ -116,6 +140,11 @@ impl<'a> Run<'a> {
     /// The next sample wanted before `t`, not at it.
     pub fn sample_before(&self, t: f64) -> Option<f64> {
         self.pending_sample().filter(|time| *time < t)
+    }
+
+    /// The latest time that is the same as `t` but for round-off.
+    fn same_time(&self, t: f64) -> f64 {
+        (t + self.smallest_step()).min(self.span.t_end)
     }
 
     /// The first sample wanted after `from` and before `to`, not at them.
@@ -152,6 +181,18 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// The values of all guards; false where they are not to be had.
+    ///
+    /// # Errors
+    /// [`Trouble::Abort`], where the system can't go on at all.
+    pub fn look(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<bool, Trouble> {
+        match self.system.look(t, y, values) {
+            Ok(()) => Ok(all_finite(values)),
+            Err(failure @ Failure::Fatal(_)) => Err(trouble_of(failure, t, 0.0)),
+            Err(_) => Ok(false),
+        }
+    }
+
     /// Finishes the step from the last accepted state to `t`, `y`: samples, `accept`,
     /// `step_done`. `interpolate` writes the state at a time inside the step.
     ///
@@ -164,7 +205,9 @@ impl<'a> Run<'a> {
         scratch: &mut [f64],
         mut interpolate: impl FnMut(f64, &mut [f64]),
     ) -> Result<Accepted, Trouble> {
-        while let Some(time) = self.pending_sample().filter(|&time| time <= t) {
+        // A sample that is later by no more than round-off of time is taken here: no step could lead there.
+        let last = self.same_time(t);
+        while let Some(time) = self.pending_sample().filter(|&time| time <= last) {
             if time < t {
                 interpolate(time, scratch);
                 self.sample(time, scratch)?;
@@ -262,7 +305,7 @@ impl<'a> Run<'a> {
 /// Trouble in a step that can be tried again.
 pub(super) fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
     match failure {
-        Failure::Recoverable(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: false, cause }),
+        Failure::Recoverable(cause) | Failure::Forbidden(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: false, cause }),
         Failure::NotFinite(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: true, cause }),
         Failure::Fatal(cause) => Trouble::Abort(IntegrateError::System { t, cause }),
     }

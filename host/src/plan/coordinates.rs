@@ -128,6 +128,17 @@ impl Coordinates {
         2 * self.columns + layout.states
     }
 
+    /// The entry of the state that an input slot is a copy of, if it is one.
+    #[must_use]
+    pub fn entry_of(&self, slot: usize, layout: &Layout) -> Option<usize> {
+        let states = layout.state_slot();
+        if (states..states + layout.states).contains(&slot) {
+            return Some(self.motion + slot - states);
+        }
+        let mut parts = self.inputs.iter();
+        parts.find_map(|(range, first)| (*first..first + range.len()).contains(&slot).then(|| range.start + slot - first))
+    }
+
     /// The input slot of an entry of the state.
     ///
     /// # Panics

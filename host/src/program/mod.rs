@@ -30,6 +30,8 @@
 //! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
+//! | `sharp.rs` | functions of time, and functions that rise and fall on a short stretch |
+//! | `ranges.rs` | what nodes can be while their inputs run through ranges |
 //! | `planar.rs` | the equations of a motion that stays parallel to a plane |
 //! | `tape.rs` | programs |
 //! | `interpreter.rs` | what runs them without machine code |
@@ -61,7 +63,9 @@ mod observe;
 mod opaque;
 mod planar;
 mod projection;
+mod ranges;
 mod rewrite;
+mod sharp;
 mod spatial;
 mod switches;
 mod tape;
@@ -88,6 +92,8 @@ pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use planar::{NotPlanar, Planar};
 pub use projection::Projecting;
+pub use ranges::Ranges;
+pub use sharp::{Knots, Sharp};
 #[cfg(test)]
 pub(crate) use spatial::FAR;
 pub use switches::Switches;

@@ -23,6 +23,10 @@ pub enum Remedy {
     Event,
     /// Switches left to error control for a while, because too many followed each other.
     Chatter,
+    /// A step tried again because something happened within it that no evaluation had seen.
+    WithinStep,
+    /// A step of a fixed size in which something happened that no evaluation saw.
+    Missed,
     /// An evaluation for which the rank-safe engine was called in.
     RankSafe,
     /// An evaluation whose state was brought to the constraints first.
@@ -47,7 +51,7 @@ struct Words {
 
 impl Remedy {
     /// All of them, in the order in which they are told.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::SmallerStep,
         Self::NotFinite,
         Self::NoConvergence,
@@ -56,6 +60,8 @@ impl Remedy {
         Self::MethodSwitch,
         Self::Event,
         Self::Chatter,
+        Self::WithinStep,
+        Self::Missed,
         Self::RankSafe,
         Self::StageProjection,
         Self::Passage,
@@ -165,6 +171,21 @@ impl Remedy {
                           made to end there and error control alone saw to them.",
                 advice: "An element switches to and fro without end, as ideal friction or a relay does: give it a regularisation \
                          or a hysteresis.",
+            },
+            Self::WithinStep => Words {
+                name: "within-step",
+                counted: "steps tried again for what happened within them",
+                meaning: "The error test accepted a step in which a contact came and went, a pulse passed, or an angle turned on by \
+                          more than half a turn, and no evaluation had seen it. Enclosures over the step found it, and the step was \
+                          tried again so that it ended before.",
+                advice: "Nothing to be done.",
+            },
+            Self::Missed => Words {
+                name: "missed-within-step",
+                counted: "steps of a fixed size in which something happened unseen",
+                meaning: "A contact came and went, or a pulse passed, between the evaluations of a step of a fixed size, which \
+                          cannot be made shorter: results are wrong from there on.",
+                advice: "Make `fixed_step` smaller, or use a method that chooses its steps: `dop853`, `auto`.",
             },
             Self::RankSafe => Words {
                 name: "rank-safe",

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use super::checkpoint::Carried;
 use super::error::SessionError;
+use super::guards::Watching;
 use super::open::Session;
 use super::restart::Restart;
 use super::run::{DEFAULT_METHOD, start_error, tolerance};
@@ -14,7 +15,6 @@ use super::tier::{Made, Tier};
 use crate::analysis::{AnalysisError, Counters, Formulation, Scales, SecondOrderForm};
 use crate::integrate::{self, IntegrateError, Integrator, Kinematic, Options, Outcome, Span};
 use crate::model::Model;
-use crate::program::Switches;
 use crate::results::Audit;
 
 /// What a run is made with.
@@ -135,10 +135,11 @@ impl Session {
                 .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
                 .map_err(|e| start_error(&self.scene, &e))?;
         }
+        let watching = Watching::find(&self.equations, &layout);
         if self.pruning.events && fixed_step.is_none() {
-            let switches = Switches::find(&self.equations, &layout);
-            system.end_steps_at(&mut self.equations, &switches);
+            system.end_steps_at(&mut self.equations, watching.switches());
         }
+        let bounded = system.guard(&mut self.equations, &watching);
         self.equations.graph.rest();
         if let Some(form) = second_order {
             system.offer_second_order(form);
@@ -164,17 +165,20 @@ impl Session {
             }
             _ => {}
         }
+        let sample_times = match &self.stretch {
+            Some(stretch) => stretch.sample_times.clone(),
+            None => simulation.sample_times(&self.scene.units).iter().map(|time| time.si).collect(),
+        };
+        // What cannot be enclosed is at least looked at as often as the user looks.
+        let between = sample_times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        let longest = Some(between).filter(|longest| bounded && *longest > 0.0);
         let options = Options {
             first_step: carried.map_or(simulation.first_step, |carried| carried.step),
-            max_step: simulation.max_step,
+            max_step: [simulation.max_step, longest].into_iter().flatten().reduce(f64::min),
             max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
             steps_before: carried.map_or(0, |carried| carried.steps_tried as usize),
             fixed_step,
             ..Options::default()
-        };
-        let sample_times = match &self.stretch {
-            Some(stretch) => stretch.sample_times.clone(),
-            None => simulation.sample_times(&self.scene.units).iter().map(|time| time.si).collect(),
         };
         Ok(Begun { system, method, state, options, t_start, t_end, sample_times })
     }

@@ -18,6 +18,7 @@
 //! | `apart.rs` | what the plan says of them |
 //! | `prune.rs` | which savings are allowed; merged bodies; motions parallel to a plane |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
+//! | `guards.rs` | what is watched throughout every step |
 //! | `tier.rs` | when programs turn into machine code |
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
@@ -36,6 +37,7 @@ mod checkpoint;
 mod checks;
 mod error;
 mod formulation;
+mod guards;
 mod islands;
 mod libraries;
 mod open;

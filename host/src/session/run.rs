@@ -379,6 +379,8 @@ impl Session {
                     (Remedy::MethodSwitch, counters.switches),
                     (Remedy::Event, counters.events),
                     (Remedy::Chatter, counters.chatters),
+                    (Remedy::WithinStep, counters.stepped_over),
+                    (Remedy::Missed, counters.missed),
                 ];
                 taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count as u64);
                 summary.stiff_from = counters.stiff_from.map(|t| t / self.scene.units.factor(Dimension::TIME));
@@ -529,6 +531,7 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::Requested => codes::INTERRUPTED,
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
+        StopReason::TurnsLost { .. } => codes::TURNS_LOST,
         StopReason::NotFinite { .. } | StopReason::Failed { not_finite: true, .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
         StopReason::Failed { .. } => codes::PROJECTION_FAILED,

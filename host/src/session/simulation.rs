@@ -7,7 +7,8 @@ use crate::analysis::{
     AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Group, Scales,
     SecondOrderForm, place, velocities_of,
 };
-use crate::integrate::{Accepted, Failure, Flow, Instant, Price, SecondOrder, System};
+use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System};
+use crate::interval::Range;
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
@@ -15,6 +16,7 @@ use crate::program::{Equations, MachineError, Node, Sets, Switches, Used};
 use crate::results::{Audit, AuditRecord};
 
 use super::checkpoint::Carried;
+use super::guards::{Guarded, Watching};
 use super::restart::Restart;
 use super::tier::Tier;
 
@@ -141,9 +143,15 @@ pub struct Simulation<'a> {
     heat: Heat,
     /// Conditions at which the equations switch, where steps are to end there.
     switches: Option<Part>,
+    /// What is watched throughout every step.
+    guarded: Option<Guarded>,
+    /// The same at a state, where ranges cannot be had.
+    look: Option<Part>,
     /// The same motion with constraints on positions, for methods that ask for it.
     second_order: Option<SecondOrderForm>,
     rows: Constraints,
+    /// Whether some of them depend on time: then those left out may contradict the others for a moment.
+    is_driven: bool,
     /// Joint and row of each of the rows of the scene.
     row_names: Vec<String>,
     audit: Audit,
@@ -207,9 +215,12 @@ impl<'a> Simulation<'a> {
             energy: Part::new(equations, &heat.energies(equations), layout),
             heat,
             switches: None,
+            guarded: None,
+            look: None,
             second_order: None,
             report,
             told,
+            is_driven: equations.rows.iter().any(|row| !equations.graph.is_zero(row.time)),
             rows,
             row_names: all
                 .iter()
@@ -316,6 +327,18 @@ impl<'a> Simulation<'a> {
         self.switches = Some(Part::near(self.formulation.as_ref(), equations, &nodes, &self.layout));
     }
 
+    /// Watches what may happen within a step. Gives whether there is something that cannot be watched: what only an opaque element
+    /// knows, or what depends on the solution of the equations of motion.
+    pub(super) fn guard(&mut self, equations: &mut Equations, watching: &Watching) -> bool {
+        let guarded = watching.guard(equations, &self.layout, self.formulation.as_ref());
+        let bounded = guarded.unknown > 0 || !equations.graph.calls.is_empty();
+        if !guarded.guards.proved && !guarded.nodes.is_empty() {
+            self.look = Some(Part::near(self.formulation.as_ref(), equations, &guarded.nodes, &self.layout));
+        }
+        self.guarded = Some(guarded);
+        bounded
+    }
+
     /// Offers the equations to methods of second order.
     pub fn offer_second_order(&mut self, mut form: SecondOrderForm) {
         form.set_discrete(&self.references, &self.discrete);
@@ -359,7 +382,7 @@ impl<'a> Simulation<'a> {
         let mut list = self.formulation.programs();
         list.extend([self.rows.used(false), self.energy.used(), self.report.used(), self.accept.used()]);
         list.extend(self.told.iter_mut().map(|told| told.inputs.used()));
-        list.extend(self.switches.iter_mut().map(|part| part.evaluator.used(true)));
+        list.extend(self.switches.iter_mut().chain(&mut self.look).map(|part| part.evaluator.used(true)));
         list.extend(self.second_order.iter_mut().flat_map(SecondOrderForm::programs));
         list
     }
@@ -581,6 +604,9 @@ impl<'a> Simulation<'a> {
     fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
         // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
         self.formulation.project(t, state).map_err(failure)?;
+        if self.is_driven && self.formulation.leaves_rows_out() {
+            self.check_rows_left_out(t, state).map_err(failure)?;
+        }
         let values = self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
         let number = self.samples;
         self.samples += 1;
@@ -602,6 +628,8 @@ fn failure(error: AnalysisError) -> Failure {
             Failure::Fatal(Box::new(error))
         }
         AnalysisError::NotFinite { .. } => Failure::NotFinite(Box::new(error)),
+        // Equations that contradict each other at a time do so whatever led there.
+        AnalysisError::Contradiction { .. } => Failure::Forbidden(Box::new(error)),
         _ => Failure::Recoverable(Box::new(error)),
     }
 }
@@ -658,6 +686,26 @@ impl System for Simulation<'_> {
 
     fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
         let Some(part) = &mut self.switches else { return Ok(()) };
+        values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);
+        Ok(())
+    }
+
+    fn guards(&self) -> Guards {
+        self.guarded.as_ref().map_or_else(Guards::default, |guarded| guarded.guards.clone())
+    }
+
+    fn enclose(&mut self, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
+        let Some(guarded) = &mut self.guarded else { return };
+        guarded.enclose(t, entry, [&self.references, &self.discrete], found);
+    }
+
+    fn enclose_time(&mut self, t: Range, found: &mut [Range]) {
+        let Some(guarded) = &mut self.guarded else { return };
+        guarded.enclose_time(t, &self.layout, [&self.references, &self.discrete], found);
+    }
+
+    fn look(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        let Some(part) = &mut self.look else { return Ok(()) };
         values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);
         Ok(())
     }

@@ -1,0 +1,529 @@
+//! [`Enclosure`]: nothing is stepped over.
+//!
+//! A method evaluates its equations at a few places of a step, and error control judges by these. What happens between them is
+//! enclosed here: of every condition at which the equations switch, every function of time, every function of the motion that
+//! may be sharp and every counted angle ([`Guard`]), the range over the step is computed by interval arithmetic from the ranges
+//! of the step's interpolation. Where it is too wide to decide, the step is halved, and so on, until it is proved that nothing
+//! was missed, or the place is found:
+//!
+//! - a condition that changes its sign and changes it back within the step: the step is made to end at the first change;
+//! - a function that leaves what the method saw of it: the step is made to end before, and the next ones are short;
+//! - an angle that goes beyond half a turn from its reference: the step is made shorter.
+//!
+//! Functions of time alone are known before the step is made. It ends at knots of tables, and just before expressions jump.
+//!
+//! The plain twin looks at many places of a step instead ([`System::look`]); it serves where ranges cannot be had.
+
+use super::run::{Run, Trouble};
+use super::{Guard, System};
+use crate::interval::{Bernstein, Interval, Range};
+
+/// How far a function may go beyond what a method has seen of it in the step, as a share of what it has seen.
+const BEYOND: f64 = 0.25;
+/// The same as a share of the largest value that was seen of it in the run: less is no part of the motion.
+const NEGLIGIBLE: f64 = 1e-9;
+/// How far a counted angle may go from its reference, rad: half a turn less a margin.
+const MOST_TURNED: f64 = 2.8;
+/// Halvings of a step.
+const DEEPEST: u32 = 24;
+/// Pieces of a step that are looked at.
+const MOST_PIECES: usize = 300;
+/// Places of a step that the twin looks at.
+const PLACES: usize = 32;
+/// Share of a step that is left of it where a function is sharp at its very start.
+const SHORTER: f64 = 0.25;
+/// Steps below this share of the interval of integration are not made shorter for what is enclosed.
+const SHORTEST: f64 = 1e-12;
+/// Changes of a step's end for functions of time.
+const MOST_CHANGES: usize = 60;
+/// Values of a condition below this share of its largest so far are on neither side.
+const NOISE: f64 = 1e-14;
+
+/// What was found in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Found {
+    /// Conditions change for the first time between these shares of the step, and change again later.
+    Hidden(f64, f64),
+    /// A function is sharp from this share of the step on.
+    Sharp(f64),
+    /// An angle goes too far.
+    Turned,
+}
+
+/// The place in time where functions of time jump: they are what they were up to the first time, and something else from
+/// the second, next one on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Jump {
+    pub(super) before: f64,
+    pub(super) after: f64,
+}
+
+/// The interpolation of a step.
+pub(super) struct Interpolation<'a> {
+    /// Start and size of the step.
+    pub(super) start: f64,
+    pub(super) h: f64,
+    /// Its degree.
+    pub(super) degree: usize,
+    /// The shares of the step at which the method has evaluated the equations, ascending, ends included.
+    pub(super) seen: &'a [f64],
+    /// The state at a share of the step.
+    pub(super) at: &'a dyn Fn(f64, &mut [f64]),
+}
+
+/// Shares of a step in ascending order, none twice, the ends included.
+pub(super) fn ascending(shares: &[f64]) -> Vec<f64> {
+    let mut all: Vec<f64> = shares.iter().copied().chain([0.0, 1.0]).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// Whether two derivatives at one state differ by less than the tolerance over a step of this size.
+pub(super) fn is_continuous(run: &mut Run<'_>, y: &[f64], h: f64, before: &[f64], after: &[f64]) -> bool {
+    let difference: Vec<f64> = before.iter().zip(after).map(|(before, after)| h * (after - before)).collect();
+    run.system.error_norm(y, y, &difference) <= 1.0
+}
+
+/// A piece of a step that is still to be judged.
+struct Piece {
+    from: f64,
+    to: f64,
+    depth: u32,
+    polynomials: Bernstein,
+    /// The guards that are not decided yet.
+    open: Vec<bool>,
+}
+
+/// See the module documentation.
+#[derive(Debug, Default)]
+pub(super) struct Enclosure {
+    within: Vec<Guard>,
+    of_time: Vec<Guard>,
+    entries: Vec<usize>,
+    can_enclose: bool,
+    /// Largest magnitudes of the guarded quantities that were seen.
+    sizes: Vec<f64>,
+    sizes_of_time: Vec<f64>,
+    ranges: Vec<Range>,
+    /// Values at the ends of a piece.
+    first: Vec<f64>,
+    last: Vec<f64>,
+    /// What was seen of functions.
+    hulls: Vec<Interval>,
+    /// First change of each condition.
+    changes: Vec<Option<(f64, f64)>>,
+    state: Vec<f64>,
+}
+
+impl Enclosure {
+    pub(super) fn new(system: &dyn System) -> Self {
+        let guards = system.guards();
+        let n = guards.within.len();
+        Self {
+            within: guards.within.clone(),
+            of_time: guards.of_time.clone(),
+            entries: guards.entries.clone(),
+            can_enclose: guards.proved,
+            sizes: vec![0.0; n],
+            sizes_of_time: vec![0.0; guards.of_time.len()],
+            ranges: vec![Range::UNKNOWN; n.max(guards.of_time.len())],
+            first: vec![0.0; n],
+            last: vec![0.0; n],
+            hulls: vec![Interval::ZERO; n.max(guards.of_time.len())],
+            changes: vec![None; n],
+            state: vec![0.0; if n > 0 { system.dim() } else { 0 }],
+        }
+    }
+
+    /// Whether steps have to be looked at, so that their interpolation is needed.
+    pub(super) fn is_needed(&self) -> bool {
+        !self.within.is_empty()
+    }
+
+    /// Steps this short are left as they are.
+    fn shortest(run: &Run<'_>) -> f64 {
+        (SHORTEST * (run.span.t_end - run.span.t_start)).max(4.0 * run.smallest_step())
+    }
+
+    /// What a step stepped over, if anything.
+    pub(super) fn examine(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<Option<Found>, Trouble> {
+        if self.within.is_empty() {
+            return Ok(None);
+        }
+        run.counters.enclosed += 1;
+        if !self.can_enclose {
+            return self.look(run, step);
+        }
+        let mut whole = Bernstein::default();
+        let (state, entries) = (&mut self.state, &self.entries);
+        whole.interpolate(step.degree, entries.len(), |share, values| {
+            (step.at)(share, state);
+            values.iter_mut().zip(entries).for_each(|(value, entry)| *value = state[*entry]);
+        });
+        let mut pieces =
+            vec![Piece { from: 0.0, to: 1.0, depth: 0, polynomials: whole, open: vec![true; self.within.len()] }];
+        self.changes.fill(None);
+        let mut seen = false;
+        let mut count = 0;
+        self.point(run, step, &pieces[0].polynomials, 0.0, false);
+        while let Some(mut piece) = pieces.pop() {
+            count += 1;
+            self.point(run, step, &piece.polynomials, piece.to, true);
+            self.enclose(run, step, &piece);
+            if let Some(found) = self.judge(&mut piece, seen) {
+                return Ok(self.settled(run, step, found));
+            }
+            if !piece.open.contains(&true) {
+                std::mem::swap(&mut self.first, &mut self.last);
+                continue;
+            }
+            if !seen && self.has_features(&piece) {
+                // Only now is it worth while to know what was seen.
+                self.see(run, step);
+                seen = true;
+                pieces.push(piece);
+            } else if piece.depth < DEEPEST && count < MOST_PIECES {
+                let mut left = Bernstein::default();
+                piece.polynomials.halve(&mut left);
+                let middle = 0.5 * (piece.from + piece.to);
+                let depth = piece.depth + 1;
+                let left = Piece { from: piece.from, to: middle, depth, polynomials: left, open: piece.open.clone() };
+                pieces.push(Piece { from: middle, depth, ..piece });
+                pieces.push(left);
+            } else {
+                run.counters.unproven += 1;
+                // As the ends of the piece have it.
+                let found = (0..piece.open.len()).filter(|k| piece.open[*k]).find_map(|k| match self.within[k] {
+                    Guard::Turn => Some(Found::Turned),
+                    _ => self.note_change(k, &piece),
+                });
+                if let Some(found) = found {
+                    return Ok(self.settled(run, step, found));
+                }
+                std::mem::swap(&mut self.first, &mut self.last);
+            }
+        }
+        Ok(None)
+    }
+
+    /// A finding, unless the step is as short as can be.
+    fn settled(&self, run: &Run<'_>, step: &Interpolation<'_>, found: Found) -> Option<Found> {
+        let is_short = step.h <= Self::shortest(run);
+        Some(found).filter(|found| !is_short || matches!(found, Found::Hidden(..)))
+    }
+
+    fn has_features(&self, piece: &Piece) -> bool {
+        self.within.iter().zip(&piece.open).any(|(guard, open)| *open && matches!(guard, Guard::Feature))
+    }
+
+    /// The ranges of all guards over a piece.
+    fn enclose(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
+        let t = Range::even(step.start + piece.from * step.h, step.start + piece.to * step.h);
+        let of = |k: usize| Range { value: piece.polynomials.range(k), slope: piece.polynomials.slope(k) };
+        run.system.enclose(t, &of, &mut self.ranges[..self.within.len()]);
+    }
+
+    /// The values of all guards at an end of a piece, at this share of the step.
+    fn point(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, polynomials: &Bernstein, share: f64, last: bool) {
+        let of = |k: usize| Range::still(polynomials.end(k, last));
+        let ranges = &mut self.ranges;
+        let kept: Vec<Range> = ranges.clone();
+        run.system.enclose(Range::still(step.start + share * step.h), &of, &mut ranges[..self.within.len()]);
+        let values = if last { &mut self.last } else { &mut self.first };
+        for ((value, range), size) in values.iter_mut().zip(ranges.iter()).zip(&mut self.sizes) {
+            *value = 0.5 * (range.value.low + range.value.high);
+            if value.is_finite() {
+                *size = size.max(value.abs());
+            }
+        }
+        *ranges = kept;
+    }
+
+    /// What the method saw of functions.
+    fn see(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) {
+        for (number, share) in step.seen.iter().enumerate() {
+            (step.at)(*share, &mut self.state);
+            let (state, entries) = (&self.state, &self.entries);
+            let of = |k: usize| Range::still(state[entries[k]]);
+            let n = self.within.len();
+            run.system.enclose(Range::still(step.start + share * step.h), &of, &mut self.ranges[..n]);
+            for (hull, range) in self.hulls.iter_mut().zip(&self.ranges[..n]) {
+                *hull = if number == 0 { range.value } else { hull.hull(range.value) };
+            }
+        }
+    }
+
+    /// Decides what the ranges over a piece, and the values at its ends, allow to decide.
+    fn judge(&mut self, piece: &mut Piece, seen: bool) -> Option<Found> {
+        for k in 0..self.within.len() {
+            if !piece.open[k] {
+                continue;
+            }
+            let range = self.ranges[k];
+            let (first, last) = (self.first[k], self.last[k]);
+            let known = first.is_finite() && last.is_finite();
+            let value = if known { range.between(first, last) } else { range.value };
+            match self.within[k] {
+                Guard::Switch => {
+                    let noise = NOISE * self.sizes[k];
+                    if value.low >= -noise || value.high < noise || (known && range.is_monotone()) {
+                        piece.open[k] = false;
+                        let found = self.note_change(k, piece);
+                        if found.is_some() {
+                            return found;
+                        }
+                    }
+                }
+                Guard::Turn => {
+                    if first.abs().max(last.abs()) > MOST_TURNED {
+                        return Some(Found::Turned);
+                    }
+                    piece.open[k] = value.magnitude() > MOST_TURNED;
+                }
+                Guard::Feature => {
+                    if seen && leaves(last, self.hulls[k], self.sizes[k]) {
+                        return Some(Found::Sharp(piece.from));
+                    }
+                    piece.open[k] = !is_seen(value, range, self.hulls[k], self.sizes[k], seen, known);
+                }
+                Guard::Knots(_) => piece.open[k] = false,
+            }
+        }
+        None
+    }
+
+    /// Notes where a condition differs at the ends of a piece; its second change is a finding.
+    fn note_change(&mut self, k: usize, piece: &Piece) -> Option<Found> {
+        if !matches!(self.within[k], Guard::Switch) {
+            return None;
+        }
+        let noise = NOISE * self.sizes[k];
+        let (first, last) = (self.first[k], self.last[k]);
+        if (first < 0.0) == (last < 0.0) || first.abs().min(last.abs()) <= noise {
+            return None;
+        }
+        match self.changes[k] {
+            None => {
+                self.changes[k] = Some((piece.from, piece.to));
+                None
+            }
+            Some((from, to)) => Some(Found::Hidden(from, to)),
+        }
+    }
+
+    /// The plain twin: looks at many places of the step.
+    fn look(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<Option<Found>, Trouble> {
+        self.changes.fill(None);
+        let mut shares: Vec<f64> = (0..=PLACES).map(|k| k as f64 / PLACES as f64).collect();
+        let places = shares.len();
+        shares.extend(step.seen);
+        let mut known = Vec::with_capacity(shares.len());
+        for share in &shares {
+            (step.at)(*share, &mut self.state);
+            let mut values = vec![0.0; self.within.len()];
+            if !run.look(step.start + share * step.h, &self.state, &mut values)? {
+                return Ok(None);
+            }
+            known.push(values);
+        }
+        for k in 0..self.within.len() {
+            let seen = known[places..].iter().map(|values| values[k]);
+            self.hulls[k] = Interval::new(seen.clone().fold(f64::INFINITY, f64::min), seen.fold(f64::NEG_INFINITY, f64::max));
+            self.sizes[k] = known.iter().fold(self.sizes[k], |size, values| size.max(values[k].abs()));
+        }
+        for place in 1..places {
+            let piece = Piece {
+                from: shares[place - 1],
+                to: shares[place],
+                depth: DEEPEST,
+                polynomials: Bernstein::default(),
+                open: Vec::new(),
+            };
+            self.first.copy_from_slice(&known[place - 1]);
+            self.last.copy_from_slice(&known[place]);
+            let beyond = |k: usize| match self.within[k] {
+                Guard::Feature => leaves(self.last[k], self.hulls[k], self.sizes[k]).then_some(Found::Sharp(piece.from)),
+                Guard::Turn => (self.last[k].abs() > MOST_TURNED).then_some(Found::Turned),
+                _ => None,
+            };
+            let found = (0..self.within.len()).find_map(beyond);
+            let found = found.or_else(|| (0..self.within.len()).find_map(|k| self.note_change(k, &piece)));
+            if let Some(found) = found {
+                return Ok(self.settled(run, step, found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The end of a step that is to go to `t_new`, and the jump behind it, as functions of time have it. `seen` are the shares
+    /// of a step at which the method evaluates the equations.
+    pub(super) fn ahead(&mut self, run: &mut Run<'_>, t_new: f64, seen: &[f64]) -> (f64, Option<Jump>) {
+        if self.of_time.is_empty() || t_new <= run.t {
+            return (t_new, None);
+        }
+        let (mut end, jump) = self.first_break(run, run.t, t_new);
+        let shortest = Self::shortest(run);
+        for _ in 0..MOST_CHANGES {
+            if end - run.t <= shortest {
+                break;
+            }
+            let Some(share) = self.first_sharp(run, run.t, end, seen) else { break };
+            run.counters.shortened += 1;
+            let h = end - run.t;
+            end = run.t + if share > 0.0 { share * h } else { SHORTER * h };
+        }
+        (end, jump.filter(|jump| jump.before >= end))
+    }
+
+    /// Where a function of time first leaves what a method sees of it.
+    fn first_sharp(&mut self, run: &mut Run<'_>, start: f64, end: f64, seen: &[f64]) -> Option<f64> {
+        let n = self.of_time.len();
+        let h = end - start;
+        run.system.enclose_time(Range::even(start, end), &mut self.ranges[..n]);
+        let feature = |guard: &Guard| matches!(guard, Guard::Feature);
+        let sound = |k: usize, range: &Range, size: f64| {
+            !feature(&self.of_time[k]) || range.is_monotone() || range.value.width() <= NEGLIGIBLE * size
+        };
+        if (0..n).all(|k| sound(k, &self.ranges[k], self.sizes_of_time[k])) {
+            return None;
+        }
+        for (number, share) in seen.iter().enumerate() {
+            run.system.enclose_time(Range::still(start + share * h), &mut self.ranges[..n]);
+            for k in 0..n {
+                let value = self.ranges[k].value;
+                self.hulls[k] = if number == 0 { value } else { self.hulls[k].hull(value) };
+                if value.magnitude().is_finite() {
+                    self.sizes_of_time[k] = self.sizes_of_time[k].max(value.magnitude());
+                }
+            }
+        }
+        let mut pieces = vec![(0.0, 1.0, 0)];
+        let mut count = 0;
+        let mut points = vec![Range::UNKNOWN; n];
+        while let Some((from, to, depth)) = pieces.pop() {
+            count += 1;
+            run.system.enclose_time(Range::still(start + from * h), &mut points);
+            let firsts: Vec<f64> = points.iter().map(|range| range.value.low).collect();
+            run.system.enclose_time(Range::still(start + to * h), &mut points);
+            run.system.enclose_time(Range::even(start + from * h, start + to * h), &mut self.ranges[..n]);
+            let mut wide = false;
+            for k in (0..n).filter(|k| feature(&self.of_time[*k])) {
+                let (first, last) = (firsts[k], points[k].value.low);
+                if leaves(last, self.hulls[k], self.sizes_of_time[k]) {
+                    return Some(from);
+                }
+                let range = self.ranges[k];
+                let value = if first.is_finite() && last.is_finite() { range.between(first, last) } else { range.value };
+                wide |= !is_seen(value, range, self.hulls[k], self.sizes_of_time[k], true, true);
+            }
+            if wide && depth < DEEPEST && count < MOST_PIECES {
+                let middle = 0.5 * (from + to);
+                pieces.push((middle, to, depth + 1));
+                pieces.push((from, middle, depth + 1));
+            } else if wide {
+                run.counters.unproven += 1;
+            }
+        }
+        None
+    }
+
+    /// The first knot of a table or change of a condition between two times; without one, the later time.
+    fn first_break(&mut self, run: &mut Run<'_>, start: f64, end: f64) -> (f64, Option<Jump>) {
+        let n = self.of_time.len();
+        run.system.enclose_time(Range::still(start), &mut self.ranges[..n]);
+        let mut bounds: Vec<Option<Interval>> = Vec::with_capacity(n);
+        for k in 0..n {
+            let value = self.ranges[k].value.low;
+            bounds.push(match &self.of_time[k] {
+                _ if !value.is_finite() => None,
+                // The side that it is on.
+                Guard::Switch if value < 0.0 => Some(Interval::new(f64::NEG_INFINITY, -f64::MIN_POSITIVE)),
+                Guard::Switch => Some(Interval::new(0.0, f64::INFINITY)),
+                Guard::Knots(knots) => {
+                    let (low, high) = knots(value);
+                    Some(Interval::new(low, high))
+                }
+                Guard::Feature | Guard::Turn => None,
+            });
+        }
+        if bounds.iter().all(Option::is_none) {
+            return (end, None);
+        }
+        let stays = |ranges: &[Range]| {
+            let open = |k: usize| matches!(self.of_time[k], Guard::Knots(_));
+            (0..n).all(|k| {
+                let Some(bound) = bounds[k] else { return true };
+                let value = ranges[k].value;
+                value.low >= bound.low && if open(k) { value.high < bound.high } else { value.high <= bound.high }
+            })
+        };
+        let mut ranges = std::mem::take(&mut self.ranges);
+        let mut holds = |run: &mut Run<'_>, from: f64, to: f64| {
+            let t = if from == to { Range::still(from) } else { Range::even(from, to) };
+            run.system.enclose_time(t, &mut ranges[..n]);
+            stays(&ranges[..n])
+        };
+        // The pieces from the left; the first one that is not proved to stay is halved, down to neighbours.
+        let mut pieces = vec![(start, end, 0)];
+        let mut found = None;
+        let mut count = 0;
+        while let Some((from, to, depth)) = pieces.pop() {
+            count += 1;
+            if holds(run, from, to) {
+                continue;
+            }
+            let middle = 0.5 * (from + to);
+            if middle <= from || middle >= to {
+                found = Some((from, to));
+                break;
+            }
+            if depth >= DEEPEST || count >= MOST_PIECES {
+                if holds(run, to, to) {
+                    run.counters.unproven += 1;
+                    continue;
+                }
+                // It has changed by then; the change is found on points.
+                let (mut low, mut high) = (from, to);
+                loop {
+                    let middle = 0.5 * (low + high);
+                    if middle <= low || middle >= high {
+                        break;
+                    }
+                    if holds(run, middle, middle) { low = middle } else { high = middle }
+                }
+                found = Some((low, high));
+                break;
+            }
+            pieces.push((middle, to, depth + 1));
+            pieces.push((from, middle, depth + 1));
+        }
+        self.ranges = ranges;
+        match found {
+            None => (end, None),
+            Some((before, after)) => {
+                run.counters.breaks += 1;
+                let jump = Jump { before, after };
+                if before - run.t <= run.smallest_step() {
+                    return (after.max(run.t + run.smallest_step()).min(end), None);
+                }
+                (before, Some(jump))
+            }
+        }
+    }
+}
+
+/// Whether a value lies beyond what was seen of a function.
+fn leaves(value: f64, hull: Interval, size: f64) -> bool {
+    let margin = BEYOND * hull.width() + NEGLIGIBLE * size;
+    value < hull.low - margin || value > hull.high + margin
+}
+
+/// Whether the values of a function over a piece of a step are what was seen of it. Where that is not known yet, the piece is the
+/// whole step, whose ends are seen.
+fn is_seen(value: Interval, range: Range, hull: Interval, size: f64, seen: bool, known: bool) -> bool {
+    if !seen {
+        return value.width() <= NEGLIGIBLE * size || (known && range.is_monotone());
+    }
+    !leaves(value.low, hull, size) && !leaves(value.high, hull, size)
+}

@@ -1,0 +1,166 @@
+//! [`Sharp`]: what may change on a stretch much shorter than a step, other than by a switch: functions of time, and functions
+//! of the motion that rise and fall (pulses, barriers, measured curves).
+//!
+//! A method sees its functions at a few places of a step. What happens between them is bounded where it may be sharp; smooth
+//! functions of the coordinates (sines, products, roots) are left to error control.
+
+use element_api::Table;
+use element_api::table::Outside;
+use rustc_hash::FxHashSet;
+
+use super::equations::Equations;
+use super::graph::{Expr, Graph, Node};
+use crate::plan::Layout;
+
+/// See the module documentation.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sharp {
+    /// Functions of the motion with peaks, steps or curves of points in them; each depends on the state.
+    pub of_motion: Vec<Node>,
+    /// The largest parts of the equations that depend on nothing but time (and what stays as it is during a step).
+    pub of_time: Vec<Node>,
+    /// Tables of arguments that depend on nothing but time.
+    pub knots: Vec<(Node, Knots)>,
+    /// Both sides of the conditions that depend on nothing but time.
+    pub conditions: Vec<(Node, Node)>,
+}
+
+/// The break points of a table at which it is not smooth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knots {
+    /// Where, strictly increasing.
+    pub breaks: Vec<f64>,
+    /// After which they repeat, if they do.
+    pub period: Option<f64>,
+}
+
+impl Knots {
+    fn of(table: &Table) -> Self {
+        let (first, last) = (table.breaks.first(), table.breaks.last());
+        match (table.outside, first, last) {
+            (Outside::Periodic, Some(first), Some(last)) => {
+                Self { breaks: table.breaks[..table.breaks.len() - 1].to_vec(), period: Some(last - first) }
+            }
+            _ => Self { breaks: table.breaks.clone(), period: None },
+        }
+    }
+
+    /// The knots next to `x`: the largest one that is not above it, the smallest one above it.
+    #[must_use]
+    pub fn around(&self, x: f64) -> (f64, f64) {
+        let Some(&first) = self.breaks.first() else { return (f64::NEG_INFINITY, f64::INFINITY) };
+        let shift = self.period.map_or(0.0, |period| ((x - first) / period).floor() * period);
+        let place = self.breaks.partition_point(|b| b + shift <= x);
+        let at = |k: usize| self.breaks[k] + shift;
+        let low = if place > 0 { at(place - 1) } else { self.period.map_or(f64::NEG_INFINITY, |p| at(self.breaks.len() - 1) - p) };
+        let high = if place < self.breaks.len() { at(place) } else { self.period.map_or(f64::INFINITY, |p| at(0) + p) };
+        (low, high)
+    }
+}
+
+/// What a node depends on, as far as it changes during a step.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Depends {
+    Nothing,
+    Time,
+    Motion,
+}
+
+impl Sharp {
+    /// Looks through everything that accelerations, rates of states and joints depend on.
+    #[must_use]
+    pub fn find(equations: &Equations, layout: &Layout) -> Self {
+        let graph = &equations.graph;
+        let mut roots = equations.loads.clone();
+        roots.extend(&equations.state_rates);
+        roots.extend(equations.rows.iter().flat_map(|row| [row.value, row.time, row.gamma]));
+        let live = graph.live(&roots);
+        if !live.iter().any(|node| is_source(graph, *node)) {
+            return Self::default();
+        }
+        let depends = dependence(graph, &live, layout);
+        let of = |node: Node| depends[node.0 as usize];
+        let mut found = Self::default();
+        let mut parts: FxHashSet<Node> = FxHashSet::default();
+        let mut known: FxHashSet<(Node, Node)> = FxHashSet::default();
+        for node in &live {
+            let expr = graph.expr(*node);
+            match of(*node) {
+                Depends::Motion => {
+                    if is_sharp(graph, expr, of) {
+                        found.of_motion.push(*node);
+                    }
+                    graph.operands(*node, |operand| {
+                        if of(operand) == Depends::Time {
+                            parts.insert(operand);
+                        }
+                    });
+                }
+                Depends::Time => match expr {
+                    Expr::Table { table, at, .. } => {
+                        let knots = Knots::of(&graph.tables[table as usize]);
+                        if !found.knots.contains(&(at, knots.clone())) {
+                            found.knots.push((at, knots));
+                        }
+                    }
+                    Expr::Select(a, b, ..) if known.insert((a.min(b), a.max(b))) => {
+                        if of(a) == Depends::Time || of(b) == Depends::Time {
+                            found.conditions.push((a, b));
+                        }
+                    }
+                    _ => {}
+                },
+                Depends::Nothing => {}
+            }
+        }
+        parts.extend(roots.iter().filter(|root| of(**root) == Depends::Time));
+        found.of_time = parts.into_iter().filter(|node| !matches!(graph.expr(*node), Expr::Input(_))).collect();
+        found.of_time.sort_unstable();
+        found
+    }
+}
+
+/// Whether a node brings in what may be sharp: time, or a function other than those of geometry.
+fn is_source(graph: &Graph, node: Node) -> bool {
+    match graph.expr(node) {
+        Expr::Input(slot) => slot as usize == Layout::TIME,
+        Expr::Exp(_) | Expr::Tanh(_) | Expr::Table { .. } | Expr::Div(..) => true,
+        _ => false,
+    }
+}
+
+/// Whether a function of the motion may rise and fall on a short stretch: exponentials, transitions, curves of points, and
+/// quotients like 1 / (1 + x^2). Lengths in denominators are geometry.
+fn is_sharp(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
+    let has_constant = |node: Node| match graph.expr(node) {
+        Expr::Add(a, b) | Expr::Sub(a, b) => of(a) != Depends::Motion || of(b) != Depends::Motion,
+        Expr::Powi(a, _) | Expr::Powf(a, _) => matches!(graph.expr(a), Expr::Add(..) | Expr::Sub(..)),
+        _ => false,
+    };
+    match expr {
+        Expr::Exp(_) | Expr::Tanh(_) => true,
+        Expr::Table { order, .. } => order == 0,
+        Expr::Div(a, b) => of(a) != Depends::Motion && of(b) == Depends::Motion && has_constant(b),
+        _ => false,
+    }
+}
+
+/// What each of these nodes, and of those below them, depends on.
+fn dependence(graph: &Graph, live: &[Node], layout: &Layout) -> Vec<Depends> {
+    let still = layout.reference_slot()..layout.acceleration_slot();
+    let mut depends = vec![Depends::Nothing; live.last().map_or(0, |node| node.0 as usize + 1)];
+    for node in live {
+        let own = match graph.expr(*node) {
+            Expr::Input(slot) if slot as usize == Layout::TIME => Depends::Time,
+            Expr::Input(slot) if still.contains(&(slot as usize)) => Depends::Nothing,
+            Expr::Input(_) | Expr::Call { .. } => Depends::Motion,
+            _ => {
+                let mut most = Depends::Nothing;
+                graph.operands(*node, |operand| most = most.max(depends[operand.0 as usize]));
+                most
+            }
+        };
+        depends[node.0 as usize] = own;
+    }
+    depends
+}
