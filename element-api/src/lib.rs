@@ -95,14 +95,14 @@ pub use params::{NoParameters, ParamError, Parameters};
 pub use recording::Recording;
 pub use scalar::Scalar;
 pub use set::{ElementClass, ElementSet};
-pub use table::{Outside, Table};
+pub use table::{Interpolation, Outside, Table};
 
 /// Everything an element file needs: `use element_api::prelude::*;`
 pub mod prelude {
     pub use crate::blocks;
     pub use crate::{
-        ChannelSpec, Configuration, Constraint, Control, Element, Force, Frame, FrameSpec, Function, InputSpec, Mat3,
-        Motion, NoParameters, ParamError, Parameters, Pose, Reaction, Rows, Scalar, Table, Twist, Values, Vec3,
-        Wrenches, doc_of, length,
+        ChannelSpec, Configuration, Constraint, Control, Element, Force, Frame, FrameSpec, Function, InputSpec,
+        Interpolation, Mat3, Motion, NoParameters, ParamError, Parameters, Pose, Reaction, Rows, Scalar, Table, Twist,
+        Values, Vec3, Wrenches, doc_of, length,
     };
 }
