@@ -107,6 +107,14 @@ impl Table {
         (self.outside == Outside::Periodic).then_some(last - first)
     }
 
+    /// The value at the end of the last piece; of a periodic table, that of the first point.
+    pub(crate) fn end(&self) -> f64 {
+        match self.outside {
+            Outside::Clamped => self.breaks.last().map_or(0.0, |last| self.derivative(*last, 0)),
+            Outside::Periodic => self.pieces.first().map_or(0.0, |piece| piece[0]),
+        }
+    }
+
     /// Value, slope and curvature at the ends of a piece.
     fn ends(&self, piece: usize) -> [Ends; 3] {
         let h = self.breaks[piece + 1] - self.breaks[piece];

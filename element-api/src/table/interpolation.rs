@@ -1,6 +1,7 @@
 //! How points become the pieces of a [`Table`](super::Table).
 
 use super::Outside;
+use crate::params::ParamError;
 use std::str::FromStr;
 
 /// What a [`Table`](super::Table) is between its points.
@@ -43,6 +44,15 @@ impl Interpolation {
         Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(name, _)| *name)
     }
 
+    /// The one that a parameter names with the key `interpolation`, if it does.
+    pub(crate) fn of(table: &toml::Table) -> Result<Option<Self>, ParamError> {
+        let Some(value) = table.get("interpolation") else { return Ok(None) };
+        value.as_str().and_then(|word| word.parse().ok()).map(Some).ok_or_else(|| {
+            let words: Vec<String> = Self::ALL.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            ParamError::new("", format!("has the interpolation {value}: it must be one of {}", words.join(", ")))
+        })
+    }
+
     /// How many points it needs at least.
     #[must_use]
     pub fn fewest(self, outside: Outside) -> usize {
@@ -67,8 +77,9 @@ impl Interpolation {
                 };
                 let piece = |k: usize| {
                     let (h, slope) = (h[k], slope[k]);
-                    let (c2, c3) =
-                        ((3.0 * slope - 2.0 * d[k] - d[k + 1]) / h, (d[k] + d[k + 1] - 2.0 * slope) / (h * h));
+                    // Differences to the chord, so that a straight line has no other terms.
+                    let (left, right) = (d[k] - slope, d[k + 1] - slope);
+                    let (c2, c3) = (-(2.0 * left + right) / h, (left + right) / (h * h));
                     [value(k), d[k], c2, c3]
                 };
                 (0..h.len()).map(piece).collect()

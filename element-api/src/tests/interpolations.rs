@@ -2,10 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::params::ParamType;
 use crate::table::Interpolation::{self, Linear, Monotone, Spline, Steps};
 use crate::table::Outside::{Clamped, Periodic};
 use crate::table::{Outside, Table};
 use crate::testkit::Random;
+use crate::{Curve, Function};
 
 /// A jump from 0 to 10 within a fiftieth of the range.
 const JUMP: [[f64; 2]; 4] = [[0.0, 0.0], [0.4, 0.0], [0.42, 10.0], [1.0, 10.0]];
@@ -254,4 +256,53 @@ fn a_period_of_two_pieces_is_enough_except_for_a_spline() {
     }
     assert_eq!("cubic".parse::<Interpolation>(), Err(()));
     assert_eq!(Interpolation::default(), Monotone);
+}
+
+fn toml_of(text: &str) -> toml::Value {
+    let table: toml::Table = format!("x = {text}").parse().expect("TOML");
+    table["x"].clone()
+}
+
+#[test]
+fn a_function_of_a_scene_has_the_interpolation_that_it_names() {
+    let read = |text: &str| Function::read_named(&toml_of(text), "f");
+    let points = "[[0, 0], [0.4, 0], [0.42, 10], [1, 10]]";
+    for (name, interpolation) in Interpolation::ALL {
+        let function = read(&format!("{{ points = {points}, interpolation = \"{name}\" }}")).expect("sound");
+        let table = through(&JUMP, interpolation, Clamped);
+        for k in -2..=12 {
+            let x = 0.1 * f64::from(k) + 0.01;
+            assert_eq!(function.at(x), table.derivative(x, 0), "{name} at {x}");
+        }
+        assert_eq!(Function::read_value(&function.write()), Some(function), "{name}");
+        let closed =
+            format!("{{ points = [[0, 1], [1, 3], [2, -1], [3, 1]], interpolation = \"{name}\", periodic = true }}");
+        let closed = read(&closed).expect("sound");
+        assert_eq!(Function::read_value(&closed.write()), Some(closed), "{name}, periodic");
+    }
+    assert_eq!(read(points).expect("sound").at(0.2), 0.0, "monotone is the default");
+    for (text, words) in [
+        ("\"cubic\"", "has the interpolation \"cubic\": it must be one of \"monotone\""),
+        ("3", "has the interpolation 3"),
+    ] {
+        let error = read(&format!("{{ points = {points}, interpolation = {text} }}")).expect_err(text);
+        assert!(error.path == "f" && error.message.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn a_curve_of_a_scene_has_points_and_may_name_an_interpolation() {
+    let read = |text: &str| Curve::read_named(&toml_of(text), "c");
+    let plain = read("[[0, 1], [1, 3]]").expect("sound");
+    assert_eq!(plain, Curve { points: vec![[0.0, 1.0], [1.0, 3.0]], interpolation: None });
+    let steps = read("{ points = [[0, 1], [1, 3]], interpolation = \"steps\" }").expect("sound");
+    assert_eq!(steps.table(Clamped).expect("sound").derivative(0.9, 0), 1.0);
+    for curve in [plain, steps] {
+        assert_eq!(Curve::read_value(&curve.write()), Some(curve));
+    }
+    for text in
+        ["3", "[[0, 1, 2]]", "{ interpolation = \"steps\" }", "{ points = [[0, 1], [1, 3]], interpolation = 1 }"]
+    {
+        assert_eq!(read(text).expect_err(text).path, "c");
+    }
 }
