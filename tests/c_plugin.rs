@@ -109,6 +109,7 @@ struct Strut {
     delay: f64,
     start: f64,
     bump: Table,
+    straight: Table,
     law: Function,
 }
 
@@ -139,7 +140,8 @@ impl Element for Strut {
 
     fn new(p: StrutParameters) -> Result<Self, ParamError> {
         let bump = Table::clamped(&p.bump)?;
-        Ok(Self { damping: p.damping, delay: p.delay, start: p.start, bump, law: p.law })
+        let straight = Table::through(&p.bump, Interpolation::Linear, Outside::Clamped)?;
+        Ok(Self { damping: p.damping, delay: p.delay, start: p.start, bump, straight, law: p.law })
     }
 }
 
@@ -149,7 +151,7 @@ impl Strut {
         let far = length(d);
         let along = d * (S::one() / far);
         let speed = at.relative_velocity(0, 1).dot(&along);
-        let law = self.law.at(at.states[0]) + at.states[0].lookup(&self.bump);
+        let law = self.law.at(at.states[0]) + (at.states[0].lookup(&self.bump) + at.states[0].lookup(&self.straight));
         (along, law + speed * self.damping, far)
     }
 }

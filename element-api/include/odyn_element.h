@@ -131,8 +131,9 @@ enum {
     ODYN_OUT_POSE_ROTATION = 12  /* 3 row + column of the rotation frame 1 -> frame 0 */
 };
 
-/* Continuation of a table outside its points. */
+/* Continuation of a table outside its points, plus what it is between them (hosts of contract 1.0 know splines only). */
 enum { ODYN_CLAMPED = 0, ODYN_PERIODIC = 1 };
+enum { ODYN_SPLINE = 0, ODYN_MONOTONE = 16, ODYN_LINEAR = 32, ODYN_STEPS = 48 };
 
 /* `wanted` of `evaluate`: a sum. */
 enum { ODYN_WANT_JACOBIAN = 1, ODYN_WANT_SECOND = 2 };
@@ -209,7 +210,8 @@ typedef struct odyn_recorder {
     odyn_value (*operation)(void *context, uint32_t code, odyn_value a, odyn_value b, odyn_value x, odyn_value y);
     odyn_value (*power)(void *context, odyn_value a, int32_t n);
     odyn_value (*real_power)(void *context, odyn_value a, double exponent);
-    /* The cubic spline through `count` points (argument, value, ...) at `a`. */
+    /* The curve through `count` points (argument, value, ...) at `a`; `outside`: ODYN_CLAMPED or ODYN_PERIODIC, plus one of
+     * ODYN_SPLINE, ODYN_MONOTONE, ODYN_LINEAR, ODYN_STEPS. */
     odyn_value (*table)(void *context, odyn_value a, const double *points, size_t count, uint32_t outside);
     /* The parameter of kind ODYN_FUNCTION at `x`. */
     odyn_value (*function)(void *context, const char *parameter, odyn_value x);

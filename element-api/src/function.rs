@@ -2,13 +2,15 @@
 
 use crate::params::{ParamError, ParamKind, ParamType};
 use crate::scalar::Scalar;
-use crate::table::Table;
+use crate::table::{Interpolation, Outside, Table};
 
 /// A function of one variable, evaluated with any [`Scalar`], so that its derivatives are exact.
 ///
 /// In a scene it is a number (`5`, `"3 N"`), an expression in the variable that [`crate::params::ParamSpec::variable`]
-/// names (`"20 sin(2 pi t)"`), a list of points (`[[0, 0], [1, 5]]`: the natural cubic spline, its end values held
-/// outside), or `{ points = [...], periodic = true }`. The host turns all of them into SI units.
+/// names (`"20 sin(2 pi t)"`), a list of points (`[[0, 0], [1, 5]]`, end values held outside), or
+/// `{ points = [...], interpolation = "linear", periodic = true }` with an [`Interpolation`]. Where the scene names none,
+/// the host chooses `spline` for joints, whose equations are differentiated twice, and `monotone` for all others; so does
+/// this type, read without a host, except that it knows of no joints. The host turns all of them into SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Function {
     form: Form,
@@ -19,7 +21,7 @@ enum Form {
     Constant(f64),
     /// Operations in the order of evaluation (reverse Polish notation).
     Expression(Vec<Step>),
-    Table(Table),
+    Table(Table, Interpolation),
 }
 
 /// One operation on a stack of numbers.
@@ -97,8 +99,20 @@ impl Function {
     /// # Errors
     /// As [`Table::clamped`] and [`Table::periodic`].
     pub fn through(points: &[[f64; 2]], periodic: bool) -> Result<Self, ParamError> {
-        let table = if periodic { Table::periodic(points) } else { Table::clamped(points) };
-        Ok(Self { form: Form::Table(table?) })
+        let outside = if periodic { Outside::Periodic } else { Outside::Clamped };
+        Self::interpolated(points, Interpolation::Spline, outside)
+    }
+
+    /// The function that [`Table::through`] makes of points.
+    ///
+    /// # Errors
+    /// As [`Table::through`].
+    pub fn interpolated(
+        points: &[[f64; 2]],
+        interpolation: Interpolation,
+        outside: Outside,
+    ) -> Result<Self, ParamError> {
+        Ok(Self { form: Form::Table(Table::through(points, interpolation, outside)?, interpolation) })
     }
 
     /// Operations in reverse Polish notation: numbers, the word `x` for the variable, and the words `add`, `sub`, `mul`,
@@ -134,7 +148,7 @@ impl Function {
     pub fn at<S: Scalar>(&self, x: S) -> S {
         match &self.form {
             Form::Constant(value) => S::from(*value),
-            Form::Table(table) => x.lookup(table),
+            Form::Table(table, _) => x.lookup(table),
             Form::Expression(steps) => run(steps, x),
         }
     }
@@ -144,7 +158,7 @@ impl Function {
     pub fn is_constant(&self) -> bool {
         match &self.form {
             Form::Constant(_) => true,
-            Form::Table(_) => false,
+            Form::Table(..) => false,
             Form::Expression(steps) => !steps.contains(&Step::Variable),
         }
     }
@@ -253,13 +267,12 @@ impl ParamType for Function {
             return Ok(Self::constant(number));
         }
         if let Some(points) = Vec::<[f64; 2]>::read_value(value) {
-            return Self::through(&points, false).map_err(about);
+            return Self::interpolated(&points, Interpolation::default(), Outside::Clamped).map_err(about);
         }
         let wrong = || {
             ParamError::new(
                 name,
-                "must be a number, a list of [argument, value] pairs, `{ points = [...], periodic = true }`, or an \
-                 expression",
+                "must be a number, a list of [argument, value] pairs, `{ points = [...], interpolation = \"linear\", periodic = true }`, or an expression",
             )
         };
         let table = value.as_table().ok_or_else(wrong)?;
@@ -267,23 +280,28 @@ impl ParamType for Function {
             return Self::postfix(words).map_err(about);
         }
         let points = table.get("points").and_then(Vec::<[f64; 2]>::read_value).ok_or_else(wrong)?;
+        let interpolation = Interpolation::of(table).map_err(about)?.unwrap_or_default();
         let periodic = table.get("periodic").and_then(toml::Value::as_bool).unwrap_or(false);
-        Self::through(&points, periodic).map_err(about)
+        let outside = if periodic { Outside::Periodic } else { Outside::Clamped };
+        Self::interpolated(&points, interpolation, outside).map_err(about)
     }
 
     fn write(&self) -> toml::Value {
         match &self.form {
             Form::Constant(value) => value.write(),
-            Form::Table(table) => {
-                let first = |k: usize| table.derivative(table.breaks[k], 0);
-                let mut points: Vec<[f64; 2]> = (0..table.pieces.len()).map(|k| [table.breaks[k], first(k)]).collect();
-                if let (Some(last), Some(piece)) = (table.breaks.last(), table.pieces.last()) {
-                    let h = last - table.breaks[table.breaks.len() - 2];
-                    points.push([*last, piece[0] + h * (piece[1] + h * (piece[2] + h * piece[3]))]);
-                }
+            Form::Table(table, interpolation) => {
+                // Steps whose last value is held have a piece behind the last point.
+                let held_steps = *interpolation == Interpolation::Steps && table.outside == Outside::Clamped;
+                let count = table.pieces.len() + usize::from(!held_steps);
+                let value = |k: usize| match table.pieces.get(k) {
+                    Some(piece) => piece[0],
+                    None => table.end(),
+                };
+                let points: Vec<[f64; 2]> = (0..count).map(|k| [table.breaks[k], value(k)]).collect();
                 let mut entry = toml::Table::new();
                 entry.insert("points".into(), points.write());
-                entry.insert("periodic".into(), (table.outside == crate::table::Outside::Periodic).write());
+                entry.insert("interpolation".into(), interpolation.name().into());
+                entry.insert("periodic".into(), (table.outside == Outside::Periodic).write());
                 toml::Value::Table(entry)
             }
             Form::Expression(steps) => {

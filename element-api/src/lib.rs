@@ -61,6 +61,7 @@ extern crate self as element_api;
 pub mod abi;
 pub mod adapt;
 pub mod blocks;
+pub mod curve;
 pub mod descriptor;
 pub mod documentation;
 pub mod element;
@@ -81,6 +82,7 @@ pub mod testkit;
 #[cfg(test)]
 mod tests;
 
+pub use curve::Curve;
 pub use descriptor::{Descriptor, Kind, Named, NamedInput};
 pub use documentation::doc_of;
 pub use element::{
@@ -95,14 +97,14 @@ pub use params::{NoParameters, ParamError, Parameters};
 pub use recording::Recording;
 pub use scalar::Scalar;
 pub use set::{ElementClass, ElementSet};
-pub use table::{Outside, Table};
+pub use table::{Interpolation, Outside, Table};
 
 /// Everything an element file needs: `use element_api::prelude::*;`
 pub mod prelude {
     pub use crate::blocks;
     pub use crate::{
-        ChannelSpec, Configuration, Constraint, Control, Element, Force, Frame, FrameSpec, Function, InputSpec, Mat3,
-        Motion, NoParameters, ParamError, Parameters, Pose, Reaction, Rows, Scalar, Table, Twist, Values, Vec3,
-        Wrenches, doc_of, length,
+        ChannelSpec, Configuration, Constraint, Control, Curve, Element, Force, Frame, FrameSpec, Function, InputSpec,
+        Interpolation, Mat3, Motion, NoParameters, Outside, ParamError, Parameters, Pose, Reaction, Rows, Scalar,
+        Table, Twist, Values, Vec3, Wrenches, doc_of, length,
     };
 }

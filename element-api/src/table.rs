@@ -1,11 +1,13 @@
-//! [`Table`]: a function given by points, smooth enough for accurate integration.
+//! [`Table`]: a function given by points.
+
+mod interpolation;
 
 use crate::params::ParamError;
+pub use interpolation::Interpolation;
 
-/// A piecewise cubic function of one variable, twice continuously differentiable inside its range.
+/// A piecewise cubic function of one variable.
 ///
-/// Source: de Boor, A Practical Guide to Splines, ch. IV (not-a-knot is not offered: natural ends for a clamped table,
-/// matching ends for a periodic one).
+/// How smooth it is depends on the [`Interpolation`] that made it; [`Table::kinks`] tells where it is not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Break points, strictly increasing, n + 1 of them.
@@ -25,79 +27,108 @@ pub enum Outside {
     Periodic,
 }
 
+/// A jump of a derivative counts from this part of the terms that it is the difference of; below, it is round-off.
+const ROUND_OFF: f64 = 1e-10;
+
 impl Table {
-    /// The natural cubic spline through `points`, its end values held outside.
+    /// The function through `points` that `interpolation` makes. At a point of [`Interpolation::Steps`] it has the value
+    /// of that point already.
+    ///
+    /// The points of a periodic function span one period: the last repeats the first one.
     ///
     /// # Errors
-    /// Fewer than two points, arguments that do not increase, or numbers that are not finite.
-    pub fn clamped(points: &[[f64; 2]]) -> Result<Self, ParamError> {
-        check(points, 2)?;
-        let h: Vec<f64> = points.windows(2).map(|w| w[1][0] - w[0][0]).collect();
-        let slope: Vec<f64> = points.windows(2).map(|w| (w[1][1] - w[0][1]) / (w[1][0] - w[0][0])).collect();
-        let n = h.len();
-        // Second derivatives m at the points: natural ends m0 = mn = 0, inside
-        // h[k-1] m[k-1] + 2 (h[k-1] + h[k]) m[k] + h[k] m[k+1] = 6 (slope[k] - slope[k-1]).
-        let mut m = vec![0.0; n + 1];
-        if n > 1 {
-            let diagonal: Vec<f64> = (1..n).map(|k| 2.0 * (h[k - 1] + h[k])).collect();
-            let right: Vec<f64> = (1..n).map(|k| 6.0 * (slope[k] - slope[k - 1])).collect();
-            let inner = tridiagonal(&h[1..n - 1], &diagonal, &h[1..n - 1], &right);
-            m[1..n].copy_from_slice(&inner);
-        }
-        Ok(Self::from_second_derivatives(points, &m, Outside::Clamped))
-    }
-
-    /// The periodic cubic spline through `points`; the last point repeats the first one, a period later.
-    ///
-    /// # Errors
-    /// Fewer than four points, arguments that do not increase, numbers that are not finite, or first and last value that
-    /// differ by more than 1e-9 of the largest.
-    pub fn periodic(points: &[[f64; 2]]) -> Result<Self, ParamError> {
-        check(points, 4)?;
-        let n = points.len() - 1;
-        let largest = points.iter().fold(0.0_f64, |a, p| a.max(p[1].abs()));
-        if (points[n][1] - points[0][1]).abs() > 1e-9 * largest {
-            return Err(ParamError::new(
-                "",
-                format!(
-                    "a periodic curve must end where it began: the first value is {}, the last is {}",
-                    points[0][1], points[n][1]
-                ),
-            ));
-        }
+    /// Arguments that do not increase, numbers that are not finite, fewer points than [`Interpolation::fewest`], or a
+    /// period whose first and last value differ by more than 1e-9 of the largest.
+    pub fn through(points: &[[f64; 2]], interpolation: Interpolation, outside: Outside) -> Result<Self, ParamError> {
+        check(points, interpolation.fewest(outside))?;
         let mut points = points.to_vec();
-        points[n][1] = points[0][1];
-        let h: Vec<f64> = points.windows(2).map(|w| w[1][0] - w[0][0]).collect();
-        let slope: Vec<f64> = points.windows(2).map(|w| (w[1][1] - w[0][1]) / (w[1][0] - w[0][0])).collect();
-        // The same equations with indices modulo n; the cyclic corner is removed by a rank-one update (Sherman-Morrison).
-        let before = |k: usize| (k + n - 1) % n;
-        let mut diagonal: Vec<f64> = (0..n).map(|k| 2.0 * (h[before(k)] + h[k])).collect();
-        let right: Vec<f64> = (0..n).map(|k| 6.0 * (slope[k] - slope[before(k)])).collect();
-        let corner = h[n - 1];
-        let gamma = -diagonal[0];
-        diagonal[0] -= gamma;
-        diagonal[n - 1] -= corner * corner / gamma;
-        let lower = &h[..n - 1];
-        let x = tridiagonal(lower, &diagonal, lower, &right);
-        let mut u = vec![0.0; n];
-        u[0] = gamma;
-        u[n - 1] = corner;
-        let z = tridiagonal(lower, &diagonal, lower, &u);
-        let factor = (x[0] + corner * x[n - 1] / gamma) / (1.0 + z[0] + corner * z[n - 1] / gamma);
-        let mut m: Vec<f64> = (0..n).map(|k| x[k] - factor * z[k]).collect();
-        m.push(m[0]);
-        Ok(Self::from_second_derivatives(&points, &m, Outside::Periodic))
+        if outside == Outside::Periodic {
+            close(&mut points)?;
+        }
+        let (breaks, pieces) = interpolation.pieces(&points, outside);
+        Ok(Self { breaks, pieces, outside })
     }
 
-    fn from_second_derivatives(points: &[[f64; 2]], m: &[f64], outside: Outside) -> Self {
-        let pieces = (0..points.len() - 1)
-            .map(|k| {
-                let h = points[k + 1][0] - points[k][0];
-                let slope = (points[k + 1][1] - points[k][1]) / h;
-                [points[k][1], slope - h * (2.0 * m[k] + m[k + 1]) / 6.0, m[k] / 2.0, (m[k + 1] - m[k]) / (6.0 * h)]
-            })
-            .collect();
-        Self { breaks: points.iter().map(|p| p[0]).collect(), pieces, outside }
+    /// The natural cubic spline through `points`, its end values held outside: [`Table::through`] with
+    /// [`Interpolation::Spline`].
+    ///
+    /// # Errors
+    /// As [`Table::through`].
+    pub fn clamped(points: &[[f64; 2]]) -> Result<Self, ParamError> {
+        Self::through(points, Interpolation::Spline, Outside::Clamped)
+    }
+
+    /// The periodic cubic spline through `points`: [`Table::through`] with [`Interpolation::Spline`].
+    ///
+    /// # Errors
+    /// As [`Table::through`].
+    pub fn periodic(points: &[[f64; 2]]) -> Result<Self, ParamError> {
+        Self::through(points, Interpolation::Spline, Outside::Periodic)
+    }
+
+    /// The break points at which the function is not twice continuously differentiable, in increasing order, each with
+    /// the lowest order of derivative that jumps there: 0 (the value), 1 or 2.
+    ///
+    /// Computed from the pieces, so it holds for any table; a jump below 1e-10 of the terms that it is the difference of
+    /// counts as round-off. The ends of a held range are among them where the slope (or the curvature) does not vanish.
+    /// A periodic table has its kinks again every [`Table::period`]; its last break point, which is the first one of the
+    /// next period, is not listed.
+    pub fn kinks(&self) -> impl Iterator<Item = (f64, u32)> + '_ {
+        let count = if self.is_sound() { self.pieces.len() } else { 0 };
+        let last = match self.outside {
+            _ if count == 0 => 0,
+            Outside::Clamped => count + 1,
+            Outside::Periodic => count,
+        };
+        (0..last).filter_map(move |k| {
+            let before = match (k, self.outside) {
+                (0, Outside::Clamped) => None,
+                (0, Outside::Periodic) => Some(count - 1),
+                _ => Some(k - 1),
+            };
+            let (left, right) = (before.map(|piece| self.ends(piece)), (k < count).then(|| self.ends(k)));
+            let at = |order: usize| {
+                // A held end keeps its value; slope and curvature are zero.
+                let held = |value: f64| if order == 0 { value } else { 0.0 };
+                let (l, r) = (left.map(|ends| ends[order].last), right.map(|ends| ends[order].first));
+                let (l, r) = (l.or(r.map(held))?, r.or(l.map(held))?);
+                let terms = [left, right].into_iter().flatten().map(|ends| ends[order].terms).fold(0.0, f64::max);
+                Some((l - r).abs() > ROUND_OFF * terms)
+            };
+            let order = (0..3).find(|order| at(*order) == Some(true))?;
+            Some((self.breaks[k], order as u32))
+        })
+    }
+
+    /// After how much of the argument the function repeats; `None` if its end values are held.
+    #[must_use]
+    pub fn period(&self) -> Option<f64> {
+        let (first, last) = (self.breaks.first()?, self.breaks.last()?);
+        (self.outside == Outside::Periodic).then_some(last - first)
+    }
+
+    /// The value at the end of the last piece; of a periodic table, that of the first point.
+    pub(crate) fn end(&self) -> f64 {
+        match self.outside {
+            Outside::Clamped => self.breaks.last().map_or(0.0, |last| self.derivative(*last, 0)),
+            Outside::Periodic => self.pieces.first().map_or(0.0, |piece| piece[0]),
+        }
+    }
+
+    /// Value, slope and curvature at the ends of a piece.
+    fn ends(&self, piece: usize) -> [Ends; 3] {
+        let h = self.breaks[piece + 1] - self.breaks[piece];
+        let [c0, c1, c2, c3] = self.pieces[piece];
+        [
+            [c0, h * c1, h * h * c2, h * h * h * c3],
+            [c1, 2.0 * h * c2, 3.0 * h * h * c3, 0.0],
+            [2.0 * c2, 6.0 * h * c3, 0.0, 0.0],
+        ]
+        .map(|terms| Ends {
+            first: terms[0],
+            last: terms.iter().sum(),
+            terms: terms.iter().map(|term| term.abs()).sum(),
+        })
     }
 
     /// The derivative of the given order at `x` (order 0: the value). Orders above 3 are zero.
@@ -144,6 +175,14 @@ impl Table {
     }
 }
 
+/// A derivative at the left and the right end of a piece, and the sum of the magnitudes of its terms.
+#[derive(Clone, Copy)]
+struct Ends {
+    first: f64,
+    last: f64,
+    terms: f64,
+}
+
 fn check(points: &[[f64; 2]], fewest: usize) -> Result<(), ParamError> {
     if points.len() < fewest {
         return Err(ParamError::new("", format!("needs at least {fewest} points, found {}", points.len())));
@@ -162,20 +201,16 @@ fn check(points: &[[f64; 2]], fewest: usize) -> Result<(), ParamError> {
     Ok(())
 }
 
-/// Thomas' algorithm for a diagonally dominant system.
-fn tridiagonal(lower: &[f64], diagonal: &[f64], upper: &[f64], right: &[f64]) -> Vec<f64> {
-    let n = diagonal.len();
-    let (mut d, mut x) = (diagonal.to_vec(), right.to_vec());
-    for k in 1..n {
-        let w = lower[k - 1] / d[k - 1];
-        d[k] -= w * upper[k - 1];
-        x[k] -= w * x[k - 1];
+/// Makes the last value of a period the first one.
+fn close(points: &mut [[f64; 2]]) -> Result<(), ParamError> {
+    let (first, last) = (points[0][1], points[points.len() - 1][1]);
+    let largest = points.iter().fold(0.0_f64, |a, p| a.max(p[1].abs()));
+    if (last - first).abs() > 1e-9 * largest {
+        return Err(ParamError::new(
+            "",
+            format!("a periodic curve must end where it began: the first value is {first}, the last is {last}"),
+        ));
     }
-    for k in (0..n).rev() {
-        if k + 1 < n {
-            x[k] -= upper[k] * x[k + 1];
-        }
-        x[k] /= d[k];
-    }
-    x
+    points[points.len() - 1][1] = first;
+    Ok(())
 }

@@ -3,11 +3,13 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
+mod curves;
 mod elements;
 pub mod scenes;
 mod signal_elements;
 mod troublesome_elements;
 
+use curves::*;
 use element_api::adapt::{control, force, joint};
 use element_api::manifest::Library;
 pub use elements::WELD_STEP;
@@ -50,6 +52,9 @@ pub fn library(package: &str) -> Library {
             force::<Drain>(),
             force::<Tally>(),
             force::<Echo>(),
+            force::<Pull>(),
+            force::<Early>(),
+            joint::<Lead>(),
             force::<Panics>(),
             force::<Push<false>>(),
             force::<Push<true>>(),

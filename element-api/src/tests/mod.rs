@@ -6,6 +6,7 @@ mod broken;
 mod documentation;
 mod expressions;
 mod functions;
+mod interpolations;
 mod joints;
 mod parameters;
 mod recordings;

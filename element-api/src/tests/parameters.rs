@@ -139,7 +139,7 @@ fn values_of_another_kind_are_refused_by_name_and_kind() {
         (
             "force = true",
             "force",
-            "must be a number, a list of [argument, value] pairs, `{ points = [...], periodic = true }`, or an expression",
+            "must be a number, a list of [argument, value] pairs, `{ points = [...], interpolation = \"linear\", periodic = true }`, or an expression",
         ),
     ];
     for (text, path, message) in refused {

@@ -165,6 +165,12 @@ pub const UNKNOWN_METHOD: Code = "ODY0320";
 pub const SIGNAL_LOOP: Code = "ODY0321";
 /// An element takes the reaction of a joint that is not unique.
 pub const REACTION_NOT_UNIQUE: Code = "ODY0322";
+/// A curve that goes far beyond the values of its points.
+pub const CURVE_LEAVES_POINTS: Code = "ODY0323";
+/// A curve with a jump or a kink that a joint should follow.
+pub const CURVE_NOT_SMOOTH: Code = "ODY0324";
+/// Points that a library joins otherwise than asked.
+pub const INTERPOLATION_IGNORED: Code = "ODY0325";
 
 /// A plugin library that wasn't found.
 pub const PLUGIN_NOT_FOUND: Code = "ODY0401";
@@ -267,7 +273,7 @@ pub const TABLE: &[Explanation] = &[
     entry(WRONG_TYPE, "wrong type of value", "The value is of another kind than expected, such as text instead of a list. The message says what is expected and what was found. Example: a position is a list of three, `position = [0, 0, \"8.5 mm\"]`."),
     entry(WRONG_LENGTH, "wrong number of entries", "A list has too few or too many entries: vectors have 3, Euler parameters 4, an inertia tensor 3 (principal) or 6 (`xx, yy, zz, xy, yz, zx`)."),
     entry(DUPLICATE_NAME, "duplicate name", "Two bodies or elements, or two outputs, figures or checks have the same name, so a reference to it would be ambiguous. Bodies and elements share one set of names. Rename one of them."),
-    entry(BAD_NAME, "unusable name", "Names consist of letters A-Z and a-z, digits, `_` and `-` (outputs may also contain `.`); they are not empty, and `ground` is reserved for the ground. Names of parameters appear in expressions: they start with a letter, have no `-`, and differ from functions and `pi`."),
+    entry(BAD_NAME, "unusable name", "Names consist of letters A-Z and a-z, digits, `_` and `-` (outputs may also contain `.`); they are not empty, `ground` is reserved for the ground, and `t` among outputs for the time. Names of parameters appear in expressions: they start with a letter, have no `-`, and differ from functions and `pi`."),
     entry(UNKNOWN_WORD, "unknown word", "The text is not one of the words that are possible here. The message lists them or names the nearest one. Example: `take = \"peak\"`."),
     entry(CONFLICTING_KEYS, "keys that don't go together", "Two keys say the same thing in different ways (`point` and `points`, `output_step` and `output_times`), or a key needs another one (`where` needs `equals`). Keep one of them, or add the missing one."),
     entry(OUT_OF_RANGE, "number out of range", "The number has no meaning here: an end before the start, a step of zero, a negative tolerance. The message names the condition. Example: `t_end = 200` with `t_start = 0`."),
@@ -328,6 +334,9 @@ pub const TABLE: &[Explanation] = &[
          statically determinate (a spherical or cylindrical joint instead of a second revolute), or use a friction element \
          that depends on unique components only.",
     ),
+    entry(CURVE_LEAVES_POINTS, "curve leaves its points", "Between two neighbouring points the curve goes beyond both their values, by more than 1 % of the range of all values. A spline does that where points bend more than a smooth function would: through `[[0, 0], [0.4, 0], [0.42, 10], [1, 10]]` it swings from -37 to 65. Write `{ points = [...], interpolation = \"monotone\" }` (which is meant where nothing is written, except for joints), `\"linear\"` or `\"steps\"`, or give more points where the curve bends. For a smooth function that is given by enough points, a spline is the most accurate."),
+    entry(CURVE_NOT_SMOOTH, "curve is not smooth enough for a joint", "A driver, cam or track is an equation that bodies must follow: where its value or slope jumps, they would need infinite forces. Curves of joints are therefore splines where nothing else is written; `\"monotone\"` is possible, too (its forces jump at the points), `\"linear\"` and `\"steps\"` are refused. Outside of its points a curve is held: where it arrives there with a speed, that jumps to zero. Let the points begin and end level, or give points for the whole run."),
+    entry(INTERPOLATION_IGNORED, "points joined otherwise than asked", "The library was built with an `element-api` that joins all points by splines, and the interpolation asked for (or meant, `monotone`, where none is named) gives another curve. Build the library again, or accept its splines with `interpolation = \"spline\"`."),
 
     entry(PLUGIN_NOT_FOUND, "plugin library not found", "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries."),
     entry(NOT_A_LIBRARY, "not a library for this machine", "The file is truncated, or made for another system or processor. Build or copy it again."),

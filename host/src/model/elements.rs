@@ -8,8 +8,8 @@ use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Vector3};
 
 use super::bodies::{Bodies, Target, quoted};
-use super::parameters;
 use super::types::{Instance, Marker, rotation};
+use super::{parameters, tables};
 use crate::catalog::{Catalog, ElementHandle};
 use crate::diagnostics::{Code, Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
@@ -36,7 +36,8 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             .filter_map(|name| bodies.find(name).map_err(|diagnostic| found.push(diagnostic)).ok())
             .collect();
         let Some(handle) = handle else { continue };
-        let table = parameters::resolve(scene, record, &handle.descriptor().params, &record.type_name.value, found);
+        let class = handle.descriptor();
+        let table = parameters::resolve(scene, record, &class.params, &record.type_name.value, class.kind, found);
         let joints = elements.joints_of(record, &handle, found);
         if joints.len() < record.joints.len() {
             continue;
@@ -60,7 +61,10 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             continue;
         }
         match elements.create(record, &handle, &table, markers, joints) {
-            Ok(instance) => elements.instances.push(instance),
+            Ok(instance) => {
+                found.extend(tables::check(scene, record, class, &table, &instance.recording));
+                elements.instances.push(instance);
+            }
             Err(diagnostic) => found.push(*diagnostic),
         }
     }

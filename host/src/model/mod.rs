@@ -12,6 +12,7 @@
 //! | `bodies.rs` | masses and inertias, fixed bodies |
 //! | `elements.rs` | markers, creation and recording of elements |
 //! | `parameters.rs` | parameters against their descriptions |
+//! | `tables.rs` | curves that leave their points, or that no joint can follow |
 //! | `channels.rs` | the words of requested outputs |
 //! | `schema.rs` | what elements add to the JSON schema of scenes |
 
@@ -21,6 +22,7 @@ mod elements;
 mod parameters;
 pub(crate) mod schema;
 mod signals;
+mod tables;
 mod types;
 
 #[cfg(test)]

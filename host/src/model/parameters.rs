@@ -1,6 +1,7 @@
 //! Parameters of an element against their descriptions: complete, in SI units, inside their ranges.
 
 use element_api::params::{ParamKind, ParamSpec, Table};
+use element_api::{Interpolation, Kind};
 use std::ops::Range;
 
 use super::bodies::quoted;
@@ -13,6 +14,7 @@ pub fn resolve(
     record: &ElementRecord,
     specs: &[ParamSpec],
     type_name: &str,
+    kind: Kind,
     found: &mut Vec<Diagnostic>,
 ) -> Table {
     let mut table = Table::new();
@@ -24,7 +26,7 @@ pub fn resolve(
     for spec in specs {
         let value = match record.params.get(&spec.name) {
             Some(raw) => match convert(scene, raw, spec) {
-                Ok(value) => value,
+                Ok(value) => with_interpolation(value, spec, kind),
                 Err(diagnostic) => {
                     found.push(*diagnostic);
                     continue;
@@ -132,6 +134,12 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
         ParamKind::Curve => {
             let (argument, value) = spec.unit.split_once("->").unwrap_or(("1", spec.unit.as_str()));
             let (argument, value) = (dimension_of(argument.trim())?, dimension_of(value.trim())?);
+            if let Some(curve) = scene.curve(raw, argument, value) {
+                let curve = curve?;
+                check_function_range(&curve, raw, spec)?;
+                return Ok(curve);
+            }
+            // Pairs alone need not be those of a function: they may be the corners of an outline.
             let pairs = raw.as_array().ok_or_else(wrong_kind)?.iter().map(|pair| {
                 let Some([x, y]) = pair.as_array() else {
                     return Err(Box::new(
@@ -144,6 +152,19 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
             Ok(toml::Value::Array(pairs.collect::<Result<_, _>>()?))
         }
     }
+}
+
+/// A function given by points names its interpolation when it reaches the element: `spline` for joints, whose equations are
+/// differentiated twice, `monotone` for others.
+fn with_interpolation(value: toml::Value, spec: &ParamSpec, kind: Kind) -> toml::Value {
+    let default = if kind == Kind::Joint { Interpolation::Spline } else { Interpolation::Monotone };
+    let mut table = match value {
+        toml::Value::Array(_) if spec.kind == ParamKind::Function => Table::from_iter([("points".to_owned(), value)]),
+        toml::Value::Table(table) if table.contains_key("points") => table,
+        other => return other,
+    };
+    table.entry("interpolation").or_insert_with(|| default.name().into());
+    toml::Value::Table(table)
 }
 
 fn out_of_range(raw: &RawValue, spec: &ParamSpec) -> Box<Diagnostic> {

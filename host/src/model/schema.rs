@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use element_api::Kind;
 use element_api::params::{ParamKind, ParamSpec};
+use element_api::{Interpolation, Kind};
 use serde_json::{Map, Value, json};
 
 use super::channels::QUANTITIES;
@@ -131,6 +131,13 @@ pub(super) fn parameter(spec: &ParamSpec) -> Value {
         "type": "array", "items": quantity(), "minItems": 2, "maxItems": 2,
     } })
     };
+    let interpolation = || {
+        let mut words = one_of(Interpolation::ALL.map(|(word, _)| (word, "")));
+        words["description"] =
+            "What the curve is between its points; where nothing is written, spline for joints, monotone for others."
+                .into();
+        words
+    };
     let mut schema = match spec.kind {
         ParamKind::Number => number(spec),
         ParamKind::Integer => bounded(json!({ "type": "integer" }), spec, |_| true),
@@ -139,11 +146,14 @@ pub(super) fn parameter(spec: &ParamSpec) -> Value {
         ParamKind::Text => one_of(spec.choices.iter().map(|choice| (choice.as_str(), ""))),
         ParamKind::Vector => vector(),
         ParamKind::List => json!({ "type": "array", "items": number(spec) }),
-        ParamKind::Curve => pairs(),
+        ParamKind::Curve => {
+            let table = closed(json!({ "points": pairs(), "interpolation": interpolation() }), &["points"]);
+            json!({ "anyOf": [pairs(), table] })
+        }
         ParamKind::Function => {
             let flag = json!({ "type": "boolean", "default": false });
-            let table = json!({ "type": "object", "properties": { "points": pairs(), "periodic": flag },
-                "required": ["points"], "additionalProperties": false });
+            let entries = json!({ "points": pairs(), "interpolation": interpolation(), "periodic": flag });
+            let table = closed(entries, &["points"]);
             json!({ "anyOf": [quantity(), pairs(), table] })
         }
     };

@@ -6,6 +6,7 @@ mod channels;
 mod markers;
 mod mistakes;
 mod parameters;
+mod tables;
 
 use super::*;
 use crate::tests::{model, resolved};

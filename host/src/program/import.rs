@@ -1,7 +1,7 @@
 //! From an element's recording to nodes of the scene's graph.
 
-use element_api::Recording;
 use element_api::recording::{Input, Op};
+use element_api::{Outside, Recording, Table};
 
 use super::graph::{Graph, Node};
 
@@ -35,8 +35,54 @@ pub(super) fn operation(
         Op::Powi(a, n) => graph.powi(at(a), n),
         Op::Powf(a, k) => graph.powf(at(a), recording.constants[k as usize]),
         Op::Select(a, b, x, y) => graph.select(at(a), at(b), at(x), at(y)),
-        Op::Table(table, a) => graph.table(first_table + table, 0, at(a)),
+        Op::Table(table, a) => lookup(graph, first_table + table, at(a)),
     }
+}
+
+/// A table at a node. Where its value jumps, it becomes a choice by `select` between continuous parts, so that the jump is a
+/// switch like any other ([`super::Switches`]). A periodic table has no last jump and stays whole.
+fn lookup(graph: &mut Graph, table: u32, at: Node) -> Node {
+    let whole = &graph.tables[table as usize];
+    let jumps: Vec<f64> = match whole.outside {
+        Outside::Clamped => whole.kinks().filter(|(_, order)| *order == 0).map(|(x, _)| x).collect(),
+        Outside::Periodic => Vec::new(),
+    };
+    if jumps.is_empty() || graph.value(at).is_some() {
+        return graph.table(table, 0, at);
+    }
+    let places = jumps.iter().filter_map(|x| whole.breaks.iter().position(|b| b == x));
+    let bounds: Vec<usize> = std::iter::once(0).chain(places).chain([whole.pieces.len()]).collect();
+    let parts: Vec<Table> = bounds
+        .windows(2)
+        .map(|w| Table {
+            breaks: whole.breaks[w[0]..=w[1]].to_vec(),
+            pieces: whole.pieces[w[0]..w[1]].to_vec(),
+            outside: Outside::Clamped,
+        })
+        .collect();
+    let parts: Vec<Node> = parts
+        .into_iter()
+        .map(|part| match part.pieces.as_slice() {
+            [[value, 0.0, 0.0, 0.0]] => graph.constant(*value),
+            _ => {
+                graph.tables.push(part);
+                graph.table(graph.tables.len() as u32 - 1, 0, at)
+            }
+        })
+        .collect();
+    choice(graph, at, &jumps, &parts)
+}
+
+/// The part that holds at a node: number k up to `jumps[k]`, the last one from the last jump on.
+fn choice(graph: &mut Graph, at: Node, jumps: &[f64], parts: &[Node]) -> Node {
+    if jumps.is_empty() {
+        return parts[0];
+    }
+    let middle = jumps.len() / 2;
+    let below = choice(graph, at, &jumps[..middle], &parts[..=middle]);
+    let above = choice(graph, at, &jumps[middle + 1..], &parts[middle + 1..]);
+    let jump = graph.constant(jumps[middle]);
+    graph.select(at, jump, below, above)
 }
 
 /// Writes the operations of a checked recording into the graph and gives the node of each.

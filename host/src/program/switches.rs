@@ -1,7 +1,8 @@
 //! [`Switches`]: where the equations of motion switch from one expression to another.
 //!
 //! An equation depends on the motion other than smoothly only through `select` (abs, min and max are made of it), so that
-//! the conditions a < b of all selects tell when that happens. Corners of tables are not among them.
+//! the conditions a < b of all selects tell when that happens. Jumps of tables are selects by then; corners are not among
+//! them.
 
 use rustc_hash::FxHashSet;
 

@@ -15,6 +15,7 @@ use super::quantity::{Names, Quantity, apply, evaluate, finite, first_operand, p
 use super::raw::{RawKind, RawTable, RawValue};
 use super::reader::{Scope, expression_diagnostic};
 use crate::diagnostics::{Diagnostic, codes, help_for};
+use element_api::{Interpolation, Outside};
 use std::ops::Range;
 use toml::Value;
 
@@ -36,7 +37,7 @@ pub(super) fn read(raw: &RawValue, wanted: Wanted<'_>, scope: &Scope<'_>) -> Res
         RawKind::Text(text) => translate(text, wanted, scope)
             .map_err(|error| (!error.reported).then(|| expression_diagnostic(&error, raw, scope.source))),
         RawKind::Array(items) => points(raw, items, wanted, scope, LEAST_POINTS),
-        RawKind::Table(table) => table_of_points(raw, table, wanted, scope),
+        RawKind::Table(table) => table_of_points(raw, table, &["points", "interpolation", "periodic"], wanted, scope),
         RawKind::Bool(_) => Err(Some(
             Diagnostic::error(codes::WRONG_TYPE, "expected a function, found true or false")
                 .at(raw.span.clone(), "this is true or false")
@@ -48,30 +49,40 @@ pub(super) fn read(raw: &RawValue, wanted: Wanted<'_>, scope: &Scope<'_>) -> Res
     }
 }
 
-/// Points that a spline needs, and a periodic one.
-const LEAST_POINTS: usize = 2;
-const LEAST_POINTS_OF_A_PERIOD: usize = 4;
-
-/// `{ points = [...], periodic = true }`
-fn table_of_points(
+/// Points of a parameter whose element decides what is outside of them:
+/// `{ points = [...], interpolation = "linear" }`. The variable has no name.
+pub(super) fn read_curve(
     raw: &RawValue,
     table: &RawTable,
     wanted: Wanted<'_>,
     scope: &Scope<'_>,
 ) -> Result<Value, Option<Diagnostic>> {
-    const KEYS: [&str; 2] = ["points", "periodic"];
-    if let Some((key, _)) = table.entries.iter().find(|(key, _)| !KEYS.contains(&key.value.as_str())) {
+    table_of_points(raw, table, &["points", "interpolation"], wanted, scope)
+}
+
+/// Points that are needed, whatever is made of them.
+const LEAST_POINTS: usize = 2;
+
+/// `{ points = [...], interpolation = "linear", periodic = true }`
+fn table_of_points(
+    raw: &RawValue,
+    table: &RawTable,
+    keys: &[&str],
+    wanted: Wanted<'_>,
+    scope: &Scope<'_>,
+) -> Result<Value, Option<Diagnostic>> {
+    if let Some((key, _)) = table.entries.iter().find(|(key, _)| !keys.contains(&key.value.as_str())) {
         return Err(Some(
             Diagnostic::error(codes::UNKNOWN_KEY, format!("unknown key `{}` in a function", key.value))
                 .at(key.span.clone(), "")
-                .help_if(help_for(&key.value, &KEYS, "keys")),
+                .help_if(help_for(&key.value, keys, "keys")),
         ));
     }
     let Some(list) = table.get("points") else {
         return Err(Some(
             Diagnostic::error(codes::MISSING_KEY, "a function given as a table needs `points`")
                 .at(raw.span.clone(), "")
-                .help("write `{ points = [[0, 0], [1, 5]], periodic = false }`"),
+                .help("write `{ points = [[0, 0], [1, 5]], interpolation = \"linear\" }`"),
         ));
     };
     let periodic = match table.get("periodic").map(|flag| (flag, &flag.kind)) {
@@ -82,15 +93,36 @@ fn table_of_points(
             return Err(Some(Diagnostic::error(codes::WRONG_TYPE, message).at(flag.span.clone(), "")));
         }
     };
+    let interpolation = table.get("interpolation").map(interpolation).transpose()?;
     let Some(items) = list.as_array() else {
         let message = format!("`points` must be a list of [argument, value] pairs, found {}", list.kind.describe());
         return Err(Some(Diagnostic::error(codes::WRONG_TYPE, message).at(list.span.clone(), "")));
     };
-    let least = if periodic { LEAST_POINTS_OF_A_PERIOD } else { LEAST_POINTS };
+    let outside = if periodic { Outside::Periodic } else { Outside::Clamped };
+    let least = interpolation.unwrap_or_default().fewest(outside);
     let mut entries = toml::Table::new();
     entries.insert("points".into(), points(list, items, wanted, scope, least)?);
-    entries.insert("periodic".into(), Value::Boolean(periodic));
+    if let Some(interpolation) = interpolation {
+        entries.insert("interpolation".into(), Value::String(interpolation.name().into()));
+    }
+    if keys.contains(&"periodic") {
+        entries.insert("periodic".into(), Value::Boolean(periodic));
+    }
     Ok(Value::Table(entries))
+}
+
+/// One of the words for what is between points.
+fn interpolation(raw: &RawValue) -> Result<Interpolation, Option<Diagnostic>> {
+    let words: Vec<&str> = Interpolation::ALL.iter().map(|(word, _)| *word).collect();
+    let wrong = |code, message: String| Some(Diagnostic::error(code, message).at(raw.span.clone(), ""));
+    let Some(word) = raw.as_text() else {
+        let message = format!("`interpolation` must be a text, found {}", raw.kind.describe());
+        return Err(wrong(codes::WRONG_TYPE, message).map(|d| d.help(format!("one of {}", words.join(", ")))));
+    };
+    word.parse().map_err(|()| {
+        let unknown = wrong(codes::UNKNOWN_WORD, format!("there is no interpolation `{word}`"));
+        unknown.map(|diagnostic| diagnostic.help_if(help_for(word, &words, "interpolations")))
+    })
 }
 
 /// Pairs in SI with increasing arguments.

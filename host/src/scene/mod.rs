@@ -269,8 +269,8 @@ impl Scene {
             .map_err(|diagnostic| diagnostic.expect("the parameters of a scene that was accepted have values"))?;
         Ok((found.si, found.dimension))
     }
-    /// A function of one variable as `element_api::Function` reads it, in SI: a float, pairs, a table with `points`, or
-    /// `{ postfix = [...] }`. `argument` and `value` are the dimensions of the variable and of the values.
+    /// A function of one variable as `element_api::Function` reads it, in SI: a float, pairs, a table with `points` (and
+    /// `interpolation` where the scene names one), or `{ postfix = [...] }`. `argument` and `value` are the dimensions of the variable and of the values.
     ///
     /// An expression in which nothing has a dimension is in scene units throughout, with radians in trigonometric
     /// functions; in any other one the variable is a quantity.
@@ -288,5 +288,24 @@ impl Scene {
         function::read(raw, function::Wanted { variable, argument, value }, &scope).map_err(|diagnostic| {
             Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
         })
+    }
+
+    /// Points with their interpolation as `element_api::Curve` reads them, in SI: a table with `points`, and `interpolation`
+    /// where the scene names one. `None` if the value is no table.
+    ///
+    /// # Errors
+    /// There are no points, arguments don't increase, or a key or word is unknown.
+    pub fn curve(
+        &self,
+        raw: &RawValue,
+        argument: Dimension,
+        value: Dimension,
+    ) -> Option<Result<toml::Value, Box<Diagnostic>>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        let wanted = function::Wanted { variable: "x", argument, value };
+        let curve = function::read_curve(raw, raw.as_table()?, wanted, &scope);
+        Some(curve.map_err(|diagnostic| {
+            Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
+        }))
     }
 }

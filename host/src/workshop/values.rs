@@ -161,7 +161,8 @@ fn resolve(descriptor: &Descriptor, written: &Table) -> Result<Table, BadValues>
         .map_err(|rejected| BadValues { diagnostics: rejected.diagnostics, source: rejected.source })?;
     let mut found = Vec::new();
     let record = scene.elements.first().expect("the text has one element");
-    let table = model::resolve_parameters(&scene, record, &descriptor.params, &descriptor.name, &mut found);
+    let table =
+        model::resolve_parameters(&scene, record, &descriptor.params, &descriptor.name, descriptor.kind, &mut found);
     if found.is_empty() { Ok(table) } else { Err(BadValues { diagnostics: found, source: scene.source }) }
 }
 

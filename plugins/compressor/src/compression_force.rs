@@ -2,7 +2,7 @@
 //!
 //! ## Equations
 //! The crank angle theta is that of the rotor frame against the housing frame about z, zero where their x axes are parallel (usually
-//! the top dead centre). The force is either a curve over one turn, splined periodically, or a Fourier series:
+//! the top dead centre). The force is either a curve over one turn, which repeats, or a Fourier series:
 //! ```text
 //! F = a_0 + sum over k >= 1 of a_k cos k theta + b_k sin k theta        (1)
 //! cos k theta = 2 cos theta cos (k-1) theta - cos (k-2) theta           (2)
@@ -82,7 +82,7 @@ pub struct CompressionForce {
 pub struct CompressionForceParameters {
     /// Force over the crank angle, one turn; the last point repeats the first one.
     #[param(unit = "rad -> N")]
-    pub curve: Option<Vec<[f64; 2]>>,
+    pub curve: Option<Curve>,
     /// Fourier coefficients a_0, a_1, a_2 ... of the cosines; a_0 is the mean force.
     #[param(unit = "N")]
     pub cosine: Option<Vec<f64>>,
@@ -112,7 +112,7 @@ impl Element for CompressionForce {
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
         let fourier_given = p.cosine.is_some() || p.sine.is_some();
-        let Some(points) = p.curve else {
+        let Some(curve) = p.curve else {
             if !fourier_given {
                 return Err(ParamError::new("curve", "is missing: give `curve`, or `cosine` and `sine`"));
             }
@@ -121,7 +121,7 @@ impl Element for CompressionForce {
         if fourier_given {
             return Err(ParamError::new("curve", "is given together with `cosine` or `sine`: give one or the other"));
         }
-        let table = crate::named(Table::periodic(&points), "curve")?;
+        let table = crate::named(curve.table(Outside::Periodic), "curve")?;
         let span = table.breaks[table.breaks.len() - 1] - table.breaks[0];
         if (span / std::f64::consts::TAU - 1.0).abs() > 1e-9 {
             let degrees = span.to_degrees();

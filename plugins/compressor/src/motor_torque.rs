@@ -2,8 +2,8 @@
 //! induction motor.
 //!
 //! ## Equations
-//! With the speed omega = z_housing . (omega_rotor - omega_housing), the torque T is either a curve T(omega), a natural cubic spline
-//! held constant outside its range, or that of an induction motor near its synchronous speed omega_s (Kloss' formula, e.g.
+//! With the speed omega = z_housing . (omega_rotor - omega_housing), the torque T is either a curve T(omega), by
+//! default a monotone cubic, held constant outside its range, or that of an induction motor near its synchronous speed omega_s (Kloss' formula, e.g.
 //! Fitzgerald, Kingsley & Umans, Electric Machinery, ch. 6):
 //! ```text
 //! s = 1 - omega / omega_s                                               (1)
@@ -70,7 +70,7 @@ pub struct MotorTorque {
 pub struct MotorTorqueParameters {
     /// Torque over the speed of the rotor against the housing.
     #[param(unit = "rad/s -> N m")]
-    pub curve: Option<Vec<[f64; 2]>>,
+    pub curve: Option<Curve>,
     /// Largest torque, T_m.
     #[param(unit = "N m", min = 0.0)]
     pub breakdown_torque: Option<f64>,
@@ -101,11 +101,11 @@ impl Element for MotorTorque {
             ("breakdown_slip", p.breakdown_slip),
             ("synchronous_speed", p.synchronous_speed),
         ];
-        if let Some(points) = p.curve {
+        if let Some(curve) = p.curve {
             if let Some((name, _)) = closed_form.iter().find(|(_, value)| value.is_some()) {
                 return Err(ParamError::new(*name, "is given together with `curve`: give one or the other"));
             }
-            return Ok(Self { law: Law::Curve(crate::named(Table::clamped(&points), "curve")?) });
+            return Ok(Self { law: Law::Curve(crate::named(curve.table(Outside::Clamped), "curve")?) });
         }
         let needed = |(name, value): (&str, Option<f64>)| {
             value.ok_or_else(|| {

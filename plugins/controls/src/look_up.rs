@@ -4,14 +4,15 @@
 //! ```text
 //! y = f(x)                                                                  (1)
 //! ```
-//! f is the natural cubic spline through points with its end values held outside, the periodic one (de Boor, A Practical
-//! Guide to Splines, 2001, ch. IV), or an expression in x.
+//! f is given by points, or by an expression in x. Between points it is monotone, linear, a spline or made of steps, as
+//! `interpolation` says (monotone where it says nothing); beyond them the end values are held, or the range repeats.
 //!
 //! ## Signs
 //! The value is passed on as it is. Argument and value are in SI units.
 //!
 //! ## Singular cases
-//! At the first and last point of a curve whose ends are held, the slope jumps to zero. Expressions that are not finite
+//! At the first and last point of a curve whose ends are held, the slope jumps to zero; so does that of `linear` at every
+//! point, and the value of `steps`. Expressions that are not finite
 //! end the run.
 //!
 //! ## Example

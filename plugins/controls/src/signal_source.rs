@@ -5,15 +5,16 @@
 //! ```text
 //! y = f(t)                                                                  (1)
 //! ```
-//! f is a number, an expression in t (s), the natural cubic spline through points with its end values held outside, or the
-//! periodic one (de Boor, A Practical Guide to Splines, 2001, ch. IV).
+//! f is a number, an expression in t (s), or given by points: between them it is monotone, linear, a spline or made of
+//! steps, as `interpolation` says (monotone where it says nothing); beyond them the end values are held, or the range
+//! repeats.
 //!
 //! ## Signs
 //! The value is passed on as it is.
 //!
 //! ## Singular cases
-//! None of its own; expressions that are not finite within the run end it. A spline overshoots between points that jump:
-//! give a jump as an expression with `tanh`, or points close to it on both sides.
+//! None of its own; expressions that are not finite within the run end it. A jump is a point of `steps`; a spline leaves
+//! the values of its points near one.
 //!
 //! ## Example
 //! ```toml

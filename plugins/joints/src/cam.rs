@@ -19,7 +19,8 @@
 //!
 //! ## Singular cases
 //!
-//! The radius stays above zero. Points are joined by a periodic cubic spline, so that forces are continuous; jerks are not.
+//! The radius stays above zero. Points are joined by a cubic spline where `interpolation` says nothing else, so that forces are continuous; jerks are
+//! not. With `monotone` the forces jump at the points; `linear` and `steps` are refused.
 //!
 //! ## Example
 //!

@@ -16,7 +16,8 @@
 //!
 //! ## Singular cases
 //!
-//! None. A function with a kink asks for an infinite force there.
+//! None. A function with a kink asks for an infinite force there: points are joined by a spline where `interpolation` says
+//! nothing else, `linear` and `steps` are refused, and beyond the points the displacement is held.
 //!
 //! ## Example
 //!

@@ -19,7 +19,9 @@
 //! ## Singular cases
 //!
 //! The z axes must be kept parallel by another joint. At the start the body is turned to angle(t_start), modulo a turn; give a
-//! start that agrees, or assembly has to move it. A function with a kink asks for an infinite torque there.
+//! start that agrees, or assembly has to move it. A function with a kink asks for an infinite torque
+//! there: points are joined by a spline where `interpolation` says nothing else, `linear` and `steps` are refused, and beyond
+//! the points the angle is held.
 //!
 //! ## Example
 //!

@@ -7,7 +7,7 @@ use std::ffi::{CString, c_char, c_void};
 use std::ptr;
 
 use element_api::descriptor::Descriptor;
-use element_api::params::{ParamError, ParamType, Table as Params};
+use element_api::params::{ParamError, ParamKind, ParamSpec, ParamType, Table as Params};
 use element_api::set::CreateError;
 
 use super::describe::optional;
@@ -19,6 +19,12 @@ use super::table;
 /// What the element says, or that it asked for parameters that it does not declare.
 pub fn create(element: &table::Element, descriptor: &Descriptor, params: &Params) -> Result<*mut c_void, CreateError> {
     let Some(function) = element.create else { return Ok(ptr::null_mut()) };
+    let curve =
+        |spec: &&ParamSpec| spec.kind == ParamKind::Curve && params.get(&spec.name).is_some_and(|p| p.is_table());
+    if let Some(spec) = descriptor.params.iter().find(curve) {
+        let message = "must be a list of [argument, value] pairs: an element in C joins them in its own way";
+        return Err(CreateError::Parameter(ParamError::new(spec.name.clone(), message)));
+    }
     let mut given = Given { descriptor, params, mistake: None, numbers: Vec::new(), texts: Vec::new() };
     let parameters = table::Parameters {
         size: size_of::<table::Parameters>() as u32,

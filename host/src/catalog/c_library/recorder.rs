@@ -333,12 +333,12 @@ extern "C" fn table_at(context: *mut c_void, a: Value, points: *const f64, count
         // SAFETY: two numbers for each of so many points, as the header says.
         let numbers = unsafe { std::slice::from_raw_parts(points, 2 * count) };
         let points = numbers.as_chunks::<2>().0;
-        let table = match Outside::decode(outside) {
-            Some(Outside::Clamped) => Table::clamped(points),
-            Some(Outside::Periodic) => Table::periodic(points),
-            None => return tape.wrong(format!("gives a table with the unknown continuation {outside}")),
+        // The continuation and, above it, what is between the points.
+        let interpolation = table::INTERPOLATIONS.iter().find(|(code, _)| *code == outside & !0xf);
+        let (Some((_, interpolation)), Some(outside)) = (interpolation, Outside::decode(outside & 0xf)) else {
+            return tape.wrong(format!("gives a table with the unknown continuation {outside}"));
         };
-        match table {
+        match Table::through(points, *interpolation, outside) {
             Ok(table) => tape.give(a.lookup(&table)),
             Err(error) => tape.wrong(format!("gives a table that {}", error.message)),
         }

@@ -2,6 +2,8 @@
 
 use std::ffi::{c_char, c_void};
 
+use element_api::Interpolation;
+
 /// `ODYN_OK`
 pub const OK: i32 = 0;
 /// `ODYN_FAULT`
@@ -10,6 +12,14 @@ pub const FAULT: i32 = 1;
 pub const REFUSED: i32 = 2;
 /// `ODYN_ABSENT`
 pub const ABSENT: i32 = 3;
+
+/// `ODYN_SPLINE` and so on: above the four bits of the continuation.
+pub const INTERPOLATIONS: [(u32, Interpolation); 4] = [
+    (0x00, Interpolation::Spline),
+    (0x10, Interpolation::Monotone),
+    (0x20, Interpolation::Linear),
+    (0x30, Interpolation::Steps),
+];
 
 /// `ODYN_OPAQUE`
 pub const OPAQUE: u32 = 1;

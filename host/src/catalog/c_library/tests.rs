@@ -94,6 +94,9 @@ fn numbers_of_the_header_are_those_of_the_contract() {
     }
     expect("ODYN_CLAMPED", element_api::Outside::Clamped.encode());
     expect("ODYN_PERIODIC", element_api::Outside::Periodic.encode());
+    for (code, interpolation) in table::INTERPOLATIONS {
+        expect(&format!("ODYN_{}", interpolation.name().to_uppercase()), code);
+    }
     for (name, number) in [
         ("OK", table::OK as u32),
         ("FAULT", table::FAULT as u32),

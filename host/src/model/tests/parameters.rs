@@ -1,8 +1,8 @@
 //! What a scene writes is what the element is told, in SI units.
 
-use element_api::Function;
 use element_api::params::{ParamSpec, ParamType};
 use element_api::recording::{Op, Role};
+use element_api::{Function, Kind};
 
 use super::*;
 
@@ -123,8 +123,14 @@ fn function(value: &str, spec: &ParamSpec) -> (Option<toml::Value>, Vec<(&'stati
         + &format!("[[force]]\nname = \"e\"\ntype = \"t\"\nbodies = [\"a\"]\nparams = {{ p = {value} }}\n");
     let scene = crate::tests::scene(&text);
     let mut found = Vec::new();
-    let table =
-        crate::model::parameters::resolve(&scene, &scene.elements[0], std::slice::from_ref(spec), "t", &mut found);
+    let table = crate::model::parameters::resolve(
+        &scene,
+        &scene.elements[0],
+        std::slice::from_ref(spec),
+        "t",
+        Kind::Force,
+        &mut found,
+    );
     let place = |d: &Diagnostic| d.span().map_or(String::new(), |span| scene.source.text[span].to_string());
     (table.get("p").cloned(), found.iter().map(|d| (d.code, place(d))).collect())
 }

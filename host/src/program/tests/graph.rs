@@ -1,9 +1,11 @@
 //! Rules by which the graph simplifies, and the proof that none of them changes a value.
 
-use element_api::Table;
+use element_api::recorded::{input, record};
+use element_api::recording::{Input, Role};
+use element_api::{Interpolation, Outside, Scalar, Table};
 
 use super::{value, values};
-use crate::program::{Expr, Graph, Node};
+use crate::program::{Expr, Graph, Node, import};
 use crate::tests::Random;
 
 /// A graph with three inputs.
@@ -15,6 +17,39 @@ fn start() -> (Graph, [Node; 3]) {
 
 fn curve() -> Table {
     Table::periodic(&[[0.0, 1.0], [0.3, 2.0], [0.7, -1.0], [1.0, 1.0]]).unwrap()
+}
+
+/// A table as an element records it, at input 0.
+fn looked_up(table: &Table) -> (Graph, Node) {
+    let recording = record(|| vec![(Role::Channel(0), input(Input::Coordinate(0)).lookup(table))]);
+    let mut graph = Graph::default();
+    let nodes = import(&mut graph, &recording, |g, _| g.input(0));
+    (graph, nodes[recording.outputs[0].node as usize])
+}
+
+#[test]
+fn a_table_with_jumps_is_a_choice_of_its_parts() {
+    let mut random = Random(11);
+    for count in 2..9 {
+        let points: Vec<[f64; 2]> =
+            (0..count).map(|k| [f64::from(k) + 0.5 * random.between(0.0, 1.0), random.between(0.0, 1.0)]).collect();
+        let steps = Table::through(&points, Interpolation::Steps, Outside::Clamped).unwrap();
+        // A continuous table with one jump put into it.
+        let mut broken = Table::through(&points, Interpolation::Monotone, Outside::Clamped).unwrap();
+        broken.pieces.iter_mut().skip(1).for_each(|piece| piece[0] += 3.0);
+        for (table, selects) in [(steps, count as usize - 1), (broken, usize::from(count > 2))] {
+            let (graph, node) = looked_up(&table);
+            let found = graph.nodes().filter(|node| matches!(graph.expr(*node), Expr::Select(..))).count();
+            assert_eq!(found, selects, "{points:?}");
+            let jumps = points.iter().flat_map(|p| [p[0].next_down(), p[0], p[0].next_up()]);
+            for x in (0..200).map(|k| -1.0 + 0.06 * f64::from(k)).chain(jumps) {
+                assert_eq!(value(&graph, node, &[x]), table.derivative(x, 0), "at {x}");
+            }
+        }
+    }
+    let continuous = Table::clamped(&[[0.0, 1.0], [1.0, 2.0], [2.0, 0.0]]).unwrap();
+    let (graph, node) = looked_up(&continuous);
+    assert!(matches!(graph.expr(node), Expr::Table { .. }));
 }
 
 #[test]

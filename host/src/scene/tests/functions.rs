@@ -230,6 +230,8 @@ fn points_are_converted() {
     assert_eq!(pairs(table.get("points").unwrap())[3], [3e-3, 0.0]);
     // As the element reads it: 10 periods later.
     assert!((Function::read_named(&table, "f").unwrap().at(31e-3) - 5e-3).abs() < 1e-12);
+    let steps = read("{ points = [[0, 0], [1, 5], [2, 0]], interpolation = \"steps\", periodic = true }");
+    assert!(near(Function::read_named(&steps, "f").unwrap().at(5.9e-3), 5e-3));
     let clamped = read("{ points = [[0, 1], [1, 5]] }");
     assert!(near(Function::read_named(&clamped, "f").unwrap().at(7.0), 5e-3));
 }
@@ -247,6 +249,13 @@ fn wrong_functions_are_pointed_at() {
         ("{ periodic = true }", codes::MISSING_KEY, "{ periodic = true }"),
         ("{ points = 3 }", codes::WRONG_TYPE, "3"),
         ("{ points = [[0, 0], [1, 0]], periodic = 1 }", codes::WRONG_TYPE, "1"),
+        ("{ points = [[0, 0], [1, 0]], interpolation = \"linea\" }", codes::UNKNOWN_WORD, "\"linea\""),
+        ("{ points = [[0, 0], [1, 0]], interpolation = 2 }", codes::WRONG_TYPE, "2"),
+        (
+            "{ points = [[0, 0], [1, 5], [2, 0]], interpolation = \"spline\", periodic = true }",
+            codes::WRONG_LENGTH,
+            "[[0, 0], [1, 5], [2, 0]]",
+        ),
         ("true", codes::WRONG_TYPE, "true"),
         ("\"3 sin(2 pi tt)\"", codes::UNKNOWN_PARAMETER, "tt"),
         ("\"3 mm sin(2 pi t)\"", codes::MIXED_DIMENSIONS, "sin"),

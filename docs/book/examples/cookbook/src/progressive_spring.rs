@@ -1,4 +1,5 @@
-//! A spring whose tension over its elongation is measured: points, joined by a smooth curve.
+//! A spring whose tension over its elongation is measured: points, joined as the scene wants it (`monotone`, `linear`, `spline`,
+//! `steps`; monotone where it does not say).
 //!
 //! The table is made once, from the points, when the element is created. Outside of its range the end values are held.
 
@@ -15,7 +16,7 @@ pub struct ProgressiveSpring {
 pub struct ProgressiveSpringParameters {
     /// Tension over the elongation.
     #[param(unit = "m -> N")]
-    tension: Vec<[f64; 2]>,
+    tension: Curve,
     /// Distance of the points at elongation zero.
     #[param(unit = "m", above = 0.0)]
     free_length: f64,
@@ -30,7 +31,7 @@ impl Element for ProgressiveSpring {
 
     fn new(p: ProgressiveSpringParameters) -> Result<Self, ParamError> {
         // The table says what is wrong with the points; the scene is to be pointed at.
-        let tension = Table::clamped(&p.tension).map_err(|error| ParamError::new("tension", error.message))?;
+        let tension = p.tension.table(Outside::Clamped).map_err(|error| ParamError::new("tension", error.message))?;
         Ok(Self { tension, free_length: p.free_length })
     }
 }

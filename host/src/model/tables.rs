@@ -1,0 +1,284 @@
+//! What the tables of a recording do between their points and beyond them: what the user should know, and what no joint can
+//! follow.
+
+use element_api::params::{ParamKind, ParamSpec, ParamType, Table as Params};
+use element_api::recording::{Input, Op, Role};
+use element_api::{Descriptor, Interpolation, Kind, Outside, Recording, Table};
+
+use super::parameters;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::{ElementRecord, Scene};
+
+/// A curve may leave the values of two neighbouring points by this part of the range of all its values without a word: the
+/// crest of a sine that is given by 16 points, or more, of each period is not told of.
+const TOLERATED: f64 = 0.01;
+
+/// What is to be said of the tables of an instance; `params` is what it was given.
+pub(super) fn check(
+    scene: &Scene,
+    record: &ElementRecord,
+    class: &Descriptor,
+    params: &Params,
+    recording: &Recording,
+) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let subject = Subject { scene, record, class, params };
+    let tables: Vec<&Table> = recording.tables.iter().filter(|table| table.is_sound()).collect();
+    for (k, table) in tables.iter().enumerate() {
+        if tables[..k].contains(table) {
+            continue;
+        }
+        let curve = subject.curve_of(table);
+        found.extend(subject.interpolated_otherwise(&curve, table));
+        found.extend(subject.leaves_its_points(&curve, table));
+    }
+    if class.kind == Kind::Joint {
+        found.extend(subject.kinks_of_rows(recording));
+    }
+    found
+}
+
+struct Subject<'a> {
+    scene: &'a Scene,
+    record: &'a ElementRecord,
+    class: &'a Descriptor,
+    params: &'a Params,
+}
+
+/// The parameter that a table was made of, as far as can be told: the one whose arguments it has.
+struct Curve<'a> {
+    spec: Option<&'a ParamSpec>,
+    points: Vec<[f64; 2]>,
+    interpolation: Option<Interpolation>,
+}
+
+impl Curve<'_> {
+    /// `the curve of ``torque```
+    fn name(&self) -> String {
+        self.spec.map_or_else(|| "a curve".into(), |spec| format!("the curve of `{}`", spec.name))
+    }
+
+    /// An argument, and a value, with their units.
+    fn units(&self) -> [String; 2] {
+        let unit = self.spec.map_or("", |spec| spec.unit.as_str());
+        let (argument, value) = unit.split_once("->").unwrap_or(("", ""));
+        [argument, value].map(|unit| match unit.trim() {
+            "" | "1" => String::new(),
+            unit => format!(" {unit}"),
+        })
+    }
+}
+
+impl Subject<'_> {
+    fn curve_of(&self, table: &Table) -> Curve<'_> {
+        let given = |spec: &ParamSpec| {
+            if !matches!(spec.kind, ParamKind::Function | ParamKind::Curve) {
+                return None;
+            }
+            let value = self.params.get(&spec.name)?;
+            let points = Vec::<[f64; 2]>::read_value(value.get("points").unwrap_or(value))?;
+            let same = points.len() <= table.breaks.len() && points.iter().zip(&table.breaks).all(|(p, x)| p[0] == *x);
+            same.then_some((points, value))
+        };
+        let found = self.class.params.iter().find_map(|spec| Some((spec, given(spec)?)));
+        match found {
+            None => Curve { spec: None, points: Vec::new(), interpolation: None },
+            Some((spec, (points, value))) => {
+                let word = value.get("interpolation").and_then(toml::Value::as_str);
+                Curve { spec: Some(spec), points, interpolation: word.and_then(|word| word.parse().ok()) }
+            }
+        }
+    }
+
+    fn place(&self, curve: &Curve<'_>) -> std::ops::Range<usize> {
+        parameters::place(self.record, curve.spec.map_or("", |spec| spec.name.as_str()))
+    }
+
+    /// A library of an earlier contract knows splines only.
+    fn interpolated_otherwise(&self, curve: &Curve<'_>, table: &Table) -> Option<Diagnostic> {
+        let (spec, wanted) = (curve.spec?, curve.interpolation?);
+        let expected = Table::through(&curve.points, wanted, table.outside).ok()?;
+        let same_points = curve.points.iter().all(|[x, y]| near(table.derivative(*x, 0), *y, 1.0));
+        if !same_points || joined_alike(table, &expected) {
+            return None;
+        }
+        let written = self.record.params.get(&spec.name).and_then(|raw| raw.as_table());
+        let asked = written.is_some_and(|table| table.get("interpolation").is_some());
+        let message = format!(
+            "`{}` joins the points of `{}` otherwise than by the interpolation `{}`",
+            self.record.name.value,
+            spec.name,
+            wanted.name()
+        );
+        let made = if asked { Diagnostic::error } else { Diagnostic::warning };
+        Some(
+            made(codes::INTERPOLATION_IGNORED, message)
+                .at(self.place(curve), if asked { "" } else { "which is meant where nothing else is written" })
+                .help("its library is older than the choice of interpolations; built again, it follows")
+                .help("splines are what it makes: `{ points = [...], interpolation = \"spline\" }` agrees with it"),
+        )
+    }
+
+    /// The largest excess over the values of two neighbouring points.
+    fn leaves_its_points(&self, curve: &Curve<'_>, table: &Table) -> Option<Diagnostic> {
+        let pieces: Vec<Piece> = (0..table.pieces.len()).map(|k| Piece::of(table, k)).collect();
+        let low = pieces.iter().map(|p| p.ends[0].min(p.ends[1])).fold(f64::INFINITY, f64::min);
+        let high = pieces.iter().map(|p| p.ends[0].max(p.ends[1])).fold(f64::NEG_INFINITY, f64::max);
+        let worst = pieces.iter().max_by(|a, b| a.excess().total_cmp(&b.excess()))?;
+        if worst.excess() <= TOLERATED * (high - low) {
+            return None;
+        }
+        let [argument, value] = curve.units();
+        let message = format!(
+            "`{}`: {} reaches {}{value} between its points at {}{argument} and {}{argument}, where it is {}{value} and {}{value}",
+            self.record.name.value,
+            curve.name(),
+            short(worst.farthest()),
+            short(worst.from),
+            short(worst.to),
+            short(worst.ends[0]),
+            short(worst.ends[1]),
+        );
+        let least = pieces.iter().map(|p| p.low).fold(f64::INFINITY, f64::min);
+        let most = pieces.iter().map(|p| p.high).fold(f64::NEG_INFINITY, f64::max);
+        let label = format!(
+            "points from {} to {}{value}, the curve through them from {} to {}{value}",
+            short(low),
+            short(high),
+            short(least),
+            short(most)
+        );
+        Some(
+            Diagnostic::warning(codes::CURVE_LEAVES_POINTS, message)
+                .at(self.place(curve), label)
+                .help("a spline is for points of a smooth function: give more of them where it bends")
+                .help("`interpolation = \"monotone\"` stays between the points, and so does \"linear\""),
+        )
+    }
+
+    /// Constraint equations are differentiated twice: a jump of value or slope asks for infinite forces.
+    fn kinks_of_rows(&self, recording: &Recording) -> Vec<Diagnostic> {
+        let mut needed = vec![false; recording.ops.len()];
+        let rows = recording.outputs.iter().filter(|output| matches!(output.role, Role::Residual(_)));
+        rows.for_each(|output| needed[output.node as usize] = true);
+        let mut used: Vec<(usize, bool)> = Vec::new();
+        for k in (0..needed.len()).rev() {
+            let Some(op) = Op::decode(recording.ops[k]).filter(|_| needed[k]) else { continue };
+            op.operands().for_each(|a| needed[a as usize] = true);
+            if let Op::Table(table, argument) = op {
+                let argument = recording.ops.get(argument as usize).and_then(|raw| Op::decode(*raw));
+                let entry = (table as usize, argument == Some(Op::Input(Input::Time)));
+                if !used.contains(&entry) {
+                    used.push(entry);
+                }
+            }
+        }
+        used.sort_unstable();
+        used.iter().filter_map(|(k, of_time)| self.kink(recording.tables.get(*k)?, *of_time)).collect()
+    }
+
+    /// The first jump of value or slope inside a table; else, of a table over time, the one at an end within the run.
+    fn kink(&self, table: &Table, of_time: bool) -> Option<Diagnostic> {
+        let curve = self.curve_of(table);
+        let [argument, value] = curve.units();
+        let (first, last) = (*table.breaks.first()?, *table.breaks.last()?);
+        let is_end = |x: f64| table.outside == Outside::Clamped && (x == first || x == last);
+        let name = &self.record.name.value;
+        if let Some((x, order)) = table.kinks().find(|(x, order)| *order < 2 && !is_end(*x)) {
+            let what = if order == 0 { "jumps" } else { "has a kink" };
+            let message = format!("`{name}`: {} {what} at {}{argument}", curve.name(), short(x));
+            return Some(
+                Diagnostic::error(codes::CURVE_NOT_SMOOTH, message)
+                    .at(self.place(&curve), "a joint would need infinite forces to follow it")
+                    .help("leave `interpolation` out: the curves of joints are splines where nothing else is written")
+                    .help("`interpolation = \"monotone\"` has no kinks either; its forces jump at the points"),
+            );
+        }
+        let simulation = &self.scene.simulation;
+        let within = |x: f64| simulation.t_start < x && x < simulation.t_end;
+        let (x, _) = table.kinks().find(|(x, order)| of_time && *order == 1 && is_end(*x) && within(*x))?;
+        let inner =
+            if x == first { table.pieces.first()?[1] } else { Piece::of(table, table.pieces.len() - 1).last_slope };
+        let (before, after) = if x == first { (0.0, inner) } else { (inner, 0.0) };
+        let message = format!(
+            "`{name}`: {} {} at t = {} s, where the speed jumps from {} to {}{value}/s",
+            curve.name(),
+            if x == first { "begins" } else { "ends" },
+            short(x),
+            short(before),
+            short(after),
+        );
+        Some(
+            Diagnostic::warning(codes::CURVE_NOT_SMOOTH, message)
+                .at(self.place(&curve), "the value is held outside of the points")
+                .help("give points for the whole run, or let them begin and end level: two equal values"),
+        )
+    }
+}
+
+/// A piece of a table: its ends and what it reaches between them.
+struct Piece {
+    from: f64,
+    to: f64,
+    ends: [f64; 2],
+    low: f64,
+    high: f64,
+    last_slope: f64,
+}
+
+impl Piece {
+    fn of(table: &Table, k: usize) -> Self {
+        let (from, to) = (table.breaks[k], table.breaks[k + 1]);
+        let h = to - from;
+        let [c0, c1, c2, c3] = table.pieces[k];
+        let value = |s: f64| c0 + s * (c1 + s * (c2 + s * c3));
+        let ends = [c0, value(h)];
+        // Zeros of the slope c1 + 2 c2 s + 3 c3 s^2, in the form that does not cancel.
+        let root = (c2 * c2 - 3.0 * c3 * c1).max(0.0).sqrt();
+        let q = -(c2 + root.copysign(c2));
+        let inside = [q / (3.0 * c3), c1 / q].into_iter().filter(|s| *s > 0.0 && *s < h).map(value);
+        let all: Vec<f64> = inside.chain(ends).collect();
+        Self {
+            from,
+            to,
+            ends,
+            low: all.iter().copied().fold(f64::INFINITY, f64::min),
+            high: all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            last_slope: c1 + h * (2.0 * c2 + h * 3.0 * c3),
+        }
+    }
+
+    fn below(&self) -> f64 {
+        self.ends[0].min(self.ends[1]) - self.low
+    }
+
+    fn above(&self) -> f64 {
+        self.high - self.ends[0].max(self.ends[1])
+    }
+
+    fn excess(&self) -> f64 {
+        self.below().max(self.above())
+    }
+
+    fn farthest(&self) -> f64 {
+        if self.below() > self.above() { self.low } else { self.high }
+    }
+}
+
+fn near(a: f64, b: f64, size: f64) -> bool {
+    (a - b).abs() <= 1e-9 * (size.abs() + a.abs() + b.abs())
+}
+
+/// Whether two tables with the same points are the same in the middle of their pieces.
+fn joined_alike(a: &Table, b: &Table) -> bool {
+    a.breaks.windows(2).all(|w| {
+        let x = 0.5 * (w[0] + w[1]);
+        near(a.derivative(x, 0), b.derivative(x, 0), b.derivative(w[0], 0))
+    })
+}
+
+/// Four digits.
+fn short(x: f64) -> String {
+    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
+}

@@ -1,0 +1,104 @@
+//! Curves say what they do between and beyond their points.
+
+use super::*;
+use crate::diagnostics::Severity;
+
+const JUMP: &str = "[[0, 0], [0.4, 0], [0.42, 10], [1, 10]]";
+
+/// What is said of a force, or of a joint, with a parameter: severity, code, message, label.
+fn said(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, &'static str, String)> {
+    let bodies = if kind == "joint" { "[\"ground\", \"a\"]" } else { "[\"a\"]" };
+    let text = with_body("")
+        + &format!("[[{kind}]]\nname = \"e\"\ntype = \"{type_name}\"\nbodies = {bodies}\nparams = {{ {params} }}\n");
+    let source = crate::tests::scene(&text).source.text;
+    let found = match resolved(&text) {
+        Ok((_, notes)) => notes,
+        Err(found) => found,
+    };
+    for diagnostic in &found {
+        let place = &source[diagnostic.span().unwrap()];
+        assert!(params.contains(place) && place.contains("[0"), "points at {place}");
+    }
+    found.into_iter().map(|d| (d.severity, d.code, d.message)).collect()
+}
+
+fn codes_of(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, &'static str)> {
+    said(kind, type_name, params).into_iter().map(|(severity, code, _)| (severity, code)).collect()
+}
+
+#[test]
+fn a_spline_that_leaves_its_points_says_how_far() {
+    let spline = format!("{{ points = {JUMP}, interpolation = \"spline\" }}");
+    let found = said("force", "pull", &format!("of_time = {spline}"));
+    let [(Severity::Warning, codes::CURVE_LEAVES_POINTS, message)] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(
+        message,
+        "`e`: the curve of `of_time` reaches 65.26 N between its points at 0.42 s and 1 s, where it is 10 N and 10 N"
+    );
+    // A table that the element makes of its points.
+    let found = said("force", "pull", &format!("of_rate = {JUMP}"));
+    assert!(found[0].2.contains("the curve of `of_rate` reaches 65.26 N between its points at 0.42 m/s"), "{found:?}");
+    // Within the range of all points, but far from the two beside it: a friction curve.
+    let friction = "[[0, 0], [0.01, 10], [0.1, 6], [1, 6], [5, 6]]";
+    let found = said("force", "pull", &format!("of_rate = {friction}"));
+    assert_eq!(found.len(), 1, "{found:?}");
+}
+
+#[test]
+fn curves_that_keep_to_their_points_are_passed_over() {
+    for params in [
+        format!("of_time = {JUMP}"),
+        format!("of_speed = {JUMP}"),
+        format!("of_time = {{ points = {JUMP}, interpolation = \"linear\" }}"),
+        format!("of_speed = {{ points = {JUMP}, interpolation = \"steps\" }}"),
+        "of_time = 3".into(),
+        "of_time = \"5 sin(t)\"".into(),
+    ] {
+        assert_eq!(codes_of("force", "pull", &params), [], "{params}");
+    }
+    let sine = |count: usize| {
+        let points: Vec<String> = (0..=count)
+            .map(|k| k as f64 / count as f64)
+            .map(|x| format!("[{x:?}, {:?}]", (6.4 * x + 0.1).sin()))
+            .collect();
+        format!("of_rate = [{}]", points.join(", "))
+    };
+    assert_eq!(codes_of("force", "pull", &sine(16)), []);
+    assert_eq!(codes_of("force", "pull", &sine(5)), [(Severity::Warning, codes::CURVE_LEAVES_POINTS)]);
+}
+
+#[test]
+fn joints_follow_splines_and_refuse_kinks() {
+    let level = "[[0, 0], [0.5, 0.1], [1.5, 0.3], [2, 0.3]]";
+    let smooth = |word: &str| format!("way = {{ points = {level}, interpolation = \"{word}\" }}");
+    assert_eq!(codes_of("joint", "lead", &smooth("monotone")), []);
+    for word in ["linear", "steps"] {
+        assert_eq!(codes_of("joint", "lead", &smooth(word)), [(Severity::Error, codes::CURVE_NOT_SMOOTH)], "{word}");
+    }
+    // Where nothing is written, a spline: the crest of these points is beyond them.
+    let crest = "[[0, 0], [0.5, 1], [1.5, 1.1], [2, 0]]";
+    assert_eq!(codes_of("joint", "lead", &format!("way = {crest}")), [(Severity::Warning, codes::CURVE_LEAVES_POINTS)]);
+    assert_eq!(codes_of("force", "pull", &format!("of_time = {crest}")), []);
+}
+
+#[test]
+fn a_driver_that_arrives_at_its_last_point_with_a_speed_is_told_of() {
+    // The run ends at 1 s.
+    let found = said("joint", "lead", "way = [[0, 0], [0.4, 1], [0.8, 2]]");
+    let [(Severity::Warning, codes::CURVE_NOT_SMOOTH, message)] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(message, "`e`: the curve of `way` ends at t = 0.8 s, where the speed jumps from 2.5 to 0 m/s");
+    assert_eq!(codes_of("joint", "lead", "way = [[0, 0], [0.4, 1], [1, 2.5]]"), []);
+    assert_eq!(codes_of("joint", "lead", "way = [[0.5, 0], [0.7, 1], [1, 2.5]]").len(), 1, "it begins late");
+}
+
+#[test]
+fn a_library_that_knows_splines_only_is_told_of() {
+    let bent = "[[0, 0], [0.1, 3], [0.3, 4], [1, 5]]";
+    let asked = |word: &str| format!("force = {{ points = {bent}, interpolation = \"{word}\" }}");
+    let ignored = codes::INTERPOLATION_IGNORED;
+    assert_eq!(codes_of("force", "early", &asked("linear"))[0], (Severity::Error, ignored));
+    assert_eq!(codes_of("force", "early", &format!("force = {bent}"))[0], (Severity::Warning, ignored));
+    assert!(codes_of("force", "early", &asked("spline")).iter().all(|(_, code)| *code != ignored));
+    // Where all interpolations are the same, there is nothing to tell.
+    assert_eq!(codes_of("force", "early", "force = [[0, 0], [1, 2], [3, 6]]"), []);
+}
