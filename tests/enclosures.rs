@@ -109,7 +109,9 @@ fn grazing_contacts_are_felt() {
     // Thrown up against a stop which is just in reach: the speed, and how far the ball would go beyond the stop.
     for (speed, overlap) in [(3.1, 1e-5), (5.0, 1e-3), (7.3, 0.03), (9.7, 0.1), (13.0, 3e-3)] {
         let upper = speed * speed / (2.0 * 9.81) - overlap;
-        let force = format!("type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = {{ upper = {upper:?}, force = \"5 kN\", depth = \"2 cm\" }}");
+        let force = format!(
+            "type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = {{ upper = {upper:?}, force = \"5 kN\", depth = \"2 cm\" }}"
+        );
         let scene = cart(&format!("{speed:?}"), &force)
             .replace("t_end = 10\noutput_step = 1", "t_end = 1.5\noutput_step = 0.05\ngravity = [-9.81, 0, 0]");
         agree(&format!("{overlap} m beyond at {speed} m/s"), &scene, 1e-7);
@@ -126,7 +128,8 @@ fn pulses_in_time_are_felt() {
         ("triangle of 20 ms", "\"max(0, 10 - 1000 abs(t - 3.3))\""),
         ("table", "[[0, 0], [6.1, 0], [6.12, 10], [6.14, 0], [10, 0]]"),
     ] {
-        let force = format!("type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_time = {force}");
+        let force =
+            format!("type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_time = {force}");
         agree(what, &cart("1.0", &force), 1e-7);
     }
 }
@@ -139,7 +142,8 @@ fn barriers_in_space_are_felt() {
         ("resonance", "\"2 / (1 + ((l - 53.303) / 0.01)^2)\""),
         ("triangle", "\"-max(0, 20 - 2000 abs(l - 53.303))\""),
     ] {
-        let force = format!("type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_length = {force}");
+        let force =
+            format!("type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_length = {force}");
         agree(what, &cart("1.0", &force), 1e-6);
     }
 }
@@ -174,7 +178,8 @@ fn steps_of_a_fixed_size_that_lose_turns_or_miss_contacts_say_so() {
         let method = format!("simulation.method={method}");
         let report = run(&wheel("30.0"), &[&method, "simulation.fixed_step=0.5"]);
         assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some("ODY0607")), "{method}");
-        let force = "type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = { upper = 2.686, force = \"5 kN\", depth = \"2 cm\" }";
+        let force =
+            "type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = { upper = 2.686, force = \"5 kN\", depth = \"2 cm\" }";
         let scene = cart("7.3", force)
             .replace("t_end = 10\noutput_step = 1", "t_end = 1.6\noutput_step = 0.8\ngravity = [-9.81, 0, 0]");
         let report = run(&scene, &[&method, "simulation.fixed_step=0.5"]);

@@ -49,6 +49,7 @@ pub fn library(package: &str) -> Library {
             force::<Friction>(),
             force::<Lag>(),
             force::<Relay>(),
+            force::<Sill>(),
             force::<Drain>(),
             force::<Tally>(),
             force::<Echo>(),

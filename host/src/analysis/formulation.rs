@@ -178,6 +178,11 @@ pub trait Formulation: Send {
         let _ = slot;
         None
     }
+    /// How many entries of the angular velocity can add up in the rate of an angle between two bodies.
+    fn turns_added(&self) -> f64 {
+        // Two bodies, three components each.
+        2.0 * 3.0_f64.sqrt()
+    }
     /// Nodes of the working form in a graph whose inputs are copies of the state ([`Formulation::entry_of`]), of time and of what
     /// stays as it is during a step; `None` where they can't be written so.
     fn written_in_state(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {

@@ -68,6 +68,8 @@ pub struct JointForm {
     careful: bool,
     passage: Passage,
     counters: Counters,
+    /// See [`Formulation::turns_added`].
+    turns_added: f64,
     /// The equations, for their derivatives.
     equations: JointEquations,
     derivatives: Derivatives,
@@ -94,6 +96,10 @@ impl JointForm {
         safe.solver.set_rank_limit(plan.at_start.rank);
         let chosen: Vec<usize> = plan.independent.iter().map(|k| plan.rows[*k]).collect();
         let lengths: Vec<f64> = plan.independent.iter().map(|k| plan.lengths[*k]).collect();
+        // The angles of the tree's own joints are coordinates; between other bodies the rates of joints add up.
+        let used = plan.tree.used(model.elements.len());
+        let counts_others = model.elements.iter().zip(&used).any(|(element, used)| element.class.angles > 0 && !used);
+        let turns_added = if counts_others { coordinates.columns as f64 } else { 3.0_f64.sqrt() };
         // Rows close to dependent at the start are for the rank-safe engine throughout.
         let regular = Some(plan.regular).filter(|_| plan.start_health >= LEAST_HEALTH);
         Ok(Self {
@@ -110,6 +116,7 @@ impl JointForm {
             start_health: plan.start_health,
             last_health: plan.start_health,
             at_start: plan.at_start,
+            turns_added,
             row_sizes: plan.sizes,
             length: plan.length,
             lengths,
@@ -556,6 +563,10 @@ impl Formulation for JointForm {
 
     fn carry(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
         self.equations.carry(equations, &self.layout, nodes)
+    }
+
+    fn turns_added(&self) -> f64 {
+        self.turns_added
     }
 
     fn entry_of(&self, slot: usize) -> Option<usize> {

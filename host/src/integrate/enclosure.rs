@@ -15,7 +15,7 @@
 //! The plain twin looks at many places of a step instead ([`System::look`]); it serves where ranges cannot be had.
 
 use super::run::{Run, Trouble};
-use super::{Guard, System};
+use super::{Guard, GuardSet, Watched};
 use crate::interval::{Bernstein, Interval, Range};
 
 /// How far a function may go beyond what a method has seen of it in the step, as a share of what it has seen.
@@ -24,10 +24,14 @@ const BEYOND: f64 = 0.25;
 const NEGLIGIBLE: f64 = 1e-9;
 /// How far a counted angle may go from its reference, rad: half a turn less a margin.
 const MOST_TURNED: f64 = 2.8;
+/// How far counted angles may turn in a step that is not looked at closely, rad.
+const LITTLE_TURN: f64 = 1.5;
 /// Halvings of a step.
 const DEEPEST: u32 = 24;
 /// Pieces of a step that are looked at.
 const MOST_PIECES: usize = 300;
+/// How much more a quantity may change in the worst direction than in the one that the twin tries.
+const MANY_DIRECTIONS: f64 = 4.0;
 /// Places of a step that the twin looks at.
 const PLACES: usize = 32;
 /// Share of a step that is left of it where a function is sharp at its very start.
@@ -96,8 +100,9 @@ struct Piece {
 }
 
 /// See the module documentation.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Enclosure {
+    of: Watched,
     within: Vec<Guard>,
     of_time: Vec<Guard>,
     entries: Vec<usize>,
@@ -111,28 +116,34 @@ pub(super) struct Enclosure {
     last: Vec<f64>,
     /// What was seen of functions.
     hulls: Vec<Interval>,
+    /// By how much each quantity changes where the state is off by what its tolerance allows: less cannot be judged.
+    noise: Vec<f64>,
     /// First change of each condition.
     changes: Vec<Option<(f64, f64)>>,
     state: Vec<f64>,
 }
 
 impl Enclosure {
-    pub(super) fn new(system: &dyn System) -> Self {
-        let guards = system.guards();
-        let n = guards.within.len();
+    /// For the guards of a set, which depend on the state, and of those that depend on time alone.
+    pub(super) fn new(of: Watched, set: GuardSet, of_time: Vec<Guard>, dim: usize) -> Self {
+        let GuardSet { guards, entries, proved } = set;
+        let n = guards.len();
+        let all = n.max(of_time.len());
         Self {
-            within: guards.within.clone(),
-            of_time: guards.of_time.clone(),
-            entries: guards.entries.clone(),
-            can_enclose: guards.proved,
+            of,
             sizes: vec![0.0; n],
-            sizes_of_time: vec![0.0; guards.of_time.len()],
-            ranges: vec![Range::UNKNOWN; n.max(guards.of_time.len())],
+            sizes_of_time: vec![0.0; of_time.len()],
+            ranges: vec![Range::UNKNOWN; all],
             first: vec![0.0; n],
             last: vec![0.0; n],
-            hulls: vec![Interval::ZERO; n.max(guards.of_time.len())],
+            hulls: vec![Interval::ZERO; all],
+            noise: vec![0.0; n],
             changes: vec![None; n],
-            state: vec![0.0; if n > 0 { system.dim() } else { 0 }],
+            state: vec![0.0; if n > 0 { dim } else { 0 }],
+            can_enclose: proved,
+            within: guards,
+            of_time,
+            entries,
         }
     }
 
@@ -151,6 +162,9 @@ impl Enclosure {
         if self.within.is_empty() {
             return Ok(None);
         }
+        if self.of == Watched::Turns && self.turns_little(run, step) {
+            return Ok(None);
+        }
         run.counters.enclosed += 1;
         if !self.can_enclose {
             return self.look(run, step);
@@ -164,6 +178,7 @@ impl Enclosure {
         let mut pieces =
             vec![Piece { from: 0.0, to: 1.0, depth: 0, polynomials: whole, open: vec![true; self.within.len()] }];
         self.changes.fill(None);
+        self.noise.fill(0.0);
         let mut seen = false;
         let mut count = 0;
         self.point(run, step, &pieces[0].polynomials, 0.0, false);
@@ -178,9 +193,12 @@ impl Enclosure {
                 std::mem::swap(&mut self.first, &mut self.last);
                 continue;
             }
-            if !seen && self.has_features(&piece) {
-                // Only now is it worth while to know what was seen.
-                self.see(run, step);
+            if !seen {
+                // Only now is it worth while to know what was seen, and what can be told apart.
+                self.find_noise(run, step);
+                if self.has_features(&piece) {
+                    self.see(run, step);
+                }
                 seen = true;
                 pieces.push(piece);
             } else if piece.depth < DEEPEST && count < MOST_PIECES {
@@ -207,6 +225,16 @@ impl Enclosure {
         Ok(None)
     }
 
+    /// Whether no angle can get near half a turn from its reference: it has used up 1 rad at most when the step begins.
+    fn turns_little(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> bool {
+        let mut fastest = 0.0_f64;
+        for share in [0.0, 0.5, 1.0] {
+            (step.at)(share, &mut self.state);
+            fastest = fastest.max(run.system.turning(&self.state));
+        }
+        step.h * fastest <= LITTLE_TURN
+    }
+
     /// A finding, unless the step is as short as can be.
     fn settled(&self, run: &Run<'_>, step: &Interpolation<'_>, found: Found) -> Option<Found> {
         let is_short = step.h <= Self::shortest(run);
@@ -221,7 +249,7 @@ impl Enclosure {
     fn enclose(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
         let t = Range::even(step.start + piece.from * step.h, step.start + piece.to * step.h);
         let of = |k: usize| Range { value: piece.polynomials.range(k), slope: piece.polynomials.slope(k) };
-        run.system.enclose(t, &of, &mut self.ranges[..self.within.len()]);
+        run.system.enclose(self.of, t, &of, &mut self.ranges[..self.within.len()]);
     }
 
     /// The values of all guards at an end of a piece, at this share of the step.
@@ -229,7 +257,8 @@ impl Enclosure {
         let of = |k: usize| Range::still(polynomials.end(k, last));
         let ranges = &mut self.ranges;
         let kept: Vec<Range> = ranges.clone();
-        run.system.enclose(Range::still(step.start + share * step.h), &of, &mut ranges[..self.within.len()]);
+        let of_set = self.of;
+        run.system.enclose(of_set, Range::still(step.start + share * step.h), &of, &mut ranges[..self.within.len()]);
         let values = if last { &mut self.last } else { &mut self.first };
         for ((value, range), size) in values.iter_mut().zip(ranges.iter()).zip(&mut self.sizes) {
             *value = 0.5 * (range.value.low + range.value.high);
@@ -240,6 +269,31 @@ impl Enclosure {
         *ranges = kept;
     }
 
+    /// See [`Enclosure::noise`], at the end of the step: to first order, the slopes along all differences of the state that
+    /// its tolerance allows.
+    fn find_noise(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) {
+        (step.at)(1.0, &mut self.state);
+        let off: Vec<f64> = self.entries.iter().map(|entry| run.system.resolution(*entry)).collect();
+        let (state, entries) = (&self.state, &self.entries);
+        let of = |k: usize| Range { value: Interval::point(state[entries[k]]), slope: Interval::new(-off[k], off[k]) };
+        let n = self.within.len();
+        run.system.enclose(self.of, Range::still(step.start + step.h), &of, &mut self.ranges[..n]);
+        for (noise, range) in self.noise.iter_mut().zip(&self.ranges[..n]) {
+            let size = range.slope.magnitude();
+            *noise = if size.is_finite() { size } else { 0.0 };
+        }
+    }
+
+    /// The smallest difference of a quantity that means anything.
+    fn least(&self, k: usize) -> f64 {
+        (NEGLIGIBLE * self.sizes[k]).max(self.noise[k])
+    }
+
+    /// The same for a condition, whose value is near zero where it matters.
+    fn least_side(&self, k: usize) -> f64 {
+        (NOISE * self.sizes[k]).max(self.noise[k])
+    }
+
     /// What the method saw of functions.
     fn see(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) {
         for (number, share) in step.seen.iter().enumerate() {
@@ -247,7 +301,7 @@ impl Enclosure {
             let (state, entries) = (&self.state, &self.entries);
             let of = |k: usize| Range::still(state[entries[k]]);
             let n = self.within.len();
-            run.system.enclose(Range::still(step.start + share * step.h), &of, &mut self.ranges[..n]);
+            run.system.enclose(self.of, Range::still(step.start + share * step.h), &of, &mut self.ranges[..n]);
             for (hull, range) in self.hulls.iter_mut().zip(&self.ranges[..n]) {
                 *hull = if number == 0 { range.value } else { hull.hull(range.value) };
             }
@@ -266,7 +320,7 @@ impl Enclosure {
             let value = if known { range.between(first, last) } else { range.value };
             match self.within[k] {
                 Guard::Switch => {
-                    let noise = NOISE * self.sizes[k];
+                    let noise = self.least_side(k);
                     if value.low >= -noise || value.high < noise || (known && range.is_monotone()) {
                         piece.open[k] = false;
                         let found = self.note_change(k, piece);
@@ -282,10 +336,11 @@ impl Enclosure {
                     piece.open[k] = value.magnitude() > MOST_TURNED;
                 }
                 Guard::Feature => {
-                    if seen && leaves(last, self.hulls[k], self.sizes[k]) {
+                    let least = self.least(k);
+                    if seen && leaves(last, self.hulls[k], least) {
                         return Some(Found::Sharp(piece.from));
                     }
-                    piece.open[k] = !is_seen(value, range, self.hulls[k], self.sizes[k], seen, known);
+                    piece.open[k] = !is_seen(value, range, self.hulls[k], least, seen, known);
                 }
                 Guard::Knots(_) => piece.open[k] = false,
             }
@@ -298,7 +353,7 @@ impl Enclosure {
         if !matches!(self.within[k], Guard::Switch) {
             return None;
         }
-        let noise = NOISE * self.sizes[k];
+        let noise = self.least_side(k);
         let (first, last) = (self.first[k], self.last[k]);
         if (first < 0.0) == (last < 0.0) || first.abs().min(last.abs()) <= noise {
             return None;
@@ -322,15 +377,26 @@ impl Enclosure {
         for share in &shares {
             (step.at)(*share, &mut self.state);
             let mut values = vec![0.0; self.within.len()];
-            if !run.look(step.start + share * step.h, &self.state, &mut values)? {
+            if !run.look(self.of, step.start + share * step.h, &self.state, &mut values)? {
                 return Ok(None);
             }
             known.push(values);
         }
         for k in 0..self.within.len() {
             let seen = known[places..].iter().map(|values| values[k]);
-            self.hulls[k] = Interval::new(seen.clone().fold(f64::INFINITY, f64::min), seen.fold(f64::NEG_INFINITY, f64::max));
+            self.hulls[k] =
+                Interval::new(seen.clone().fold(f64::INFINITY, f64::min), seen.fold(f64::NEG_INFINITY, f64::max));
             self.sizes[k] = known.iter().fold(self.sizes[k], |size, values| size.max(values[k].abs()));
+        }
+        // States that are off by what the tolerance allows, in some direction.
+        (step.at)(1.0, &mut self.state);
+        for (k, value) in self.state.iter_mut().enumerate() {
+            *value += run.system.resolution(k) * if k % 2 == 0 { 1.0 } else { -1.0 };
+        }
+        let mut moved = vec![0.0; self.within.len()];
+        if run.look(self.of, step.start + step.h, &self.state, &mut moved)? {
+            let pairs = moved.iter().zip(&known[places - 1]);
+            self.noise.iter_mut().zip(pairs).for_each(|(noise, (a, b))| *noise = MANY_DIRECTIONS * (a - b).abs());
         }
         for place in 1..places {
             let piece = Piece {
@@ -343,7 +409,9 @@ impl Enclosure {
             self.first.copy_from_slice(&known[place - 1]);
             self.last.copy_from_slice(&known[place]);
             let beyond = |k: usize| match self.within[k] {
-                Guard::Feature => leaves(self.last[k], self.hulls[k], self.sizes[k]).then_some(Found::Sharp(piece.from)),
+                Guard::Feature => {
+                    leaves(self.last[k], self.hulls[k], self.least(k)).then_some(Found::Sharp(piece.from))
+                }
                 Guard::Turn => (self.last[k].abs() > MOST_TURNED).then_some(Found::Turned),
                 _ => None,
             };
@@ -410,12 +478,13 @@ impl Enclosure {
             let mut wide = false;
             for k in (0..n).filter(|k| feature(&self.of_time[*k])) {
                 let (first, last) = (firsts[k], points[k].value.low);
-                if leaves(last, self.hulls[k], self.sizes_of_time[k]) {
+                if leaves(last, self.hulls[k], NEGLIGIBLE * self.sizes_of_time[k]) {
                     return Some(from);
                 }
                 let range = self.ranges[k];
-                let value = if first.is_finite() && last.is_finite() { range.between(first, last) } else { range.value };
-                wide |= !is_seen(value, range, self.hulls[k], self.sizes_of_time[k], true, true);
+                let value =
+                    if first.is_finite() && last.is_finite() { range.between(first, last) } else { range.value };
+                wide |= !is_seen(value, range, self.hulls[k], NEGLIGIBLE * self.sizes_of_time[k], true, true);
             }
             if wide && depth < DEEPEST && count < MOST_PIECES {
                 let middle = 0.5 * (from + to);
@@ -514,16 +583,16 @@ impl Enclosure {
 }
 
 /// Whether a value lies beyond what was seen of a function.
-fn leaves(value: f64, hull: Interval, size: f64) -> bool {
-    let margin = BEYOND * hull.width() + NEGLIGIBLE * size;
+fn leaves(value: f64, hull: Interval, least: f64) -> bool {
+    let margin = BEYOND * hull.width() + least;
     value < hull.low - margin || value > hull.high + margin
 }
 
 /// Whether the values of a function over a piece of a step are what was seen of it. Where that is not known yet, the piece is the
 /// whole step, whose ends are seen.
-fn is_seen(value: Interval, range: Range, hull: Interval, size: f64, seen: bool, known: bool) -> bool {
+fn is_seen(value: Interval, range: Range, hull: Interval, least: f64, seen: bool, known: bool) -> bool {
     if !seen {
-        return value.width() <= NEGLIGIBLE * size || (known && range.is_monotone());
+        return value.width() <= least || (known && range.is_monotone());
     }
-    !leaves(value.low, hull, size) && !leaves(value.high, hull, size)
+    !leaves(value.low, hull, least) && !leaves(value.high, hull, least)
 }

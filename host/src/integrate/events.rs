@@ -19,7 +19,7 @@
 
 use super::enclosure::{Enclosure, Found, Interpolation, Jump};
 use super::run::{Run, Trouble};
-use super::StopReason;
+use super::{StopReason, Watched};
 
 /// Accuracy of the first location, as a share of the step.
 const ROUGH: f64 = 0.01;
@@ -99,6 +99,7 @@ pub(super) struct Events {
     close: u32,
     blind_until: f64,
     enclosure: Enclosure,
+    turns: Enclosure,
     /// The jump in time before which the step under way ends.
     jump: Option<Jump>,
     /// Size of the step that was wanted, where functions of time made it shorter.
@@ -118,8 +119,12 @@ impl Events {
     /// For a method whose interpolation may be continued by the share `reach` of a step.
     pub(super) fn new(run: &Run<'_>, reach: f64) -> Self {
         let conditions = run.system.conditions();
-        let dim = if conditions > 0 { run.system.dim() } else { 0 };
+        let guards = run.system.guards();
+        let whole = run.system.dim();
+        let dim = if conditions > 0 { whole } else { 0 };
         Self {
+            enclosure: Enclosure::new(Watched::Within, guards.within, guards.of_time, whole),
+            turns: Enclosure::new(Watched::Turns, guards.turns, Vec::new(), whole),
             reach,
             pending: None,
             before: vec![0.0; conditions],
@@ -133,7 +138,6 @@ impl Events {
             last: None,
             close: 0,
             blind_until: f64::NEG_INFINITY,
-            enclosure: Enclosure::new(run.system),
             jump: None,
             wanted: None,
         }
@@ -142,6 +146,11 @@ impl Events {
     /// Whether the interpolation of every step is needed.
     pub(super) fn watches_steps(&self) -> bool {
         self.enclosure.is_needed()
+    }
+
+    /// Whether steps are looked at at all, by whatever interpolation there is.
+    pub(super) fn watches_anything(&self) -> bool {
+        self.enclosure.is_needed() || self.turns.is_needed()
     }
 
     /// The end of a step that would end at `t_new`, as functions of time have it. `seen` are the shares of a step at which the
@@ -162,13 +171,16 @@ impl Events {
         y: &[f64],
         step: &Interpolation<'_>,
     ) -> Result<Option<Again>, Trouble> {
-        let Some(found) = self.enclosure.examine(run, step)? else { return Ok(None) };
+        let found = match self.enclosure.examine(run, step)? {
+            None => self.turns.examine(run, step)?,
+            found => found,
+        };
+        let Some(found) = found else { return Ok(None) };
         let again = match found {
             Found::Hidden(from, to) => self.aim(run, y, step, (from, to))?,
-            Found::Sharp(share) if share > SHARP_START => Some(Again {
-                h: step.h * share,
-                end_at: Some(step.start + share * step.h),
-            }),
+            Found::Sharp(share) if share > SHARP_START => {
+                Some(Again { h: step.h * share, end_at: Some(step.start + share * step.h) })
+            }
             Found::Sharp(_) => Some(Again { h: SHARP_START * step.h, end_at: None }),
             Found::Turned => Some(Again { h: 0.5 * step.h, end_at: None }),
         };
@@ -197,7 +209,7 @@ impl Events {
     pub(super) fn note_missed(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<(), Trouble> {
         let (end, _) = self.enclosure.ahead(run, step.start + step.h, step.seen);
         let found = self.enclosure.examine(run, step)?;
-        if found == Some(Found::Turned) {
+        if self.turns.examine(run, step)?.is_some() {
             return Err(Trouble::Stop(StopReason::TurnsLost { step: step.h }));
         }
         if found.is_some() || end < step.start + step.h {

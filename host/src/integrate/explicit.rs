@@ -3,6 +3,7 @@
 use super::enclosure::{Interpolation, ascending, is_continuous};
 use super::events::{Again, Events, Next};
 use super::rivals::{Signs, Suspect, Suspicion};
+use super::rk4::hermite;
 use super::run::{Run, Trouble, all_finite};
 use super::stiffness::Stiffness;
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
@@ -259,17 +260,31 @@ impl Explicit {
     }
 
     /// Whether the step that was tried missed something.
-    fn missed(
-        &self,
-        run: &mut Run<'_>,
-        y: &[f64],
-        t_new: f64,
-        events: &mut Events,
-    ) -> Result<Option<Again>, Trouble> {
-        if !events.watches_steps() {
+    fn missed(&self, run: &mut Run<'_>, y: &[f64], t_new: f64, events: &mut Events) -> Result<Option<Again>, Trouble> {
+        if !events.watches_anything() {
             return Ok(None);
         }
-        events.missed(run, y, &self.interpolation(run.t, t_new, &|share, out| interpolate(&self.polynomial, share, out)))
+        let at = |share: f64, out: &mut [f64]| interpolate(&self.polynomial, share, out);
+        if events.watches_steps() {
+            return events.missed(run, y, &self.interpolation(run.t, t_new, &at));
+        }
+        // For angles the cubic through both ends will do, which takes no evaluations.
+        let (n, h) = (y.len(), t_new - run.t);
+        let rates = [&self.stages[..n], &self.stages[self.end() * n..][..n]];
+        let at = |share: f64, out: &mut [f64]| hermite(share, h, [y, &self.y_new], rates, out);
+        events.missed(run, y, &Interpolation { start: run.t, h, degree: 3, seen: &[0.0, 1.0], at: &at })
+    }
+
+    /// The same for a step of a fixed size.
+    fn note_missed(&self, run: &mut Run<'_>, y: &[f64], t_new: f64, events: &mut Events) -> Result<(), Trouble> {
+        if events.watches_steps() {
+            let at = |share: f64, out: &mut [f64]| interpolate(&self.polynomial, share, out);
+            return events.note_missed(run, &self.interpolation(run.t, t_new, &at));
+        }
+        let (n, h) = (y.len(), t_new - run.t);
+        let rates = [&self.stages[..n], &self.stages[self.end() * n..][..n]];
+        let at = |share: f64, out: &mut [f64]| hermite(share, h, [y, &self.y_new], rates, out);
+        events.note_missed(run, &Interpolation { start: run.t, h, degree: 3, seen: &self.seen, at: &at })
     }
 
     fn interpolation<'a>(&'a self, t: f64, t_new: f64, at: &'a dyn Fn(f64, &mut [f64])) -> Interpolation<'a> {
@@ -307,8 +322,7 @@ impl Explicit {
                 run.counters.rejected += 1;
                 return Err(trouble);
             }
-            let at = |share: f64, out: &mut [f64]| interpolate(&self.polynomial, share, out);
-            events.note_missed(run, &self.interpolation(run.t, t_new, &at))?;
+            self.note_missed(run, y, t_new, &mut events)?;
             self.finish_step(run, y, t_new)?;
         }
         Ok(())

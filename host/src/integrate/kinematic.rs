@@ -149,7 +149,7 @@ impl Kinematic {
 
     /// The size of the step to be tried instead of one that missed something between its nodes.
     fn missed(&self, run: &mut Run<'_>, y: &[f64], h: f64, events: &mut Events) -> Result<Option<f64>, Trouble> {
-        if !events.watches_steps() {
+        if !events.watches_anything() {
             return Ok(None);
         }
         for k in 1..NODES {

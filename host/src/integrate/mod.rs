@@ -196,18 +196,28 @@ pub trait System {
         Guards::default()
     }
 
-    /// The ranges of [`Guards::within`], in their order, while time and the entries of the state run through ranges on a
-    /// stretch; `entry` gives those of [`Guards::entries`], by place in that list.
-    fn enclose(&mut self, _t: Range, _entry: &dyn Fn(usize) -> Range, _found: &mut [Range]) {}
+    /// The ranges of all guards of a set, in their order, while time and the entries of the state run through ranges on a
+    /// stretch; `entry` gives those of [`GuardSet::entries`], by place in that list.
+    fn enclose(&mut self, _of: Watched, _t: Range, _entry: &dyn Fn(usize) -> Range, _found: &mut [Range]) {}
+
+    /// How fast counted angles can change at a state, rad/s: no step in which they cannot turn far is looked at closely.
+    fn turning(&self, _y: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// How far an entry of the state may be off within the tolerance.
+    fn resolution(&self, _entry: usize) -> f64 {
+        0.0
+    }
 
     /// The ranges of [`Guards::of_time`], in their order, while time runs through a range.
     fn enclose_time(&mut self, _t: Range, _found: &mut [Range]) {}
 
-    /// The values of [`Guards::within`], in their order, at a state: for systems whose guards cannot be enclosed.
+    /// The values of all guards of a set, in their order, at a state: for systems whose guards cannot be enclosed.
     ///
     /// # Errors
     /// See [`Failure`].
-    fn look(&mut self, _t: f64, _y: &[f64], _values: &mut [f64]) -> Result<(), Failure> {
+    fn look(&mut self, _of: Watched, _t: f64, _y: &[f64], _values: &mut [f64]) -> Result<(), Failure> {
         Ok(())
     }
 
@@ -243,14 +253,32 @@ pub trait System {
 /// What is watched throughout every step.
 #[derive(Debug, Clone, Default)]
 pub struct Guards {
-    /// What depends on the state.
-    pub within: Vec<Guard>,
+    /// Switches and functions that depend on the state.
+    pub within: GuardSet,
+    /// Counted angles.
+    pub turns: GuardSet,
     /// What depends on time alone.
     pub of_time: Vec<Guard>,
-    /// Entries of the state that [`Guards::within`] depends on.
+}
+
+/// Quantities that are watched together.
+#[derive(Debug, Clone, Default)]
+pub struct GuardSet {
+    /// How each of them is watched.
+    pub guards: Vec<Guard>,
+    /// Entries of the state that they depend on.
     pub entries: Vec<usize>,
     /// Whether [`System::enclose`] gives ranges; otherwise [`System::look`] is called at many places of each step.
     pub proved: bool,
+}
+
+/// One of the sets of [`Guards`] that depend on the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Watched {
+    /// [`Guards::within`].
+    Within,
+    /// [`Guards::turns`].
+    Turns,
 }
 
 /// How a quantity is watched.

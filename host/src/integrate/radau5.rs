@@ -278,8 +278,9 @@ impl Radau5 {
             let reason = match self.try_step(run, y, t_new, control) {
                 Ok(error) if error <= 1.0 => {
                     let start = run.t;
-                    if events.watches_steps() {
-                        let at = |share: f64, out: &mut [f64]| continued(&self.polynomial, &self.y_new, share - 1.0, out);
+                    if events.watches_anything() {
+                        let at =
+                            |share: f64, out: &mut [f64]| continued(&self.polynomial, &self.y_new, share - 1.0, out);
                         let step = Interpolation { start, h: tried, degree: STAGES, seen: &SEEN, at: &at };
                         if let Some(again) = events.missed(run, y, &step)? {
                             (h, end_at) = (again.h, again.end_at);

@@ -222,11 +222,11 @@ impl Rodas5p {
             if tried <= 0.0 {
                 return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
             }
-            self.approaching = events.is_pending() || events.watches_steps();
+            self.approaching = events.is_pending() || events.watches_anything();
             let reason = match self.try_step(run, y, t_new) {
                 Ok(error) if error <= 1.0 => {
                     let start = run.t;
-                    if events.watches_steps() {
+                    if events.watches_anything() {
                         let known = (&self.y_old, &self.y_new, &self.polynomial);
                         let at = |share: f64, out: &mut [f64]| interpolate(known, share, out);
                         let step = Interpolation { start, h: tried, degree: DEGREE, seen: &self.seen, at: &at };
@@ -290,7 +290,7 @@ impl Rodas5p {
     fn fixed_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], h: f64) -> Result<(), Trouble> {
         let count = run.fixed_steps(h);
         let mut events = Events::new(run, REACH);
-        self.approaching = events.watches_steps();
+        self.approaching = events.watches_anything();
         for k in 0..count {
             run.check_step_limit()?;
             let t_new = run.fixed_step_end(k, count);

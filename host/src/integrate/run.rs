@@ -1,6 +1,8 @@
 //! What all methods share: checks, counting, sampling, and the protocol at the end of a step.
 
-use super::{Accepted, Counters, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System};
+use super::{
+    Accepted, Counters, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System, Watched,
+};
 
 /// A stretch longer than the step by this much is taken as one step.
 const LAST_STEP_STRETCH: f64 = 1.01;
@@ -53,7 +55,15 @@ impl<'a> Run<'a> {
         if let Some(fault) = fault_of(system.dim(), y, span, options) {
             return Err(IntegrateError::Invalid(fault));
         }
-        Ok(Self { system, options, span, counters: Counters::default(), t: span.t_start, next_sample: 0, barrier: None })
+        Ok(Self {
+            system,
+            options,
+            span,
+            counters: Counters::default(),
+            t: span.t_start,
+            next_sample: 0,
+            barrier: None,
+        })
     }
 
     /// A whole run: what all methods do before and after their steps, around `steps`.
@@ -185,8 +195,8 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`Trouble::Abort`], where the system can't go on at all.
-    pub fn look(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<bool, Trouble> {
-        match self.system.look(t, y, values) {
+    pub fn look(&mut self, of: Watched, t: f64, y: &[f64], values: &mut [f64]) -> Result<bool, Trouble> {
+        match self.system.look(of, t, y, values) {
             Ok(()) => Ok(all_finite(values)),
             Err(failure @ Failure::Fatal(_)) => Err(trouble_of(failure, t, 0.0)),
             Err(_) => Ok(false),
@@ -305,7 +315,9 @@ impl<'a> Run<'a> {
 /// Trouble in a step that can be tried again.
 pub(super) fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
     match failure {
-        Failure::Recoverable(cause) | Failure::Forbidden(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: false, cause }),
+        Failure::Recoverable(cause) | Failure::Forbidden(cause) => {
+            Trouble::Retry(StopReason::Failed { step, not_finite: false, cause })
+        }
         Failure::NotFinite(cause) => Trouble::Retry(StopReason::Failed { step, not_finite: true, cause }),
         Failure::Fatal(cause) => Trouble::Abort(IntegrateError::System { t, cause }),
     }

@@ -36,7 +36,10 @@ fn functions_of_one_number_are_enclosed_and_reached() {
             }
             // As sharp as the numbers looked at can tell.
             let slack = 2e-3 * (1.0 + range.magnitude());
-            assert!(low - range.low < slack && range.high - high < slack, "{name} of {x:?}: {range:?}, {low} to {high}");
+            assert!(
+                low - range.low < slack && range.high - high < slack,
+                "{name} of {x:?}: {range:?}, {low} to {high}"
+            );
         }
     }
 }
@@ -56,7 +59,10 @@ fn functions_of_two_numbers_are_enclosed() {
                 let range = of_intervals(x, y).widened(1e-12);
                 for a in numbers(x).step_by(20) {
                     for b in numbers(y).step_by(20).filter(|b| name != "quotient" || *b != 0.0) {
-                        assert!(range.contains(of_numbers(a, b)), "{name} of {x:?} and {y:?} at {a} and {b}: {range:?}");
+                        assert!(
+                            range.contains(of_numbers(a, b)),
+                            "{name} of {x:?} and {y:?} at {a} and {b}: {range:?}"
+                        );
                     }
                 }
             }

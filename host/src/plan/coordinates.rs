@@ -136,7 +136,9 @@ impl Coordinates {
             return Some(self.motion + slot - states);
         }
         let mut parts = self.inputs.iter();
-        parts.find_map(|(range, first)| (*first..first + range.len()).contains(&slot).then(|| range.start + slot - first))
+        parts.find_map(|(range, first)| {
+            (*first..first + range.len()).contains(&slot).then(|| range.start + slot - first)
+        })
     }
 
     /// The input slot of an entry of the state.

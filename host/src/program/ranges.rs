@@ -168,9 +168,8 @@ impl Ranges {
         if left.low >= right.high {
             return at(d);
         }
-        let negative = |x: Node, y: Node| {
-            self.exprs[x.0 as usize] == Expr::Neg(y) || self.exprs[y.0 as usize] == Expr::Neg(x)
-        };
+        let negative =
+            |x: Node, y: Node| self.exprs[x.0 as usize] == Expr::Neg(y) || self.exprs[y.0 as usize] == Expr::Neg(x);
         let zero = |x: Node| self.exprs[x.0 as usize] == Expr::Constant(0);
         // Minima, maxima and magnitudes do not jump where they switch.
         let meets = ((c == a && d == b) || (c == b && d == a))
@@ -248,7 +247,11 @@ impl Gathered<'_> {
     /// Notes a jump from the end of the last piece before `from` to the start of the piece at `to`.
     fn meet(&mut self, from: f64, to: f64) {
         let piece = |x: f64, left: bool| {
-            let behind = if left { self.table.breaks.partition_point(|b| *b < x) } else { self.table.breaks.partition_point(|b| *b <= x) };
+            let behind = if left {
+                self.table.breaks.partition_point(|b| *b < x)
+            } else {
+                self.table.breaks.partition_point(|b| *b <= x)
+            };
             behind.clamp(1, self.table.pieces.len()) - 1
         };
         let (a, b) = (piece(from, true), piece(to, false));

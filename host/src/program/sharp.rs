@@ -21,6 +21,8 @@ pub struct Sharp {
     pub of_time: Vec<Node>,
     /// Tables of arguments that depend on nothing but time.
     pub knots: Vec<(Node, Knots)>,
+    /// Tables of arguments that depend on the motion, with functions that change their sign where the table jumps or has a corner.
+    pub corners: Vec<(Node, Table)>,
     /// Both sides of the conditions that depend on nothing but time.
     pub conditions: Vec<(Node, Node)>,
 }
@@ -35,14 +37,9 @@ pub struct Knots {
 }
 
 impl Knots {
+    /// Where value, slope or curvature of a table jumps.
     fn of(table: &Table) -> Self {
-        let (first, last) = (table.breaks.first(), table.breaks.last());
-        match (table.outside, first, last) {
-            (Outside::Periodic, Some(first), Some(last)) => {
-                Self { breaks: table.breaks[..table.breaks.len() - 1].to_vec(), period: Some(last - first) }
-            }
-            _ => Self { breaks: table.breaks.clone(), period: None },
-        }
+        Self { breaks: table.kinks().map(|(at, _)| at).collect(), period: table.period() }
     }
 
     /// The knots next to `x`: the largest one that is not above it, the smallest one above it.
@@ -52,7 +49,11 @@ impl Knots {
         let shift = self.period.map_or(0.0, |period| ((x - first) / period).floor() * period);
         let place = self.breaks.partition_point(|b| b + shift <= x);
         let at = |k: usize| self.breaks[k] + shift;
-        let low = if place > 0 { at(place - 1) } else { self.period.map_or(f64::NEG_INFINITY, |p| at(self.breaks.len() - 1) - p) };
+        let low = if place > 0 {
+            at(place - 1)
+        } else {
+            self.period.map_or(f64::NEG_INFINITY, |p| at(self.breaks.len() - 1) - p)
+        };
         let high = if place < self.breaks.len() { at(place) } else { self.period.map_or(f64::INFINITY, |p| at(0) + p) };
         (low, high)
     }
@@ -90,6 +91,12 @@ impl Sharp {
                     if is_sharp(graph, expr, of) {
                         found.of_motion.push(*node);
                     }
+                    if let Expr::Table { table, at, .. } = expr
+                        && let Some(sides) = sides(&graph.tables[table as usize])
+                        && !found.corners.contains(&(at, sides.clone()))
+                    {
+                        found.corners.push((at, sides));
+                    }
                     graph.operands(*node, |operand| {
                         if of(operand) == Depends::Time {
                             parts.insert(operand);
@@ -99,7 +106,7 @@ impl Sharp {
                 Depends::Time => match expr {
                     Expr::Table { table, at, .. } => {
                         let knots = Knots::of(&graph.tables[table as usize]);
-                        if !found.knots.contains(&(at, knots.clone())) {
+                        if !knots.breaks.is_empty() && !found.knots.contains(&(at, knots.clone())) {
                             found.knots.push((at, knots));
                         }
                     }
@@ -118,6 +125,42 @@ impl Sharp {
         found.of_time.sort_unstable();
         found
     }
+}
+
+/// A function that is negative and positive by turns between the places where a table jumps or has a corner, and zero there;
+/// `None` without such places. Between them it is a parabola of height 1.
+fn sides(table: &Table) -> Option<Table> {
+    let mut at: Vec<f64> = table.kinks().filter(|(_, order)| *order < 2).map(|(at, _)| at).collect();
+    let first = *at.first()?;
+    let outside = table.outside;
+    match table.period() {
+        Some(period) => {
+            if at.len() % 2 == 1 {
+                // An odd number of changes comes out even after two periods.
+                at.extend(at.clone().iter().map(|x| x + period));
+                at.push(first + 2.0 * period);
+            } else {
+                at.push(first + period);
+            }
+        }
+        None => {
+            let last = *at.last()?;
+            let width = if last > first { last - first } else { first.abs().max(1.0) };
+            at.insert(0, first - width);
+            at.push(last + width);
+        }
+    }
+    let pieces = at.windows(2).enumerate().map(|(k, pair)| {
+        let width = pair[1] - pair[0];
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        // Beyond the outermost places of a table that holds its ends, a straight line instead.
+        match (outside, k) {
+            (Outside::Clamped, 0) => [1.0, -1.0 / width, 0.0, 0.0],
+            (Outside::Clamped, k) if k + 2 == at.len() => [0.0, sign / width, 0.0, 0.0],
+            _ => [0.0, 4.0 * sign / width, -4.0 * sign / (width * width), 0.0],
+        }
+    });
+    Some(Table { pieces: pieces.collect(), breaks: at.clone(), outside })
 }
 
 /// Whether a node brings in what may be sharp: time, or a function other than those of geometry.

@@ -168,6 +168,9 @@ fn work(summary: &Summary) -> String {
         parts.push(count(summary.jacobians, "Jacobian"));
         parts.push(count(summary.newton_iterations, "Newton iteration"));
     }
+    if summary.enclosures > 0 {
+        parts.push(count(summary.enclosures, "enclosure"));
+    }
     if let Some(time) = summary.stiff_from {
         parts.push(format!("stiff from {}", with_unit(significant(time, 4), &summary.time_unit)));
     }

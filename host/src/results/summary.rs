@@ -90,6 +90,10 @@ pub struct Summary {
     pub position_corrections: u64,
     /// Iterations for forces that depend on reactions or accelerations.
     pub coupling_iterations: u64,
+    /// Steps over which switches, functions of time and turns were enclosed.
+    pub enclosures: u64,
+    /// Pieces of these steps on which the enclosure was too wide to decide, and the ends of the piece did.
+    pub unproven: u64,
     /// Checkpoints that were written.
     pub checkpoints: u64,
     /// How often the run was resumed from one.
@@ -237,6 +241,8 @@ impl Summary {
             ("projections", &mut self.projections),
             ("position_corrections", &mut self.position_corrections),
             ("coupling_iterations", &mut self.coupling_iterations),
+            ("enclosures", &mut self.enclosures),
+            ("unproven", &mut self.unproven),
             ("machine_code_programs", &mut self.machine_code_programs),
         ];
         work.into_iter().chain(self.recoveries.counts()).collect()

@@ -135,9 +135,9 @@ impl Session {
                 .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
                 .map_err(|e| start_error(&self.scene, &e))?;
         }
-        let watching = Watching::find(&self.equations, &layout);
+        let watching = Watching::find(&mut self.equations, &layout);
         if self.pruning.events && fixed_step.is_none() {
-            system.end_steps_at(&mut self.equations, watching.switches());
+            system.end_steps_at(&self.equations, watching.conditions());
         }
         let bounded = system.guard(&mut self.equations, &watching);
         self.equations.graph.rest();

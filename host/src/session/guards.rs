@@ -6,24 +6,30 @@
 use std::sync::Arc;
 
 use crate::analysis::Formulation;
-use crate::integrate::{Guard, Guards};
+use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range;
 use crate::plan::Layout;
-use crate::program::{Equations, Node, Ranges, Sharp, Switches};
+use crate::program::{Equations, Expr, Node, Ranges, Sharp, Switches};
 
 /// See the module documentation.
 pub(super) struct Guarded {
     pub(super) guards: Guards,
-    /// Quantities that no range and no cheap look is to be had of: conditions on accelerations or reactions.
-    pub(super) unknown: usize,
-    /// The nodes of [`Guards::within`] in the equations.
+    /// Whether something cannot be watched: conditions on accelerations or reactions.
+    pub(super) is_partial: bool,
+    pub(super) within: Bank,
+    pub(super) turns: Bank,
+    of_time: Option<Ranges>,
+    /// The inputs of these.
+    slots_of_time: Vec<usize>,
+}
+
+/// The nodes of a set of guards in the equations, and their ranges where they are to be had.
+#[derive(Default)]
+pub(super) struct Bank {
     pub(super) nodes: Vec<Node>,
     ranges: Option<Ranges>,
     /// For each input of the ranges what it is.
     sources: Vec<Source>,
-    of_time: Option<Ranges>,
-    /// The inputs of these.
-    slots_of_time: Vec<usize>,
 }
 
 /// Where an input of the ranges comes from.
@@ -41,53 +47,81 @@ enum Source {
 /// What is to be watched in a scene.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Watching {
-    switches: Switches,
+    /// Functions that change their sign where the equations switch, or where a table jumps or has a corner.
+    conditions: Vec<Node>,
     sharp: Sharp,
     angles: Vec<Node>,
 }
 
 impl Watching {
-    /// Looks for it in the equations. Without `switches`, conditions are left out.
-    pub(super) fn find(equations: &Equations, layout: &Layout) -> Self {
+    /// Looks for it in the equations, which gain the nodes to watch.
+    pub(super) fn find(equations: &mut Equations, layout: &Layout) -> Self {
         let sharp = Sharp::find(equations, layout);
         let mut switches = Switches::find(equations, layout);
         // What depends on time alone is known before a step.
-        switches.conditions.retain(|(a, b)| !sharp.conditions.contains(&(*a, *b)) && !sharp.conditions.contains(&(*b, *a)));
-        Self { switches, sharp, angles: equations.angles.clone() }
+        let of_time = |a: Node, b: Node| sharp.conditions.contains(&(a, b)) || sharp.conditions.contains(&(b, a));
+        switches.conditions.retain(|(a, b)| !of_time(*a, *b));
+        let g = &mut equations.graph;
+        let mut conditions: Vec<Node> = switches.conditions.iter().map(|(a, b)| g.sub(*a, *b)).collect();
+        for (at, sides) in &sharp.corners {
+            g.tables.push(sides.clone());
+            conditions.push(g.table(g.tables.len() as u32 - 1, 0, *at));
+        }
+        Self { conditions, sharp, angles: equations.angles.clone() }
     }
 
-    /// The conditions that depend on the motion.
-    pub(super) fn switches(&self) -> &Switches {
-        &self.switches
+    /// Functions that change their sign where steps had better end.
+    pub(super) fn conditions(&self) -> &[Node] {
+        &self.conditions
     }
 
-    /// What is known of time beforehand, what is enclosed, and whether there is anything.
-    pub(super) fn sharp(&self) -> &Sharp {
-        &self.sharp
+    /// What is watched, in words: within every step, known beforehand, and what cannot be watched.
+    pub(super) fn in_words(&self, equations: &Equations, layout: &Layout) -> Watched {
+        let count = |number: usize, one: &str, many: &str| match number {
+            0 => None,
+            1 => Some(format!("1 {one}")),
+            _ => Some(format!("{number} {many}")),
+        };
+        let list = |parts: Vec<Option<String>>| parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let all = self.conditions.iter().chain(&self.sharp.of_motion).chain(&self.angles);
+        let unknown = all.filter(|node| !is_of_motion(equations, layout, **node)).count();
+        Watched {
+            within: list(vec![
+                count(self.conditions.len(), "switch", "switches"),
+                count(self.sharp.of_motion.len(), "sharp function", "sharp functions"),
+                count(self.angles.len(), "counted angle", "counted angles"),
+            ]),
+            ahead: list(vec![
+                count(self.sharp.of_time.len(), "function of time", "functions of time"),
+                count(self.sharp.knots.len(), "table over time", "tables over time"),
+                count(self.sharp.conditions.len(), "switch in time", "switches in time"),
+            ]),
+            bounded: list(vec![
+                count(
+                    unknown,
+                    "that depends on accelerations or reactions",
+                    "that depend on accelerations or reactions",
+                ),
+                (!equations.graph.calls.is_empty()).then(|| "what opaque elements do".to_string()),
+            ]),
+        }
     }
 
     /// Prepares the ranges in the coordinates of a formulation.
-    pub(super) fn guard(
-        &self,
-        equations: &mut Equations,
-        layout: &Layout,
-        formulation: &dyn Formulation,
-    ) -> Guarded {
+    pub(super) fn guard(&self, equations: &mut Equations, layout: &Layout, formulation: &dyn Formulation) -> Guarded {
+        let mut guards = Guards::default();
+        let switches = self.conditions.iter().map(|node| (*node, Guard::Switch));
+        let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
+        let all: Vec<(Node, Guard)> = switches.chain(features).collect();
+        let known: Vec<(Node, Guard)> =
+            all.iter().filter(|(node, _)| is_of_motion(equations, layout, *node)).cloned().collect();
+        let is_partial = known.len() < all.len();
         let g = &mut equations.graph;
-        let (mut guards, mut nodes) = (Guards::default(), Vec::new());
-        for (a, b) in &self.switches.conditions {
-            nodes.push(g.sub(*a, *b));
-            guards.within.push(Guard::Switch);
-        }
-        for node in &self.sharp.of_motion {
-            nodes.push(*node);
-            guards.within.push(Guard::Feature);
-        }
-        for (k, angle) in self.angles.iter().enumerate() {
+        let angles = self.angles.iter().enumerate().map(|(k, angle)| {
             let reference = g.input(layout.reference_slot() + k);
-            nodes.push(g.sub(*angle, reference));
-            guards.within.push(Guard::Turn);
-        }
+            (g.sub(*angle, reference), Guard::Turn)
+        });
+        let angles: Vec<(Node, Guard)> = angles.collect();
         let mut of_time = Vec::new();
         for (a, b) in &self.sharp.conditions {
             of_time.push(g.sub(*a, *b));
@@ -102,62 +136,72 @@ impl Watching {
             of_time.push(*node);
             guards.of_time.push(Guard::Feature);
         }
-        // What depends on the solution of the equations of motion is not known within a step.
-        let solved = layout.acceleration_slot()..layout.inputs();
-        let foreign = |node: &Node| {
-            equations.graph.ancestors(&[*node], |_| false).into_iter().any(|node| match equations.graph.expr(node) {
-                crate::program::Expr::Input(slot) => solved.contains(&(slot as usize)),
-                crate::program::Expr::Call { .. } => true,
-                _ => false,
-            })
-        };
-        let known: Vec<bool> = nodes.iter().map(|node| !foreign(node)).collect();
-        let unknown = known.iter().filter(|known| !**known).count();
-        let mut place = known.iter();
-        guards.within.retain(|_| *place.next().unwrap_or(&true));
-        let mut place = known.iter();
-        nodes.retain(|_| *place.next().unwrap_or(&true));
         let of_time = (!of_time.is_empty()).then(|| Ranges::new(&equations.graph, &of_time));
         let slots_of_time = of_time.as_ref().map_or_else(Vec::new, |ranges| ranges.inputs().to_vec());
-        let mut guarded =
-            Guarded { guards, unknown, nodes, ranges: None, sources: Vec::new(), of_time, slots_of_time };
-        guarded.write(equations, layout, formulation);
-        guarded
+        let (within, turns);
+        (within, guards.within) = Bank::new(known, equations, layout, formulation);
+        (turns, guards.turns) = Bank::new(angles, equations, layout, formulation);
+        Guarded { guards, is_partial, within, turns, of_time, slots_of_time }
     }
 }
 
-impl Guarded {
-    fn write(&mut self, equations: &Equations, layout: &Layout, formulation: &dyn Formulation) {
+/// What is watched of a scene, in words; empty where there is nothing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Watched {
+    pub(super) within: String,
+    pub(super) ahead: String,
+    pub(super) bounded: String,
+}
+
+/// Whether a node is known within a step: not what depends on the solution of the equations of motion, or on opaque elements.
+fn is_of_motion(equations: &Equations, layout: &Layout, node: Node) -> bool {
+    let solved = layout.acceleration_slot()..layout.inputs();
+    equations.graph.ancestors(&[node], |_| false).into_iter().all(|node| match equations.graph.expr(node) {
+        Expr::Input(slot) => !solved.contains(&(slot as usize)),
+        Expr::Call { .. } => false,
+        _ => true,
+    })
+}
+
+impl Bank {
+    fn new(
+        all: Vec<(Node, Guard)>,
+        equations: &Equations,
+        layout: &Layout,
+        formulation: &dyn Formulation,
+    ) -> (Self, GuardSet) {
+        let (nodes, guards): (Vec<Node>, Vec<Guard>) = all.into_iter().unzip();
+        let mut bank = Self { nodes, ..Self::default() };
+        let entries = bank.write(equations, layout, formulation);
+        let set = GuardSet { guards, proved: entries.is_some(), entries: entries.unwrap_or_default() };
+        (bank, set)
+    }
+
+    /// Writes the ranges; gives the entries of the state that they take, or `None` where they can't be written.
+    fn write(&mut self, equations: &Equations, layout: &Layout, formulation: &dyn Formulation) -> Option<Vec<usize>> {
         if self.nodes.is_empty() {
-            return;
+            return None;
         }
-        let Some((graph, nodes)) = formulation.written_in_state(equations, &self.nodes) else { return };
+        let (graph, nodes) = formulation.written_in_state(equations, &self.nodes)?;
         let ranges = Ranges::new(&graph, &nodes);
+        let (references, discrete) = (layout.reference_slot(), layout.discrete_slot());
         let mut entries = Vec::new();
-        let mut sources = Vec::new();
         for slot in ranges.inputs() {
-            let (references, discrete) = (layout.reference_slot(), layout.discrete_slot());
-            sources.push(match *slot {
+            self.sources.push(match *slot {
                 Layout::TIME => Source::Time,
                 slot if (references..discrete).contains(&slot) => Source::Reference(slot - references),
                 slot if (discrete..layout.acceleration_slot()).contains(&slot) => Source::Discrete(slot - discrete),
-                slot => match formulation.entry_of(slot) {
-                    Some(entry) => {
-                        entries.push(entry);
-                        Source::Entry(entries.len() - 1)
-                    }
-                    None => return,
-                },
+                slot => {
+                    entries.push(formulation.entry_of(slot)?);
+                    Source::Entry(entries.len() - 1)
+                }
             });
         }
-        self.guards.entries = entries;
-        self.guards.proved = true;
-        self.sources = sources;
         self.ranges = Some(ranges);
+        Some(entries)
     }
 
-    /// The ranges of everything that depends on the state.
-    pub(super) fn enclose(
+    fn enclose(
         &mut self,
         t: Range,
         entry: &dyn Fn(usize) -> Range,
@@ -173,6 +217,24 @@ impl Guarded {
             Source::Discrete(k) => Range::still(discrete[k]),
         };
         found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
+    }
+}
+
+impl Guarded {
+    /// The ranges of a set of guards.
+    pub(super) fn enclose(
+        &mut self,
+        of: Set,
+        t: Range,
+        entry: &dyn Fn(usize) -> Range,
+        between_steps: [&[f64]; 2],
+        found: &mut [Range],
+    ) {
+        let bank = match of {
+            Set::Within => &mut self.within,
+            Set::Turns => &mut self.turns,
+        };
+        bank.enclose(t, entry, between_steps, found);
     }
 
     /// The ranges of everything that depends on time alone.

@@ -6,6 +6,7 @@ use element_api::Kind;
 use serde::Serialize;
 
 use super::apart::Apart;
+use super::guards::Watching;
 use super::open::Session;
 use super::prune::{MergedCase, PlanarCase};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
@@ -101,6 +102,12 @@ pub struct PlanReport {
     pub switches: Vec<String>,
     /// All conditions at which the equations switch.
     pub conditions: usize,
+    /// What is enclosed over every step, so that nothing is stepped over; empty where there is nothing.
+    pub enclosed: String,
+    /// What is known of time before a step; empty where there is nothing.
+    pub known_ahead: String,
+    /// What can be neither; it is at least looked at once per output step.
+    pub bounded: String,
     /// Opaque elements, called at run time.
     pub opaque: Vec<String>,
     /// What is skipped.
@@ -291,7 +298,12 @@ impl Session {
         let name = |(element, count): &(usize, usize)| {
             format!("{} ({})", self.model.elements[*element].name, plural(*count, "condition", "conditions"))
         };
+        let mut equations = self.equations.clone();
+        let watched = Watching::find(&mut equations, &self.plan.layout).in_words(&equations, &self.plan.layout);
         PlanReport {
+            enclosed: watched.within,
+            known_ahead: watched.ahead,
+            bounded: watched.bounded,
             switches: Switches::by_element(&self.equations, &self.plan.layout).iter().map(name).collect(),
             conditions: switches.conditions.len(),
             islands: islands.collect(),
@@ -609,6 +621,15 @@ impl std::fmt::Display for PlanReport {
                 plural(self.conditions, "condition", "conditions"),
                 self.switches.join(", ")
             )?;
+        }
+        for (what, how) in [
+            (&self.enclosed, "enclosed over every step"),
+            (&self.known_ahead, "known before every step"),
+            (&self.bounded, "neither, so that no step is longer than the output step"),
+        ] {
+            if !what.is_empty() {
+                writeln!(f, "{how}: {what}")?;
+            }
         }
         let mut text = String::new();
         for skip in &self.skipped {

@@ -368,6 +368,8 @@ impl Session {
                 summary.projections = counters.projections as u64;
                 summary.jacobians = counters.jacobians as u64;
                 summary.newton_iterations = counters.newton_iterations as u64;
+                summary.enclosures = counters.enclosed as u64;
+                summary.unproven = counters.unproven as u64;
                 summary.newton_factorisations = counters.factorisations as u64;
                 let recoveries = &counters.recoveries;
                 let taken = [

@@ -7,12 +7,12 @@ use crate::analysis::{
     AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Group, Scales,
     SecondOrderForm, place, velocities_of,
 };
-use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System};
+use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System, Watched};
 use crate::interval::Range;
 use crate::linalg::LinalgError;
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, MachineError, Node, Sets, Switches, Used};
+use crate::program::{Equations, MachineError, Node, Sets, Used};
 use crate::results::{Audit, AuditRecord};
 
 use super::checkpoint::Carried;
@@ -145,8 +145,8 @@ pub struct Simulation<'a> {
     switches: Option<Part>,
     /// What is watched throughout every step.
     guarded: Option<Guarded>,
-    /// The same at a state, where ranges cannot be had.
-    look: Option<Part>,
+    /// The same at a state, where ranges cannot be had: switches and functions, and turns.
+    looks: [Option<Part>; 2],
     /// The same motion with constraints on positions, for methods that ask for it.
     second_order: Option<SecondOrderForm>,
     rows: Constraints,
@@ -216,7 +216,7 @@ impl<'a> Simulation<'a> {
             heat,
             switches: None,
             guarded: None,
-            look: None,
+            looks: [None, None],
             second_order: None,
             report,
             told,
@@ -317,23 +317,23 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Offers the conditions of these switches, so that steps may end there.
-    pub fn end_steps_at(&mut self, equations: &mut Equations, switches: &Switches) {
-        if switches.conditions.is_empty() {
-            return;
+    /// Offers functions that change their sign where steps had better end.
+    pub fn end_steps_at(&mut self, equations: &Equations, conditions: &[Node]) {
+        if !conditions.is_empty() {
+            self.switches = Some(Part::near(self.formulation.as_ref(), equations, conditions, &self.layout));
         }
-        let graph = &mut equations.graph;
-        let nodes: Vec<Node> = switches.conditions.iter().map(|(a, b)| graph.sub(*a, *b)).collect();
-        self.switches = Some(Part::near(self.formulation.as_ref(), equations, &nodes, &self.layout));
     }
 
     /// Watches what may happen within a step. Gives whether there is something that cannot be watched: what only an opaque element
     /// knows, or what depends on the solution of the equations of motion.
     pub(super) fn guard(&mut self, equations: &mut Equations, watching: &Watching) -> bool {
         let guarded = watching.guard(equations, &self.layout, self.formulation.as_ref());
-        let bounded = guarded.unknown > 0 || !equations.graph.calls.is_empty();
-        if !guarded.guards.proved && !guarded.nodes.is_empty() {
-            self.look = Some(Part::near(self.formulation.as_ref(), equations, &guarded.nodes, &self.layout));
+        let bounded = guarded.is_partial || !equations.graph.calls.is_empty();
+        let sets = [(&guarded.guards.within, &guarded.within), (&guarded.guards.turns, &guarded.turns)];
+        for (look, (set, bank)) in self.looks.iter_mut().zip(sets) {
+            if !set.proved && !bank.nodes.is_empty() {
+                *look = Some(Part::near(self.formulation.as_ref(), equations, &bank.nodes, &self.layout));
+            }
         }
         self.guarded = Some(guarded);
         bounded
@@ -382,7 +382,9 @@ impl<'a> Simulation<'a> {
         let mut list = self.formulation.programs();
         list.extend([self.rows.used(false), self.energy.used(), self.report.used(), self.accept.used()]);
         list.extend(self.told.iter_mut().map(|told| told.inputs.used()));
-        list.extend(self.switches.iter_mut().chain(&mut self.look).map(|part| part.evaluator.used(true)));
+        list.extend(
+            self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),
+        );
         list.extend(self.second_order.iter_mut().flat_map(SecondOrderForm::programs));
         list
     }
@@ -593,6 +595,12 @@ impl<'a> Simulation<'a> {
         worst
     }
 
+    /// The largest angular velocity in a state, rad/s.
+    fn fastest(&self, y: &[f64]) -> f64 {
+        let speeds = self.formulation.groups().iter().zip(y).filter(|(group, _)| **group == Group::AngularVelocity);
+        speeds.fold(0.0, |most, (_, speed)| most.max(speed.abs()))
+    }
+
     fn take_sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
         let mut state = std::mem::take(&mut self.sample_state);
         state.copy_from_slice(y);
@@ -694,9 +702,21 @@ impl System for Simulation<'_> {
         self.guarded.as_ref().map_or_else(Guards::default, |guarded| guarded.guards.clone())
     }
 
-    fn enclose(&mut self, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
+    fn enclose(&mut self, of: Watched, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
         let Some(guarded) = &mut self.guarded else { return };
-        guarded.enclose(t, entry, [&self.references, &self.discrete], found);
+        guarded.enclose(of, t, entry, [&self.references, &self.discrete], found);
+    }
+
+    fn resolution(&self, entry: usize) -> f64 {
+        let size = match self.formulation.groups()[entry] {
+            Group::Position => self.scales.length,
+            Group::Parameter => 1.0,
+            Group::Velocity => self.scales.speed_scale(),
+            Group::AngularVelocity => self.scales.spin_scale(),
+            Group::State => self.state_sizes[entry + 1 + self.state_sizes.len() - self.dim()],
+            Group::Work => 0.0,
+        };
+        self.tolerance * size
     }
 
     fn enclose_time(&mut self, t: Range, found: &mut [Range]) {
@@ -704,8 +724,16 @@ impl System for Simulation<'_> {
         guarded.enclose_time(t, &self.layout, [&self.references, &self.discrete], found);
     }
 
-    fn look(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
-        let Some(part) = &mut self.look else { return Ok(()) };
+    fn turning(&self, y: &[f64]) -> f64 {
+        self.formulation.turns_added() * self.fastest(y)
+    }
+
+    fn look(&mut self, of: Watched, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        let look = match of {
+            Watched::Within => &mut self.looks[0],
+            Watched::Turns => &mut self.looks[1],
+        };
+        let Some(part) = look else { return Ok(()) };
         values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);
         Ok(())
     }
@@ -715,13 +743,8 @@ impl System for Simulation<'_> {
             return f64::INFINITY;
         }
         // Angles must stay within half a turn of their references: at most 1 rad is used up, and two bodies may turn
-        // against each other.
-        let mut fastest = 0.0_f64;
-        for (k, group) in self.formulation.groups().iter().enumerate() {
-            if *group == Group::AngularVelocity {
-                fastest = fastest.max(y[k].abs());
-            }
-        }
+        // against each other. This looks at the speed at the start only; the step is judged when it is made.
+        let fastest = self.fastest(y);
         if fastest > 0.0 { 1.0 / fastest } else { f64::INFINITY }
     }
 

@@ -73,3 +73,40 @@ impl Force for Drain {
         out.push(-at.states[0].sqrt());
     }
 }
+
+/// x' = 1, but half of that where |x| < `width`; started at -0.45.
+pub struct Sill {
+    width: f64,
+}
+
+#[derive(Parameters)]
+pub struct SillParameters {
+    /// Half of it.
+    width: f64,
+}
+
+impl Element for Sill {
+    const NAME: &'static str = "sill";
+    const SUMMARY: &'static str = "a rate that switches there and back";
+    const FRAMES: &'static [FrameSpec] = SINGLE;
+    type Parameters = SillParameters;
+    fn new(p: SillParameters) -> Result<Self, ParamError> {
+        Ok(Self { width: p.width })
+    }
+}
+
+impl Force for Sill {
+    const CHANNELS: &'static [ChannelSpec] = STATE;
+    const STATES: &'static [ChannelSpec] = STATE;
+    fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.states[0]);
+    }
+    fn initial_states(&self) -> Vec<f64> {
+        vec![-0.45]
+    }
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let x = at.states[0];
+        out.push(S::select(x * x, S::from(self.width * self.width), S::from(0.5), S::one()));
+    }
+}
