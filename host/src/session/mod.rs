@@ -22,6 +22,7 @@
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
 //! | `chain.rs` | a run with checkpoints: stretches, each from one to the next |
+//! | `judge.rs` | whether the audit lets the results pass |
 //! | `sharper.rs` | the same run at a tenth of the tolerance |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
@@ -37,6 +38,7 @@ mod checks;
 mod error;
 mod formulation;
 mod islands;
+mod judge;
 mod libraries;
 mod open;
 mod prune;
