@@ -1,7 +1,11 @@
 //! Runs that reach their end with results that are not to be believed, and say so.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use odyn::results::{Status, Table};
-use odyn::session::{RunReport, Session};
+use odyn::scene::AuditTolerance;
+use odyn::session::{Checkpoint, RunOptions, RunReport, Session};
 
 use crate::support::{Scratch, column, options};
 
@@ -48,10 +52,10 @@ of = "ball"
 component = "z"
 "#;
 
-/// Steps that are blind to the stop: their stages are at 0, 0.5 and 1 s. Their ends agree on the energy, the table does not.
+/// A step that is blind to the stop: it has no stages between 0.652 s and 0.857 s. Its ends agree on the energy, the table does not.
 #[test]
 fn a_stop_that_was_flown_through_shows_in_the_table() {
-    let blind = run(BALL, &["simulation.method=rk4", "simulation.fixed_step=1"]);
+    let blind = run(BALL, &["simulation.fixed_step=1"]);
     let summary = &blind.summary;
     assert!(summary.audit.energy_error_relative < 1e-12, "{:?}", summary.audit);
     let energy = column(&blind, "energy");
@@ -65,20 +69,32 @@ fn a_stop_that_was_flown_through_shows_in_the_table() {
     assert!(column(&seen, "z").last().unwrap() + 0.1 < *column(&blind, "z").last().unwrap());
 }
 
-/// The status is in the files, and lasts: resuming has nothing to do, and does not forget it.
+/// A limit lasts when a run is interrupted and resumed, and so does the status.
 #[test]
-fn a_suspect_run_with_checkpoints_has_reached_its_end() {
+fn limits_and_status_survive_resuming() {
     let scratch = Scratch::new();
     let scene = scratch.file("scene.toml", BALL);
-    let sets = ["simulation.method=rk4", "simulation.fixed_step=0.5", "simulation.checkpoint_every=0.5"];
     let out = scratch.path().join("out");
-    let session = Session::open(&scene, &options(&sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+    let sets = ["simulation.max_step=0.01", "simulation.checkpoint_every=0.25"];
+    let asked = RunOptions { audit_tolerance: Some(AuditTolerance::Limit(1e-300)), ..options(&sets, &[]) };
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    let session = Session::open(&scene, &asked).unwrap_or_else(|error| panic!("{error}"));
+    let progress = move |share: f64| raised.store(share > 0.6, Ordering::Relaxed);
+    let part = session.run(Some(&out), Box::new(progress), &stop).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((part.summary.status, part.summary.checkpoints), (Status::StoppedEarly, 2));
+
+    let point = Checkpoint::read(&out).unwrap();
+    let (path, opened) = point.opened().unwrap();
+    assert_eq!(opened.audit_tolerance, Some(AuditTolerance::Limit(1e-300)));
+    let mut session = Session::open(path, &opened).unwrap_or_else(|error| panic!("{error}"));
+    session.resume(point).unwrap_or_else(|error| panic!("{error}"));
     let report =
         session.run(Some(&out), Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!((report.summary.status, report.summary.checkpoints), (Status::Suspect, 1));
+    assert_eq!((report.summary.status, report.summary.resumed, report.exit_code()), (Status::Suspect, 1, 7));
     let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!((&summary["status"], &summary["audit_limits"]["energy"]), (&"suspect".into(), &1e-3.into()));
+    assert_eq!((&summary["status"], &summary["audit_limits"]["energy"]), (&"suspect".into(), &1e-300.into()));
     assert!(!out.join("checkpoint.toml").exists(), "nothing is left to resume");
     assert_eq!(Table::read(&out.join("results.csv")).unwrap().times.len(), 21);
 }

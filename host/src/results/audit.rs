@@ -111,8 +111,8 @@ pub struct AuditRecord {
     /// Times of the four measures, s.
     #[serde(default)]
     times: [f64; 4],
-    #[serde(default)]
-    worst_rows: [Option<usize>; 2],
+    worst_row: Option<usize>,
+    worst_rate: Option<usize>,
 }
 
 impl From<&Audit> for AuditRecord {
@@ -131,7 +131,8 @@ impl From<&Audit> for AuditRecord {
                 audit.energy_error_at,
                 audit.sample_energy_error_at,
             ],
-            worst_rows: audit.worst_rows,
+            worst_row: audit.worst_rows[0],
+            worst_rate: audit.worst_rows[1],
         }
     }
 }
@@ -140,7 +141,7 @@ impl From<&AuditRecord> for Audit {
     fn from(record: &AuditRecord) -> Self {
         let [position_violation, velocity_violation] = record.violations;
         let [kinetic_energy, potential_energy, work, dissipated, work_in] = record.energies;
-        let AuditRecord { heat, start, largest, error, samples, times, worst_rows, .. } = *record;
+        let AuditRecord { heat, start, largest, error, samples, times, worst_row, worst_rate, .. } = *record;
         let [position_violation_at, velocity_violation_at, energy_error_at, sample_energy_error_at] = times;
         Self {
             position_violation,
@@ -161,7 +162,7 @@ impl From<&AuditRecord> for Audit {
             largest,
             error,
             samples,
-            worst_rows,
+            worst_rows: [worst_row, worst_rate],
         }
     }
 }
