@@ -63,7 +63,7 @@ rod.transverse = "1 kg * (1 m)^2 / 12"
 [simulation]
 gravity = [0, -9.81, 0]
 t_end = {t_end}
-tolerance = 1e-11
+tolerance = 1e-12
 output_step = 0.05
 """
     inertia = 'mass = 1\ninertia = ["rod.axial", "rod.transverse", "rod.transverse"]'

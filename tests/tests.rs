@@ -24,6 +24,7 @@
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
 //! | `enclosures.rs` | nothing is stepped over: contacts, pulses, barriers, turns, contradictions |
+//! | `judged.rs` | results that are not to be believed are suspect |
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
@@ -55,6 +56,7 @@ mod fixtures;
 mod formulations;
 mod hostile;
 mod interleaved;
+mod judged;
 mod lanes;
 mod limit;
 mod methods;

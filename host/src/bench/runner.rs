@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::report::{Measured, Point, Problem, Setting, Times, Work, median};
 use crate::integrate;
-use crate::results::{CheckResult, Status};
+use crate::results::CheckResult;
 use crate::scene::{Override, Scene};
 use crate::session::{RunOptions, RunReport, Session};
 
@@ -189,7 +189,7 @@ impl Runner {
         if stop.load(Ordering::Relaxed) {
             return Err(format!("over the limit of {} s", self.settings.limit.as_secs_f64()));
         }
-        if summary.status != Status::Completed {
+        if !summary.status.reached_end() {
             let (reached, unit) = (summary.t_end_reached, &summary.time_unit);
             return Err(format!("{} at t = {reached} {unit}: {}", summary.status.words(), summary.reason));
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 
-use odyn::scene::Override;
+use odyn::scene::{AuditTolerance, Override};
 use odyn::session::RunOptions;
 
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
@@ -19,7 +19,7 @@ Exit codes:
   4    a plugin is missing, unfit or failed
   5    the joints cannot be assembled
   6    the integration ended before its end (results up to there are written)
-  7    the audit, a comparison or a verification found more than was allowed
+  7    the end was reached, but the audit, a check, a comparison or a verification found more than is allowed
   8    files cannot be read or written
   130  interrupted (results up to there are written)";
 
@@ -56,7 +56,7 @@ Examples:
   odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s -o results/long
   odyn resume results/long
 
-The exit codes are those of `odyn run`; 0 also where the run had reached its end.")]
+The exit codes are those of `odyn run`; 0 also where the run had reached its end, 7 where its results were suspect then.")]
     Resume(ResumeArgs),
     /// Run a scene with other values, again and again, and tabulate what comes out
     #[command(after_help = "\
@@ -379,9 +379,11 @@ pub(super) struct RunArgs {
     /// Threads for islands that run apart; as many as there are processors if left out. Results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) jobs: Option<u16>,
-    /// Largest constraint violation and energy error the audit lets pass
-    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
-    pub(super) audit_tol: Option<f64>,
+    /// Largest constraint violation and energy error that the audit lets pass, or `none`. Beyond it, results are `suspect`. If left
+    /// out: 1e-8 for constraints and their rates, 1e4 times the tolerance but at least 1e-6 for energies, 1e-3 for all where steps
+    /// are fixed
+    #[arg(long, value_name = "X|none", value_parser = audit_tolerance, allow_negative_numbers = true)]
+    pub(super) audit_tol: Option<AuditTolerance>,
     /// Run again whenever the scene or a library that it loads changes, until Ctrl-C. A library that was built again is loaded
     /// beside the old one
     #[arg(long)]
@@ -429,9 +431,9 @@ pub(super) struct StudyArgs {
     /// Also keep the results of every run, in folders run-1, run-2, ... there
     #[arg(long)]
     pub(super) results: bool,
-    /// Largest constraint violation and energy error the audit of a run lets pass
-    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
-    pub(super) audit_tol: Option<f64>,
+    /// Largest constraint violation and energy error that the audit of a run lets pass, or `none`; as for `odyn run`
+    #[arg(long, value_name = "X|none", value_parser = audit_tolerance, allow_negative_numbers = true)]
+    pub(super) audit_tol: Option<AuditTolerance>,
     /// Print errors only
     #[arg(short, long)]
     pub(super) quiet: bool,
@@ -624,7 +626,7 @@ impl RunArgs {
 
 impl SceneArgs {
     /// The options as the library takes them. An option with a key of its own stands for a `--set` behind all others.
-    pub(super) fn options(&self, audit_tolerance: Option<f64>) -> RunOptions {
+    pub(super) fn options(&self, audit_tolerance: Option<AuditTolerance>) -> RunOptions {
         let mut overrides: Vec<Override> = self.sets.iter().map(Override::new).collect();
         let tolerance = self.tol.map(|value| format!("{value:e}"));
         let settings = [
@@ -666,6 +668,14 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("not a positive number".into()),
+    }
+}
+
+/// A limit of the audit, or none.
+fn audit_tolerance(text: &str) -> Result<AuditTolerance, String> {
+    match text {
+        "none" => Ok(AuditTolerance::None),
+        number => positive(number).map(AuditTolerance::Limit).map_err(|error| format!("{error}, nor `none`")),
     }
 }
 

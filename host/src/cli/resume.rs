@@ -15,11 +15,16 @@ use super::terminal;
 /// Goes on with a run from its last checkpoint.
 pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
     let folder = &args.folder;
-    if !folder.join(CHECKPOINT_FILE).exists() && is_completed(folder) {
+    if !folder.join(CHECKPOINT_FILE).exists()
+        && let Some(status) = end_reached(folder)
+    {
+        let suspect = status == "suspect";
         if !args.quiet && !args.json {
-            terminal::print(&format!("{}: the run reached its end, nothing is left to do\n", folder.display()))?;
+            let how = if suspect { " with suspect results" } else { "" };
+            let text = format!("{}: the run reached its end{how}, nothing is left to do\n", folder.display());
+            terminal::print(&text)?;
         }
-        return Ok(exit::DONE);
+        return Ok(if suspect { exit::AUDIT } else { exit::DONE });
     }
     let point = Checkpoint::read(folder).map_err(|diagnostic| Failure::new(exit::FILES, *diagnostic))?;
     let stop = stop_on_interrupt();
@@ -35,8 +40,10 @@ pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
     told.end(&result?, folder)
 }
 
-/// Whether the summary in a folder of results says so.
-fn is_completed(folder: &Path) -> bool {
-    let text = fs::read_to_string(folder.join(SUMMARY_FILE)).unwrap_or_default();
-    serde_json::from_str::<serde_json::Value>(&text).is_ok_and(|summary| summary["status"] == "completed")
+/// The status that the summary in a folder of results tells of a run that reached its end.
+fn end_reached(folder: &Path) -> Option<String> {
+    let text = fs::read_to_string(folder.join(SUMMARY_FILE)).ok()?;
+    let summary: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let status = summary["status"].as_str()?;
+    ["completed", "suspect"].contains(&status).then(|| status.to_owned())
 }

@@ -44,7 +44,7 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     }
     let sharper = if args.verify { Some(session.sharper()?) } else { None };
     let mut outcome = integrate(session, &folder, &told, stop)?;
-    if let Some((session, how)) = sharper.filter(|_| outcome.summary.status == Status::Completed) {
+    if let Some((session, how)) = sharper.filter(|_| outcome.summary.status.reached_end()) {
         let progress = Progress::new();
         let second = session.run(None, told.listener(&progress), stop);
         drop(progress);

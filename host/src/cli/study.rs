@@ -76,7 +76,7 @@ fn verdict(run: &Run) -> String {
     match &run.outcome {
         Outcome::Ran(finished) => match (finished.summary.status.words(), finished.summary.reason.as_str()) {
             (words, "") if finished.exit_code == 0 => words.to_string(),
-            (words, "") => format!("{words}, but not within the limits of its audit or checks"),
+            (words, "") => format!("{words}, but not within the limits of its checks"),
             (words, reason) => format!("{words}: {reason}"),
         },
         Outcome::Failed(error) => {

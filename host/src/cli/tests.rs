@@ -4,6 +4,8 @@ use clap::{CommandFactory, Parser};
 use element_api::params::ParamSpec;
 use std::path::Path;
 
+use odyn::scene::AuditTolerance;
+
 use super::args::{Arguments, Command, RunArgs};
 
 fn run_args(line: &str) -> RunArgs {
@@ -77,7 +79,7 @@ fn every_exit_code_is_in_the_help() {
 fn options_with_a_key_of_their_own_come_behind_all_sets() {
     let args =
         run_args("run s.toml --tol 1e-11 --t-end 50ms --set simulation.tolerance=1 --method rk4 --engine reference");
-    let options = args.scene.options(Some(0.5));
+    let options = args.scene.options(Some(AuditTolerance::Limit(0.5)));
     let texts: Vec<&str> = options.overrides.iter().map(|one| one.text.as_str()).collect();
     assert_eq!(
         texts,
@@ -89,7 +91,7 @@ fn options_with_a_key_of_their_own_come_behind_all_sets() {
             "simulation.engine=reference"
         ]
     );
-    assert_eq!(options.audit_tolerance, Some(0.5));
+    assert_eq!(options.audit_tolerance, Some(AuditTolerance::Limit(0.5)));
 }
 
 #[test]

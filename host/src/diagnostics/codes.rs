@@ -249,6 +249,8 @@ pub const TURNS_LOST: Code = "ODY0607";
 pub const AUDIT_CONSTRAINTS: Code = "ODY0701";
 /// An energy error above the limit.
 pub const AUDIT_ENERGY: Code = "ODY0702";
+/// See its entry in [`TABLE`].
+pub const AUDIT_SAMPLES: Code = "ODY0703";
 
 /// Results cannot be written.
 pub const CANNOT_WRITE: Code = "ODY0801";
@@ -387,8 +389,30 @@ pub const TABLE: &[Explanation] = &[
          that its turns can no longer be told. Make `fixed_step` smaller, or use a method that chooses its steps: `dop853`.",
     ),
 
-    entry(AUDIT_CONSTRAINTS, "constraint violation above the limit", "Joints opened more than `audit_tolerance` allows. Lower the tolerance of the integration."),
-    entry(AUDIT_ENERGY, "energy error above the limit", "Energy is not balanced to within `audit_tolerance`. Lower the tolerance of the integration; if that doesn't help, an element's power is not what its energy says."),
+    entry(
+        AUDIT_CONSTRAINTS,
+        "constraint violation above the limit",
+        "The run reached its end, and its results are suspect: joints opened, or moved against their equations, by more than is \
+         allowed. That is 1e-8 of the scene's size or speed with error control, 1e-3 where steps are fixed, or what `audit_tolerance` \
+         (`--audit-tol`) says. Try a smaller tolerance, smaller steps or another method; the joint that is named tells where to \
+         look. `--audit-tol none` switches judging off, and the summary says so. The exit code is 7.",
+    ),
+    entry(
+        AUDIT_ENERGY,
+        "energy error above the limit",
+        "The run reached its end, and its results are suspect: kinetic and potential energy changed by something else than the work \
+         that was done. Allowed are 1e4 times the tolerance, at least 1e-6 of the largest energy that moved, 1e-3 where steps are \
+         fixed, or what `audit_tolerance` (`--audit-tol`) says. Try a smaller tolerance, smaller steps (`max_step`), another method \
+         or `--verify`. An error that none of them changes comes from an element whose force is not what its `potential` and \
+         `dissipation` say (`odyn plugin check`). `--audit-tol none` switches judging off, and the summary says so. The exit code is 7.",
+    ),
+    entry(
+        AUDIT_SAMPLES,
+        "energy error in the table above the limit",
+        "As ODY0702, for the rows of the table: the steps keep the balance of energies, and states interpolated between their ends do \
+         not. Something happens inside a step that the method has not seen: a short contact, a pulse. Limit the steps (`max_step`) \
+         to less than the time that it takes.",
+    ),
 
     entry(CANNOT_WRITE, "results cannot be written", "The folder doesn't exist, may not be written, or the disk is full."),
     entry(CANNOT_READ_RESULTS, "table cannot be read", "The file is not a CSV table with one header line and numbers below."),

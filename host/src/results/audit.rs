@@ -12,11 +12,22 @@ const RESOLVED: f64 = 1e-6;
 pub struct Audit {
     /// Largest violation of any constraint row, as a displacement over the size of the scene.
     pub position_violation: f64,
+    /// The time it is at, s.
+    pub position_violation_at: f64,
     /// Largest violation of the rate of any constraint row, over the largest speed.
     pub velocity_violation: f64,
+    /// The time it is at, s.
+    pub velocity_violation_at: f64,
     /// Largest error of the energy balance, kinetic + potential - work done, over the largest energy that moved (or a
     /// millionth of the largest potential energy, if that is more).
     pub energy_error_relative: f64,
+    /// The time it is at, s.
+    pub energy_error_at: f64,
+    /// The same at the samples, whose states are interpolated and brought to the constraints; zero where they are not looked
+    /// at.
+    pub sample_energy_error_relative: f64,
+    /// The time it is at, s.
+    pub sample_energy_error_at: f64,
     /// Kinetic energy at the end, J.
     pub kinetic_energy: f64,
     /// Potential energy at the end, J.
@@ -37,7 +48,18 @@ pub struct Audit {
     #[serde(skip)]
     error: f64,
     #[serde(skip)]
-    worst_row: Option<usize>,
+    samples: SampleError,
+    #[serde(skip)]
+    worst_rows: [Option<usize>; 2],
+}
+
+/// The energy balance at the samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct SampleError {
+    /// Largest error, J.
+    error: f64,
+    /// Largest energy that moved, J; in accepted states besides the samples, these come on top.
+    largest: f64,
 }
 
 /// Powers turned into heat at the last two accepted states.
@@ -84,7 +106,13 @@ pub struct AuditRecord {
     start: Option<[f64; 2]>,
     largest: f64,
     error: f64,
+    #[serde(default)]
+    samples: SampleError,
+    /// Times of the four measures, s.
+    #[serde(default)]
+    times: [f64; 4],
     worst_row: Option<usize>,
+    worst_rate: Option<usize>,
 }
 
 impl From<&Audit> for AuditRecord {
@@ -96,7 +124,15 @@ impl From<&Audit> for AuditRecord {
             start: audit.start,
             largest: audit.largest,
             error: audit.error,
-            worst_row: audit.worst_row,
+            samples: audit.samples,
+            times: [
+                audit.position_violation_at,
+                audit.velocity_violation_at,
+                audit.energy_error_at,
+                audit.sample_energy_error_at,
+            ],
+            worst_row: audit.worst_rows[0],
+            worst_rate: audit.worst_rows[1],
         }
     }
 }
@@ -105,12 +141,17 @@ impl From<&AuditRecord> for Audit {
     fn from(record: &AuditRecord) -> Self {
         let [position_violation, velocity_violation] = record.violations;
         let [kinetic_energy, potential_energy, work, dissipated, work_in] = record.energies;
-        let AuditRecord { heat, start, largest, error, worst_row, .. } = *record;
-        let energy_error_relative = share(error, largest);
+        let AuditRecord { heat, start, largest, error, samples, times, worst_row, worst_rate, .. } = *record;
+        let [position_violation_at, velocity_violation_at, energy_error_at, sample_energy_error_at] = times;
         Self {
             position_violation,
+            position_violation_at,
             velocity_violation,
-            energy_error_relative,
+            velocity_violation_at,
+            energy_error_relative: share(error, largest),
+            energy_error_at,
+            sample_energy_error_relative: share(samples.error, larger(largest, samples.largest)),
+            sample_energy_error_at,
             kinetic_energy,
             potential_energy,
             work,
@@ -120,7 +161,8 @@ impl From<&AuditRecord> for Audit {
             start,
             largest,
             error,
-            worst_row,
+            samples,
+            worst_rows: [worst_row, worst_rate],
         }
     }
 }
@@ -131,15 +173,35 @@ fn share(error: f64, largest: f64) -> f64 {
 }
 
 impl Audit {
-    /// Takes energies and work (J) after a step.
-    pub fn energy(&mut self, kinetic: f64, potential: f64, work: f64) {
-        let [kinetic_start, potential_start] = *self.start.get_or_insert([kinetic, potential]);
+    /// Takes energies and work (J) in an accepted state at time `t` (s).
+    pub fn energy(&mut self, t: f64, kinetic: f64, potential: f64, work: f64) {
+        let (error, moved) = self.balance(kinetic, potential, work);
         (self.kinetic_energy, self.potential_energy, self.work) = (kinetic, potential, work);
+        self.largest = self.largest.max(moved);
+        keep(&mut self.error, &mut self.energy_error_at, error, t);
+        self.relate();
+    }
+
+    /// Takes energies and work (J) as they are reported at time `t` (s).
+    pub fn sample_energy(&mut self, t: f64, kinetic: f64, potential: f64, work: f64) {
+        let (error, moved) = self.balance(kinetic, potential, work);
+        self.samples.largest = self.samples.largest.max(moved);
+        keep(&mut self.samples.error, &mut self.sample_energy_error_at, error, t);
+        self.relate();
+    }
+
+    /// Error of the energy balance since the first state, and the largest energy that moved, J.
+    fn balance(&mut self, kinetic: f64, potential: f64, work: f64) -> (f64, f64) {
+        let [kinetic_start, potential_start] = *self.start.get_or_insert([kinetic, potential]);
         let change = (kinetic - kinetic_start) + (potential - potential_start) - work;
         let stored = RESOLVED * potential.abs().max(potential_start.abs());
-        self.largest = self.largest.max(kinetic).max((potential - potential_start).abs()).max(work.abs()).max(stored);
-        self.error = larger(self.error, change.abs());
+        (change.abs(), kinetic.max((potential - potential_start).abs()).max(work.abs()).max(stored))
+    }
+
+    /// Errors of energies as shares of what moved so far.
+    fn relate(&mut self) {
         self.energy_error_relative = share(self.error, self.largest);
+        self.sample_energy_error_relative = share(self.samples.error, self.largest.max(self.samples.largest));
     }
 
     /// Takes the power that is turned into heat (W) at the time of an accepted state, where other work is done as well. To be
@@ -154,13 +216,14 @@ impl Audit {
         (self.dissipated, self.work_in) = if all { (-self.work, 0.0) } else { (0.0, self.work) };
     }
 
-    /// Takes the worst violations after a step, and the row of the worst position.
-    pub fn violation(&mut self, position: f64, velocity: f64, row: Option<usize>) {
-        if position.is_nan() || position > self.position_violation {
-            self.worst_row = row;
+    /// Takes the worst violations of positions and of rates in an accepted state at time `t` (s), each with its row.
+    pub fn violation(&mut self, t: f64, position: (f64, Option<usize>), velocity: (f64, Option<usize>)) {
+        if keep(&mut self.position_violation, &mut self.position_violation_at, position.0, t) {
+            self.worst_rows[0] = position.1;
         }
-        self.position_violation = larger(self.position_violation, position);
-        self.velocity_violation = larger(self.velocity_violation, velocity);
+        if keep(&mut self.velocity_violation, &mut self.velocity_violation_at, velocity.0, t) {
+            self.worst_rows[1] = velocity.1;
+        }
     }
 
     /// The audit of a scene whose parts were integrated apart: energies and work added up; of violations the worst; the errors
@@ -168,35 +231,63 @@ impl Audit {
     #[must_use]
     pub fn together<'a>(parts: impl Iterator<Item = &'a Self>) -> Self {
         let mut whole = Self::default();
+        let (mut worst, mut worst_sample) = (0.0, 0.0);
         for part in parts {
-            whole.position_violation = larger(whole.position_violation, part.position_violation);
-            whole.velocity_violation = larger(whole.velocity_violation, part.velocity_violation);
+            keep(
+                &mut whole.position_violation,
+                &mut whole.position_violation_at,
+                part.position_violation,
+                part.position_violation_at,
+            );
+            keep(
+                &mut whole.velocity_violation,
+                &mut whole.velocity_violation_at,
+                part.velocity_violation,
+                part.velocity_violation_at,
+            );
             whole.kinetic_energy += part.kinetic_energy;
             whole.potential_energy += part.potential_energy;
             whole.work += part.work;
             whole.dissipated += part.dissipated;
             whole.work_in += part.work_in;
+            // The times are those of the part that contributes most.
+            keep(&mut worst, &mut whole.energy_error_at, part.error, part.energy_error_at);
+            let samples = part.samples.error;
+            keep(&mut worst_sample, &mut whole.sample_energy_error_at, samples, part.sample_energy_error_at);
             whole.error += part.error;
+            whole.samples.error += samples;
             whole.largest = larger(whole.largest, part.largest);
+            whole.samples.largest = larger(whole.samples.largest, part.samples.largest);
         }
-        whole.energy_error_relative = if whole.largest == 0.0 { 0.0 } else { whole.error / whole.largest };
+        whole.relate();
         whole
     }
 
-    /// The row with the worst violation of a position.
+    /// The rows with the worst violations of a position and of a rate.
     #[must_use]
-    pub fn worst_row(&self) -> Option<usize> {
-        self.worst_row
+    pub fn worst_rows(&self) -> [Option<usize>; 2] {
+        self.worst_rows
     }
 
-    /// The largest of the three measures.
+    /// The largest of all measures.
     #[must_use]
     pub fn worst(&self) -> f64 {
-        larger(larger(self.position_violation, self.velocity_violation), self.energy_error_relative)
+        let energy = larger(self.energy_error_relative, self.sample_energy_error_relative);
+        larger(larger(self.position_violation, self.velocity_violation), energy)
     }
 }
 
 /// The larger of two numbers; NaN wins.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Keeps the larger of a measure and a new value of it, with its time; whether that is the new one. NaN is the largest, the first
+/// of them.
+fn keep(measure: &mut f64, at: &mut f64, value: f64, t: f64) -> bool {
+    let new = !measure.is_nan() && (value.is_nan() || value > *measure);
+    if new {
+        (*measure, *at) = (value, t);
+    }
+    new
 }

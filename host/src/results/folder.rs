@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::summary::replace;
-use super::{ChannelInfo, CsvWriter, ResultsError, Status, Summary, channels};
+use super::{ChannelInfo, CsvWriter, ResultsError, Summary, channels};
 
 /// Name of the table.
 pub const RESULTS_FILE: &str = "results.csv";
@@ -108,7 +108,7 @@ impl Folder {
     pub fn finish(mut self, summary: &Summary) -> Result<(), ResultsError> {
         self.table.flush()?;
         summary.write(&self.path.join(SUMMARY_FILE))?;
-        if summary.status == Status::Completed { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }
+        if summary.status.reached_end() { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }
     }
 }
 

@@ -17,6 +17,7 @@
 //! | `channels.rs` | what each column is |
 //! | `summary.rs` | everything else about a run, as data |
 //! | `audit.rs` | what can be checked without knowing the solution |
+//! | `limits.rs` | what the audit may find before results are suspect |
 //! | `checks.rs` | values against those they should have |
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
 //! | `remedies.rs` | what was done where the plain way did not get on |
@@ -33,6 +34,7 @@ mod csv;
 mod error;
 mod figures;
 mod folder;
+mod limits;
 mod remedies;
 mod report;
 mod summary;
@@ -52,6 +54,7 @@ pub use csv::CsvWriter;
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
 pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use limits::{AuditLimits, Excess, Measure};
 pub use remedies::{Recoveries, Remedy};
 pub use report::report;
 pub(crate) use summary::replace;

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::text::{Side, aligned, count, duration, significant};
-use super::{CHANNELS_FILE, CheckResult, FigureResult, RESULTS_FILE, SUMMARY_FILE, Status, Summary};
+use super::{
+    AuditLimits, CHANNELS_FILE, CheckResult, FigureResult, Measure, RESULTS_FILE, SUMMARY_FILE, Status, Summary,
+};
 
 /// Names of redundant rows printed before the rest is only counted.
 const MOST_NAMES: usize = 6;
@@ -34,8 +36,10 @@ fn outcome(summary: &Summary, color: bool) -> String {
     let status = painted(summary.status.words(), paint, color);
     let reached = with_unit(significant(summary.t_end_reached, 9), &summary.time_unit);
     let mut line = format!("{name}: {status}, t = {reached}");
-    if summary.status != Status::Completed {
+    if !summary.status.reached_end() {
         line.push_str(&format!(" of {}", with_unit(significant(summary.t_end, 9), &summary.time_unit)));
+    }
+    if summary.status != Status::Completed {
         let code = summary.code.map_or_else(String::new, |code| format!("[{code}] "));
         if !summary.reason.is_empty() {
             line.push_str(&format!("\nreason: {code}{}", summary.reason));
@@ -45,7 +49,8 @@ fn outcome(summary: &Summary, color: bool) -> String {
     line
 }
 
-/// `audit: constraints 2e-16, rates 3e-15, energy 4e-11; mobility 1; 2 redundant rows (...)`
+/// `audit: constraints 2e-16, rates 3e-15, energy 4e-11; mobility 1; 2 redundant rows (...)`. The energy at the samples is told
+/// where it is beyond its limit and that of the steps is not.
 fn audit(summary: &Summary, color: bool) -> String {
     let audit = &summary.audit;
     let mut line = format!(
@@ -55,6 +60,10 @@ fn audit(summary: &Summary, color: bool) -> String {
         significant(audit.energy_error_relative, 2),
         summary.mobility
     );
+    let beyond = summary.audit_limits.map(|limits| audit.beyond(&limits)).unwrap_or_default();
+    if beyond.iter().any(|excess| excess.measure == Measure::SampleEnergy) {
+        line.push_str(&format!("; energy at samples {}", significant(audit.sample_energy_error_relative, 2)));
+    }
     if summary.redundant_rows > 0 {
         line.push_str(&format!("; {}", count(summary.redundant_rows, "redundant row")));
         line.push_str(&listed(&summary.redundant_row_names));
@@ -63,14 +72,21 @@ fn audit(summary: &Summary, color: bool) -> String {
         line.push_str(&format!("; {} not unique", count(summary.not_unique.len() as u64, "output")));
         line.push_str(&listed(&summary.not_unique));
     }
-    let verdict = match summary.audit_tolerance {
-        Some(limit) if !summary.audit_passed() => {
-            format!("; {} {}", painted("above the limit", Paint::Bad, color), significant(limit, 2))
+    let verdict = match &summary.audit_limits {
+        Some(limits) if !summary.audit_passed() => {
+            format!("; {} ({})", painted("above its limits", Paint::Bad, color), limits_in_words(limits))
         }
-        Some(limit) => format!("; within the limit {}", significant(limit, 2)),
-        None => String::new(),
+        // Those that belong to the tolerance are not worth a word while they are kept.
+        Some(_) => String::new(),
+        None => "; not judged".into(),
     };
     format!("audit: {line}{verdict}\n{}", energy(summary))
+}
+
+/// `constraints 1e-8, energy 1e-6`
+fn limits_in_words(limits: &AuditLimits) -> String {
+    let [constraints, energy] = [limits.constraints, limits.energy].map(|limit| significant(limit, 2));
+    format!("constraints {constraints}, energy {energy}")
 }
 
 /// `energy: kinetic 1.2 J, ...`; nothing where no work was done.
@@ -213,7 +229,7 @@ fn islands(summary: &Summary) -> String {
             bodies => format!(" and {} more", bodies - 1),
         };
         let end = match island.status {
-            Status::Completed => String::new(),
+            status if status.reached_end() => String::new(),
             status => {
                 let time = with_unit(significant(island.t_end_reached, 9), &summary.time_unit);
                 format!("; {} at t = {time}: {}", status.words(), island.reason)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{Audit, CheckResult, Recoveries, ResultsError, Verified};
+use super::{Audit, AuditLimits, CheckResult, Recoveries, ResultsError, Verified};
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -17,6 +17,9 @@ pub enum Status {
     Running,
     /// The end was reached.
     Completed,
+    /// The end was reached, and the audit or a verification found more than is allowed: results are not to be trusted as they
+    /// are.
+    Suspect,
     /// Ended before, with valid results up to `t_end_reached`.
     StoppedEarly,
     /// Ended by an error; results up to `t_end_reached` are valid.
@@ -30,9 +33,16 @@ impl Status {
         match self {
             Self::Running => "running",
             Self::Completed => "completed",
+            Self::Suspect => "suspect",
             Self::StoppedEarly => "stopped early",
             Self::Failed => "failed",
         }
+    }
+
+    /// Whether the end was reached, however the results were judged.
+    #[must_use]
+    pub fn reached_end(self) -> bool {
+        matches!(self, Self::Completed | Self::Suspect)
     }
 }
 
@@ -41,7 +51,7 @@ impl Status {
 pub struct Summary {
     /// How the run stands.
     pub status: Status,
-    /// Why it ended, unless it was completed; else empty.
+    /// Why it ended, or why it is suspect; empty where it was completed.
     pub reason: String,
     /// Stable code of the reason, if it has one.
     pub code: Option<&'static str>,
@@ -130,8 +140,8 @@ pub struct Summary {
     pub not_unique: Vec<String>,
     /// What was checked.
     pub audit: Audit,
-    /// Limit of the audit, if one was set.
-    pub audit_tolerance: Option<f64>,
+    /// What the audit may find before results are suspect; `None` where it is not judged.
+    pub audit_limits: Option<AuditLimits>,
     /// Figures of the scene.
     pub figures: Vec<FigureResult>,
     /// Checks of the scene, without their samples.
@@ -262,10 +272,22 @@ impl Summary {
         self.checks.iter().all(|check| check.passed)
     }
 
-    /// Whether the audit kept its limit; true without a limit.
+    /// Whether the audit kept its limits; true where it is not judged.
     #[must_use]
     pub fn audit_passed(&self) -> bool {
-        self.audit_tolerance.is_none_or(|limit| self.audit.worst() <= limit)
+        self.audit_limits.is_none_or(|limits| self.audit.beyond(&limits).is_empty())
+    }
+
+    /// Notes a reason to doubt the results, with its code: in the warnings, and where the end was reached, in the status.
+    pub fn suspect(&mut self, code: &'static str, reason: &str) {
+        self.warnings.push(format!("{code}: {reason}"));
+        match self.status {
+            Status::Completed => {
+                (self.status, self.code, self.reason) = (Status::Suspect, Some(code), reason.to_owned());
+            }
+            Status::Suspect => self.reason = format!("{}; {reason}", self.reason),
+            _ => {}
+        }
     }
 }
 

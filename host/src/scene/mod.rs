@@ -81,9 +81,9 @@ pub use parameters::{Parameter, Parameters};
 pub use quantity::Quantity;
 pub use raw::{RawKind, RawTable, RawValue, Spanned};
 pub use record::{
-    BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, FigureRecord, InputRecord, InputSource,
-    LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement, PluginRequest, PointMass, Reference, SampleTime,
-    Scene, Simulation, Take, VerificationRecord,
+    AuditTolerance, BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, FigureRecord,
+    InputRecord, InputSource, LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement, PluginRequest,
+    PointMass, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
 };
 pub use unit_system::UnitSystem;
 pub use units::{UnitError, parse_unit};

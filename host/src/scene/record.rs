@@ -94,10 +94,19 @@ pub struct Simulation {
     pub max_steps: Option<u64>,
     /// Simulated time between two checkpoints of a run that writes results, s, positive.
     pub checkpoint_every: Option<f64>,
-    /// Limit of the audit, positive, relative.
-    pub audit_tolerance: Option<f64>,
+    /// What the audit may find; limits that belong to the tolerance where it is left out.
+    pub audit_tolerance: Option<AuditTolerance>,
     /// Savings of the plan that are switched off.
     pub without: Vec<Spanned<String>>,
+}
+
+/// What the audit of a run may find before its results are suspect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AuditTolerance {
+    /// At most this for every measure, positive, relative.
+    Limit(f64),
+    /// Anything: the audit is not judged.
+    None,
 }
 
 /// When results are wanted.

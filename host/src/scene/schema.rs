@@ -165,7 +165,12 @@ pub(super) fn simulation_keys() -> Vec<Key> {
         ("first_step", positive(), "First step."),
         ("max_steps", whole(1), "Number of steps after which to give up."),
         ("checkpoint_every", positive(), "Simulated time between two checkpoints of a run that writes results."),
-        ("audit_tolerance", positive(), "Largest relative violation and energy error that the audit lets pass."),
+        (
+            "audit_tolerance",
+            json!({ "anyOf": [positive(), { "const": "none" }] }),
+            "Largest relative violation and energy error that the audit lets pass, or \"none\"; it belongs to the tolerance if left \
+             out.",
+        ),
         ("without", list(word()), "Savings to do without; results are the same, found by more work."),
     ]
 }

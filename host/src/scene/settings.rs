@@ -3,7 +3,7 @@
 use super::dimension::Dimension;
 use super::raw::{RawTable, RawValue, Spanned};
 use super::reader::{Reader, Record, inner_span, unusable};
-use super::record::{LibraryRecord, MOST_SAMPLES, OutputTimes, PluginRequest, Simulation};
+use super::record::{AuditTolerance, LibraryRecord, MOST_SAMPLES, OutputTimes, PluginRequest, Simulation};
 use super::unit_system::{UNIT_KEYS, UnitSystem};
 use crate::diagnostics::{Diagnostic, Source, codes, help_for};
 use semver::VersionReq;
@@ -151,6 +151,11 @@ pub(super) const SIMULATION_KEYS: &[&str] = &[
     "without",
 ];
 
+/// Largest relative tolerance: with errors as large as what is computed, there is no control of them.
+const MOST_TOLERANCE: f64 = 0.1;
+/// The word for `audit_tolerance` that switches judging off.
+const NOT_JUDGED: &str = "none";
+
 /// Reads `[simulation]`; `None` if it cannot be used.
 pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Option<Simulation> {
     if root.get("simulation").is_none() {
@@ -177,6 +182,10 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let span = start..t_end.map_or(f64::INFINITY, |end| end.value);
     let output = read_output_times(&record, &span, reader);
     let tolerance = reader.positive(&record, "tolerance", Dimension::DIMENSIONLESS);
+    if let Some(raw) = record.table.get("tolerance").filter(|_| tolerance.is_some_and(|value| value > MOST_TOLERANCE)) {
+        let message = format!("`tolerance` is relative, at most {MOST_TOLERANCE}");
+        reader.out_of_range(message, raw.span.clone(), "nothing would be right at all");
+    }
     let method = reader.word(&record, "method");
     let engine = reader.word(&record, "engine");
     let formulation = reader.word(&record, "formulation");
@@ -187,7 +196,12 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
     let checkpoint_every = reader.positive(&record, "checkpoint_every", Dimension::TIME);
-    let audit_tolerance = reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS);
+    let not_judged = record.table.get("audit_tolerance").and_then(RawValue::as_text) == Some(NOT_JUDGED);
+    let audit_tolerance = if not_judged {
+        Some(AuditTolerance::None)
+    } else {
+        reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS).map(AuditTolerance::Limit)
+    };
     let without = record.table.get("without").map(|raw| reader.words(raw, "without")).unwrap_or_default();
     Some(Simulation {
         span: record.table.span.clone(),

@@ -150,6 +150,9 @@ impl Session {
         if !self.pruning.audit {
             system.watch_every_state();
         }
+        if self.audit_limits().is_some() {
+            system.watch_samples(&self.equations);
+        }
         let state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
         system.anticipate_rest(self.scene.simulation.t_end - self.scene.simulation.t_start);
         let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());

@@ -106,6 +106,7 @@ impl Session {
         self.scene.simulation = whole;
         point.work.tell(&mut summary);
         summary.checkpoints = point.taken;
+        self.judge(&mut summary);
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = before + self.load_time + self.compile_time + started.elapsed().as_secs_f64();
         let closed = samplings.close(Some(folder), &summary, state.as_ref());

@@ -12,7 +12,7 @@ use super::restart::Restart;
 use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary};
-use crate::scene::Override;
+use crate::scene::{AuditTolerance, Override};
 
 /// What this version writes. 2: the scene by its SHA-256, remedies among the counts.
 const FORMAT: u32 = 2;
@@ -76,7 +76,15 @@ pub(super) struct Origin {
     scene: PathBuf,
     set: Vec<String>,
     plugins: Vec<PathBuf>,
-    audit_tolerance: Option<f64>,
+    audit_tolerance: Option<Judging>,
+}
+
+/// [`AuditTolerance`] as a checkpoint has it: a number, or the word `none`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+enum Judging {
+    Limit(f64),
+    Not(String),
 }
 
 /// Counters and times of the stretches so far.
@@ -121,7 +129,10 @@ impl Origin {
             scene: absolute(scene),
             set: options.overrides.iter().map(|one| one.text.clone()).collect(),
             plugins: options.plugins.iter().map(|path| absolute(path)).collect(),
-            audit_tolerance: options.audit_tolerance,
+            audit_tolerance: options.audit_tolerance.map(|tolerance| match tolerance {
+                AuditTolerance::Limit(limit) => Judging::Limit(limit),
+                AuditTolerance::None => Judging::Not("none".into()),
+            }),
         }
     }
 }
@@ -270,7 +281,10 @@ impl Checkpoint {
         let options = RunOptions {
             overrides: origin.set.iter().map(Override::new).collect(),
             plugins: origin.plugins.clone(),
-            audit_tolerance: origin.audit_tolerance,
+            audit_tolerance: origin.audit_tolerance.as_ref().map(|judging| match judging {
+                Judging::Limit(limit) => AuditTolerance::Limit(*limit),
+                Judging::Not(_) => AuditTolerance::None,
+            }),
             ..RunOptions::default()
         };
         Some((&origin.scene, options))

@@ -230,6 +230,7 @@ impl Session {
             Some(error) => Some(self.not_written(&mut summary, &error)),
             None => self.first_end(&mut summary, &summaries, failures),
         };
+        self.judge_apart(&mut summary, &sessions, &summaries);
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
         let end = self.end_of(ends);

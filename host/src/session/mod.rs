@@ -23,6 +23,7 @@
 //! | `restart.rs` | the state at the end of a run, from which another goes on |
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
 //! | `chain.rs` | a run with checkpoints: stretches, each from one to the next |
+//! | `judge.rs` | whether the audit lets the results pass |
 //! | `sharper.rs` | the same run at a tenth of the tolerance |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
@@ -39,6 +40,7 @@ mod error;
 mod formulation;
 mod guards;
 mod islands;
+mod judge;
 mod libraries;
 mod open;
 mod prune;

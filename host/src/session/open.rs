@@ -22,7 +22,7 @@ use crate::model::{Model, resolve, rotation};
 use crate::plan::{Layout, Plan, Probe, Pruning};
 use crate::program::{Equations, Form, Writing};
 use crate::results::significant;
-use crate::scene::{Dimension, Override, Rejected, Scene, Spanned, read};
+use crate::scene::{AuditTolerance, Dimension, Override, Rejected, Scene, Spanned, read};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
@@ -40,8 +40,8 @@ pub struct RunOptions {
     pub overrides: Vec<Override>,
     /// Files and folders of `--plugin`.
     pub plugins: Vec<PathBuf>,
-    /// Limit of the audit; the scene's own where absent.
-    pub audit_tolerance: Option<f64>,
+    /// What the audit may find; the scene's own where absent.
+    pub audit_tolerance: Option<AuditTolerance>,
     /// Folder for private copies of libraries; the user's cache folder where absent.
     pub library_copies: Option<PathBuf>,
     /// The methods of integration that scenes may ask for.

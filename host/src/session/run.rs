@@ -60,7 +60,8 @@ impl RunReport {
     #[must_use]
     pub fn exit_code(&self) -> i32 {
         match self.summary.status {
-            Status::Completed if !self.summary.audit_passed() || !self.summary.checks_passed() => Exit::Audit as i32,
+            Status::Suspect => Exit::Audit as i32,
+            Status::Completed if !self.summary.checks_passed() => Exit::Audit as i32,
             Status::Completed => 0,
             Status::StoppedEarly if self.summary.code == Some(codes::INTERRUPTED) => 130,
             _ => Exit::Integration as i32,
@@ -186,6 +187,7 @@ impl Session {
         self.note_work(&mut summary, &ended);
         summary.t_end_reached = reached / self.scene.units.factor(Dimension::TIME);
         let failed = self.conclude(&mut summary, ended.outcome, &mut samplings.error);
+        self.judge(&mut summary);
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
         let closed = samplings.close(folder, &summary, restart.as_ref());
@@ -338,7 +340,7 @@ impl Session {
                 .map(|info| info.name)
                 .collect(),
             redundant_row_names: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
-            audit_tolerance: self.options.audit_tolerance.or(self.scene.simulation.audit_tolerance),
+            audit_limits: self.audit_limits(),
             libraries: self
                 .libraries
                 .iter()

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::error::SessionError;
 use super::open::Session;
 use super::run::{DEFAULT_METHOD, RunReport};
-use crate::results::{Samples, Status, Verified, significant};
+use crate::results::{Samples, Verified, significant};
 use crate::scene::Dimension;
 
 /// Ratio of the tolerances.
@@ -53,7 +53,7 @@ impl RunReport {
         let names: Vec<String> = self.channels.iter().map(|channel| channel.name.clone()).collect();
         let own = Samples { times: &self.times, columns: &self.columns, names: &names };
         let (times, columns, problem): (&[f64], &[Vec<f64>], String) = match sharper {
-            Ok(other) if other.summary.status == Status::Completed => (&other.times, &other.columns, String::new()),
+            Ok(other) if other.summary.status.reached_end() => (&other.times, &other.columns, String::new()),
             Ok(other) => (&other.times, &other.columns, other.summary.reason.clone()),
             Err(error) => {
                 let reason = error.diagnostics.first().map_or("it failed", |first| first.message.as_str());

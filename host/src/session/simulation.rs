@@ -51,8 +51,7 @@ enum Heat {
 
 impl Heat {
     fn of(equations: &Equations) -> Self {
-        let driven = equations.rows.iter().any(|row| !equations.graph.is_zero(row.time));
-        match (equations.dissipation.is_empty(), equations.supplied.is_empty() && !driven) {
+        match (equations.dissipation.is_empty(), equations.supplied.is_empty() && !is_driven(equations)) {
             (true, _) => Self::None,
             (false, true) => Self::All,
             (false, false) => Self::Watched,
@@ -67,6 +66,11 @@ impl Heat {
         }
         nodes
     }
+}
+
+/// Whether constraints depend on time and do work.
+fn is_driven(equations: &Equations) -> bool {
+    equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
 }
 
 /// A program, and whether accelerations or multipliers must be known for it.
@@ -161,6 +165,8 @@ pub struct Simulation<'a> {
     contradictions: u64,
     /// Violations are looked at in one of so many.
     period: u64,
+    /// Whether energies are looked at in samples, too.
+    audits_samples: bool,
     /// Bodies without rotation.
     particles: Vec<(usize, String)>,
     sample_state: Vec<f64>,
@@ -228,6 +234,7 @@ impl<'a> Simulation<'a> {
                 .map(|(e, k)| model.elements[e].row_name(k))
                 .collect(),
             period: formulation.states_per_audit(),
+            audits_samples: false,
             formulation,
             tolerance,
             scales: assembly.scales,
@@ -355,6 +362,12 @@ impl<'a> Simulation<'a> {
         self.period = 1;
     }
 
+    /// Looks at the balance of energies in samples, too. Not where constraints are driven: error control does not see how their
+    /// work grows, and between the ends of steps it is not known well enough.
+    pub fn watch_samples(&mut self, equations: &Equations) {
+        self.audits_samples = !is_driven(equations);
+    }
+
     /// Lets programs be compiled during the run.
     pub fn set_tier(&mut self, tier: Tier) {
         self.tier = tier;
@@ -446,7 +459,7 @@ impl<'a> Simulation<'a> {
         if self.watched % self.period != 1 % self.period {
             let known = self.formulation.observe(t, state, false).map(|observed| observed.inputs.to_vec());
             if known.and_then(|inputs| self.watch_rows(&inputs)).is_err() {
-                self.audit.violation(f64::NAN, f64::NAN, None);
+                self.audit.violation(t, (f64::NAN, None), (f64::NAN, None));
             }
         }
     }
@@ -482,7 +495,7 @@ impl<'a> Simulation<'a> {
             }
         }
         let work = state.last().copied().unwrap_or(0.0);
-        self.audit.energy(kinetic, potential, work);
+        self.audit.energy(inputs[Layout::TIME], kinetic, potential, work);
         match self.heat {
             Heat::Watched => self.audit.heating(inputs[Layout::TIME], heat),
             known => self.audit.heat_is_all(known == Heat::All),
@@ -490,6 +503,16 @@ impl<'a> Simulation<'a> {
         let number = self.watched;
         self.watched += 1;
         if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
+    }
+
+    /// Energies of a sample, as they are reported.
+    fn watch_sample(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        self.observed.clear();
+        self.observed.extend_from_slice(self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs);
+        let energies = self.energy.run(&self.observed, self.formulation.sets())?;
+        let work = state.last().copied().unwrap_or(0.0);
+        self.audit.sample_energy(t, energies[0], energies[1], work);
+        Ok(())
     }
 
     /// Fails where rows that projection leaves to themselves do not hold any more.
@@ -522,8 +545,9 @@ impl<'a> Simulation<'a> {
         for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
             self.row_right[*row] += value * inputs[self.layout.body_slot(column / 6, 7 + column % 6)];
         }
-        let (velocity, _) = self.rows.worst(&self.row_right, self.scales.length);
-        self.audit.violation(position / self.scales.length, velocity / self.scales.speed_scale(), row);
+        let (velocity, rate) = self.rows.worst(&self.row_right, self.scales.length);
+        let (length, speed) = (self.scales.length, self.scales.speed_scale());
+        self.audit.violation(inputs[Layout::TIME], (position / length, row), (velocity / speed, rate));
         Ok(())
     }
 
@@ -614,6 +638,9 @@ impl<'a> Simulation<'a> {
         self.formulation.project(t, state).map_err(failure)?;
         if self.is_driven && self.formulation.leaves_rows_out() {
             self.check_rows_left_out(t, state).map_err(failure)?;
+        }
+        if self.audits_samples {
+            self.watch_sample(t, state).map_err(failure)?;
         }
         let values = self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
         let number = self.samples;

@@ -6,6 +6,7 @@ mod bookkeeping;
 mod checkpoints;
 mod checks;
 mod islands;
+mod judged;
 mod merged;
 mod motions;
 mod particles;

@@ -1,12 +1,12 @@
 //! The text at the end of a run.
 
 use crate::results::text::{Side, aligned, duration, significant};
-use crate::results::{Audit, FigureResult, Remedy, Status, Summary, report};
+use crate::results::{Audit, AuditLimits, FigureResult, Measure, Remedy, Status, Summary, report};
 use std::path::Path;
 
 fn compressor() -> Summary {
     let mut audit = Audit::default();
-    audit.violation(2.1e-16, 3.44e-15, Some(3));
+    audit.violation(0.1, (2.1e-16, Some(3)), (3.44e-15, Some(4)));
     Summary {
         status: Status::Completed,
         scene: "scenes/compressor.toml".into(),
@@ -29,6 +29,7 @@ fn compressor() -> Summary {
         redundant_rows: 2,
         redundant_row_names: vec!["cylinder: along x".into(), "cylinder: about z".into()],
         audit,
+        audit_limits: Some(AuditLimits::all(1e-8)),
         figures: vec![
             FigureResult {
                 name: "piston acceleration at 0 deg".into(),
@@ -89,27 +90,81 @@ fn an_early_end_says_where_and_why() {
 }
 
 #[test]
-fn the_audit_line_judges_when_there_is_a_limit() {
-    let with = |limit| Summary { audit_tolerance: Some(limit), ..compressor() };
+fn the_audit_line_judges_when_there_are_limits() {
+    let with = |limit| Summary { audit_limits: Some(AuditLimits::all(limit)), ..compressor() };
     let passed = with(1e-10);
     assert!(passed.audit_passed());
-    assert!(report(&passed, None, false).contains("; within the limit 1e-10\n"));
+    assert!(!report(&passed, None, false).contains("limit"));
     let failed = with(1e-16);
     assert!(!failed.audit_passed());
-    assert!(report(&failed, None, false).contains("; above the limit 1e-16\n"));
-    assert!(compressor().audit_passed(), "no limit, no judgement");
+    let text = report(&failed, None, false);
+    assert!(text.contains("; above its limits (constraints 1e-16, energy 1e-16)\n"), "{text}");
+    let unjudged = Summary { audit_limits: None, ..compressor() };
+    assert!(unjudged.audit_passed(), "no limits, no judgement");
+    assert!(report(&unjudged, None, false).contains("; not judged\n"));
+}
+
+#[test]
+fn limits_belong_to_the_tolerance_unless_steps_are_fixed() {
+    let limits = |tolerance, fixed| {
+        let AuditLimits { constraints, energy } = AuditLimits::belonging_to(tolerance, fixed);
+        (constraints, energy)
+    };
+    assert_eq!(limits(1e-12, false), (1e-8, 1e-6));
+    assert_eq!(limits(1e-8, false), (1e-8, 1e-4));
+    assert_eq!(limits(1e-12, true), (1e-3, 1e-3));
 }
 
 #[test]
 fn an_audit_that_is_not_a_number_fails() {
-    let mut summary = Summary { audit_tolerance: Some(1e300), ..compressor() };
-    summary.audit.violation(f64::NAN, 0.0, None);
+    let mut summary = Summary { audit_limits: Some(AuditLimits::all(1e300)), ..compressor() };
+    summary.audit.violation(0.3, (f64::NAN, Some(7)), (0.0, None));
+    summary.audit.violation(0.4, (1.0, Some(8)), (0.0, None));
     assert!(!summary.audit_passed());
+    let beyond = summary.audit.beyond(&AuditLimits::all(1e300));
+    assert_eq!((beyond.len(), beyond[0].measure, beyond[0].at, beyond[0].row), (1, Measure::Position, 0.3, Some(7)));
+}
+
+#[test]
+fn measures_tell_when_and_where_they_were_found() {
+    let mut audit = Audit::default();
+    for (t, position, kinetic) in [(0.0, 0.0, 1.0), (1.0, 3e-7, 1.5), (2.0, 2e-7, 1.25)] {
+        audit.energy(t, kinetic, 0.0, 0.0);
+        audit.violation(t, (position, Some(5)), (0.0, None));
+    }
+    audit.sample_energy(2.5, 4.0, 0.0, 0.0);
+    let found = audit.beyond(&AuditLimits::belonging_to(1e-10, false));
+    let found: Vec<_> = found.iter().map(|one| (one.measure, one.found, one.at, one.row)).collect();
+    let expected = [
+        // 3 J more than at the start, of 4 J.
+        (Measure::SampleEnergy, 0.75, 2.5, None),
+        // 0.5 J more, of 1.5 J.
+        (Measure::Energy, 1.0 / 3.0, 1.0, None),
+        (Measure::Position, 3e-7, 1.0, Some(5)),
+    ];
+    assert_eq!(found, expected);
+    assert_eq!(Audit::from(&crate::results::AuditRecord::from(&audit)), audit, "also in another process");
+}
+
+#[test]
+fn only_a_run_that_reached_its_end_becomes_suspect() {
+    let mut summary = compressor();
+    summary.suspect("ODY0702", "energy is lost");
+    summary.suspect("ODY0701", "a joint opened");
+    assert_eq!((summary.status, summary.code), (Status::Suspect, Some("ODY0702")));
+    assert_eq!(summary.reason, "energy is lost; a joint opened");
+    let text = report(&summary, None, false);
+    let head = "Reciprocating compressor: suspect, t = 200 ms\nreason: [ODY0702] energy is lost; a joint opened\n";
+    assert!(text.starts_with(head), "{text}");
+    let mut summary = Summary { status: Status::Failed, reason: "no".into(), ..compressor() };
+    summary.suspect("ODY0702", "energy is lost");
+    assert_eq!((summary.status, summary.reason.as_str()), (Status::Failed, "no"));
+    assert_eq!(summary.warnings, ["ODY0702: energy is lost"]);
 }
 
 #[test]
 fn color_changes_nothing_but_color() {
-    let failed = Summary { status: Status::Failed, audit_tolerance: Some(1e-16), ..compressor() };
+    let failed = Summary { status: Status::Failed, audit_limits: Some(AuditLimits::all(1e-16)), ..compressor() };
     for summary in [compressor(), failed] {
         let (plain, colored) = (report(&summary, None, false), report(&summary, None, true));
         assert!(!plain.contains('\x1b') && colored.contains('\x1b'));
@@ -213,7 +268,7 @@ fn heat_is_summed_up_by_parabolas() {
     let mut audit = Audit::default();
     // 1 + 2 t + 3 t^2 over uneven steps, one state looked at twice: t + t^2 + t^3.
     for t in [0.0, 0.25, 0.75, 0.75, 1.0, 2.0_f64] {
-        audit.energy(0.0, 0.0, 5.0);
+        audit.energy(t, 0.0, 0.0, 5.0);
         audit.heating(t, 1.0 + 2.0 * t + 3.0 * t * t);
     }
     assert!((audit.dissipated - 14.0).abs() < 1e-13 && (audit.work_in - 19.0).abs() < 1e-13, "{audit:?}");

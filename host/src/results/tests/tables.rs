@@ -219,9 +219,9 @@ fn the_summary_has_the_promised_keys() {
 
 #[test]
 fn every_status_has_its_word_in_the_summary() {
-    let statuses = [Status::Running, Status::Completed, Status::StoppedEarly, Status::Failed];
+    let statuses = [Status::Running, Status::Completed, Status::Suspect, Status::StoppedEarly, Status::Failed];
     let words = statuses.map(|status| serde_json::to_value(status).unwrap());
-    assert_eq!(words, ["running", "completed", "stopped_early", "failed"].map(serde_json::Value::from));
+    assert_eq!(words, ["running", "completed", "suspect", "stopped_early", "failed"].map(serde_json::Value::from));
 }
 
 /// The real bounds are a gigabyte.

@@ -96,7 +96,7 @@ fn settings_are_converted() {
     assert_eq!((simulation.max_step, simulation.fixed_step), (Some(1e-3), Some(2e-3)));
     assert_eq!(simulation.first_step, Some(1e-6));
     assert_eq!(simulation.max_steps, Some(100_000));
-    assert_eq!(simulation.audit_tolerance, Some(1e-6));
+    assert_eq!(simulation.audit_tolerance, Some(AuditTolerance::Limit(1e-6)));
     assert_eq!(simulation.method.as_ref().unwrap().value, "dop853");
     assert_eq!(simulation.engine.as_ref().unwrap().value, "interpreted");
 }

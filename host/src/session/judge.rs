@@ -1,0 +1,105 @@
+//! Whether the audit lets the results of a run pass.
+
+use super::open::Session;
+use super::run::DEFAULT_METHOD;
+use crate::diagnostics::{Code, codes};
+use crate::results::{Audit, AuditLimits, Excess, Measure, Summary, significant};
+use crate::scene::{AuditTolerance, Dimension};
+
+impl Session {
+    /// What the audit may find: as asked for, else what belongs to the tolerance; `None` where it is not to be judged.
+    pub(super) fn audit_limits(&self) -> Option<AuditLimits> {
+        match self.options.audit_tolerance.or(self.scene.simulation.audit_tolerance) {
+            Some(AuditTolerance::None) => None,
+            Some(AuditTolerance::Limit(limit)) => Some(AuditLimits::all(limit)),
+            None => Some(AuditLimits::belonging_to(self.tolerance(), self.has_fixed_steps())),
+        }
+    }
+
+    /// Whether steps have a fixed size, so that nothing controls their errors.
+    pub(super) fn has_fixed_steps(&self) -> bool {
+        let name = self.scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |method| method.value.as_str());
+        let needs_step = || self.options.methods.make(name).is_some_and(|method| method.needs_fixed_step());
+        self.scene.simulation.fixed_step.is_some() || needs_step()
+    }
+
+    /// Notes in the summary what the audit found beyond its limits.
+    pub(super) fn judge(&self, summary: &mut Summary) {
+        self.judge_rows(summary, &|excess| excess.row.map(|row| self.row_name(row)));
+    }
+
+    /// The same where islands were integrated apart: each numbers its rows by itself.
+    pub(super) fn judge_apart(&self, summary: &mut Summary, sessions: &[Self], parts: &[Summary]) {
+        self.judge_rows(summary, &|excess| {
+            let rows: fn(&Audit) -> (f64, Option<usize>) = match excess.measure {
+                Measure::Position => |audit| (audit.position_violation, audit.worst_rows()[0]),
+                Measure::Velocity => |audit| (audit.velocity_violation, audit.worst_rows()[1]),
+                Measure::Energy | Measure::SampleEnergy => return None,
+            };
+            let found = |part: &Summary| rows(&part.audit).0.total_cmp(&excess.found).is_eq();
+            let (session, part) = sessions.iter().zip(parts).find(|(_, part)| found(part))?;
+            rows(&part.audit).1.map(|row| session.row_name(row))
+        });
+    }
+
+    fn judge_rows(&self, summary: &mut Summary, name: &dyn Fn(&Excess) -> Option<String>) {
+        let beyond = summary.audit_limits.map(|limits| summary.audit.beyond(&limits)).unwrap_or_default();
+        for (k, excess) in beyond.iter().enumerate() {
+            // One advice is enough: what helps against the worst may well help against the others.
+            let advice = if k == 0 { format!("; {}", self.advice(excess)) } else { String::new() };
+            summary.suspect(code(excess.measure), &format!("{}{advice}", self.finding(excess, name(excess))));
+        }
+    }
+
+    /// Joint and row.
+    fn row_name(&self, row: usize) -> String {
+        let (element, k) = self.plan.layout.element_of_row(row);
+        self.model.elements[element].row_name(k)
+    }
+
+    /// What was found, when and where.
+    fn finding(&self, excess: &Excess, row: Option<String>) -> String {
+        let what = match excess.measure {
+            Measure::Position => "constraints are violated by",
+            Measure::Velocity => "rates of constraints are violated by",
+            Measure::Energy => "the balance of energies is off by",
+            Measure::SampleEnergy => "in the table, the balance of energies is off by",
+        };
+        let of = match excess.measure {
+            Measure::Position => "of the size of the scene",
+            Measure::Velocity => "of the largest speed",
+            Measure::Energy | Measure::SampleEnergy => "of the largest energy that moved",
+        };
+        let [found, limit] = [excess.found, excess.limit].map(|number| significant(number, 2));
+        let units = &self.scene.units;
+        let at = significant(excess.at / units.factor(Dimension::TIME), 6);
+        let row = row.map_or_else(String::new, |name| format!(" in {name}"));
+        format!("{what} {found} {of}{row} (t = {at} {}), more than {limit}", units.label(Dimension::TIME))
+    }
+
+    /// What a user may try.
+    fn advice(&self, excess: &Excess) -> String {
+        let energy = matches!(excess.measure, Measure::Energy | Measure::SampleEnergy);
+        let also = if energy { "; if nothing changes it, examine the elements (`odyn plugin check`)" } else { "" };
+        if self.has_fixed_steps() {
+            return format!("try smaller steps (`fixed_step`) or a method that chooses them (`--method dop853`){also}");
+        }
+        let tolerance = significant(self.tolerance() / 100.0, 2);
+        let method = match self.scene.simulation.method.as_ref().map(|method| method.value.as_str()) {
+            Some("radau5" | "rodas5p") => DEFAULT_METHOD,
+            _ => "radau5",
+        };
+        format!(
+            "try smaller steps (`max_step`), a smaller tolerance (`--tol {tolerance}`), another method (`--method {method}`) or \
+             `--verify`{also}"
+        )
+    }
+}
+
+fn code(measure: Measure) -> Code {
+    match measure {
+        Measure::Position | Measure::Velocity => codes::AUDIT_CONSTRAINTS,
+        Measure::Energy => codes::AUDIT_ENERGY,
+        Measure::SampleEnergy => codes::AUDIT_SAMPLES,
+    }
+}

@@ -1,0 +1,100 @@
+//! Runs that reach their end with results that are not to be believed, and say so.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use odyn::results::{Status, Table};
+use odyn::scene::AuditTolerance;
+use odyn::session::{Checkpoint, RunOptions, RunReport, Session};
+
+use crate::support::{Scratch, column, options};
+
+#[track_caller]
+fn run(text: &str, sets: &[&str]) -> RunReport {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", text);
+    let session = Session::open(&scene, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+    session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A ball thrown up against a stop that it reaches from t = 0.65 s to 0.84 s.
+const BALL: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.05
+[[body]]
+name = "ball"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+velocity = [0, 0, 7.3]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["ground", "ball"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[force]]
+name = "ceiling"
+type = "bump-stop"
+bodies = ["ground", "ball"]
+axis = [0, 0, 1]
+params = { lower = -9, upper = 2.68, force = 5e4, depth = 0.01, exponent = 1 }
+[[output]]
+name = "energy"
+quantity = "total_energy"
+[[output]]
+name = "z"
+quantity = "position"
+of = "ball"
+component = "z"
+"#;
+
+/// A step that is blind to the stop: it has no stages between 0.652 s and 0.857 s. Its ends agree on the energy, the table does not.
+#[test]
+fn a_stop_that_was_flown_through_shows_in_the_table() {
+    let blind = run(BALL, &["simulation.fixed_step=1"]);
+    let summary = &blind.summary;
+    assert!(summary.audit.energy_error_relative < 1e-12, "{:?}", summary.audit);
+    let energy = column(&blind, "energy");
+    let jump = energy.iter().fold(0.0_f64, |most, e| most.max((e - energy[0]).abs()));
+    assert!(jump > 100.0 && summary.audit.sample_energy_error_relative > 0.5, "{jump} J, {:?}", summary.audit);
+    assert_eq!((summary.status, summary.code, blind.exit_code()), (Status::Suspect, Some("ODY0703"), 7));
+    assert!(summary.reason.starts_with("in the table, the balance of energies is off by"), "{}", summary.reason);
+    // With steps that feel the stop, the ball comes back.
+    let seen = run(BALL, &["simulation.max_step=0.01"]);
+    assert_eq!((seen.summary.status, seen.exit_code()), (Status::Completed, 0), "{}", seen.summary.reason);
+    assert!(column(&seen, "z").last().unwrap() + 0.1 < *column(&blind, "z").last().unwrap());
+}
+
+/// A limit lasts when a run is interrupted and resumed, and so does the status.
+#[test]
+fn limits_and_status_survive_resuming() {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", BALL);
+    let out = scratch.path().join("out");
+    let sets = ["simulation.max_step=0.01", "simulation.checkpoint_every=0.25"];
+    let asked = RunOptions { audit_tolerance: Some(AuditTolerance::Limit(1e-300)), ..options(&sets, &[]) };
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    let session = Session::open(&scene, &asked).unwrap_or_else(|error| panic!("{error}"));
+    let progress = move |share: f64| raised.store(share > 0.6, Ordering::Relaxed);
+    let part = session.run(Some(&out), Box::new(progress), &stop).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((part.summary.status, part.summary.checkpoints), (Status::StoppedEarly, 2));
+
+    let point = Checkpoint::read(&out).unwrap();
+    let (path, opened) = point.opened().unwrap();
+    assert_eq!(opened.audit_tolerance, Some(AuditTolerance::Limit(1e-300)));
+    let mut session = Session::open(path, &opened).unwrap_or_else(|error| panic!("{error}"));
+    session.resume(point).unwrap_or_else(|error| panic!("{error}"));
+    let report =
+        session.run(Some(&out), Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((report.summary.status, report.summary.resumed, report.exit_code()), (Status::Suspect, 1, 7));
+    let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((&summary["status"], &summary["audit_limits"]["energy"]), (&"suspect".into(), &1e-300.into()));
+    assert!(!out.join("checkpoint.toml").exists(), "nothing is left to resume");
+    assert_eq!(Table::read(&out.join("results.csv")).unwrap().times.len(), 21);
+}
