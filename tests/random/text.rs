@@ -104,6 +104,7 @@ impl Mechanism {
             let _ = write!(out, "\n[[output]]\nname = \"{name}\"\n{keys}\n");
         };
         output("energy".into(), "quantity = \"total_energy\"");
+        output("energy_of_motion".into(), "quantity = \"kinetic_energy\"");
         for (k, body) in self.bodies.iter().enumerate() {
             for c in ["x", "y", "z"] {
                 let of = format!("of = \"body_{k}\"\ncomponent = \"{c}\"");
