@@ -8,6 +8,9 @@
 //! ODYN_RANDOM=1 ODYN_RANDOM_FIRST=1234 cargo test -p odyn-tests random::spatial
 //! ```
 //!
+//! Furnished with elements of all kinds and with masses over 18 decades, they are run in several ways that must agree
+//! (`random/differential.rs`; `every_way` in place of `spatial`, the long form with `ODYN_RANDOM=2000`).
+//!
 //! A mechanism that fails is made smaller as long as it fails, and its scene is kept as a file, which `odyn run` takes. Those
 //! that once failed are in `regressions/`, each with the cause.
 
@@ -126,6 +129,15 @@ fn differential(count: u64) {
             checks.differ(&settled, seed, &mut seen.borrow_mut())
         };
         let mechanism = Mechanism::furnished(seed, style);
+        let keep = |mechanism: &Mechanism, why: &str| {
+            let settled = checks.settled(mechanism).ok().flatten().unwrap_or_else(|| mechanism.clone());
+            let path = kept("random").join(format!("differential-{seed}.toml"));
+            std::fs::write(&path, format!("# {why}\n\n{}", settled.text(&Place::as_it_is(), &keys()))).unwrap();
+            path
+        };
+        if count == 1 {
+            eprintln!("{style:?} {seed}: {}", keep(&mechanism, "as drawn").display());
+        }
         let Err(why) = judged(&mechanism, &|mechanism| attempt(mechanism, &seen)) else { continue };
         failed += 1;
         let kind = why.split(':').next().unwrap_or_default().to_owned();
@@ -134,9 +146,7 @@ fn differential(count: u64) {
             other => other,
         };
         let (mechanism, why) = smallest(mechanism, why, &same);
-        let settled = checks.settled(&mechanism).ok().flatten().unwrap_or(mechanism);
-        let path = kept("random").join(format!("differential-{seed}.toml"));
-        std::fs::write(&path, format!("# {why}\n\n{}", settled.text(&Place::as_it_is(), &keys()))).unwrap();
+        let path = keep(&mechanism, &why);
         let words = format!("{style:?} {seed}: {why}\n    odyn run {}\n", path.display());
         eprint!("{words}");
         if failed <= MOST_TOLD {
