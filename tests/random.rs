@@ -8,18 +8,25 @@
 //! ODYN_RANDOM=1 ODYN_RANDOM_FIRST=1234 cargo test -p odyn-tests random::spatial
 //! ```
 //!
+//! Furnished with elements of all kinds and with masses over 18 decades, they are run in several ways that must agree
+//! (`random/differential.rs`; `every_way` in place of `spatial`, the long form with `ODYN_RANDOM=2000`).
+//!
 //! A mechanism that fails is made smaller as long as it fails, and its scene is kept as a file, which `odyn run` takes. Those
 //! that once failed are in `regressions/`, each with the cause.
 
 mod checks;
+mod differential;
+mod furnish;
 mod mechanism;
 mod numbers;
 mod relation;
+mod text;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use checks::{Checks, Verdict};
+use differential::{Seen, keys};
 use mechanism::{Mechanism, Place, Style};
 
 use crate::support::{kept, root};
@@ -102,6 +109,61 @@ fn planar_mechanisms() {
 #[test]
 fn spherical_mechanisms() {
     all(Style::Spherical, 90, 6);
+}
+
+/// Runs furnished mechanisms in several ways.
+#[track_caller]
+fn differential(count: u64) {
+    let checks = Checks::new();
+    let first = wanted("ODYN_RANDOM_FIRST", 1);
+    let count = wanted("ODYN_RANDOM", count);
+    let (mut failed, mut told) = (0, String::new());
+    let (seen, unfit) = (RefCell::new(Seen::default()), Cell::new(0));
+    for seed in first..first + count {
+        let style = [Style::Spatial, Style::Planar, Style::Spherical][(seed % 3) as usize];
+        let attempt = |mechanism: &Mechanism, seen: &RefCell<Seen>| {
+            let Some(settled) = checks.settled(mechanism)? else {
+                unfit.set(unfit.get() + 1);
+                return Ok(());
+            };
+            checks.differ(&settled, seed, &mut seen.borrow_mut())
+        };
+        let mechanism = Mechanism::furnished(seed, style);
+        let keep = |mechanism: &Mechanism, why: &str| {
+            let settled = checks.settled(mechanism).ok().flatten().unwrap_or_else(|| mechanism.clone());
+            let path = kept("random").join(format!("differential-{seed}.toml"));
+            std::fs::write(&path, format!("# {why}\n\n{}", settled.text(&Place::as_it_is(), &keys()))).unwrap();
+            path
+        };
+        if count == 1 {
+            eprintln!("{style:?} {seed}: {}", keep(&mechanism, "as drawn").display());
+        }
+        let Err(why) = judged(&mechanism, &|mechanism| attempt(mechanism, &seen)) else { continue };
+        failed += 1;
+        let kind = why.split(':').next().unwrap_or_default().to_owned();
+        let same = |mechanism: &Mechanism| match attempt(mechanism, &RefCell::default()) {
+            Err(other) if !other.starts_with(&kind) => Ok(()),
+            other => other,
+        };
+        let (mechanism, why) = smallest(mechanism, why, &same);
+        let path = keep(&mechanism, &why);
+        let words = format!("{style:?} {seed}: {why}\n    odyn run {}\n", path.display());
+        eprint!("{words}");
+        if failed <= MOST_TOLD {
+            told += &words;
+        }
+    }
+    let (seen, unfit) = (seen.into_inner(), unfit.get());
+    eprintln!("{seen}\nstart too near a singular position: {unfit}");
+    assert!(failed == 0, "{failed} of {count} scenes failed:\n{told}");
+    assert!(count < 20 || 5 * unfit < count, "{unfit} of {count} mechanisms start too near a singular position");
+    assert!(count < 20 || seen.refusals() < 0.1, "too many runs without a result: {seen}");
+    assert!(count < 20 || 10 * seen.close > 8 * seen.scenes, "too few scenes compared closely: {seen}");
+}
+
+#[test]
+fn every_way_of_running_a_scene_agrees() {
+    differential(60);
 }
 
 #[test]

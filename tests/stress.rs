@@ -62,7 +62,17 @@ fn the_short_form_is_within_its_bounds() {
 fn every_family_and_every_kind_of_expectation_is_there() {
     let suite = suite();
     let families: BTreeSet<&str> = suite.trials.iter().map(|trial| trial.family.as_str()).collect();
-    let expected = ["assembly", "drift", "long runs", "redundant joints", "scale", "singular positions", "stiffness"];
+    let expected = [
+        "assembly",
+        "drift",
+        "long runs",
+        "missed",
+        "proportions",
+        "redundant joints",
+        "scale",
+        "singular positions",
+        "stiffness",
+    ];
     assert_eq!(families.into_iter().collect::<Vec<_>>(), expected);
     for trial in &suite.trials {
         assert!(trial.scene.is_file(), "`{}`: no scene `{}`", trial.name, trial.named);

@@ -16,7 +16,7 @@ use odyn::plan::Layout;
 use odyn::program::{Node, Program};
 use odyn::results::Status;
 use odyn::scene::{Override, parse};
-use odyn::session::{Restart, RunOptions, RunReport, Session};
+use odyn::session::{Exit, Restart, RunOptions, RunReport, Session, SessionError};
 
 use super::mechanism::{Mechanism, Place};
 use super::numbers::Random;
@@ -72,16 +72,16 @@ struct Start {
     off: f64,
 }
 
-fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+pub fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     // `max` would lose what is not a number.
     values.into_iter().fold(0.0, |most: f64, x| if x.abs() <= most { most } else { x.abs() })
 }
 
-fn below(what: &str, value: f64, limit: f64) -> Verdict {
+pub fn below(what: &str, value: f64, limit: f64) -> Verdict {
     if value <= limit { Ok(()) } else { Err(format!("{what}: {value:.1e}, allowed {limit:.0e}")) }
 }
 
-fn column<'a>(report: &'a RunReport, name: &str) -> &'a [f64] {
+pub fn column<'a>(report: &'a RunReport, name: &str) -> &'a [f64] {
     let k = report.channels.iter().position(|channel| channel.name == name);
     k.map_or(&[], |k| &report.columns[k])
 }
@@ -94,19 +94,24 @@ fn vectors(report: &RunReport, name: &str) -> Vec<Vector3<f64>> {
 impl Checks {
     pub fn new() -> Self {
         let mut catalog = Catalog::new();
-        for library in [odyn_joints::library(), odyn_forces::library()] {
+        for library in [odyn_joints::library(), odyn_forces::library(), odyn_controls::library()] {
             catalog.add_library(library).unwrap();
         }
         Self { catalog }
     }
 
-    fn open(&self, text: &str, settings: &[&str]) -> Result<Session, String> {
+    /// A scene with changed settings, ready to run.
+    pub fn session(&self, text: &str, settings: &[&str]) -> Result<Session, SessionError> {
         let overrides: Vec<Override> =
             settings.iter().map(|setting| Override::new(format!("simulation.{setting}"))).collect();
-        let (scene, warnings) = parse(Source::new("scene.toml", text), &overrides)
-            .map_err(|rejected| format!("{settings:?}: {:?}", rejected.diagnostics))?;
+        let (scene, warnings) = parse(Source::new("scene.toml", text), &overrides).map_err(|rejected| {
+            SessionError { exit: Exit::Scene, diagnostics: rejected.diagnostics, source: Box::new(rejected.source) }
+        })?;
         Session::with_catalog(scene, warnings, &self.catalog, &RunOptions::default())
-            .map_err(|error| format!("{settings:?}: {error}"))
+    }
+
+    fn open(&self, text: &str, settings: &[&str]) -> Result<Session, String> {
+        self.session(text, settings).map_err(|error| format!("{settings:?}: {error}"))
     }
 
     fn run(&self, text: &str, settings: &[&str]) -> Result<RunReport, String> {
@@ -118,9 +123,14 @@ impl Checks {
         Ok(report)
     }
 
-    /// The mechanism with velocities that its loops allow; `None` if it starts too near a singular position.
+    /// The mechanism with velocities that its loops allow; `None` if it starts too near a singular position. Masses do not
+    /// matter for that, so that those of ordinary bodies are taken.
     pub fn settled(&self, mechanism: &Mechanism) -> Result<Option<Mechanism>, String> {
-        let session = self.open(&mechanism.text(&Place::as_it_is(), SHORT), &["formulation=cartesian"])?;
+        let mut ordinary = mechanism.clone();
+        for body in &mut ordinary.bodies {
+            (body.heavier, body.thinner) = (1.0, Vector3::repeat(1.0));
+        }
+        let session = self.open(&ordinary.text(&Place::as_it_is(), SHORT), &["formulation=cartesian"])?;
         let length = session.assembly.scales.length;
         let moved = largest(session.assembly.moves.iter().map(|moved| (moved.distance / length).max(moved.angle)));
         below("what fits by construction is moved", moved, 1e-9)?;
@@ -347,8 +357,8 @@ fn momentum(mechanism: &Mechanism, report: &RunReport) -> Verdict {
         let e = ["e0", "e1", "e2", "e3"].map(|name| column(report, &format!("p_{k}_{name}")));
         for (n, (linear, angular)) in totals.iter_mut().enumerate() {
             let axes = odyn::model::rotation(&[e[0][n], e[1][n], e[2][n], e[3][n]]);
-            let push = v[n] * body.mass;
-            let swing = r[n].cross(&push) + axes * Matrix3::from_diagonal(&body.inertia) * axes.transpose() * w[n];
+            let push = v[n] * body.heavier * body.mass;
+            let swing = r[n].cross(&push) + axes * Matrix3::from_diagonal(&body.moments()) * axes.transpose() * w[n];
             (*linear, *angular) = (*linear + push, *angular + swing);
             sizes = (sizes.0.max(push.norm()), sizes.1.max(swing.norm()));
         }

@@ -4,8 +4,6 @@
 //! close loops, get one frame anywhere and the other one where the joint's equations hold. So everything fits at the start,
 //! and in trees the velocities do too.
 
-use std::fmt::Write;
-
 use nalgebra::{Matrix3, Vector3};
 
 use super::numbers::Random;
@@ -28,16 +26,21 @@ pub enum Style {
 /// A frame in ground at the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    origin: V,
-    axes: M,
+    pub origin: V,
+    pub axes: M,
 }
 
 /// A body at the start; `com`, `inertia` in its own axes.
 #[derive(Debug, Clone)]
 pub struct Body {
+    /// Of an ordinary body; that of the scene is `heavier` times as much.
     pub mass: f64,
-    /// Principal moments.
+    /// Principal moments of an ordinary body.
     pub inertia: V,
+    /// Factor of mass and inertia.
+    pub heavier: f64,
+    /// Further factor of its second moments along its own axes: a thin rod has two small ones.
+    pub thinner: V,
     pub com: V,
     pub origin: V,
     pub axes: M,
@@ -46,17 +49,30 @@ pub struct Body {
     pub spin: V,
 }
 
-/// A joint or force element.
+/// A joint, force or control element.
 #[derive(Debug, Clone)]
 pub struct Part {
     pub name: String,
-    table: &'static str,
-    kind: &'static str,
+    pub table: &'static str,
+    pub kind: &'static str,
+    /// Those it acts on; of a control element, those it measures.
     pub bodies: Vec<Option<usize>>,
-    frames: Vec<Frame>,
-    params: Vec<(&'static str, String)>,
+    pub frames: Vec<Frame>,
+    pub params: Vec<(&'static str, String)>,
+    /// Signals it takes: `part.channel`, the name of an output, or a number.
+    pub inputs: Vec<(&'static str, String)>,
+    /// The joint whose reaction it takes, in place of bodies and frames.
+    pub of: Option<String>,
     /// Whether bodies were placed by it.
-    carries: bool,
+    pub carries: bool,
+}
+
+impl Part {
+    /// Whether it takes a signal or the reaction of another part.
+    fn needs(&self, other: &str) -> bool {
+        let from = |signal: &String| signal.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'));
+        self.of.as_deref() == Some(other) || self.inputs.iter().any(|(_, signal)| from(signal))
+    }
 }
 
 /// See the module documentation.
@@ -107,11 +123,11 @@ const SPATIAL: [&str; 17] = [
 const PLANAR: [&str; 5] = ["revolute", "revolute", "translational", "distance-rod", "bracket"];
 const SPHERICAL: [&str; 4] = ["revolute", "revolute", "universal", "spherical"];
 
-fn list(v: &V) -> String {
+pub(super) fn list(v: &V) -> String {
     format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z)
 }
 
-fn lists(vectors: impl Iterator<Item = V>) -> String {
+pub(super) fn lists(vectors: impl Iterator<Item = V>) -> String {
     let texts: Vec<String> = vectors.map(|v| list(&v)).collect();
     format!("[{}]", texts.join(", "))
 }
@@ -145,7 +161,7 @@ impl Mechanism {
     }
 
     /// A frame on a body, or anywhere in ground.
-    fn frame(&self, body: Option<usize>, style: Style, kind: &str, random: &mut Random) -> Frame {
+    pub(super) fn frame(&self, body: Option<usize>, style: Style, kind: &str, random: &mut Random) -> Frame {
         let near = body.map_or(V::zeros(), |body| self.bodies[body].origin);
         let origin = near + random.vector(0.6);
         match style {
@@ -175,7 +191,7 @@ impl Mechanism {
         found
     }
 
-    fn part(
+    pub(super) fn part(
         &mut self,
         table: &'static str,
         kind: &'static str,
@@ -189,6 +205,8 @@ impl Mechanism {
             bodies: bodies.to_vec(),
             frames: frames.to_vec(),
             params: Vec::new(),
+            inputs: Vec::new(),
+            of: None,
             carries: false,
         });
         self.parts.last_mut().unwrap()
@@ -245,6 +263,8 @@ impl Mechanism {
         self.bodies.push(Body {
             mass,
             inertia: V::new(second.y + second.z, second.z + second.x, second.x + second.y),
+            heavier: 1.0,
+            thinner: V::repeat(1.0),
             com,
             origin: j.origin + offset,
             axes,
@@ -401,24 +421,35 @@ impl Mechanism {
         self.part("force", kind, &bodies, &frames).params = params;
     }
 
-    /// The same without one of the parts, or one of the bodies with all that hangs on it; `None` where there is nothing to
-    /// leave out. Numbers count parts first.
+    /// The same without one of the parts, with one of the bodies ordinary, or without it and all that hangs on it; `None`
+    /// where there is nothing to leave out. Numbers count parts first, then bodies twice.
     pub fn without(&self, number: usize) -> Option<Self> {
         let mut smaller = self.clone();
         if let Some(part) = self.parts.get(number) {
-            if part.carries {
+            if part.carries || self.parts.iter().any(|other| other.needs(&part.name)) {
                 return None;
             }
             smaller.parts.remove(number);
             return Some(smaller);
         }
-        let body = number - self.parts.len();
+        let number = number - self.parts.len();
+        if let Some(body) = smaller.bodies.get_mut(number) {
+            let ordinary = (1.0, V::repeat(1.0));
+            if (body.heavier, body.thinner) == ordinary {
+                return None;
+            }
+            (body.heavier, body.thinner) = ordinary;
+            return Some(smaller);
+        }
+        let body = number - self.bodies.len();
         if self.bodies.len() < 2 {
             return None;
         }
         // Its joint goes with it; those that hang on it must have gone before.
         let is_free = |part: &Part| !part.bodies.contains(&Some(body)) || part.carries && part.bodies[1] == Some(body);
-        if !self.parts.iter().all(is_free) || (self.floats && body == 0) {
+        let goes = |name: &str| self.parts.iter().any(|part| part.name == name && part.bodies.contains(&Some(body)));
+        let needed = |part: &Part| part.of.as_deref().is_some_and(goes);
+        if !self.parts.iter().all(is_free) || self.parts.iter().any(needed) || (self.floats && body == 0) {
             return None;
         }
         smaller.bodies.remove(body);
@@ -430,95 +461,6 @@ impl Mechanism {
 
     /// How many numbers [`Mechanism::without`] knows.
     pub fn removable(&self) -> usize {
-        self.parts.len() + self.bodies.len()
-    }
-
-    /// The scene, with keys of `[simulation]`.
-    pub fn text(&self, place: &Place, settings: &str) -> String {
-        let at = |point: &V| place.turn * point + place.shift;
-        let along = |vector: &V| place.turn * vector;
-        let name = |body: &Option<usize>| body.map_or("\"ground\"".into(), |body| format!("\"body_{body}\""));
-        let mut out = format!(
-            "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n\n[simulation]\ngravity = {}\n{settings}\n",
-            list(&along(&self.gravity))
-        );
-        for (k, body) in self.bodies.iter().enumerate() {
-            let axes = place.turn * body.axes;
-            let _ = write!(
-                out,
-                "\n[[body]]\nname = \"body_{k}\"\nmass = {:?}\ninertia = {}\ncom = {}\nposition = {}\n\
-                 orientation = {{ x = {}, y = {} }}\nvelocity = {}\nangular_velocity = {}\n",
-                body.mass,
-                list(&body.inertia),
-                list(&body.com),
-                list(&at(&body.origin)),
-                list(&axes.column(0).into_owned()),
-                list(&axes.column(1).into_owned()),
-                list(&along(&body.velocity)),
-                list(&along(&body.spin)),
-            );
-        }
-        for part in &self.parts {
-            let bodies: Vec<String> = part.bodies.iter().map(name).collect();
-            let axis = |k: usize| lists(part.frames.iter().map(|frame| along(&frame.axes.column(k).into_owned())));
-            let _ = write!(
-                out,
-                "\n[[{}]]\nname = \"{}\"\ntype = \"{}\"\nbodies = [{}]\npoints = {}\naxes = {}\nx_axes = {}\n",
-                part.table,
-                part.name,
-                part.kind,
-                bodies.join(", "),
-                lists(part.frames.iter().map(|frame| at(&frame.origin))),
-                axis(2),
-                axis(0),
-            );
-            for (key, value) in &part.params {
-                let _ = writeln!(out, "params.{key} = {value}");
-            }
-        }
-        out + &self.outputs()
-    }
-
-    /// Centres of mass, spins, energy, balances, and the loads to judge balances by.
-    fn outputs(&self) -> String {
-        let mut out = String::new();
-        let mut output = |name: String, keys: &str| {
-            let _ = write!(out, "\n[[output]]\nname = \"{name}\"\n{keys}\n");
-        };
-        output("energy".into(), "quantity = \"total_energy\"");
-        for (k, body) in self.bodies.iter().enumerate() {
-            for c in ["x", "y", "z"] {
-                let of = format!("of = \"body_{k}\"\ncomponent = \"{c}\"");
-                let com = list(&body.com);
-                output(format!("r_{k}_{c}"), &format!("quantity = \"position\"\npoint = {com}\n{of}"));
-                output(format!("v_{k}_{c}"), &format!("quantity = \"velocity\"\npoint = {com}\n{of}"));
-                output(format!("w_{k}_{c}"), &format!("quantity = \"angular_velocity\"\n{of}"));
-                output(format!("f_{k}_{c}"), &format!("quantity = \"balance_force\"\n{of}"));
-                output(format!("t_{k}_{c}"), &format!("quantity = \"balance_torque\"\n{of}"));
-            }
-            for e in ["e0", "e1", "e2", "e3"] {
-                let keys = format!("quantity = \"orientation\"\nof = \"body_{k}\"\ncomponent = \"{e}\"");
-                output(format!("p_{k}_{e}"), &keys);
-            }
-        }
-        for part in &self.parts {
-            let (force, torque) = match part.table {
-                "joint" => ("reaction_force", "reaction_torque"),
-                _ => ("force", "torque"),
-            };
-            let mut on: Vec<usize> = part.bodies.iter().flatten().copied().collect();
-            on.sort_unstable();
-            on.dedup();
-            for (body, c) in on.iter().flat_map(|body| ["x", "y", "z"].map(|c| (body, c))) {
-                for (letter, quantity) in [("F", force), ("T", torque)] {
-                    let name = format!("{letter}_{}_{body}_{c}", part.name);
-                    let of = &part.name;
-                    let keys =
-                        format!("quantity = \"{quantity}\"\nof = \"{of}\"\non = \"body_{body}\"\ncomponent = \"{c}\"");
-                    output(name, &keys);
-                }
-            }
-        }
-        out
+        self.parts.len() + 2 * self.bodies.len()
     }
 }

@@ -138,7 +138,10 @@ fn attempt(task: Task<'_>, known: &Known<'_>, settings: &Settings, stop: &Arc<At
         ..RunOptions::default()
     };
     outcome.set = set;
-    let other = trial.equals.as_ref().and_then(|equals| known.get(&(equals.trial.as_str(), formulation)));
+    let other = trial
+        .equals
+        .as_ref()
+        .and_then(|equals| known.get(&(equals.trial.as_str(), equals.formulation.as_deref().unwrap_or(formulation))));
     let columns = judge(trial, Session::open(&trial.scene, &options), other, stop, &mut outcome);
     outcome.seconds = started.elapsed().as_secs_f64();
     (outcome, columns)

@@ -92,6 +92,8 @@ pub struct Equals {
     pub trial: String,
     /// Largest difference, as a share of each output's largest value.
     pub within: f64,
+    /// Formulation in which the other trial is meant; the same where absent.
+    pub formulation: Option<String>,
     /// A length here over the same length there.
     #[serde(default = "one")]
     pub length: f64,
@@ -124,7 +126,7 @@ struct Written {
 }
 
 /// `[[trial]]`.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenTrial {
     name: Spanned<String>,
@@ -135,6 +137,8 @@ struct WrittenTrial {
     scene: String,
     #[serde(default)]
     set: Vec<String>,
+    #[serde(default)]
+    grid: Vec<Vec<String>>,
     #[serde(default)]
     formulations: Vec<String>,
     #[serde(default)]
@@ -180,7 +184,7 @@ impl Suite {
         })?;
         let mut diagnostics = Vec::new();
         let mut trials: Vec<Trial> = Vec::new();
-        for trial in written.trial {
+        for trial in written.trial.into_iter().flat_map(WrittenTrial::spread) {
             let span = trial.name.span();
             match trial.resolve(folder, &trials) {
                 Ok(trial) => trials.push(trial),
@@ -193,22 +197,28 @@ impl Suite {
         }
     }
 
-    /// The places of the trials that are meant by these names (all of them where there are none), and of those they are
-    /// compared with, in the order of the suite. Trials that are not part of the short form have to be named for it.
+    /// The places of the trials that are meant by these names (all of them where there are none; all of a grid by the name
+    /// before the slash), and of those they are compared with, in the order of the suite. Trials that are not part of the short
+    /// form have to be named for it.
     ///
     /// # Errors
     /// A name that no trial has.
     pub(super) fn select(&self, names: &[String], full: bool) -> Result<Vec<usize>, Box<Diagnostic>> {
+        let is_called = |trial: &Trial, name: &str| {
+            trial.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        };
         for name in names {
-            if !self.trials.iter().any(|trial| trial.name == *name) {
-                let known: Vec<&str> = self.trials.iter().map(|trial| trial.name.as_str()).collect();
+            if !self.trials.iter().any(|trial| is_called(trial, name)) {
+                let own = self.trials.iter().filter_map(|trial| trial.name.split('/').next());
+                let mut known: Vec<&str> = own.collect();
+                known.dedup();
                 let diagnostic = Diagnostic::error(codes::BAD_SUITE, format!("the suite has no trial `{name}`"));
                 return Err(Box::new(diagnostic.help_if(help_for(name, &known, "trials"))));
             }
         }
         let meant = |trial: &Trial| match names.is_empty() {
             true => full || !trial.only_full,
-            false => names.contains(&trial.name),
+            false => names.iter().any(|name| is_called(trial, name)),
         };
         let needed = |trial: &Trial| {
             let mut others = self.trials.iter().filter(|other| meant(other)).filter_map(|other| other.equals.as_ref());
@@ -220,9 +230,27 @@ impl Suite {
 }
 
 impl WrittenTrial {
+    /// A trial for each combination of the changes in the rows of its grid, its name followed by them.
+    fn spread(self) -> Vec<Self> {
+        let mut trials = vec![Self { grid: Vec::new(), ..self.clone() }];
+        for row in &self.grid {
+            let with = |trial: &Self, change: &String| {
+                let mut other = trial.clone();
+                let (key, value) = change.split_once('=').unwrap_or((change, ""));
+                let key = key.rsplit('.').next().unwrap_or(key).trim();
+                let named = format!("/{key}={}", value.trim());
+                other.name = Spanned::new(self.name.span(), format!("{}{named}", trial.name.get_ref()));
+                other.set.push(change.clone());
+                other
+            };
+            trials = trials.iter().flat_map(|trial| row.iter().map(move |change| with(trial, change))).collect();
+        }
+        trials
+    }
+
     /// The trial behind others, or what is wrong with it.
-    fn resolve(self, folder: &Path, before: &[Trial]) -> Result<Trial, String> {
-        let name = self.name.into_inner();
+    fn resolve(mut self, folder: &Path, before: &[Trial]) -> Result<Trial, String> {
+        let name = std::mem::take(self.name.get_mut());
         if before.iter().any(|other| other.name == name) {
             return Err(format!("there are two trials `{name}`"));
         }
@@ -246,10 +274,15 @@ impl WrittenTrial {
         if refused && (self.warns.is_some() || self.equals.is_some() || self.reactions != Reactions::default()) {
             return Err(format!("`{name}` is to be refused, so that nothing else can be expected of it"));
         }
-        if let Some(equals) = &self.equals {
-            let other = before.iter().find(|other| other.name == equals.trial);
+        if let Some(equals) = &mut self.equals {
+            // One of a grid is compared with that of the same place in the other grid, if it is one.
+            let place = name.split_once('/').map(|(_, place)| format!("{}/{place}", equals.trial));
+            let called = |wanted: &String| before.iter().find(|other| other.name == *wanted);
+            let other = place.as_ref().and_then(called).or_else(|| called(&equals.trial));
             let other = other.ok_or_else(|| format!("there is no trial `{}` before `{name}`", equals.trial))?;
-            if other.equals.is_some() || formulations.iter().any(|one| !other.formulations.contains(one)) {
+            equals.trial.clone_from(&other.name);
+            let meant = |one| other.formulations.contains(equals.formulation.as_ref().unwrap_or(one));
+            if other.equals.is_some() || !formulations.iter().all(meant) {
                 return Err(format!(
                     "`{}`, which `{name}` is compared with, must be run in the same formulations, and not be compared itself",
                     other.name
