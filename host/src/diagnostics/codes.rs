@@ -242,8 +242,8 @@ pub const TOO_MANY_STEPS: Code = "ODY0604";
 pub const PROJECTION_FAILED: Code = "ODY0605";
 /// A torque on a body that has no rotation.
 pub const TORQUE_ON_PARTICLE: Code = "ODY0606";
-/// A counted angle that goes too far in a step of a fixed size.
-pub const TURNS_LOST: Code = "ODY0607";
+/// Something that no evaluation of a step of a fixed size has seen.
+pub const MISSED_WITHIN_STEP: Code = "ODY0607";
 
 /// A constraint violation above the limit.
 pub const AUDIT_CONSTRAINTS: Code = "ODY0701";
@@ -383,12 +383,13 @@ pub const TABLE: &[Explanation] = &[
     ),
 
     entry(
-        TURNS_LOST,
-        "turns cannot be counted",
-        "An angle that an element counts over many turns went on by more than half a turn within one step of a fixed size, so \
-         that its turns can no longer be told. Make `fixed_step` smaller, or use a method that chooses its steps: `dop853`.",
+        MISSED_WITHIN_STEP,
+        "something happened unseen within a step",
+        "The run reached its end, and its results are suspect: within a step of a fixed size a contact came and went, or a pulse \
+         passed, between the places where the method evaluates the equations, or an angle that is counted over many turns went \
+         on by more than half a turn. Enclosures over the step found it. Make `fixed_step` \
+         smaller, or use a method that chooses its steps: `dop853`. The exit code is 7.",
     ),
-
     entry(
         AUDIT_CONSTRAINTS,
         "constraint violation above the limit",

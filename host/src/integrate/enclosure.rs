@@ -8,6 +8,7 @@
 //!
 //! - a condition that changes its sign and changes it back within the step: the step is made to end at the first change;
 //! - a function that leaves what the method saw of it: the step is made to end before, and the next ones are short;
+//! - a quantity that leaves its bounds: the step is made to end there;
 //! - an angle that goes beyond half a turn from its reference: the step is made shorter.
 //!
 //! Functions of time alone are known before the step is made. It ends at knots of tables, and just before expressions jump.
@@ -48,7 +49,7 @@ const NOISE: f64 = 1e-14;
 pub(super) enum Found {
     /// Conditions change for the first time between these shares of the step, and change again later.
     Hidden(f64, f64),
-    /// A function is sharp from this share of the step on.
+    /// A function is sharp from this share of the step on, or a quantity leaves its bounds there.
     Sharp(f64),
     /// An angle goes too far.
     Turned,
@@ -185,6 +186,9 @@ impl Enclosure {
         while let Some(mut piece) = pieces.pop() {
             count += 1;
             self.point(run, step, &piece.polynomials, piece.to, true);
+            if seen {
+                self.find_noise(run, step, &piece);
+            }
             self.enclose(run, step, &piece);
             if let Some(found) = self.judge(&mut piece, seen) {
                 return Ok(self.settled(run, step, found));
@@ -194,8 +198,7 @@ impl Enclosure {
                 continue;
             }
             if !seen {
-                // Only now is it worth while to know what was seen, and what can be told apart.
-                self.find_noise(run, step);
+                // Only now is it worth while to know what was seen.
                 if self.has_features(&piece) {
                     self.see(run, step);
                 }
@@ -269,15 +272,16 @@ impl Enclosure {
         *ranges = kept;
     }
 
-    /// See [`Enclosure::noise`], at the end of the step: to first order, the slopes along all differences of the state that
-    /// its tolerance allows.
-    fn find_noise(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) {
-        (step.at)(1.0, &mut self.state);
+    /// See [`Enclosure::noise`], at the end of a piece: to first order, the slopes along all differences of the state that its
+    /// tolerance allows.
+    fn find_noise(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
         let off: Vec<f64> = self.entries.iter().map(|entry| run.system.resolution(*entry)).collect();
-        let (state, entries) = (&self.state, &self.entries);
-        let of = |k: usize| Range { value: Interval::point(state[entries[k]]), slope: Interval::new(-off[k], off[k]) };
+        let of = |k: usize| Range {
+            value: Interval::point(piece.polynomials.end(k, true)),
+            slope: Interval::new(-off[k], off[k]),
+        };
         let n = self.within.len();
-        run.system.enclose(self.of, Range::still(step.start + step.h), &of, &mut self.ranges[..n]);
+        run.system.enclose(self.of, Range::still(step.start + piece.to * step.h), &of, &mut self.ranges[..n]);
         for (noise, range) in self.noise.iter_mut().zip(&self.ranges[..n]) {
             let size = range.slope.magnitude();
             *noise = if size.is_finite() { size } else { 0.0 };
@@ -341,6 +345,12 @@ impl Enclosure {
                         return Some(Found::Sharp(piece.from));
                     }
                     piece.open[k] = !is_seen(value, range, self.hulls[k], least, seen, known);
+                }
+                Guard::Bound(limit) => {
+                    if last.abs() > limit {
+                        return Some(Found::Sharp(piece.to));
+                    }
+                    piece.open[k] = value.magnitude() > limit;
                 }
                 Guard::Knots(_) => piece.open[k] = false,
             }
@@ -412,6 +422,7 @@ impl Enclosure {
                 Guard::Feature => {
                     leaves(self.last[k], self.hulls[k], self.least(k)).then_some(Found::Sharp(piece.from))
                 }
+                Guard::Bound(limit) => (self.last[k].abs() > limit).then_some(Found::Sharp(piece.to)),
                 Guard::Turn => (self.last[k].abs() > MOST_TURNED).then_some(Found::Turned),
                 _ => None,
             };
@@ -513,7 +524,7 @@ impl Enclosure {
                     let (low, high) = knots(value);
                     Some(Interval::new(low, high))
                 }
-                Guard::Feature | Guard::Turn => None,
+                Guard::Feature | Guard::Turn | Guard::Bound(_) => None,
             });
         }
         if bounds.iter().all(Option::is_none) {

@@ -17,9 +17,9 @@
 //! side at a tolerance of 1e-10 takes some 40 evaluations of the explicit method of order 8 this way, instead of 500, and the
 //! result is more accurate, since error estimates across a jump mean little (`tests/events.rs` of this room).
 
+use super::Watched;
 use super::enclosure::{Enclosure, Found, Interpolation, Jump};
 use super::run::{Run, Trouble};
-use super::{StopReason, Watched};
 
 /// Accuracy of the first location, as a share of the step.
 const ROUGH: f64 = 0.01;
@@ -208,10 +208,8 @@ impl Events {
     /// Steps of a fixed size cannot be tried again: what they missed is counted.
     pub(super) fn note_missed(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<(), Trouble> {
         let (end, _) = self.enclosure.ahead(run, step.start + step.h, step.seen);
-        let found = self.enclosure.examine(run, step)?;
-        if self.turns.examine(run, step)?.is_some() {
-            return Err(Trouble::Stop(StopReason::TurnsLost { step: step.h }));
-        }
+        let within = self.enclosure.examine(run, step)?;
+        let found = within.or(self.turns.examine(run, step)?);
         if found.is_some() || end < step.start + step.h {
             run.counters.missed += 1;
             run.counters.missed_from.get_or_insert(step.start);

@@ -163,6 +163,11 @@ pub trait System {
         Ok(false)
     }
 
+    /// Entries of the state from here on are sums that nothing depends on and error control does not look at (work done).
+    fn sums_from(&self) -> usize {
+        self.dim()
+    }
+
     /// The system as one of second order with constraints, if it is written so.
     fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
         None
@@ -288,6 +293,8 @@ pub enum Guard {
     Switch,
     /// A function that may be sharp: within a step it is not to leave what the method saw of it.
     Feature,
+    /// A quantity that must stay within plus and minus a limit.
+    Bound(f64),
     /// An angle less the reference it is counted from, rad: it has to stay within half a turn.
     Turn,
     /// The argument of a table, as a function of time: steps end at the knots. Gives the knots next to an argument, the lower
@@ -300,6 +307,7 @@ impl std::fmt::Debug for Guard {
         f.write_str(match self {
             Self::Switch => "Switch",
             Self::Feature => "Feature",
+            Self::Bound(_) => "Bound",
             Self::Turn => "Turn",
             Self::Knots(_) => "Knots",
         })
@@ -441,12 +449,6 @@ pub enum StopReason {
     #[error("the error tolerance asks for a step of {step:e}, too small to advance the time")]
     StepTooSmall {
         /// Step size that was not tried.
-        step: f64,
-    },
-    /// Steps of a fixed size in which a counted angle goes beyond half a turn.
-    #[error("a counted angle goes on by more than half a turn in a step of {step:e}")]
-    TurnsLost {
-        /// The step size.
         step: f64,
     },
     /// The solution ceases to be finite, however small the step.

@@ -40,6 +40,12 @@ const REACH: f64 = 1e-3;
 
 /// Abscissae `(4 - sqrt 6)/10`, `(4 + sqrt 6)/10`, 1.
 const C: [f64; STAGES] = [0.155_051_025_721_682_2, 0.644_948_974_278_317_8, 1.0];
+/// The method's matrix: `(88 - 7 sqrt 6)/360` ... `1/9`.
+const A: [[f64; STAGES]; STAGES] = [
+    [0.196_815_477_223_660_4, -0.065_535_425_850_198_4, 0.023_770_974_348_220_15],
+    [0.394_424_314_739_087_3, 0.292_073_411_665_228_47, -0.041_548_752_125_997_93],
+    [0.376_403_062_700_467_27, 0.512_485_826_188_421_6, 1.0 / 9.0],
+];
 /// `T^-1 A^-1 T` is block diagonal: one real eigenvalue, one complex pair.
 const T: [[f64; STAGES]; STAGES] = [
     [9.123_239_487_089_295E-2, -0.141_255_295_020_954_2, -3.002_919_410_514_742_4E-2],
@@ -86,6 +92,8 @@ pub struct Radau5 {
     /// Derivatives at the stages, then right sides.
     f: [Vec<f64>; STAGES],
     pair: Vec<Complex<f64>>,
+    /// Derivatives of sums at the stages.
+    sum_rates: [Vec<f64>; STAGES],
     /// Divided differences of the collocation polynomial of the last step, from its end backwards.
     polynomial: [Vec<f64>; STAGES],
     y_end: Vec<f64>,
@@ -473,7 +481,13 @@ impl Radau5 {
                 }
                 run.rhs(t + c * h, &self.argument, &mut self.f[i], h)?;
             }
+            let sums = run.system.sums_from();
+            for (rates, f) in self.sum_rates.iter_mut().zip(&self.f) {
+                rates.clear();
+                rates.extend_from_slice(&f[sums..]);
+            }
             let change = self.correct(run, y, h) / control.test;
+            self.sum_up(sums, h);
             if !change.is_finite() {
                 control.theta = 1.0;
                 return Err(Trouble::Retry(StopReason::NotFinite { step: h }).into());
@@ -503,6 +517,15 @@ impl Radau5 {
             }
         }
         Err(control.slow(0.5))
+    }
+
+    /// Increments of sums, which the iterations are not judged by: those that their rates give.
+    fn sum_up(&mut self, from: usize, h: f64) {
+        for (z, row) in self.z.iter_mut().zip(&A) {
+            for (k, sum) in z[from..].iter_mut().enumerate() {
+                *sum = h * row.iter().zip(&self.sum_rates).map(|(a, rates)| a * rates[k]).sum::<f64>();
+            }
+        }
     }
 
     /// The end of a step of size `h` as the last one predicts it, into `y_new`; false where there is none.

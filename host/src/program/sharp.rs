@@ -103,20 +103,26 @@ impl Sharp {
                         }
                     });
                 }
-                Depends::Time => match expr {
-                    Expr::Table { table, at, .. } => {
-                        let knots = Knots::of(&graph.tables[table as usize]);
-                        if !knots.breaks.is_empty() && !found.knots.contains(&(at, knots.clone())) {
-                            found.knots.push((at, knots));
-                        }
+                Depends::Time => {
+                    // A pulse may be small beside what it is added to.
+                    if is_pulse(graph, expr, of) {
+                        parts.insert(*node);
                     }
-                    Expr::Select(a, b, ..) if known.insert((a.min(b), a.max(b))) => {
-                        if of(a) == Depends::Time || of(b) == Depends::Time {
-                            found.conditions.push((a, b));
+                    match expr {
+                        Expr::Table { table, at, .. } => {
+                            let knots = Knots::of(&graph.tables[table as usize]);
+                            if !knots.breaks.is_empty() && !found.knots.contains(&(at, knots.clone())) {
+                                found.knots.push((at, knots));
+                            }
                         }
+                        Expr::Select(a, b, ..) if known.insert((a.min(b), a.max(b))) => {
+                            if of(a) == Depends::Time || of(b) == Depends::Time {
+                                found.conditions.push((a, b));
+                            }
+                        }
+                        _ => {}
                     }
-                    _ => {}
-                },
+                }
                 Depends::Nothing => {}
             }
         }
@@ -184,6 +190,16 @@ fn is_sharp(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
         Expr::Exp(_) | Expr::Tanh(_) => true,
         Expr::Table { order, .. } => order == 0,
         Expr::Div(a, b) => of(a) != Depends::Motion && of(b) == Depends::Motion && has_constant(b),
+        _ => false,
+    }
+}
+
+/// Whether a function of time may rise and fall on a short stretch.
+fn is_pulse(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
+    match expr {
+        Expr::Exp(_) | Expr::Tanh(_) | Expr::Select(..) => true,
+        Expr::Table { order, .. } => order == 0,
+        Expr::Div(_, b) => of(b) == Depends::Time && !matches!(graph.expr(b), Expr::Input(_)),
         _ => false,
     }
 }

@@ -178,13 +178,14 @@ impl Remedy {
                 meaning: "The error test accepted a step in which a contact came and went, a pulse passed, or an angle turned on by \
                           more than half a turn, and no evaluation had seen it. Enclosures over the step found it, and the step was \
                           tried again so that it ended before.",
-                advice: "Nothing to be done.",
+                advice: "Nothing to be done: nothing was missed.",
             },
             Self::Missed => Words {
                 name: "missed-within-step",
                 counted: "steps of a fixed size in which something happened unseen",
                 meaning: "A contact came and went, or a pulse passed, between the evaluations of a step of a fixed size, which \
-                          cannot be made shorter: results are wrong from there on.",
+                          cannot be made shorter, or a counted angle turned on by more than half a turn: results are wrong from there \
+                          on.",
                 advice: "Make `fixed_step` smaller, or use a method that chooses its steps: `dop853`, `auto`.",
             },
             Self::RankSafe => Words {

@@ -135,12 +135,10 @@ impl Session {
                 .watch_these(&case.planar.equations, &self.model, &case.planar.rows)
                 .map_err(|e| start_error(&self.scene, &e))?;
         }
-        let watching = Watching::find(&mut self.equations, &layout);
+        let mut watching = Watching::find(&mut self.equations, &layout);
         if self.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&self.equations, watching.conditions());
         }
-        let bounded = system.guard(&mut self.equations, &watching);
-        self.equations.graph.rest();
         if let Some(form) = second_order {
             system.offer_second_order(form);
         }
@@ -154,6 +152,10 @@ impl Session {
             system.watch_samples(&self.equations);
         }
         let state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
+        watching.rows =
+            system.rows_to_bound(&self.equations, t_start, &state).map_err(|e| start_error(&self.scene, &e))?;
+        let bounded = system.guard(&mut self.equations, &watching);
+        self.equations.graph.rest();
         system.anticipate_rest(self.scene.simulation.t_end - self.scene.simulation.t_start);
         let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());
         if let Some(carried) = carried {

@@ -51,6 +51,8 @@ pub(super) struct Watching {
     conditions: Vec<Node>,
     sharp: Sharp,
     angles: Vec<Node>,
+    /// Values of rows that must stay within plus and minus a limit.
+    pub(super) rows: Vec<(Node, f64)>,
 }
 
 impl Watching {
@@ -67,7 +69,7 @@ impl Watching {
             g.tables.push(sides.clone());
             conditions.push(g.table(g.tables.len() as u32 - 1, 0, *at));
         }
-        Self { conditions, sharp, angles: equations.angles.clone() }
+        Self { conditions, sharp, angles: equations.angles.clone(), rows: Vec::new() }
     }
 
     /// Functions that change their sign where steps had better end.
@@ -112,7 +114,8 @@ impl Watching {
         let mut guards = Guards::default();
         let switches = self.conditions.iter().map(|node| (*node, Guard::Switch));
         let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
-        let all: Vec<(Node, Guard)> = switches.chain(features).collect();
+        let rows = self.rows.iter().map(|(node, limit)| (*node, Guard::Bound(*limit)));
+        let all: Vec<(Node, Guard)> = switches.chain(features).chain(rows).collect();
         let known: Vec<(Node, Guard)> =
             all.iter().filter(|(node, _)| is_of_motion(equations, layout, *node)).cloned().collect();
         let is_partial = known.len() < all.len();

@@ -3,7 +3,7 @@
 use super::open::Session;
 use super::run::DEFAULT_METHOD;
 use crate::diagnostics::{Code, codes};
-use crate::results::{Audit, AuditLimits, Excess, Measure, Summary, significant};
+use crate::results::{Audit, AuditLimits, Excess, Measure, Remedy, Summary, significant};
 use crate::scene::{AuditTolerance, Dimension};
 
 impl Session {
@@ -43,6 +43,15 @@ impl Session {
     }
 
     fn judge_rows(&self, summary: &mut Summary, name: &dyn Fn(&Excess) -> Option<String>) {
+        let missed = summary.recoveries[Remedy::Missed];
+        if missed > 0 && summary.audit_limits.is_some() {
+            let steps = if missed == 1 { "1 step".into() } else { format!("{missed} steps") };
+            let reason = format!(
+                "in {steps} of a fixed size a contact came and went, a pulse passed or an angle turned too far unseen; try smaller steps (`fixed_step`) or a \
+                 method that chooses them (`--method dop853`)"
+            );
+            summary.suspect(codes::MISSED_WITHIN_STEP, &reason);
+        }
         let beyond = summary.audit_limits.map(|limits| summary.audit.beyond(&limits)).unwrap_or_default();
         for (k, excess) in beyond.iter().enumerate() {
             // One advice is enough: what helps against the worst may well help against the others.

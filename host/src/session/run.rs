@@ -535,7 +535,6 @@ fn code_of(reason: &StopReason) -> &'static str {
         StopReason::Requested => codes::INTERRUPTED,
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
-        StopReason::TurnsLost { .. } => codes::TURNS_LOST,
         StopReason::NotFinite { .. } | StopReason::Failed { not_finite: true, .. } => codes::MOTION_NOT_FINITE,
         StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
         StopReason::Failed { .. } => codes::PROJECTION_FAILED,

@@ -30,6 +30,9 @@ const INTERPOLATION_MARGIN: f64 = 5.0;
 /// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
 const PARTICLE_SPIN: f64 = 1e-6;
 
+/// Errors of the interpolation, in tolerances, beyond which a row that does not hold within a step contradicts others.
+const MOST_INTERPOLATED: f64 = 100.0;
+
 /// Rows that are named where they are not met.
 const MOST_NAMED: usize = 4;
 
@@ -226,7 +229,7 @@ impl<'a> Simulation<'a> {
             second_order: None,
             report,
             told,
-            is_driven: equations.rows.iter().any(|row| !equations.graph.is_zero(row.time)),
+            is_driven: is_driven(equations),
             rows,
             row_names: all
                 .iter()
@@ -344,6 +347,35 @@ impl<'a> Simulation<'a> {
         }
         self.guarded = Some(guarded);
         bounded
+    }
+
+    /// The rows that may come to contradict others for a moment, since they or others are driven and some are left out, each with
+    /// how far it may be off.
+    ///
+    /// # Errors
+    /// Equations without a value at the start.
+    pub(super) fn rows_to_bound(
+        &mut self,
+        equations: &Equations,
+        t: f64,
+        state: &[f64],
+    ) -> Result<Vec<(Node, f64)>, AnalysisError> {
+        if !self.is_driven || !self.formulation.leaves_rows_out() {
+            return Ok(Vec::new());
+        }
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        self.rows.evaluate(&inputs, self.formulation.sets())?;
+        let length = self.scales.length;
+        let share = CONTRADICTION.max(MOST_INTERPOLATED * self.tolerance);
+        let mut rows = Vec::new();
+        // By how many metres a row is off where its value is 1.
+        self.rows.violations(&vec![1.0; self.rows.rows.len()], length, |row, metres| {
+            let node = equations.rows[row].value;
+            if !equations.graph.is_zero(equations.rows[row].time) && metres > 0.0 {
+                rows.push((node, share * length / metres));
+            }
+        });
+        Ok(rows)
     }
 
     /// Offers the equations to methods of second order.
@@ -709,6 +741,10 @@ impl System for Simulation<'_> {
             self.check_rows_left_out(t, y).map_err(failure)?;
         }
         self.formulation.next_step(t, y).map_err(failure)
+    }
+
+    fn sums_from(&self) -> usize {
+        self.dim() - 1
     }
 
     fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
