@@ -98,3 +98,27 @@ fn limits_and_status_survive_resuming() {
     assert!(!out.join("checkpoint.toml").exists(), "nothing is left to resume");
     assert_eq!(Table::read(&out.join("results.csv")).unwrap().times.len(), 21);
 }
+
+/// A force that is not a number is that of an element, and comes from an operation.
+#[test]
+fn what_is_not_a_number_names_its_element() {
+    let motor = |expression: &str| {
+        format!(
+            "{BALL}[[force]]\nname = \"motor\"\ntype = \"translational-actuator\"\nbodies = [\"ground\", \"ball\"]\n\
+             points = [[0, 0, -1], [0, 0, 0]]\nparams.of_time = \"{expression}\"\n"
+        )
+    };
+    let named = "`motor` is not a finite number";
+    for (expression, operation) in [
+        ("sqrt(t - 1)", "the square root of -1e0"),
+        ("1 / t", "1e0 divided by 0e0"),
+        // Only behind the last state.
+        ("sqrt(0.3 - t)", "the square root of -"),
+    ] {
+        let report = run(&motor(expression), &[]);
+        let summary = &report.summary;
+        assert_eq!((summary.status, summary.code), (Status::StoppedEarly, Some("ODY0602")), "{}", summary.reason);
+        assert!(summary.reason.contains(named) && summary.reason.contains(operation), "{}", summary.reason);
+        assert!(summary.reason.contains(&format!("look at `of_time = \"{expression}\"`")), "{}", summary.reason);
+    }
+}

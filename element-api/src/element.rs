@@ -105,8 +105,17 @@ pub trait Force: Element {
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let _ = (at, out);
     }
-    /// `[record; hot when opaque]` Potential energy, J, if the force (or its conservative part) has one. Without
-    /// [`Force::dissipation`] the wrench is then taken as conservative.
+    /// `[record; hot when opaque]` Potential energy V, J, if the force (or its conservative part) has one.
+    ///
+    /// An element that gives V or [`Force::dissipation`] D tells with them where all power of its wrench goes: along any motion,
+    /// with its own states moving at their [`Force::rates`] and time and signals held,
+    ///
+    /// power of the wrench = -dV/dt - D.
+    ///
+    /// What V changes by time or signals is work from outside, and counted as such by the host. The rule is that of the test kit
+    /// (`power-balance`) and of the energy balance of every run, which is `suspect` where it does not hold. A force to which
+    /// that does not apply (its states are driven by a source of its own, its V jumps with its memory, or it is not worth the
+    /// trouble) gives neither, and its power is work. So it is for a V that depends on signals measured from the motion.
     fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
         let _ = at;
         None

@@ -7,6 +7,7 @@ mod curves;
 mod elements;
 pub mod scenes;
 mod signal_elements;
+mod stored_elements;
 mod troublesome_elements;
 
 use curves::*;
@@ -16,6 +17,7 @@ pub use elements::WELD_STEP;
 use elements::*;
 use nalgebra::Matrix3;
 use signal_elements::*;
+use stored_elements::*;
 use troublesome_elements::*;
 
 use crate::analysis::{Assembly, Constraints, assemble, mass_values, sparse_engine, start_inputs};
@@ -61,6 +63,9 @@ pub fn library(package: &str) -> Library {
             force::<Push<true>>(),
             force::<Rub<false>>(),
             force::<Rub<true>>(),
+            force::<EndedSpring<DASHPOT>>(),
+            force::<EndedSpring<CLOCK>>(),
+            force::<EndedSpring<SIGNAL>>(),
             control::<Amplifier>(),
             control::<Smoother<false>>(),
             control::<Smoother<true>>(),

@@ -112,13 +112,14 @@ fn frame_invariance(x: &mut Examination<'_>, setting: &Setting) {
     }
 }
 
-/// Power of the loads = -dV/dt - dissipation, along the motion, states moving at their rates.
+/// The rule of [`crate::Force::potential`]: power of the loads = -dV/dt - dissipation, along the motion, the element's own states
+/// moving at their rates, time and signals held.
 fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
     let found = results(x, setting);
     let powers = setting.twists.iter().zip(found.forces.iter().zip(&found.torques));
     let power: f64 = powers.map(|(t, (f, m))| f.dot(&t.velocity) + m.dot(&t.angular_velocity)).sum();
     let potential = |h: f64| {
-        let mut later = setting.after(h);
+        let mut later = Setting { time: setting.time, ..setting.after(h) };
         for (state, rate) in later.states.iter_mut().zip(&found.rates) {
             *state += rate * h;
         }

@@ -20,6 +20,8 @@ const ASSEMBLY_RANK_TOLERANCE: f64 = 1e-8;
 const ASSEMBLED: f64 = 1e-12;
 /// Initial velocities that miss what was asked by more than this share of the largest one are reported.
 const VELOCITY_MISS: f64 = 1e-9;
+/// Velocities that differ by more than this share of the largest one between two metrics are not determined.
+const OPEN: f64 = 1e-6;
 /// Velocities that miss the rows by at most this share of what these are made of meet them but for round-off.
 const AS_ASKED: f64 = 1e-12;
 
@@ -43,6 +45,24 @@ pub struct Assembly {
     pub steps: usize,
     /// Initial velocities that the joints do not allow.
     pub velocity_misses: Vec<VelocityMiss>,
+    /// Initial velocities that neither the scene nor the joints determine, where they are not zero.
+    pub chosen: Vec<Chosen>,
+    /// Largest velocity that the scene gives or drives, m/s; of angular ones on the size of the scene.
+    pub given_speed: f64,
+}
+
+/// An initial velocity that neither the scene nor the joints determine. Of all that are possible, those with the least kinetic
+/// energy are taken: from rest, the least change in the metric of mass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// The body's name.
+    pub body: String,
+    /// Angular velocity instead of that of the body frame's origin.
+    pub angular: bool,
+    /// Component along the ground's axes: 0, 1, 2.
+    pub component: usize,
+    /// m/s or rad/s.
+    pub value: f64,
 }
 
 /// An initial velocity that the joints do not allow.
@@ -130,13 +150,17 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
         result => result?,
     };
     let moves = moved(model, &given, &state, scales.length);
-    let velocity_misses = velocities(equations, model, layout, t, &mut state, &mut inputs, scales.length)?;
+    let (mut chosen, mut given_speed) = (Vec::new(), 0.0);
+    let velocity_misses = {
+        let free = (&mut chosen, &mut given_speed);
+        velocities(equations, model, layout, t, &mut state, &mut inputs, scales.length, free)?
+    };
     load(layout, t, &state, &mut inputs);
     let references = references(equations, model, layout, &inputs)?;
     let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
     scales.grow(&state, layout.bodies);
     let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
-    Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses })
+    Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses, chosen, given_speed })
 }
 
 /// A place that the motion comes to: the start, at time `t`, moved along its velocities and brought to the joints, with the
@@ -330,7 +354,9 @@ fn moved(model: &Model, given: &[f64], state: &[f64], length: f64) -> Vec<Move> 
     moves
 }
 
-/// The velocities of least kinetic energy that meet the joints, and what the scene prescribes as far as they allow.
+/// The velocities of least kinetic energy that meet the joints, and what the scene prescribes as far as they allow. `free` takes
+/// what is chosen so, and the largest speed that is not.
+#[expect(clippy::too_many_arguments, reason = "called once, where everything is at hand")]
 fn velocities(
     equations: &Equations,
     model: &Model,
@@ -339,6 +365,7 @@ fn velocities(
     state: &mut [f64],
     inputs: &mut [f64],
     length: f64,
+    (chosen, given_speed): (&mut Vec<Chosen>, &mut f64),
 ) -> Result<Vec<VelocityMiss>, AssemblyError> {
     load(layout, t, state, inputs);
     let all: Vec<usize> = (0..layout.rows).collect();
@@ -385,15 +412,15 @@ fn velocities(
     let mut clusters = clusters(layout, &all);
     clusters.rows.extend(asked.iter().map(|(body, ..)| model.elements.len() + body));
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
-    let mut solve = || -> Result<(), LinalgError> {
+    let mut solve = |mass: &[f64], v: &mut [f64]| -> Result<(), LinalgError> {
         let mut solver = SparseFirst::new(&structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
-        solver.set_mass(&mass_values(model))?;
+        solver.set_mass(mass)?;
         // The joints come first; what the scene asks for is met as far as they leave it open.
         solver.set_first_rows(&all);
         solver.refactor(&values)?;
-        solver.solve(&vec![0.0; n], &right, &mut v, &mut multipliers)
+        solver.solve(&vec![0.0; n], &right, v, &mut multipliers)
     };
-    solve().map_err(AnalysisError::from)?;
+    solve(&mass_values(model), &mut v).map_err(AnalysisError::from)?;
     set_velocities(state, &v);
     let mut reached = vec![0.0; count];
     for ((row, column), value) in structure.jacobian.iter().zip(&values) {
@@ -413,6 +440,16 @@ fn velocities(
         contradicting.sort_by(|a, b| b.1.total_cmp(&a.1));
         return Err(AssemblyError::Contradiction { rows: contradicting });
     }
+    *given_speed = asked
+        .iter()
+        .map(|(_, angular, _, value)| if *angular { value * length } else { *value }.abs())
+        .fold(driven, f64::max);
+    if *given_speed > 0.0 {
+        // What the joints and the scene determine does not depend on the metric.
+        let mut other = vec![0.0; n];
+        solve(&uneven_metric(model.bodies.len(), length), &mut other).map_err(AnalysisError::from)?;
+        *chosen = differing(model, state, [&v, &other], length);
+    }
     let largest = right[layout.rows..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut misses = Vec::new();
     for (row, (body, angular, component, given)) in asked.into_iter().enumerate() {
@@ -423,6 +460,47 @@ fn velocities(
         }
     }
     Ok(misses)
+}
+
+/// A metric without masses in which every body counts differently, aligned as [`mass_values`].
+fn uneven_metric(bodies: usize, length: f64) -> Vec<f64> {
+    // Multiples of the golden ratio, modulo 1, fill an interval evenly (Knuth, TAOCP 3, 6.4).
+    let weight = |k: usize| 1.0 + (0.618_033_988_749_895 * k as f64).fract();
+    let mut values = Vec::with_capacity(9 * bodies);
+    for body in 0..bodies {
+        let turning = weight(2 * body + 1) * length * length;
+        values.extend([weight(2 * body); 3]);
+        values.extend([turning, 0.0, 0.0, turning, 0.0, turning]);
+    }
+    values
+}
+
+/// The velocities of origins and bodies that differ between two solutions, with their values in the first; none of zeros.
+fn differing(model: &Model, state: &[f64], solutions: [&[f64]; 2], length: f64) -> Vec<Chosen> {
+    let of_body = |v: &[f64], index: usize| -> [f64; 6] {
+        let y = &state[BODY_STATES * index..];
+        let a = rotation(&[y[3], y[4], y[5], y[6]]);
+        let (center, spin) = (Vector3::from_column_slice(&v[..3]), Vector3::from_column_slice(&v[3..6]));
+        let origin = center - a * spin.cross(&model.bodies[index].center_of_mass);
+        let turning = a * spin;
+        [origin.x, origin.y, origin.z, turning.x, turning.y, turning.z]
+    };
+    let pairs: Vec<[[f64; 6]; 2]> =
+        (0..model.bodies.len()).map(|index| solutions.map(|v| of_body(&v[6 * index..6 * index + 6], index))).collect();
+    let speed = |k: usize, value: f64| if k < 3 { value.abs() } else { value.abs() * length };
+    let largest = pairs.iter().flat_map(|pair| pair.iter().flat_map(|v| v.iter().enumerate()));
+    let largest = largest.fold(0.0_f64, |most, (k, value)| most.max(speed(k, *value)));
+    let mut chosen = Vec::new();
+    for (body, [v, other]) in model.bodies.iter().zip(&pairs) {
+        for k in 0..6 {
+            let is_open = speed(k, v[k] - other[k]) > OPEN * largest && speed(k, v[k]) > OPEN * largest;
+            // A particle has no rotation to tell of.
+            if is_open && !(k >= 3 && body.particle) {
+                chosen.push(Chosen { body: body.name.clone(), angular: k >= 3, component: k % 3, value: v[k] });
+            }
+        }
+    }
+    chosen
 }
 
 fn set_velocities(state: &mut [f64], v: &[f64]) {

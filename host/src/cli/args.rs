@@ -372,8 +372,9 @@ pub(super) struct RunArgs {
     /// every="0.5 s". `odyn resume` goes on from the last one. Steps end at checkpoints, and each costs about as much as the start of the run
     #[arg(long, value_name = "every=TIME", value_parser = every)]
     pub(super) checkpoint: Option<String>,
-    /// Run once more at a tenth of the tolerance (with half the step where that is fixed) and tell the largest difference in
-    /// each output: an estimate of its error
+    /// Run once more by another method, at a tenth of the tolerance and with steps no longer than between samples (with half the
+    /// step where that is fixed), and report the largest difference in each output: an estimate of its error. More than the
+    /// tolerance explains is `suspect`
     #[arg(long)]
     pub(super) verify: bool,
     /// Threads for islands that run apart; as many as there are processors if left out. Results do not depend on it

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use odyn::diagnostics::shown;
 use odyn::results::{self, RESULTS_FILE};
 
 use super::args::CompareArgs;
@@ -12,7 +13,11 @@ use super::terminal;
 /// Compares two tables, or folders of results.
 pub(super) fn compare(args: &CompareArgs) -> Result<u8, Failure> {
     let found = results::compare(&table_of(&args.a), &table_of(&args.b))?;
-    terminal::print(&if args.json { found.to_json() } else { found.to_string() })?;
+    if args.json {
+        terminal::print_as_it_is(&found.to_json())?
+    } else {
+        terminal::print(&found.to_string())?
+    };
     let Some(limit) = args.tol else {
         return Ok(exit::DONE);
     };
@@ -20,7 +25,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<u8, Failure> {
     if beyond.is_empty() {
         return Ok(exit::DONE);
     }
-    eprintln!("beyond {limit:e}: {}", beyond.join(", "));
+    eprintln!("beyond {limit:e}: {}", shown(&beyond.join(", ")));
     Ok(exit::AUDIT)
 }
 

@@ -42,7 +42,7 @@ pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
                 version: &manifest.version,
             })
         });
-        terminal::print(&terminal::json(&all.collect::<Vec<_>>()))?;
+        terminal::print_as_it_is(&terminal::json(&all.collect::<Vec<_>>()))?;
         return Ok(exit::DONE);
     }
     let mut text = String::new();

@@ -44,7 +44,7 @@ impl Failure {
             let diagnostics = messages(&self.diagnostics, &self.source);
             let failed = Failed { status: "failed", exit_code: self.exit, diagnostics };
             // Standard error gets the same, so a failure here needs no second message.
-            let _ = terminal::print(&terminal::json(&failed));
+            let _ = terminal::print_as_it_is(&terminal::json(&failed));
         }
         let mut text = render(&self.diagnostics, &self.source, terminal::color(Stream::Error));
         if self.diagnostics.len() > 1 && self.diagnostics.iter().any(Diagnostic::is_error) {

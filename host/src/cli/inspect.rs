@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use odyn::diagnostics::{Severity, render, summary};
+use odyn::diagnostics::{Severity, render, shown, summary};
 use odyn::session::Session;
 
 use super::args::{CheckArgs, SceneArgs};
@@ -31,8 +31,8 @@ pub(super) fn check(args: &CheckArgs) -> Result<u8, Failure> {
     }
     // Here the warnings are what was asked for.
     let mut text = render(&session.warnings, &session.scene.source, terminal::color(Stream::Output));
-    text.push_str(&format!("{report}"));
-    terminal::print(&with_newline(text))?;
+    text.push_str(&shown(&report.to_string()));
+    terminal::print_as_it_is(&with_newline(text))?;
     Ok(exit::DONE)
 }
 
@@ -62,7 +62,7 @@ pub(super) fn refuse_warnings(session: &Session) -> Result<(), Failure> {
 fn print_json<T: Serialize>(session: &Session, report: T) -> Result<(), Failure> {
     let source = &session.scene.source;
     let whole = ForPrograms { scene: source.name.clone(), warnings: messages(&session.warnings, source), report };
-    Ok(terminal::print(&terminal::json(&whole))?)
+    Ok(terminal::print_as_it_is(&terminal::json(&whole))?)
 }
 
 fn with_newline(mut text: String) -> String {

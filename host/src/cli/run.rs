@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use odyn::diagnostics::{Diagnostic, codes, render};
+use odyn::diagnostics::{Diagnostic, codes, render, shown};
 use odyn::results::{SUMMARY_FILE, Status, report};
 use odyn::session::{Restart, RunOptions, RunReport, Session};
 
@@ -40,7 +40,7 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     let told = Told { json: args.scene.json, quiet: args.quiet };
     warn(&session, &told);
     if args.verbose {
-        eprintln!("{}", session.plan_report());
+        eprintln!("{}", shown(&session.plan_report().to_string()));
     }
     let sharper = if args.verify { Some(session.sharper()?) } else { None };
     let mut outcome = integrate(session, &folder, &told, stop)?;
@@ -48,7 +48,7 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
         let progress = Progress::new();
         let second = session.run(None, told.listener(&progress), stop);
         drop(progress);
-        outcome.verify(how, second.as_ref());
+        outcome.verify(&how, second.as_ref());
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
     told.end(&outcome, &folder)
@@ -70,12 +70,12 @@ impl Told {
     pub(super) fn end(&self, outcome: &RunReport, folder: &Path) -> Result<u8, Failure> {
         let summary = &outcome.summary;
         if self.json {
-            terminal::print(&summary.to_json())?;
+            terminal::print_as_it_is(&summary.to_json())?;
         } else if !self.quiet {
-            terminal::print(&report(summary, Some(folder), terminal::color(Stream::Output)))?;
+            terminal::print_as_it_is(&report(summary, Some(folder), terminal::color(Stream::Output)))?;
         } else if summary.status != Status::Completed {
             // Errors are told even to those who want to hear nothing else.
-            eprintln!("error: {}: {}", summary.status.words(), summary.reason);
+            eprintln!("error: {}: {}", summary.status.words(), shown(&summary.reason));
         } else if !summary.checks_passed() {
             let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str());
             eprintln!("error: failed checks: {}", failed.collect::<Vec<_>>().join(", "));

@@ -20,7 +20,7 @@ pub(super) fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     let text = terminal::json(&scene_schema(&catalog, &Methods::default()));
     match &args.output {
         Some(path) => std::fs::write(path, text).map_err(|error| cannot_write(path, &error))?,
-        None => terminal::print(&text)?,
+        None => terminal::print_as_it_is(&text)?,
     }
     Ok(exit::DONE)
 }

@@ -11,7 +11,7 @@ use super::terminal;
 pub(super) fn completions(args: &CompletionsArgs) -> Result<u8, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Arguments::command(), "odyn", &mut script);
-    terminal::print(&String::from_utf8_lossy(&script))?;
+    terminal::print_as_it_is(&String::from_utf8_lossy(&script))?;
     Ok(exit::DONE)
 }
 
@@ -21,7 +21,7 @@ pub(super) fn man(args: &ManArgs) -> Result<u8, Failure> {
     let Some(folder) = &args.output else {
         let mut page = Vec::new();
         clap_mangen::Man::new(command).render(&mut page)?;
-        terminal::print(&String::from_utf8_lossy(&page))?;
+        terminal::print_as_it_is(&String::from_utf8_lossy(&page))?;
         return Ok(exit::DONE);
     };
     let written = std::fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(command, folder));

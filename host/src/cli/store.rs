@@ -150,7 +150,7 @@ pub(super) fn list(args: &ListArgs) -> Result<u8, Failure> {
         return Ok(exit::DONE);
     }
     if args.places.json {
-        terminal::print(&terminal::json(&found))?;
+        terminal::print_as_it_is(&terminal::json(&found))?;
         return Ok(exit::DONE);
     }
     let mut text = String::new();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use odyn::diagnostics::{Diagnostic, codes};
+use odyn::diagnostics::{Diagnostic, codes, shown};
 use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
 
 use super::args::StudyArgs;
@@ -35,7 +35,7 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
     let told = |_: usize, run: &Run| {
         let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;
         if !silent {
-            eprintln!("{ended}/{count} {}: {}", values(&options.varied, run), verdict(run));
+            eprintln!("{ended}/{count} {}: {}", shown(&values(&options.varied, run)), shown(&verdict(run)));
         }
     };
     let study = Study::run(&args.scene.scene, &options, &told, &stop_on_interrupt());
@@ -48,14 +48,14 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
         Failure::new(exit::FILES, diagnostic.help("choose another folder with `-o DIR`"))
     })?;
     if args.scene.json {
-        terminal::print(&terminal::json(&table))?;
+        terminal::print_as_it_is(&terminal::json(&table))?;
     } else if !args.quiet {
         terminal::print(&format!("{}table: {}\n", table.overview(), path.display()))?;
     }
     if silent {
         // Errors are told even to those who want to hear nothing else.
         for run in study.runs.iter().filter(|run| !matches!(&run.outcome, Outcome::Ran(f) if f.exit_code == 0)) {
-            eprintln!("error: {}: {}", values(&options.varied, run), verdict(run));
+            eprintln!("error: {}: {}", shown(&values(&options.varied, run)), shown(&verdict(run)));
         }
     }
     Ok(u8::try_from(study.exit_code()).unwrap_or(exit::INTEGRATION))

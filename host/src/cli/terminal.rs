@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use odyn::diagnostics::shown;
 use serde::Serialize;
 
 /// Runs that are over sooner show no bar.
@@ -30,8 +31,14 @@ pub(super) fn color(stream: Stream) -> bool {
     terminal && !refused && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Writes to standard output. A reader that has seen enough (`odyn ... | head`) is no error.
+/// Writes to standard output. What others have put into the text (scenes, libraries, tables) is shown, not obeyed.
 pub(super) fn print(text: &str) -> io::Result<()> {
+    print_as_it_is(&shown(text))
+}
+
+/// Writes to standard output what is for programs, or is painted and has been made fit for terminals. A reader that has seen
+/// enough (`odyn ... | head`) is no error.
+pub(super) fn print_as_it_is(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),

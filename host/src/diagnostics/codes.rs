@@ -229,6 +229,8 @@ pub const REACTIONS_NOT_UNIQUE: Code = "ODY0506";
 pub const SINGULAR_MASS: Code = "ODY0507";
 /// Positions are known less exactly than the tolerance asks for.
 pub const FAR_FROM_ORIGIN: Code = "ODY0508";
+/// See its entry in [`TABLE`].
+pub const CHOSEN_VELOCITY: Code = "ODY0509";
 
 /// The step had to become too small.
 pub const STEP_TOO_SMALL: Code = "ODY0601";
@@ -251,6 +253,8 @@ pub const AUDIT_CONSTRAINTS: Code = "ODY0701";
 pub const AUDIT_ENERGY: Code = "ODY0702";
 /// See its entry in [`TABLE`].
 pub const AUDIT_SAMPLES: Code = "ODY0703";
+/// See its entry in [`TABLE`].
+pub const NOT_VERIFIED: Code = "ODY0704";
 
 /// Results cannot be written.
 pub const CANNOT_WRITE: Code = "ODY0801";
@@ -369,6 +373,15 @@ pub const TABLE: &[Explanation] = &[
     entry(REACTIONS_NOT_UNIQUE, "reactions are not unique", "Redundant joints share a load in a way that rigid bodies don't determine. Sums over the joints are unique. Use a joint with fewer constraints, or a bushing."),
     entry(SINGULAR_MASS, "the motion is not determined", "A direction of motion has neither mass nor a joint. Give the body a mass, or fix it."),
     entry(FAR_FROM_ORIGIN, "far from the origin", "Numbers have 16 digits. A machine of 0.1 m that stands 1000 km from the origin leaves 9 of them for its motion, and errors below that cannot be had; in Cartesian coordinates the integrator takes many small steps in search of them. Put the origin near the machine, or raise the tolerance."),
+    entry(
+        CHOSEN_VELOCITY,
+        "a velocity at the start was chosen",
+        "The scene gives some velocities, the joints determine others, and what is left open is chosen: of all velocities that are \
+         possible, those with the least kinetic energy (from rest, the least change in the metric of mass), as if what is given had \
+         been set going by blows. A link that hangs on one whose speed is given then swings back. Where a chosen velocity is not \
+         small beside those that are given, this is said: give it, too (`velocity`, `angular_velocity` of the body; zero for \
+         rest), or leave it if that is what you mean. `odyn check` lists all of them.",
+    ),
 
     entry(STEP_TOO_SMALL, "step too small", "The equations change faster than any sensible step: a stop without compliance, a discontinuous table, an unstable parameter. Results up to this time are kept. Try a stiff method, or look at the element named."),
     entry(MOTION_NOT_FINITE, "value not finite", "A position, velocity or force became infinite or undefined. Results up to this time are kept."),
@@ -413,6 +426,15 @@ pub const TABLE: &[Explanation] = &[
         "As ODY0702, for the rows of the table: the steps keep the balance of energies, and states interpolated between their ends do \
          not. Something happens inside a step that the method has not seen: a short contact, a pulse. Limit the steps (`max_step`) \
          to less than the time that it takes.",
+    ),
+    entry(
+        NOT_VERIFIED,
+        "a second run differs",
+        "`--verify` ran the scene once more, by another method, at a tenth of the tolerance and with shorter steps, and an output differs \
+         by more than the tolerance explains (1e4 times the tolerance, at least 1e-6, of its size; 1e-3 where steps are fixed), or the \
+         second run did not reach its end. One of the runs missed something: limit the steps (`max_step`), or lower the tolerance \
+         until the difference goes. If it does not, the motion is so sensitive (chaotic) that nothing can be said of it that long, \
+         or an output counts steps. The exit code is 7.",
     ),
 
     entry(CANNOT_WRITE, "results cannot be written", "The folder doesn't exist, may not be written, or the disk is full."),

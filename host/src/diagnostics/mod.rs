@@ -18,6 +18,7 @@
 
 pub mod codes;
 mod render;
+mod shown;
 mod source;
 mod suggest;
 
@@ -26,6 +27,7 @@ mod suggest;
 mod tests;
 
 pub use render::{render, summary};
+pub use shown::{shown, shown_on_one_line};
 pub use source::{Location, Source, line_column};
 pub use suggest::{help_for, suggest};
 

@@ -1,5 +1,6 @@
 //! The frame of a page, tables, escaping, Markdown.
 
+use crate::results::shown;
 use pulldown_cmark::{Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
 
 const STYLE: &str = "\
@@ -32,7 +33,7 @@ pub(crate) fn page(title: &str, body: &str) -> String {
 /// A text as HTML, also for the value of an attribute.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in shown(text).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),

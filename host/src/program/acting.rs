@@ -10,7 +10,7 @@ use element_api::recording::{Input, Op, Role};
 use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, FrameLoad, own_input};
-use super::graph::Node;
+use super::graph::{Expr, Graph, Node};
 use super::import::operation;
 use super::kinematics::FrameNodes;
 use super::opaque::{call_inputs, opaque_results};
@@ -30,6 +30,24 @@ struct Import {
     results: Option<Vec<(Role, Node)>>,
 }
 
+/// Potential energies of elements, by the states that their own.
+pub(super) struct Stored {
+    /// The sum of those of elements without states.
+    pub(super) shared: Node,
+    /// Each of the others, with the states of its element.
+    pub(super) own: Vec<(Node, std::ops::Range<usize>)>,
+}
+
+impl Stored {
+    fn add(&mut self, graph: &mut Graph, potential: Node, states: std::ops::Range<usize>) {
+        if states.is_empty() {
+            self.shared = graph.add(self.shared, potential);
+        } else {
+            self.own.push((potential, states));
+        }
+    }
+}
+
 /// The elements of a model while they are written down.
 pub(super) struct Imports<'m> {
     model: &'m Model,
@@ -37,12 +55,14 @@ pub(super) struct Imports<'m> {
     elements: Vec<Import>,
     /// Potential energy of the bodies alone.
     weight: Node,
+    /// What elements store.
+    stored: Stored,
     reactions: FxHashMap<usize, (V3, V3)>,
 }
 
 impl Equations {
-    /// Writes down all force and control elements. Bodies and joints are there already.
-    pub(super) fn add_acting_elements(&mut self, model: &Model, layout: &Layout) {
+    /// Writes down all force and control elements. Bodies and joints are there already. Gives what the elements store.
+    pub(super) fn add_acting_elements(&mut self, model: &Model, layout: &Layout) -> Stored {
         let elements = model.elements.iter().map(|element| {
             if element.class.kind == Kind::Joint {
                 return Import::default();
@@ -53,12 +73,15 @@ impl Equations {
             Import { frames: self.frames(&element.markers), nodes, first_table, results: None }
         });
         let elements: Vec<Import> = elements.collect();
-        let mut imports = Imports { model, layout, elements, weight: self.potential, reactions: FxHashMap::default() };
+        let stored = Stored { shared: self.graph.constant(0.0), own: Vec::new() };
+        let reactions = FxHashMap::default();
+        let mut imports = Imports { model, layout, elements, weight: self.potential, stored, reactions };
         for (index, element) in model.elements.iter().enumerate() {
             if element.class.kind != Kind::Joint {
                 self.add_acting(index, &mut imports);
             }
         }
+        imports.stored
     }
 
     fn add_acting(&mut self, index: usize, imports: &mut Imports<'_>) {
@@ -81,18 +104,25 @@ impl Equations {
                 }
             }
         }
-        match (self.role(index, Role::Potential, imports), self.role(index, Role::Dissipation, imports)) {
-            (None, None) => {
+        let (potential, dissipation) =
+            (self.potential_of(index, imports), self.role(index, Role::Dissipation, imports));
+        let told = if self.potential_takes_motion(index, imports) { None } else { potential.or(dissipation) };
+        match (told, potential) {
+            (None, _) => {
                 self.power = self.graph.add(self.power, power);
                 self.note_supplied(power);
             }
-            (potential, dissipation) => {
-                self.potential = self.graph.add(self.potential, potential.unwrap_or(zero));
+            (Some(_), potential) => {
+                let potential = potential.unwrap_or(zero);
+                self.potential = self.graph.add(self.potential, potential);
                 self.power = self.graph.sub(self.power, dissipation.unwrap_or(zero));
-                let heat = dissipation.filter(|heat| !self.graph.is_zero(*heat));
-                self.dissipation.extend(heat);
+                let states = element.recording.initial_states.len();
+                let first = layout.state_at[index];
+                imports.stored.add(&mut self.graph, potential, first..first + states);
             }
         }
+        let heat = dissipation.filter(|heat| !self.graph.is_zero(*heat));
+        self.dissipation.extend(heat);
         for k in 0..element.class.channels.len() {
             let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
             self.elements[index].channels.push(node);
@@ -110,6 +140,45 @@ impl Equations {
                 self.angles[layout.reference_at[index] + k] = node;
             }
         }
+    }
+
+    /// Potential energy of an element, unless it depends on signals that are measured from the motion: its force is not the
+    /// derivative of such a potential, and the power of the force counts as work.
+    fn potential_of(&mut self, element: usize, imports: &mut Imports<'_>) -> Option<Node> {
+        if self.potential_takes_motion(element, imports) {
+            return None;
+        }
+        self.role(element, Role::Potential, imports)
+    }
+
+    /// Whether a potential depends on a signal that depends on where the bodies are, how they move, or what is solved for.
+    fn potential_takes_motion(&mut self, element: usize, imports: &mut Imports<'_>) -> bool {
+        let instance = &imports.model.elements[element];
+        let Some(wanted) = instance.recording.output(Role::Potential) else { return false };
+        // What an opaque element makes of its signals is not known.
+        let signals: Vec<u32> = if instance.class.opaque {
+            (0..instance.inputs.len() as u32).collect()
+        } else {
+            let op = |k: u32| {
+                Op::decode(instance.recording.ops[k as usize]).expect("recordings are checked when the model is built")
+            };
+            let unknown = vec![None; instance.recording.ops.len()];
+            let needed = missing_operations(wanted, &unknown, op);
+            let signal = |k: &u32| match op(*k) {
+                Op::Input(Input::Signal(signal)) => Some(signal),
+                _ => None,
+            };
+            needed.iter().filter_map(signal).collect()
+        };
+        signals.into_iter().any(|signal| {
+            let node = self.input_node(element, Input::Signal(signal), imports);
+            let motion = imports.layout.body_slot(0, 0)..imports.layout.state_slot();
+            let solved = imports.layout.acceleration_slot();
+            self.graph.ancestors(&[node], |_| false).into_iter().any(|below| match self.graph.expr(below) {
+                Expr::Input(slot) => motion.contains(&(slot as usize)) || slot as usize >= solved,
+                _ => false,
+            })
+        })
     }
 
     /// What a force element does to one of its frames.
@@ -206,7 +275,7 @@ impl Equations {
         let mut sum = imports.weight;
         for element in 0..imports.model.elements.len() {
             if imports.model.elements[element].class.kind == Kind::Force
-                && let Some(part) = self.role(element, Role::Potential, imports)
+                && let Some(part) = self.potential_of(element, imports)
             {
                 sum = self.graph.add(sum, part);
             }

@@ -7,6 +7,7 @@
 use element_api::Kind;
 use element_api::recording::{Input, Role};
 
+use super::acting::Stored;
 use super::coupling::CoupledInput;
 use super::derivative::{Seeds, derivatives, derivatives_among};
 use super::graph::{Graph, Node};
@@ -143,8 +144,8 @@ impl Equations {
             }
         }
         // Force and control elements may ask for reactions and for each other's results.
-        equations.add_acting_elements(model, layout);
-        equations.add_explicit_power(layout);
+        let stored = equations.add_acting_elements(model, layout);
+        equations.add_explicit_power(layout, &stored);
         equations.find_coupling(layout);
         equations
     }
@@ -156,17 +157,24 @@ impl Equations {
         }
     }
 
-    /// Potentials that depend on time or on states (a spring whose end is driven) change although no body moves: dV/dt along
-    /// these is power that comes from outside.
-    fn add_explicit_power(&mut self, layout: &Layout) {
+    /// Potentials that depend on time or on signals (a spring whose end is driven) change although no body moves: dV/dt along
+    /// these is power that comes from outside. The states of an element move inside it: what its loads and its potential lose
+    /// by them is its own dissipation, and nothing comes from outside.
+    fn add_explicit_power(&mut self, layout: &Layout, stored: &Stored) {
         let mut seeds = Seeds::default();
         let time = self.graph.input(Layout::TIME);
         seeds.insert(time, self.graph.constant(1.0));
-        for k in 0..layout.states {
-            let state = self.graph.input(layout.state_slot() + k);
-            seeds.insert(state, self.state_rates[k]);
+        let states: Vec<Node> = (0..layout.states).map(|k| self.graph.input(layout.state_slot() + k)).collect();
+        seeds.extend(states.iter().copied().zip(self.state_rates.iter().copied()));
+        let mut change = derivatives(&mut self.graph, &[stored.shared], &seeds)[0];
+        for (potential, own) in &stored.own {
+            let mut others = seeds.clone();
+            states[own.clone()].iter().for_each(|state| {
+                others.remove(state);
+            });
+            let part = derivatives(&mut self.graph, &[*potential], &others)[0];
+            change = self.graph.add(change, part);
         }
-        let change = derivatives(&mut self.graph, &[self.potential], &seeds)[0];
         self.power = self.graph.add(self.power, change);
         self.note_supplied(change);
     }

@@ -263,6 +263,12 @@ impl Audit {
         whole
     }
 
+    /// Largest energy that moved so far, J.
+    #[must_use]
+    pub fn largest_energy(&self) -> f64 {
+        self.largest
+    }
+
     /// The rows with the worst violations of a position and of a rate.
     #[must_use]
     pub fn worst_rows(&self) -> [Option<usize>; 2] {

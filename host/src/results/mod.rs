@@ -23,7 +23,7 @@
 //! | `remedies.rs` | what was done where the plain way did not get on |
 //! | `report.rs` | the text at the end of a run |
 //! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
-//! | `verified.rs` | the differences of two runs at different tolerances |
+//! | `verified.rs` | the differences of two runs by different methods |
 //! | `text.rs` | short numbers and aligned columns |
 
 mod audit;
@@ -46,6 +46,7 @@ mod verified;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
+pub(crate) use crate::diagnostics::shown;
 pub use audit::{Audit, AuditRecord};
 pub use channels::ChannelInfo;
 pub use checks::{Check, CheckResult, Expected};
@@ -58,7 +59,7 @@ pub use limits::{AuditLimits, Excess, Measure};
 pub use remedies::{Recoveries, Remedy};
 pub use report::report;
 pub(crate) use summary::replace;
-pub use summary::{FigureResult, IslandWork, LibraryUsed, Status, Summary};
+pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary};
 pub use table::Table;
 pub use text::significant;
 pub use verified::Verified;

@@ -2,11 +2,17 @@
 
 use std::path::Path;
 
+use crate::diagnostics::{shown, shown_on_one_line};
+
 use super::text::{Side, aligned, count, duration, significant};
 use super::{
     AuditLimits, CHANNELS_FILE, CheckResult, FigureResult, Measure, RESULTS_FILE, SUMMARY_FILE, Status, Summary,
 };
 
+/// Said of a failed check.
+const FAILED: &str = "FAILED";
+/// Said of an audit that found too much.
+const ABOVE: &str = "above its limits";
 /// Names of redundant rows printed before the rest is only counted.
 const MOST_NAMES: usize = 6;
 
@@ -14,10 +20,11 @@ const MOST_NAMES: usize = 6;
 /// the results are, if they were written; `color` adds terminal escapes.
 #[must_use]
 pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
-    let mut out = outcome(summary, color);
-    out.push_str(&audit(summary, color));
+    let mut out = outcome(summary);
+    out.push_str(&start(summary));
+    out.push_str(&audit(summary));
     out.push_str(&figures(&summary.figures));
-    out.push_str(&checks(&summary.checks, color));
+    out.push_str(&checks(&summary.checks));
     if let Some(verified) = &summary.verified {
         out.push_str(&verified.report(&summary.time_unit));
     }
@@ -26,14 +33,39 @@ pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
         let table = folder.join(RESULTS_FILE);
         out.push_str(&format!("results: {} (with {CHANNELS_FILE}, {SUMMARY_FILE})\n", table.display()));
     }
+    // Painted last: in titles and notes of the scene, escapes are not to be obeyed.
+    let out = shown(&out);
+    if color { painted_report(&out, summary.status) } else { out.into_owned() }
+}
+
+/// The report with its verdicts in colours.
+fn painted_report(text: &str, status: Status) -> String {
+    let verdict = format!(": {}, t = ", status.words());
+    let paint = if status == Status::Completed { Paint::Good } else { Paint::Bad };
+    let mut out = String::with_capacity(text.len() + 64);
+    for (k, line) in text.lines().enumerate() {
+        // A title may have the same words; what the report says of itself comes last.
+        let painted = match line.rfind(&verdict).filter(|_| k == 0) {
+            Some(at) => {
+                let (front, behind) = (&line[..at + 2], &line[at + 2 + status.words().len()..]);
+                format!("{front}{}{behind}", painted(status.words(), paint))
+            }
+            None if line.starts_with("audit: ") => line.replace(ABOVE, &painted(ABOVE, Paint::Bad)),
+            None => match line.strip_suffix(FAILED) {
+                Some(front) => format!("{front}{}", painted(FAILED, Paint::Bad)),
+                None => line.to_owned(),
+            },
+        };
+        out.push_str(&painted);
+        out.push('\n');
+    }
     out
 }
 
 /// `Pendulum: completed, t = 2 s`
-fn outcome(summary: &Summary, color: bool) -> String {
-    let name = if summary.title.is_empty() { &summary.scene } else { &summary.title };
-    let paint = if summary.status == Status::Completed { Paint::Good } else { Paint::Bad };
-    let status = painted(summary.status.words(), paint, color);
+fn outcome(summary: &Summary) -> String {
+    let name = shown_on_one_line(if summary.title.is_empty() { &summary.scene } else { &summary.title });
+    let status = summary.status.words();
     let reached = with_unit(significant(summary.t_end_reached, 9), &summary.time_unit);
     let mut line = format!("{name}: {status}, t = {reached}");
     if !summary.status.reached_end() {
@@ -51,7 +83,7 @@ fn outcome(summary: &Summary, color: bool) -> String {
 
 /// `audit: constraints 2e-16, rates 3e-15, energy 4e-11; mobility 1; 2 redundant rows (...)`. The energy at the samples is told
 /// where it is beyond its limit and that of the steps is not.
-fn audit(summary: &Summary, color: bool) -> String {
+fn audit(summary: &Summary) -> String {
     let audit = &summary.audit;
     let mut line = format!(
         "constraints {}, rates {}, energy {}; mobility {}",
@@ -74,13 +106,26 @@ fn audit(summary: &Summary, color: bool) -> String {
     }
     let verdict = match &summary.audit_limits {
         Some(limits) if !summary.audit_passed() => {
-            format!("; {} ({})", painted("above its limits", Paint::Bad, color), limits_in_words(limits))
+            format!("; {ABOVE} ({})", limits_in_words(limits))
         }
         // Those that belong to the tolerance are not worth a word while they are kept.
         Some(_) => String::new(),
         None => "; not judged".into(),
     };
     format!("audit: {line}{verdict}\n{}", energy(summary))
+}
+
+/// `start: chosen by least kinetic energy: lower: angular velocity z = -3.8 rad/s`; nothing where nothing was chosen.
+fn start(summary: &Summary) -> String {
+    let chosen: Vec<String> = summary.chosen_velocities.iter().take(MOST_NAMES).map(ToString::to_string).collect();
+    let more = match summary.chosen_velocities.len().saturating_sub(MOST_NAMES) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    match chosen.is_empty() {
+        true => String::new(),
+        false => format!("start: velocities chosen by least kinetic energy: {}{more}\n", chosen.join(", ")),
+    }
 }
 
 /// `constraints 1e-8, energy 1e-6`
@@ -147,15 +192,14 @@ fn figures(figures: &[FigureResult]) -> String {
 }
 
 /// The checks under each other, then why some could not be made.
-fn checks(checks: &[CheckResult], color: bool) -> String {
+fn checks(checks: &[CheckResult]) -> String {
     if checks.is_empty() {
         return String::new();
     }
     let mut rows = vec![["check", "largest error", "tolerance", "at t", "", ""].map(String::from).to_vec()];
     let mut problems = String::new();
     for check in checks {
-        // Painted last: in between, escapes would count as characters of the column.
-        let verdict = if check.passed { "ok" } else { "FAILED" };
+        let verdict = if check.passed { "ok" } else { FAILED };
         let cells = [significant(check.largest, 3), significant(check.tolerance, 3), significant(check.at, 7)];
         let [largest, tolerance, at] = cells;
         rows.push(vec![check.name.clone(), largest, tolerance, at, check.unit.clone(), verdict.into()]);
@@ -163,12 +207,7 @@ fn checks(checks: &[CheckResult], color: bool) -> String {
             problems.push_str(&format!("  {}: {problem}\n", check.name));
         }
     }
-    let table = aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left, Side::Left], &rows);
-    let failed = |line: &str| match line.strip_suffix("FAILED") {
-        Some(front) => format!("{front}{}\n", painted("FAILED", Paint::Bad, color)),
-        None => format!("{line}\n"),
-    };
-    table.lines().map(failed).collect::<String>() + &problems
+    aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left, Side::Left], &rows) + &problems
 }
 
 /// Counters and times.
@@ -262,10 +301,7 @@ enum Paint {
     Bad,
 }
 
-fn painted(text: &str, paint: Paint, color: bool) -> String {
-    if !color {
-        return text.into();
-    }
+fn painted(text: &str, paint: Paint) -> String {
     let code = match paint {
         Paint::Good => 32,
         Paint::Bad => 31,

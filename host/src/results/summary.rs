@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::text::significant;
 use super::{Audit, AuditLimits, CheckResult, Recoveries, ResultsError, Verified};
 
 /// How a run stands.
@@ -138,6 +139,8 @@ pub struct Summary {
     pub redundant_row_names: Vec<String>,
     /// Outputs that rigid bodies do not determine: reactions that redundant joints share.
     pub not_unique: Vec<String>,
+    /// Velocities at the start that neither the scene nor the joints determine: those of least kinetic energy were taken.
+    pub chosen_velocities: Vec<StartVelocity>,
     /// What was checked.
     pub audit: Audit,
     /// What the audit may find before results are suspect; `None` where it is not judged.
@@ -181,6 +184,28 @@ pub struct IslandWork {
     pub audit: Audit,
     /// Integration with its samples, s.
     pub integration_time_s: f64,
+}
+
+/// A component of the velocity of a body at the start.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct StartVelocity {
+    /// The body.
+    pub body: String,
+    /// `velocity`, of the origin of the body frame, or `angular velocity`.
+    pub quantity: &'static str,
+    /// Axis of the ground: `x`, `y`, `z`.
+    pub component: &'static str,
+    /// The number, in `unit`.
+    pub value: f64,
+    /// Unit of the scene.
+    pub unit: String,
+}
+
+impl std::fmt::Display for StartVelocity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { body, quantity, component, value, unit } = self;
+        write!(f, "{body}: {quantity} {component} = {} {unit}", significant(*value, 4))
+    }
 }
 
 /// A figure of the scene as it came out.

@@ -13,7 +13,7 @@ use super::run::{DEFAULT_METHOD, start_error, tolerance};
 use super::simulation::{Progress, Simulation, Sink};
 use super::tier::{Made, Tier};
 use crate::analysis::{AnalysisError, Counters, Formulation, Scales, SecondOrderForm};
-use crate::integrate::{self, IntegrateError, Integrator, Kinematic, Options, Outcome, Span};
+use crate::integrate::{self, IntegrateError, Integrator, Kinematic, Options, Outcome, Span, StopReason};
 use crate::model::Model;
 use crate::results::Audit;
 
@@ -59,6 +59,9 @@ pub(super) struct Ended {
     pub(super) integration_time: f64,
     /// Time of the last accepted state, s; where an error ended the run, the end asked for.
     time: f64,
+    /// Where something was not finite: the inputs of the working form at the last accepted state, and behind it by the step tried
+    /// last.
+    pub(super) not_finite: Vec<Vec<f64>>,
 }
 
 impl Session {
@@ -221,8 +224,19 @@ impl Begun<'_> {
         if outcome.is_ok() {
             self.system.watch_end(time, &self.state);
         }
+        let not_finite = self.not_finite(&outcome);
         let (audit, counters, made) = (*self.system.audit(), self.system.counters(), *self.system.tier().made());
-        Ended { outcome, audit, counters, made, integration_time, time }
+        Ended { outcome, audit, counters, made, integration_time, time, not_finite }
+    }
+
+    /// See [`Ended::not_finite`].
+    fn not_finite(&mut self, outcome: &Result<Outcome, IntegrateError>) -> Vec<Vec<f64>> {
+        let Ok(Outcome { status: integrate::Status::StoppedEarly { t, reason }, .. }) = outcome else { return Vec::new() };
+        let step = match reason {
+            StopReason::NotFinite { step } | StopReason::Failed { step, not_finite: true, .. } => *step,
+            _ => return Vec::new(),
+        };
+        [*t, t + step].iter().filter_map(|time| self.system.working_inputs(*time, &self.state).ok()).collect()
     }
 
     /// What the next stretch of the run takes over besides the state.

@@ -131,6 +131,7 @@ impl Session {
             discrete: Vec::new(),
             moves: Vec::new(),
             velocity_misses: Vec::new(),
+            chosen: Vec::new(),
             ..*whole
         };
         for element in &island.elements {

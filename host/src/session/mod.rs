@@ -14,6 +14,7 @@
 //! | `formulation.rs` | which coordinates the equations of motion are written in |
 //! | `begin.rs` | a run that lacks nothing but its steps |
 //! | `run.rs` | from the start to results |
+//! | `started.rs` | which velocities are given at the start, which were chosen |
 //! | `islands.rs` | parts that share nothing, each with steps of its own |
 //! | `apart.rs` | what the plan says of them |
 //! | `prune.rs` | which savings are allowed; merged bodies; motions parallel to a plane |
@@ -24,7 +25,8 @@
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
 //! | `chain.rs` | a run with checkpoints: stretches, each from one to the next |
 //! | `judge.rs` | whether the audit lets the results pass |
-//! | `sharper.rs` | the same run at a tenth of the tolerance |
+//! | `sharper.rs` | the same run by another method, at a tenth of the tolerance |
+//! | `culprit.rs` | which element gives what is not a number |
 //! | `checks.rs` | the checks of a scene on its samples |
 //! | `report.rs` | what `check` and `plan` say |
 //! | `watch.rs` | whether the files that a run depends on have changed |
@@ -36,6 +38,7 @@ mod begin;
 mod chain;
 mod checkpoint;
 mod checks;
+mod culprit;
 mod error;
 mod formulation;
 mod guards;
@@ -50,6 +53,7 @@ mod run;
 mod schema;
 mod sharper;
 mod simulation;
+mod started;
 mod tier;
 #[cfg(feature = "abi")]
 mod watch;
@@ -68,6 +72,7 @@ pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
 pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
 pub use schema::scene_schema;
+pub use sharper::Sharper;
 pub use simulation::{Progress, Simulation, Sink};
 pub use tier::{Made, Tier};
 #[cfg(feature = "abi")]

@@ -168,6 +168,7 @@ impl Session {
             None => assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?,
         };
         warnings.extend(assembly_warnings(&assembly, &scene)?);
+        warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
         let mut start_health = 0.0;
         let t = scene.simulation.t_start;
@@ -545,6 +546,6 @@ fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnosti
 }
 
 /// Where a body's name is written.
-fn place_of_body(scene: &Scene, name: &str) -> std::ops::Range<usize> {
+pub(super) fn place_of_body(scene: &Scene, name: &str) -> std::ops::Range<usize> {
     scene.bodies.iter().find(|body| body.name.value == name).map_or(0..0, |body| body.name.span.clone())
 }

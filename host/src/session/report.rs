@@ -13,7 +13,7 @@ use crate::analysis::{JointPlan, STATES_PER_AUDIT};
 use crate::model::Model;
 use crate::plan::{Plan, Skip};
 use crate::program::{Equations, Maker, Node, Program, Switches};
-use crate::results::significant;
+use crate::results::{StartVelocity, significant};
 use crate::scene::{GROUND, Scene};
 
 /// A reaction that rigid bodies do not determine.
@@ -28,7 +28,7 @@ pub struct NonUnique {
 }
 
 /// What `odyn check` finds.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
     /// Bodies that can move.
     pub bodies: usize,
@@ -48,6 +48,10 @@ pub struct CheckReport {
     pub non_unique_reactions: Vec<NonUnique>,
     /// Bodies that assembly moved.
     pub moved_bodies: Vec<String>,
+    /// Velocities at the start that the scene gives, without zeros.
+    pub given_velocities: Vec<StartVelocity>,
+    /// Velocities at the start that neither the scene nor the joints determine: those of least kinetic energy.
+    pub chosen_velocities: Vec<StartVelocity>,
 }
 
 /// A decision of the plan.
@@ -168,6 +172,8 @@ impl Session {
             redundant_rows: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
             non_unique_reactions: self.non_unique(),
             moved_bodies: self.assembly.moves.iter().map(|m| m.body.clone()).collect(),
+            given_velocities: self.given_velocities(),
+            chosen_velocities: self.chosen_velocities(),
         }
     }
 
@@ -571,7 +577,7 @@ impl std::fmt::Display for CheckReport {
         if !self.moved_bodies.is_empty() {
             writeln!(f, "moved by assembly: {}", self.moved_bodies.join(", "))?;
         }
-        Ok(())
+        f.write_str(&super::started::described(&self.given_velocities, &self.chosen_velocities))
     }
 }
 

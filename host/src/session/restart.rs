@@ -117,6 +117,7 @@ impl Session {
         }
         self.load_memories(&state.memories)?;
         self.gone_on_from = Some(state.clone());
+        self.assembly.chosen.clear();
         self.scene.simulation.t_start = state.time;
         self.assembly.working = state.working;
         let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);

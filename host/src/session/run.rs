@@ -242,6 +242,8 @@ impl Session {
             (Remedy::Contradiction, counters.contradictions),
         ];
         taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
+        // Before the outcome is told, which has no more to say than that something is none.
+        summary.reason = ended.not_finite.iter().find_map(|inputs| self.culprit(inputs)).unwrap_or_default();
         note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
     }
 
@@ -341,6 +343,7 @@ impl Session {
                 .collect(),
             redundant_row_names: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
             audit_limits: self.audit_limits(),
+            chosen_velocities: self.chosen_velocities(),
             libraries: self
                 .libraries
                 .iter()
@@ -396,7 +399,11 @@ impl Session {
                         let forced = !matches!(reason, StopReason::Requested);
                         summary.recoveries[Remedy::EarlyEnd] = u64::from(forced);
                         summary.code = Some(code_of(&reason));
-                        summary.reason = reason.to_string();
+                        let culprit = std::mem::take(&mut summary.reason);
+                        summary.reason = match culprit.is_empty() {
+                            true => reason.to_string(),
+                            false => format!("{culprit}: {reason}"),
+                        };
                     }
                 }
                 None

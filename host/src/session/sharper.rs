@@ -1,58 +1,119 @@
-//! The same run once more, sharper, to see how far off the first is.
+//! The same run once more, by another method and with other steps, to see how far off the first is.
 
 use std::time::Instant;
 
 use super::error::SessionError;
 use super::open::Session;
 use super::run::{DEFAULT_METHOD, RunReport};
+use crate::diagnostics::codes;
 use crate::results::{Samples, Verified, significant};
-use crate::scene::Dimension;
+use crate::scene::{Dimension, OutputTimes, Spanned};
 
 /// Ratio of the tolerances.
 const SHARPER: f64 = 10.0;
+/// Steps of the second run, at least. Longer ones may pass over what the first passed over.
+const LEAST_STEPS: f64 = 200.0;
+/// Methods for the second run: the first that is not the one of the first run. An implicit one is fit for every scene.
+const OTHER_METHODS: [&str; 3] = ["radau5", "rodas5p", DEFAULT_METHOD];
+
+/// How a run is compared with a second one; from [`Session::sharper`].
+#[derive(Debug, Clone)]
+pub struct Sharper {
+    /// What is different in the second run.
+    how: String,
+    /// Dimension of each output, and its unit in SI.
+    outputs: Vec<(Dimension, f64)>,
+    /// Size of the scene, m.
+    length: f64,
+    /// Mass of all bodies, kg.
+    mass: f64,
+}
 
 impl Session {
-    /// A session of the same scene at a tenth of the tolerance, or with steps of half the size where these are fixed; to be
-    /// asked for before [`Session::run`]. The text says what is sharper.
+    /// A session of the same scene for a second run: by another method, at a tenth of the tolerance (or with steps of half the
+    /// size where these are fixed), and with steps no longer than those between samples, nor than a two-hundredth of the whole.
+    /// To be asked for before [`Session::run`].
     ///
     /// # Errors
     /// As for [`Session::open`].
-    pub fn sharper(&self) -> Result<(Self, String), SessionError> {
+    pub fn sharper(&self) -> Result<(Self, Sharper), SessionError> {
         let mut scene = self.scene.clone();
         scene.simulation.t_start = self.opened_at;
-        let name = scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |method| method.value.as_str());
-        let needs_step = self.options.methods.make(name).is_some_and(|method| method.needs_fixed_step());
+        let name = scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |method| method.value.as_str()).to_owned();
+        let needs_step = self.options.methods.make(&name).is_some_and(|method| method.needs_fixed_step());
         let settings = &mut scene.simulation;
+        let time = |seconds: f64| {
+            let units = &self.scene.units;
+            format!("{} {}", significant(seconds / units.factor(Dimension::TIME), 6), units.label(Dimension::TIME))
+        };
         // A method without error control takes the longest step it may.
         let fixed = settings.fixed_step.or(settings.max_step.filter(|_| needs_step));
-        let how = match fixed {
+        let steps = match fixed {
             Some(step) => {
                 settings.fixed_step = Some(0.5 * step);
-                let unit = self.scene.units.factor(Dimension::TIME);
-                let label = self.scene.units.label(Dimension::TIME);
-                let [new, old] = [0.5 * step, step].map(|step| significant(step / unit, 6));
-                format!("steps of {new} {label} instead of {old} {label}")
+                format!("steps of {} instead of {}", time(0.5 * step), time(step))
             }
             None => {
                 settings.tolerance = Some(self.tolerance() / SHARPER);
+                let duration = settings.t_end - settings.t_start;
+                let between = match &settings.output {
+                    OutputTimes::Step(step) => *step,
+                    OutputTimes::Times(times) => duration / times.len().max(1) as f64,
+                };
+                let longest = between.min(duration / LEAST_STEPS).min(settings.max_step.unwrap_or(f64::INFINITY));
+                settings.max_step = Some(longest);
+                settings.first_step = None;
                 let [new, old] = [self.tolerance() / SHARPER, self.tolerance()].map(|number| significant(number, 3));
-                format!("tolerance {new} instead of {old}")
+                format!("tolerance {new} instead of {old}, steps up to {}", time(longest))
             }
         };
+        let known = |other: &&&str| **other != name && self.options.methods.make(other).is_some();
+        let method = OTHER_METHODS.iter().find(known).map_or(name.as_str(), |other| *other);
+        settings.method = Some(Spanned::new(method.to_owned(), 0..0));
+        let how = format!("{method} instead of {}, {steps}", if self.determined { "kinematic" } else { &name });
         let mut sharper = Self::prepare(scene, Vec::new(), &self.catalog, &self.options, None, Instant::now())?;
         if let Some(state) = &self.gone_on_from {
             sharper.go_on_from(state.clone())?;
         }
-        Ok((sharper, how))
+        let comparing = Sharper {
+            how,
+            outputs: self.model.channels.iter().map(|channel| (channel.dimension, channel.factor)).collect(),
+            length: self.assembly.scales.length,
+            mass: self.model.bodies.iter().map(|body| body.mass).sum(),
+        };
+        Ok((sharper, comparing))
+    }
+}
+
+impl Sharper {
+    /// What is natural for each output, in its unit, in a scene of this size and mass in which so much energy (J) moved:
+    /// L^a M^b T^c with T = L / sqrt(2 E / M). An output far smaller than that is made of numbers that large, and its error
+    /// is a share of these.
+    fn sizes(&self, energy: f64) -> Vec<f64> {
+        let speed = (2.0 * energy / self.mass).sqrt();
+        let size = |dimension: &Dimension| -> f64 {
+            let mechanical = dimension.length != 0 || dimension.mass != 0 || dimension.time != 0;
+            // Angles are of the size of 1; of plain numbers nothing is known.
+            if !mechanical {
+                return f64::from(dimension.angle.signum().abs());
+            }
+            let power = |base: f64, exponent: i8| base.powi(i32::from(exponent));
+            let size = power(self.length, dimension.length) * power(self.mass, dimension.mass);
+            // Time to the power c is (L / v)^c.
+            let size = size * power(self.length, dimension.time) * power(speed, -dimension.time);
+            if size.is_finite() { size } else { 0.0 }
+        };
+        self.outputs.iter().map(|(dimension, factor)| size(dimension) / factor).collect()
     }
 }
 
 impl RunReport {
-    /// Compares the outputs with those of the sharper run and notes the differences in the summary.
-    pub fn verify(&mut self, how: String, sharper: Result<&RunReport, &SessionError>) {
+    /// Compares the outputs with those of the second run and notes the differences in the summary. The run becomes suspect where
+    /// they are more than its tolerance explains, or where there is nothing to compare with.
+    pub fn verify(&mut self, sharper: &Sharper, second: Result<&Self, &SessionError>) {
         let names: Vec<String> = self.channels.iter().map(|channel| channel.name.clone()).collect();
         let own = Samples { times: &self.times, columns: &self.columns, names: &names };
-        let (times, columns, problem): (&[f64], &[Vec<f64>], String) = match sharper {
+        let (times, columns, problem): (&[f64], &[Vec<f64>], String) = match second {
             Ok(other) if other.summary.status.reached_end() => (&other.times, &other.columns, String::new()),
             Ok(other) => (&other.times, &other.columns, other.summary.reason.clone()),
             Err(error) => {
@@ -61,6 +122,26 @@ impl RunReport {
             }
         };
         let other = Samples { times, columns, names: &names };
-        self.summary.verified = Some(Verified::new(how, &own, &other, problem));
+        let limit = self.summary.audit_limits.map(|limits| limits.energy);
+        let sizes = sharper.sizes(self.summary.audit.largest_energy());
+        let verified = Verified::new(sharper.how.clone(), &own, &other, problem, limit, &sizes);
+        let unit = &self.summary.time_unit;
+        let mut reasons = Vec::new();
+        if let (Some(worst), Some(limit)) = (verified.worst_beyond(), limit) {
+            let [difference, t, limit] =
+                [(worst.absolute, 3), (worst.t, 6), (limit, 2)].map(|(x, n)| significant(x, n));
+            let (name, how) = (&worst.name, &verified.how);
+            reasons.push(format!(
+                "a second run ({how}) differs in `{name}` by {difference} at t = {t} {unit}, more than {limit} of its size: try a \
+                 smaller tolerance or smaller steps (`max_step`); if differences stay, the motion may be too sensitive to be \
+                 computed that long"
+            ));
+        }
+        if limit.is_some() && !verified.problem.is_empty() {
+            let (how, problem) = (&verified.how, &verified.problem);
+            reasons.push(format!("it could not be verified: the second run ({how}) ended early: {problem}"));
+        }
+        self.summary.verified = Some(verified);
+        reasons.iter().for_each(|reason| self.summary.suspect(codes::NOT_VERIFIED, reason));
     }
 }

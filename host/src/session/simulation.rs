@@ -474,6 +474,14 @@ impl<'a> Simulation<'a> {
         Ok(restart)
     }
 
+    /// The inputs of programs in the working form, accelerations and multipliers left as they are.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(super) fn working_inputs(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+        Ok(self.formulation.observe(t, state, false)?.inputs.to_vec())
+    }
+
     /// The formulation, for its name.
     #[must_use]
     pub fn formulation(&self) -> &dyn Formulation {

@@ -281,3 +281,17 @@ fn heat_is_summed_up_by_parabolas() {
     let record = crate::results::AuditRecord::from(&audit);
     assert_eq!(Audit::from(&record), audit);
 }
+
+#[test]
+fn escapes_in_texts_of_a_scene_are_shown_and_not_obeyed() {
+    let title = "a\u{1b}[31m: completed, t = 3\nb\u{7}\u{9b}5n \u{202e}c".to_owned();
+    let mut summary = Summary { title, ..compressor() };
+    summary.figures[0].note = "\u{1b}]0;owned\u{7}".into();
+    summary.suspect("ODY0702", "a fault of a library says \u{1b}[2J");
+    let plain = report(&summary, None, false);
+    assert!(plain.starts_with("a␛[31m: completed, t = 3␊b␇<009B>5n <202E>c: suspect, t = 200 ms\n"), "{plain}");
+    assert!(plain.contains("␛]0;owned␇") && plain.contains("says ␛[2J"), "{plain}");
+    assert!(!plain.chars().any(|c| c.is_control() && c != '\n'), "{plain}");
+    let colored = report(&summary, None, true);
+    assert!(colored.contains("<202E>c: \x1b[1;31msuspect\x1b[0m, t = 200 ms\n"), "{colored}");
+}

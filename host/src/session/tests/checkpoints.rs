@@ -241,11 +241,14 @@ fn a_run_is_verified_by_a_sharper_one() {
         let (second, how) = session.sharper().unwrap();
         let mut report = session.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
         let second = second.run(None, Box::new(|_| ()), &Arc::default());
-        report.verify(how, second.as_ref());
+        report.verify(&how, second.as_ref());
         report.summary.verified.unwrap()
     };
     let rough = verified("tolerance = 1e-5");
-    assert_eq!((rough.how.as_str(), rough.problem.as_str()), ("tolerance 1e-6 instead of 1e-5", ""));
+    assert_eq!(
+        (rough.how.as_str(), rough.problem.as_str()),
+        ("radau5 instead of dop853, tolerance 1e-6 instead of 1e-5, steps up to 0.02 s", "")
+    );
     let names: Vec<&str> = rough.outputs.iter().map(|output| output.name.as_str()).collect();
     assert_eq!(names, ["phi", "psi", "steps", "lagging", "load"]);
     // What it tells is the error: against a run that is sharper by far.
@@ -257,6 +260,6 @@ fn a_run_is_verified_by_a_sharper_one() {
     let fine = verified("tolerance = 1e-9");
     assert!(fine.outputs[1].absolute < 0.01 * told, "{:e}", fine.outputs[1].absolute);
     let fixed = verified("method = \"rk4\"; fixed_step = 0.004");
-    assert_eq!(fixed.how, "steps of 0.002 s instead of 0.004 s");
+    assert_eq!(fixed.how, "radau5 instead of rk4, steps of 0.002 s instead of 0.004 s");
     assert!(fixed.outputs[1].absolute > 0.0);
 }

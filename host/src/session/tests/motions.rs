@@ -234,3 +234,71 @@ fn heat_is_told_apart_from_work() {
     assert!((audit.work_in - audit.dissipated - (left - 6.25 - 1.25)).abs() < 1e-7, "{audit:?}");
     assert!(audit.work_in < 0.0, "{audit:?}");
 }
+
+/// Two links; the speed of the first is given, that of the second is left open or given, too.
+fn links(lower: &str) -> String {
+    let link = |name: &str, x: f64, spin: &str| {
+        format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, 0, 0]\n{spin}\n")
+    };
+    let hinge = |name: &str, i: &str, j: &str, x: f64| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"hinge\"\nbodies = [\"{i}\", \"{j}\"]\npoint = [{x:?}, 0, 0]\n\
+             axis = [0, 0, 1]\n"
+        )
+    };
+    settings("t_end = 0.1; output_step = 0.1")
+        + &link("upper", 0.5, "angular_velocity = [0, 0, 2]")
+        + &link("lower", 1.5, lower)
+        + &hinge("pivot", "ground", "upper", 0.0)
+        + &hinge("elbow", "upper", "lower", 1.0)
+}
+
+#[test]
+fn a_velocity_that_was_chosen_is_reported_with_the_rule() {
+    let session = open(&links(""));
+    // The elbow moves at 2 m/s, without a blow to turn the lower link: J w + m (2 + w / 2) / 2 = 0.
+    let report = session.check_report();
+    let spin = report.chosen_velocities.iter().find(|one| one.quantity == "angular velocity").unwrap();
+    assert_eq!((spin.body.as_str(), spin.component, spin.unit.as_str()), ("lower", "z", "rad/s"));
+    assert!((spin.value - -1.0 / 0.35).abs() < 1e-12, "{spin}");
+    assert!(report.chosen_velocities.iter().all(|one| one.body == "lower"), "{:?}", report.chosen_velocities);
+    assert_eq!(report.given_velocities.len(), 1);
+    let text = report.to_string();
+    assert!(
+        text.contains("least change in the metric of mass") && text.contains("upper: angular velocity z = 2 rad/s"),
+        "{text}"
+    );
+    let warning = session.warnings.iter().find(|warning| warning.code == "ODY0509").unwrap();
+    assert!(warning.labels[0].text.contains("lower: angular velocity z = -2.857 rad/s"), "{warning:?}");
+    let run = session.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+    let text = crate::results::report(&run.summary, None, false);
+    assert!(text.contains("start: velocities chosen by least kinetic energy: lower: "), "{text}");
+}
+
+#[test]
+fn velocities_that_are_determined_were_not_chosen() {
+    // Given, at rest, or following from the joints: a four-bar has one freedom.
+    let driven = scenes::four_bar(1.0).replacen("mass = 1.5", "angular_velocity = [0, 0, 3]\nmass = 1.5", 1);
+    for text in [links("angular_velocity = [0, 0, 0]"), links("").replace("[0, 0, 2]", "[0, 0, 0]"), driven] {
+        let session = open(&text);
+        assert_eq!(session.assembly.chosen, [], "{text}");
+        assert!(session.warnings.iter().all(|warning| warning.code != "ODY0509"));
+    }
+}
+
+/// Masses have no say in what is determined: the metric that tells has none.
+#[test]
+fn light_and_heavy_links_are_told_apart_from_determined_ones() {
+    for mass in ["1e-9", "1e9"] {
+        let text = links("").replace(
+            "mass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [1.5",
+            &format!("mass = {mass}\ninertia = [{mass}, {mass}, {mass}]\nposition = [1.5"),
+        );
+        let chosen = open(&text).assembly.chosen;
+        assert!(
+            chosen.iter().any(|one| one.body == "lower" && one.angular && one.component == 2),
+            "{mass}: {chosen:?}"
+        );
+        assert!(chosen.iter().all(|one| one.body == "lower"), "{mass}: {chosen:?}");
+    }
+}

@@ -176,3 +176,39 @@ fn a_method_of_second_order_refuses_friction_and_states() {
     }
     assert!(off(&run(&cart(keys, 2.0)), "v", |_| 2.0) < 1e-12);
 }
+
+/// A spring stores what its force takes, whatever moves its other end: a dashpot inside it, time, or a signal, which may be measured
+/// from the motion itself.
+#[test]
+fn energies_balance_whatever_moves_the_end_of_a_spring() {
+    let spring = |kind: &str, more: &str| {
+        format!(
+            "[[force]]\nname = \"spring\"\ntype = \"{kind}\"\nbodies = [\"ground\", \"cart\"]\npoint = [0, 0, 0]\n{more}\n"
+        )
+    };
+    let smoothed = element("control", "lagging", "smoother", 0.3, "inputs.in = \"x\"");
+    let at_once = element("control", "turned", "amplifier", -0.4, "inputs.in = \"x\"");
+    let from_speed = element("control", "turned", "amplifier", -0.1, "inputs.in = \"v\"");
+    let clock = element("control", "turned", "smoother", 0.5, "inputs.in = 0.7");
+    let speed = at_once.replace("turned", "speedy").replace("\"x\"", "\"lagging.out\"");
+    for (case, text) in [
+        ("a dashpot", spring("maxwell", "")),
+        ("time", spring("shaken", "")),
+        ("a state elsewhere", clock + &spring("pulled", "inputs.end = \"turned.out\"")),
+        ("a state that follows", smoothed.clone() + &spring("pulled", "inputs.end = \"lagging.out\"")),
+        ("a state that follows, turned", smoothed + &speed + &spring("pulled", "inputs.end = \"speedy.out\"")),
+        ("the position", at_once + &spring("pulled", "inputs.end = \"turned.out\"")),
+        ("the speed", from_speed + &spring("pulled", "inputs.end = \"turned.out\"")),
+    ] {
+        for engine in ["interpreted", "reference"] {
+            let report = run(&(cart(&format!("t_end = 3; output_step = 0.1; engine = \"{engine}\""), 1.0) + &text));
+            let audit = &report.summary.audit;
+            assert!(audit.energy_error_relative < 1e-8, "{case}, {engine}: {audit:?}");
+            assert_eq!(report.summary.status, Status::Completed, "{case}: {}", report.summary.reason);
+            assert!(case == "the position" || audit.work.abs() > 1e-2, "{case}: {audit:?}");
+        }
+    }
+    let report = run(&(cart("t_end = 3; output_step = 0.1", 1.0) + &spring("maxwell", "")));
+    let audit = &report.summary.audit;
+    assert!((audit.dissipated + audit.work).abs() < 1e-12 && audit.work_in == 0.0, "all work is heat: {audit:?}");
+}

@@ -1,0 +1,94 @@
+//! Which element gives what is not a number, and by which operation.
+
+use super::open::Session;
+use crate::program::{Equations, Expr, Node, Program};
+
+/// A result of an element, in words, with its node.
+struct Wanted {
+    element: usize,
+    what: String,
+    node: Node,
+}
+
+impl Session {
+    /// The first result of an element that is not finite for these inputs of the working form, with the operation that made it
+    /// so; `None` where all are finite.
+    pub(super) fn culprit(&self, inputs: &[f64]) -> Option<String> {
+        let wanted = self.results_of_elements();
+        let nodes: Vec<Node> = wanted.iter().map(|one| one.node).collect();
+        let values = self.values(&nodes, inputs)?;
+        let (one, _) = wanted.iter().zip(&values).find(|(_, value)| !value.is_finite())?;
+        let instance = &self.model.elements[one.element];
+        let operation = self.first_not_finite(one.node, inputs).map_or_else(String::new, |text| format!(" ({text})"));
+        let functions = self.functions_of(&instance.name);
+        let look = if functions.is_empty() { String::new() } else { format!("; look at {}", functions.join(", ")) };
+        Some(format!("{} of `{}` is not a finite number{operation}{look}", one.what, instance.name))
+    }
+
+    /// Loads, rates of states and values of all elements.
+    fn results_of_elements(&self) -> Vec<Wanted> {
+        let (equations, layout) = (&self.equations, &self.plan.layout);
+        let mut wanted = Vec::new();
+        for (element, instance) in self.model.elements.iter().enumerate() {
+            let own = &equations.elements[element];
+            for (load, marker) in own.loads.iter().zip(&instance.markers) {
+                let on = marker.body.map_or("the ground", |body| self.model.bodies[body].name.as_str());
+                for (what, components) in [("force", &load.force), ("torque", &load.torque)] {
+                    let what = format!("the {what} on {on}");
+                    wanted.extend(components.iter().map(|node| Wanted { element, what: what.clone(), node: *node }));
+                }
+            }
+            let states = instance.recording.initial_states.len();
+            let rates = &equations.state_rates[layout.state_at[element]..layout.state_at[element] + states];
+            let name = |k: usize| instance.class.states.get(k).map_or_else(|| k.to_string(), |state| state.name.clone());
+            for (k, node) in rates.iter().enumerate() {
+                wanted.push(Wanted { element, what: format!("the rate of state `{}`", name(k)), node: *node });
+            }
+            for (channel, node) in instance.class.channels.iter().zip(&own.channels) {
+                wanted.push(Wanted { element, what: format!("the value `{}`", channel.name), node: *node });
+            }
+        }
+        wanted
+    }
+
+    fn values(&self, nodes: &[Node], inputs: &[f64]) -> Option<Vec<f64>> {
+        let program = Program::compile(&self.equations.graph, nodes);
+        let mut values = vec![0.0; nodes.len()];
+        // An element that fails is reported as such.
+        program.run(inputs, &self.model.sets, &mut program.workspace(), &mut values).ok()?;
+        Some(values)
+    }
+
+    /// The operation below a node that is the first not to be finite, with its operands.
+    fn first_not_finite(&self, node: Node, inputs: &[f64]) -> Option<String> {
+        let Equations { graph, .. } = &self.equations;
+        let below = graph.ancestors(&[node], |_| false);
+        let values = self.values(&below, inputs)?;
+        let first = values.iter().position(|value| !value.is_finite())?;
+        let value = |node: Node| below.binary_search(&node).map_or(f64::NAN, |k| values[k]);
+        Some(match graph.expr(below[first]) {
+            Expr::Sqrt(a) => format!("the square root of {:e}", value(a)),
+            Expr::Ln(a) => format!("the logarithm of {:e}", value(a)),
+            Expr::Div(a, b) => format!("{:e} divided by {:e}", value(a), value(b)),
+            Expr::Powf(a, _) | Expr::Powi(a, _) => format!("a power of {:e}", value(a)),
+            Expr::Exp(a) => format!("the exponential of {:e}", value(a)),
+            Expr::Constant(_) => "a constant is none".into(),
+            Expr::Input(_) => "a state is none".into(),
+            Expr::Call { .. } => "called at run time".into(),
+            _ => return None,
+        })
+    }
+
+    /// The functions that a scene gives an element, as written.
+    fn functions_of(&self, name: &str) -> Vec<String> {
+        let Some(record) = self.scene.elements.iter().find(|record| record.name.value == name) else {
+            return Vec::new();
+        };
+        let texts = record.params.entries.iter().filter_map(|(key, value)| {
+            let text = value.as_text()?;
+            // Numbers with units and names of choices have no arguments or operations.
+            text.contains(['(', '/', '^']).then(|| format!("`{} = {text:?}`", key.value))
+        });
+        texts.collect()
+    }
+}
