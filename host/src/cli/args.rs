@@ -429,6 +429,9 @@ pub(super) struct StudyArgs {
     /// Also keep the results of every run, in folders run-1, run-2, ... there
     #[arg(long)]
     pub(super) results: bool,
+    /// Continue a study that was stopped or killed in this folder: runs that were finished are not done again
+    #[arg(long)]
+    pub(super) resume: bool,
     /// Largest constraint violation and energy error the audit of a run lets pass
     #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) audit_tol: Option<f64>,
