@@ -12,8 +12,13 @@ const SETS: [&str; 1] = ["simulation.t_end=20 ms"];
 
 fn study(folder: &Path, jobs: usize) -> Study {
     let varied = ["crank.radius=8mm:9mm:3", "rod.length=42mm,4kg"].map(|text| Vary::parse(text).unwrap());
-    let options =
-        StudyOptions { common: options(&SETS, &[]), varied: varied.to_vec(), jobs, folder: Some(folder.to_path_buf()) };
+    let options = StudyOptions {
+        common: options(&SETS, &[]),
+        varied: varied.to_vec(),
+        jobs,
+        folder: Some(folder.to_path_buf()),
+        ..StudyOptions::default()
+    };
     Study::run(&root().join("scenes/compressor.toml"), &options, &|_, _| (), &Arc::default()).unwrap()
 }
 

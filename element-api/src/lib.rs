@@ -76,6 +76,7 @@ pub mod recorded;
 pub mod recording;
 pub mod scalar;
 pub mod set;
+pub mod surface;
 pub mod table;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
@@ -97,6 +98,7 @@ pub use params::{NoParameters, ParamError, Parameters};
 pub use recording::Recording;
 pub use scalar::Scalar;
 pub use set::{ElementClass, ElementSet};
+pub use surface::Surface;
 pub use table::{Interpolation, Outside, Table};
 
 /// Everything an element file needs: `use element_api::prelude::*;`
@@ -105,6 +107,6 @@ pub mod prelude {
     pub use crate::{
         ChannelSpec, Configuration, Constraint, Control, Curve, Element, Force, Frame, FrameSpec, Function, InputSpec,
         Interpolation, Mat3, Motion, NoParameters, Outside, ParamError, Parameters, Pose, Reaction, Rows, Scalar,
-        Table, Twist, Values, Vec3, Wrenches, doc_of, length,
+        Surface, Table, Twist, Values, Vec3, Wrenches, doc_of, length,
     };
 }

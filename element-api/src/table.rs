@@ -66,6 +66,12 @@ impl Table {
         Self::through(points, Interpolation::Spline, Outside::Periodic)
     }
 
+    /// The cubic pieces with these slopes at points that are checked, end values held.
+    pub(crate) fn hermite(points: &[[f64; 2]], slopes: &[f64]) -> Self {
+        let breaks = points.iter().map(|p| p[0]).collect();
+        Self { breaks, pieces: interpolation::hermite(points, slopes), outside: Outside::Clamped }
+    }
+
     /// The break points at which the function is not twice continuously differentiable, in increasing order, each with
     /// the lowest order of derivative that jumps there: 0 (the value), 1 or 2.
     ///

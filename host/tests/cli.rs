@@ -380,3 +380,45 @@ fn a_file_that_is_no_library_is_not_examined() {
     assert_eq!(refused.json()["diagnostics"][0]["code"], "ODY0402");
     scratch.odyn("plugin check nothing-of-this-name").ends_with(4);
 }
+
+#[test]
+fn an_output_that_would_stand_beside_the_time_is_refused() {
+    let scratch = Scratch::new("output-t");
+    scratch.file(
+        "t.toml",
+        &support::BRICK.replace("name = \"w1\"", "name = \"t\"").replace("channel = \"w1\"", "channel = \"t\""),
+    );
+    let ran = scratch.odyn("check t.toml").ends_with(3);
+    for words in ["ODY0108", "an output cannot be called `t`", "t.toml:14", "choose another name"] {
+        assert!(ran.err().contains(words), "{words}: {}", ran.err());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_library_prints_does_not_reach_standard_output() {
+    let scratch = Scratch::new("printing");
+    let library = scratch.0.join("libprinting.so");
+    let source = support::root().join("tests/fixtures/c-plugin/printing.c");
+    let mut cc = std::process::Command::new("cc");
+    cc.args(["-std=c99", "-D_POSIX_C_SOURCE=200809L", "-fPIC", "-shared", "-I"])
+        .arg(support::root().join("element-api/include"));
+    match cc.arg("-o").arg(&library).arg(&source).status() {
+        Err(_) => return println!("skipped: there is no C compiler `cc`"),
+        Ok(status) => assert!(status.success()),
+    }
+    let force = "[[force]]\nname = \"drag\"\ntype = \"loud-drag\"\nbodies = [\"brick\"]\n";
+    scratch.file("loud.toml", &format!("{}[plugins]\nlibraries = [\"printing\"]\n{force}", support::BRICK));
+    for line in [
+        "run loud.toml --json -o out",
+        "check loud.toml --json",
+        "study loud.toml --vary brick.mass=1,2 --json -o study",
+    ] {
+        let ran = scratch.odyn(&format!("{line} --plugin .")).ends_with(0);
+        assert!(ran.json().is_object(), "{line}");
+        assert!(!ran.out().contains("by a library"), "{line}");
+        for words in ["printed by a library: create", "written by a library"] {
+            assert!(ran.err().contains(words), "{line}: {}", ran.err());
+        }
+    }
+}

@@ -219,3 +219,165 @@ fn a_verified_run_tells_how_far_off_it_is() {
         scratch.odyn("run brick.toml --t-end 20 --tol 1e-4 --set simulation.max_steps=53 --verify -o out").ends_with(0);
     assert!(early.out().contains("the second run ended early (the limit of 53 steps"), "{}", early.out());
 }
+
+/// Twelve runs that take a while each.
+const STUDY: &str = "study brick.toml --t-end 2s --set simulation.output_step=1000 --set simulation.tolerance=1e-11 \
+                     --vary brick.mass=1:12:12 --audit-tol 1e-3 -o";
+
+#[test]
+fn a_study_that_is_killed_is_resumed_with_the_same_bytes() {
+    let scratch = Scratch::new("study-killed");
+    let started = Instant::now();
+    scratch.odyn(&format!("{STUDY} alone --jobs 1 -q")).ends_with(0);
+    let whole = started.elapsed();
+    let expected = fs::read(scratch.0.join("alone/study.csv")).unwrap();
+    assert_eq!(rows(&scratch.0.join("alone/study.csv")), 12);
+    assert!(!scratch.0.join("alone/study.journal").exists());
+    for jobs in [1, 2] {
+        let folder = format!("killed-{jobs}");
+        let journal = scratch.0.join(&folder).join("study.journal");
+        let mut kept = Vec::new();
+        for attempt in 1..100 {
+            let mut run = start(&scratch, &format!("{STUDY} {folder} --jobs {jobs} --resume"));
+            if kept.len() < 4 {
+                std::thread::sleep(whole.mul_f64(0.1 + 0.3 * (0.618_034 * f64::from(attempt)).fract()));
+                let _ = run.kill();
+            }
+            let (code, told) = end_of(run);
+            if code == Some(0) {
+                assert!(fs::read(scratch.0.join(&folder).join("study.csv")).unwrap() == expected);
+                break;
+            }
+            assert_eq!(code, None, "{told}");
+            kept.push(rows(&journal));
+        }
+        assert!(!journal.exists(), "{kept:?}");
+        assert!(kept.windows(2).all(|w| w[0] <= w[1]) && kept.iter().any(|count| *count > 1), "{kept:?}");
+    }
+}
+
+#[test]
+fn what_a_study_has_is_not_lost_and_not_mistaken_for_another() {
+    let scratch = Scratch::new("study-kept");
+    let line = "study brick.toml --vary brick.mass=1:6:6 --jobs 1";
+    scratch.odyn(&format!("{line} -o alone -q")).ends_with(0);
+    // A journal with two runs: that of a study whose last four were never done.
+    let mut run = start(&scratch, &format!("{line} --t-end 1e9 --set simulation.max_steps=2000000000 -o endless"));
+    wait_until("a journal", || scratch.0.join("endless/study.journal").exists());
+    run.kill().unwrap();
+    run.wait().unwrap();
+    // Nothing was finished there: it begins as a new one does.
+    scratch.odyn(&format!("{line} -o endless -q")).ends_with(0);
+    let table = |folder: &str| fs::read(scratch.0.join(folder).join("study.csv")).unwrap();
+    assert!(table("endless") == table("alone"));
+
+    let journal = scratch.0.join("part/study.journal");
+    let long = format!("{line} --set simulation.tolerance=1e-12 --t-end 3s -o part");
+    let mut run = start(&scratch, &long);
+    wait_until("a finished run", || rows(&journal) > 2);
+    run.kill().unwrap();
+    run.wait().unwrap();
+    let text = fs::read_to_string(&journal).unwrap();
+    let refused = |line: &str, words: &str| {
+        let ran = scratch.odyn(line).ends_with(2);
+        assert!(ran.err().contains(words), "{}", ran.err());
+        assert!(fs::read_to_string(&journal).unwrap() == text, "a refusal changes nothing");
+    };
+    refused(&long, "holds a study that has not ended");
+    refused(&format!("{long} --resume --vary brick.mass=1,2"), "it varies other keys or values");
+    refused(&format!("{long} --resume --audit-tol 1e-3"), "it has another `--audit-tol`");
+    scratch.file("brick.toml", &support::BRICK.replace("2.5]", "2.6]"));
+    refused(&format!("{long} --resume"), "the scene file or a library is not what it was");
+    scratch.file("brick.toml", support::BRICK);
+    // One digit of a finished row.
+    let at = text.rfind("completed").unwrap() + 14;
+    let digit = text[at..].find(|c: char| c.is_ascii_digit()).unwrap() + at;
+    let other = if &text[digit..=digit] == "5" { "6" } else { "5" };
+    fs::write(&journal, format!("{}{other}{}", &text[..digit], &text[digit + 1..])).unwrap();
+    let ran = scratch.odyn(&format!("{long} --resume")).ends_with(2);
+    assert!(ran.err().contains("`study.journal` is damaged at line"), "{}", ran.err());
+    assert!(ran.err().contains("to begin anew, remove"), "{}", ran.err());
+    // What a kill leaves of a line is not counted.
+    fs::write(&journal, format!("{text}0123 {{\"Run\"")).unwrap();
+    let ran = scratch.odyn(&format!("{long} --resume")).ends_with(0);
+    assert!(ran.err().contains("of 6 runs were finished before"), "{}", ran.err());
+    assert!(!journal.exists());
+}
+
+/// Exchanges the first digit behind a text.
+fn flip(path: &Path, behind: &str) {
+    let text = fs::read_to_string(path).unwrap();
+    let at = text.find(behind).unwrap() + behind.len();
+    let digit = text[at..].find(|c: char| ('1'..='9').contains(&c)).unwrap() + at;
+    let other = if &text[digit..=digit] == "5" { "6" } else { "5" };
+    fs::write(path, format!("{}{other}{}", &text[..digit], &text[digit + 1..])).unwrap();
+}
+
+#[test]
+fn what_was_damaged_is_refused_by_name() {
+    let scratch = Scratch::new("damaged");
+    let whole = |folder: &str| scratch.odyn(&format!("run brick.toml -q -o {folder}")).ends_with(0);
+    whole("a");
+    whole("b");
+    let refused = |line: &str, words: &[&str]| {
+        let ran = scratch.odyn(line);
+        assert_ne!(ran.0.status.code(), Some(0), "{line}");
+        words.iter().for_each(|words| assert!(ran.err().contains(words), "{words}: {}", ran.err()));
+    };
+    // A table: in the folder, and as a reference of a check.
+    scratch.odyn("compare a b").ends_with(0);
+    flip(&scratch.0.join("b/results.csv"), "\n200.0,");
+    refused("compare a b", &["b/results.csv", "its checksum is not the one in `summary.json`", "Run again"]);
+    let checked = format!(
+        "{}[[check]]\nname = \"spin\"\nkind = \"velocity\"\nvalue = \"w1\"\nreference = {{ csv = \"b/results.csv\", column = \"w1\" }}\ntolerance = 1\n",
+        support::BRICK
+    );
+    scratch.file("checked.toml", &checked);
+    let ran = scratch.odyn("run checked.toml -o c").ends_with(7);
+    assert!(format!("{}{}", ran.out(), ran.err()).contains("its checksum is not the one"), "{}", ran.out());
+    // The same without a summary is a table like any other.
+    fs::remove_file(scratch.0.join("b/summary.json")).unwrap();
+    scratch.odyn("compare a b --tol 1e9").ends_with(0);
+    // A cut table.
+    let text = fs::read_to_string(scratch.0.join("a/results.csv")).unwrap();
+    fs::write(scratch.0.join("a/results.csv"), &text[..text.len() - 30]).unwrap();
+    refused("compare a a", &["its checksum is not the one"]);
+    // A state.
+    scratch.odyn("run brick.toml --from a --t-end 3s -q -o d").ends_with(0);
+    flip(&scratch.0.join("a/state.toml"), "working = [");
+    refused(
+        "run brick.toml --from a --t-end 3s -q -o d",
+        &["a/state.toml", "its checksum does not fit", "run that one again"],
+    );
+    let text = fs::read_to_string(scratch.0.join("d/state.toml")).unwrap();
+    fs::write(scratch.0.join("d/state.toml"), &text[..text.len() - 100]).unwrap();
+    refused("run brick.toml --from d --t-end 4s -q -o e", &["it has no checksum at its end"]);
+}
+
+#[test]
+fn a_damaged_checkpoint_or_table_is_not_resumed() {
+    let scratch = Scratch::new("damaged-checkpoint");
+    let mut run = start(&scratch, &format!("run brick.toml {LONG} --checkpoint every=1000 -q -o out"));
+    let checkpoint = scratch.0.join("out/checkpoint.toml");
+    // The twelfth has the first row behind the start.
+    let taken = |text: &str| text.lines().find_map(|line| line.strip_prefix("taken = ")?.parse::<u64>().ok());
+    wait_until("a checkpoint", || fs::read_to_string(&checkpoint).is_ok_and(|text| taken(&text) >= Some(12)));
+    run.kill().unwrap();
+    run.wait().unwrap();
+    let (sound, table) = (fs::read(&checkpoint).unwrap(), fs::read(scratch.0.join("out/results.csv")).unwrap());
+    let refused = |words: &str| {
+        let ran = scratch.odyn("resume out -q");
+        assert_ne!(ran.0.status.code(), Some(0));
+        assert!(ran.err().contains(words), "{words}: {}", ran.err());
+    };
+    flip(&checkpoint, "working = [");
+    refused("its checksum does not fit");
+    fs::write(&checkpoint, &sound).unwrap();
+    flip(&scratch.0.join("out/results.csv"), "\n10000.0,");
+    refused("it is not what it was at the last checkpoint");
+    fs::write(scratch.0.join("out/results.csv"), &table).unwrap();
+    // A checkpoint of the format before.
+    let text = String::from_utf8(sound).unwrap().replacen("format = 3", "format = 2", 1);
+    fs::write(&checkpoint, text).unwrap();
+    refused("its format is 2, that of an older odyn");
+}

@@ -53,6 +53,13 @@ impl Interpolation {
         })
     }
 
+    /// The slopes of [`Interpolation::Monotone`] at points that are checked, end values held.
+    pub(crate) fn monotone_slopes(points: &[[f64; 2]]) -> Vec<f64> {
+        let h: Vec<f64> = points.windows(2).map(|w| w[1][0] - w[0][0]).collect();
+        let slope: Vec<f64> = points.windows(2).map(|w| (w[1][1] - w[0][1]) / (w[1][0] - w[0][0])).collect();
+        monotone_slopes(&h, &slope)
+    }
+
     /// How many points it needs at least.
     #[must_use]
     pub fn fewest(self, outside: Outside) -> usize {
@@ -75,14 +82,7 @@ impl Interpolation {
                     Outside::Clamped => monotone_slopes(&h, &slope),
                     Outside::Periodic => periodic_monotone_slopes(&h, &slope),
                 };
-                let piece = |k: usize| {
-                    let (h, slope) = (h[k], slope[k]);
-                    // Differences to the chord, so that a straight line has no other terms.
-                    let (left, right) = (d[k] - slope, d[k + 1] - slope);
-                    let (c2, c3) = (-(2.0 * left + right) / h, (left + right) / (h * h));
-                    [value(k), d[k], c2, c3]
-                };
-                (0..h.len()).map(piece).collect()
+                hermite(points, &d)
             }
             Self::Linear => (0..h.len()).map(|k| [value(k), slope[k], 0.0, 0.0]).collect(),
             Self::Spline => {
@@ -107,6 +107,18 @@ impl Interpolation {
         };
         (breaks, pieces)
     }
+}
+
+/// The cubic pieces with these slopes at the points.
+pub(super) fn hermite(points: &[[f64; 2]], slopes: &[f64]) -> Vec<[f64; 4]> {
+    let piece = |(ends, d): (&[[f64; 2]], &[f64])| {
+        let h = ends[1][0] - ends[0][0];
+        let slope = (ends[1][1] - ends[0][1]) / h;
+        // Differences to the chord, so that a straight line has no other terms.
+        let (left, right) = (d[0] - slope, d[1] - slope);
+        [ends[0][1], d[0], -(2.0 * left + right) / h, (left + right) / (h * h)]
+    };
+    points.windows(2).zip(slopes.windows(2)).map(piece).collect()
 }
 
 impl FromStr for Interpolation {

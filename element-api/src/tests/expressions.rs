@@ -4,7 +4,7 @@ use crate::params::{ParamType, Table as Params};
 use crate::recorded::{Recorded, input, record};
 use crate::recording::{Input, Role};
 use crate::testkit::{Random, Setting, interpret};
-use crate::{Function, Jet, ParamError, Table};
+use crate::{Function, Interpolation, Jet, Outside, ParamError, Table};
 
 type Plain = fn(f64) -> f64;
 
@@ -147,15 +147,17 @@ fn constants_are_recognised() {
 }
 
 #[test]
-fn points_are_splined_and_held_or_repeated() {
+fn points_are_joined_and_held_or_repeated() {
     let points = [[0.0, 1.0], [0.5, 2.0], [0.8, -1.0], [1.0, 1.0]];
     let list = "[[0, 1], [0.5, 2], [0.8, -1], [1, 1]]";
     let (clamped, periodic) = (Table::clamped(&points).expect("sound"), Table::periodic(&points).expect("sound"));
+    let monotone = Table::through(&points, Interpolation::Monotone, Outside::Clamped).expect("sound");
     for (text, table) in [
-        (list.to_owned(), &clamped),
-        (format!("{{ points = {list} }}"), &clamped),
-        (format!("{{ points = {list}, periodic = false }}"), &clamped),
-        (format!("{{ points = {list}, periodic = true }}"), &periodic),
+        (list.to_owned(), &monotone),
+        (format!("{{ points = {list} }}"), &monotone),
+        (format!("{{ points = {list}, interpolation = \"spline\" }}"), &clamped),
+        (format!("{{ points = {list}, interpolation = \"spline\", periodic = false }}"), &clamped),
+        (format!("{{ points = {list}, interpolation = \"spline\", periodic = true }}"), &periodic),
     ] {
         let f = function(&text).expect(&text);
         for k in -10..20 {

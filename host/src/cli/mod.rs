@@ -79,6 +79,7 @@ mod exit {
 pub(crate) fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let json = arguments.command.wants_json();
+    terminal::reserve_output();
     match dispatch(&arguments.command) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {

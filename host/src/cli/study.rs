@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::shown;
 use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
 
 use super::args::StudyArgs;
@@ -12,8 +12,6 @@ use super::exit;
 use super::failure::Failure;
 use super::run::stop_on_interrupt;
 use super::terminal;
-
-const TABLE_FILE: &str = "study.csv";
 
 /// Runs a scene with all combinations of values and writes the table.
 pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
@@ -25,6 +23,8 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
         varied,
         jobs: args.jobs.map_or(0, usize::from),
         folder: args.results.then(|| folder.clone()),
+        journal: Some(folder.clone()),
+        resume: args.resume,
     };
     let count: usize = options.varied.iter().map(|vary| vary.values.len()).fold(1, usize::saturating_mul);
     let silent = args.quiet || args.scene.json;
@@ -40,13 +40,11 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
     };
     let study = Study::run(&args.scene.scene, &options, &told, &stop_on_interrupt());
     let study = study.map_err(|diagnostic| Failure::new(exit::USAGE, *diagnostic))?.any_results()?;
+    if study.kept() > 0 && !silent {
+        eprintln!("{} of {count} runs were finished before", study.kept());
+    }
     let table = study.table();
-    let path = folder.join(TABLE_FILE);
-    std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, table.csv())).map_err(|cause| {
-        let message = format!("cannot write `{}`: {cause}", path.display());
-        let diagnostic = Diagnostic::error(codes::CANNOT_WRITE, message);
-        Failure::new(exit::FILES, diagnostic.help("choose another folder with `-o DIR`"))
-    })?;
+    let path = study.write(&folder).map_err(|error| Failure::new(exit::FILES, error.diagnostic()))?;
     if args.scene.json {
         terminal::print_as_it_is(&terminal::json(&table))?;
     } else if !args.quiet {
@@ -54,7 +52,12 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
     }
     if silent {
         // Errors are told even to those who want to hear nothing else.
-        for run in study.runs.iter().filter(|run| !matches!(&run.outcome, Outcome::Ran(f) if f.exit_code == 0)) {
+        let fine = |outcome: &Outcome| match outcome {
+            Outcome::Ran(finished) => finished.exit_code == 0,
+            Outcome::Kept(_) => true,
+            Outcome::Failed(_) | Outcome::NotBegun => false,
+        };
+        for run in study.runs.iter().filter(|run| !fine(&run.outcome)) {
             eprintln!("error: {}: {}", shown(&values(&options.varied, run)), shown(&verdict(run)));
         }
     }
@@ -79,6 +82,7 @@ fn verdict(run: &Run) -> String {
             (words, "") => format!("{words}, but not within the limits of its checks"),
             (words, reason) => format!("{words}: {reason}"),
         },
+        Outcome::Kept(_) => "finished before".into(),
         Outcome::Failed(error) => {
             let said = error.diagnostics.iter().find(|diagnostic| diagnostic.is_error());
             format!("failed: {}", said.map_or("", |said| said.message.as_str()))

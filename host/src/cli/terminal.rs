@@ -1,6 +1,8 @@
 //! Colours, printing, the progress bar.
 
+use std::fs::File;
 use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -11,6 +13,28 @@ use serde::Serialize;
 const PATIENCE: Duration = Duration::from_millis(300);
 /// Parts of a whole bar.
 const PARTS: u64 = 1000;
+
+/// Standard output as it was at the start, for what the program promises to write there.
+static OUTPUT: OnceLock<File> = OnceLock::new();
+
+/// Keeps standard output to this program: from here on [`print`] alone writes to it, and what anybody else prints, a library
+/// above all, goes to standard error. Where that cannot be had (not on Unix, or no descriptors left), all is as before.
+pub(super) fn reserve_output() {
+    #[cfg(unix)]
+    reserve();
+}
+
+// Exchanging a file descriptor can't be expressed safely.
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn reserve() {
+    use std::os::fd::{AsFd, AsRawFd};
+    let Ok(kept) = io::stdout().as_fd().try_clone_to_owned() else { return };
+    // SAFETY: both are descriptors of this process; nothing owns the number of standard output.
+    if unsafe { libc::dup2(io::stderr().as_raw_fd(), io::stdout().as_raw_fd()) } >= 0 {
+        let _ = OUTPUT.set(File::from(kept));
+    }
+}
 
 /// Where a text goes.
 #[derive(Clone, Copy)]
@@ -24,7 +48,7 @@ pub(super) enum Stream {
 /// Whether colours are wanted: on a terminal that has some, unless `NO_COLOR` is set (no-color.org).
 pub(super) fn color(stream: Stream) -> bool {
     let terminal = match stream {
-        Stream::Output => io::stdout().is_terminal(),
+        Stream::Output => OUTPUT.get().map_or_else(|| io::stdout().is_terminal(), File::is_terminal),
         Stream::Error => io::stderr().is_terminal(),
     };
     let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -39,8 +63,14 @@ pub(super) fn print(text: &str) -> io::Result<()> {
 /// Writes to standard output what is for programs, or is painted and has been made fit for terminals. A reader that has seen
 /// enough (`odyn ... | head`) is no error.
 pub(super) fn print_as_it_is(text: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    let written = match OUTPUT.get() {
+        Some(mut file) => file.write_all(text.as_bytes()),
+        None => {
+            let mut out = io::stdout().lock();
+            out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        }
+    };
+    match written {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }

@@ -29,6 +29,10 @@ pub(super) fn check(
             continue;
         }
         let curve = subject.curve_of(table);
+        if curve.spec.is_none() {
+            // No curve of the scene: a factor of a map, or one that the element makes for itself.
+            continue;
+        }
         found.extend(subject.interpolated_otherwise(&curve, table));
         found.extend(subject.leaves_its_points(&curve, table));
     }

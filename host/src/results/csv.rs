@@ -5,12 +5,26 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
+use super::seal::Checksum;
 use super::{ChannelInfo, ResultsError};
 
 /// A row that comes later than this after the last write takes everything collected to the file.
 const LONGEST_DELAY: Duration = Duration::from_millis(200);
 /// Rows are collected up to this many bytes.
 const BUFFER: usize = 1 << 16;
+
+/// How far a table is written: what a checkpoint notes of it.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Written {
+    /// Rows, the header not counted.
+    pub rows: u64,
+    /// Bytes up to the end of the last row.
+    pub bytes: u64,
+    /// SHA-256 of these bytes, in hexadecimal digits.
+    pub sha256: String,
+}
 
 /// Writes a plain CSV table: one header line, `t` first, then one line per sample.
 ///
@@ -26,6 +40,8 @@ pub struct CsvWriter {
     buffer: Vec<u8>,
     /// Length of the file, which ends with a row.
     written: u64,
+    /// Of what is in the file.
+    checksum: Checksum,
     rows: u64,
     last_write: Instant,
 }
@@ -71,34 +87,33 @@ impl CsvWriter {
         Ok(writer)
     }
 
-    /// Goes on with a claimed file that has the header and `rows` rows in its first `length` bytes; what is behind them is
-    /// cut off.
+    /// Continues a claimed file that begins with what was `kept` of it; what is behind that is cut off.
     ///
     /// # Errors
-    /// [`ResultsError::Write`]; [`ResultsError::NotATable`] if the file is shorter, or has another header.
+    /// [`ResultsError::Write`]; [`ResultsError::NotATable`] if the file is shorter, or not what it was.
     pub(super) fn go_on(
         path: &Path,
         mut file: File,
         channels: &[ChannelInfo],
-        (rows, length): (u64, u64),
+        kept: &Written,
     ) -> Result<Self, ResultsError> {
         let wrong =
             |reason: &str| ResultsError::NotATable { path: path.to_path_buf(), line: None, reason: reason.into() };
         let text = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        let whole = usize::try_from(length).ok().and_then(|length| text.get(..length));
+        let whole = usize::try_from(kept.bytes).ok().and_then(|length| text.get(..length));
         let Some(whole) = whole else {
             return Err(wrong("it is shorter than at the last checkpoint"));
         };
-        let header = header_of(channels);
-        let lines = whole.iter().filter(|byte| **byte == b'\n').count() as u64;
-        if !whole.starts_with(&header) || !whole.ends_with(b"\n") || lines != rows + 1 {
-            return Err(wrong("it is not what it was at the last checkpoint"));
+        let mut checksum = Checksum::default();
+        checksum.add(whole);
+        if checksum.hex() != kept.sha256 || !whole.starts_with(&header_of(channels)) {
+            return Err(wrong("it is not what it was at the last checkpoint: it was damaged, or edited"));
         }
-        let cut = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
+        let cut = file.set_len(kept.bytes).and_then(|()| file.seek(SeekFrom::Start(kept.bytes)));
         cut.map_err(|cause| ResultsError::write(path, cause))?;
         let mut writer = Self::new(path, file, channels);
         writer.buffer.reserve(BUFFER);
-        (writer.written, writer.rows) = (length, rows);
+        (writer.written, writer.rows, writer.checksum) = (kept.bytes, kept.rows, checksum);
         Ok(writer)
     }
 
@@ -109,6 +124,7 @@ impl CsvWriter {
             factors: channels.iter().map(|channel| channel.factor).collect(),
             buffer: Vec::new(),
             written: 0,
+            checksum: Checksum::default(),
             rows: 0,
             last_write: Instant::now(),
         }
@@ -155,20 +171,26 @@ impl CsvWriter {
             return Err(ResultsError::write(&self.path, cause));
         }
         self.written += self.buffer.len() as u64;
+        self.checksum.add(&self.buffer);
         self.buffer.clear();
         self.last_write = Instant::now();
         // A file that was removed takes rows all the same, and nobody will ever see them.
         self.path.metadata().map(|_| ()).map_err(|cause| ResultsError::write(&self.path, cause))
     }
 
-    /// Brings everything that was collected into the file, and the file to the disk. Returns its length.
+    /// Brings everything that was collected into the file, and the file to the disk. Returns what is there.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn sync(&mut self) -> Result<u64, ResultsError> {
+    pub fn sync(&mut self) -> Result<Written, ResultsError> {
         self.flush()?;
         self.file.sync_data().map_err(|cause| ResultsError::write(&self.path, cause))?;
-        Ok(self.written)
+        Ok(self.written())
+    }
+
+    /// What was written so far; rows that are still collected are not among it.
+    pub(super) fn written(&self) -> Written {
+        Written { rows: self.rows, bytes: self.written, sha256: self.checksum.hex() }
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::summary::replace;
-use super::{ChannelInfo, CsvWriter, ResultsError, Summary, channels};
+use super::{ChannelInfo, CsvWriter, ResultsError, Summary, Written, channels};
 
 /// Name of the table.
 pub const RESULTS_FILE: &str = "results.csv";
@@ -49,29 +49,28 @@ impl Folder {
         Ok(Self { path: path.to_path_buf(), table })
     }
 
-    /// Goes on in the folder of a run that was ended, with a table whose first `rows` rows end after `bytes` bytes.
+    /// Continues in the folder of a run that was ended, with what was `kept` of its table.
     ///
     /// # Errors
     /// [`ResultsError`]; also where another run is writing there, or the table is not the one of the checkpoint.
     pub fn go_on(
         path: &Path,
         channels: &[ChannelInfo],
-        (rows, bytes): (u64, u64),
+        kept: &Written,
         summary: &Summary,
     ) -> Result<Self, ResultsError> {
         let table = path.join(RESULTS_FILE);
-        let table = CsvWriter::go_on(&table, CsvWriter::claim(&table)?, channels, (rows, bytes))?;
+        let table = CsvWriter::go_on(&table, CsvWriter::claim(&table)?, channels, kept)?;
         summary.write(&path.join(SUMMARY_FILE))?;
         Ok(Self { path: path.to_path_buf(), table })
     }
 
-    /// Brings all rows to the disk; returns their number and where in the table they end. For [`Folder::checkpoint`].
+    /// Brings all rows to the disk; returns what is there. For [`Folder::checkpoint`].
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn sync(&mut self) -> Result<(u64, u64), ResultsError> {
-        let bytes = self.table.sync()?;
-        Ok((self.table.rows(), bytes))
+    pub fn sync(&mut self) -> Result<Written, ResultsError> {
+        self.table.sync()
     }
 
     /// A checkpoint that there is no text for.
@@ -101,12 +100,13 @@ impl Folder {
         self.table.rows()
     }
 
-    /// Completes the table, then replaces the summary. The checkpoint of a run that reached its end is removed then.
+    /// Completes the table, then replaces the summary, which gets the table's checksum. The checkpoint of a run that reached its end is removed then.
     ///
     /// # Errors
     /// [`ResultsError::Write`]. If the table cannot be completed, the summary still says `running`.
-    pub fn finish(mut self, summary: &Summary) -> Result<(), ResultsError> {
+    pub fn finish(mut self, summary: &mut Summary) -> Result<(), ResultsError> {
         self.table.flush()?;
+        summary.results_sha256 = Some(self.table.written().sha256);
         summary.write(&self.path.join(SUMMARY_FILE))?;
         if summary.status.reached_end() { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }
     }

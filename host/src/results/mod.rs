@@ -22,6 +22,7 @@
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
 //! | `remedies.rs` | what was done where the plain way did not get on |
 //! | `report.rs` | the text at the end of a run |
+//! | `seal.rs` | checksums: what is read back is what was written |
 //! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
 //! | `verified.rs` | the differences of two runs by different methods |
 //! | `text.rs` | short numbers and aligned columns |
@@ -37,6 +38,7 @@ mod folder;
 mod limits;
 mod remedies;
 mod report;
+mod seal;
 mod summary;
 mod table;
 mod text;
@@ -51,13 +53,14 @@ pub use audit::{Audit, AuditRecord};
 pub use channels::ChannelInfo;
 pub use checks::{Check, CheckResult, Expected};
 pub use compare::{ColumnDifference, Comparison, compare};
-pub use csv::CsvWriter;
+pub use csv::{CsvWriter, Written};
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
 pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
 pub use limits::{AuditLimits, Excess, Measure};
 pub use remedies::{Recoveries, Remedy};
 pub use report::report;
+pub(crate) use seal::{checksum, seal, unseal};
 pub(crate) use summary::replace;
 pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary};
 pub use table::Table;

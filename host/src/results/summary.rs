@@ -76,6 +76,9 @@ pub struct Summary {
     pub time_unit: String,
     /// Rows of the table.
     pub rows: u64,
+    /// SHA-256 of `results.csv` in hexadecimal digits, once it is complete: reading the table back checks it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub results_sha256: Option<String>,
     /// Accepted steps.
     pub steps: u64,
     /// Steps tried and not accepted.

@@ -4,7 +4,10 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::{ResultsError, SUMMARY_FILE};
+use serde::Deserialize;
+
+use super::seal::Checksum;
+use super::{RESULTS_FILE, ResultsError, SUMMARY_FILE};
 
 /// Names of the column of times.
 const TIME_NAMES: [&str; 2] = ["t", "time"];
@@ -30,9 +33,11 @@ impl Table {
     /// them `t` or `time`; every further line has a number per column. In a folder of results, a last line without an end is
     /// skipped: a run that is killed may leave a part of one.
     ///
+    /// The `results.csv` of a run that has ended is what its run wrote: `summary.json` beside it has the checksum.
+    ///
     /// # Errors
-    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake, or a table that is too large
-    /// to be kept (1e8 numbers, 2 GB).
+    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake, a table that is too large
+    /// to be kept (1e8 numbers, 2 GB), or one that is not what its run wrote.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
         Self::read_at_most(path, MOST_NUMBERS, LONGEST)
     }
@@ -44,7 +49,20 @@ impl Table {
             let told = if path.with_file_name(SUMMARY_FILE).exists() { whole_lines(&mut file)? } else { u64::MAX };
             Ok(file.take(longest.min(told)))
         };
-        let file = open().map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
+        let unreadable = |cause| ResultsError::Read { path: path.to_path_buf(), cause };
+        if let Some(noted) = noted_checksum(path)?
+            && noted != checksum(path).map_err(unreadable)?
+        {
+            return Err(not_a_table(
+                path,
+                None,
+                format!(
+                    "its checksum is not the one in `{SUMMARY_FILE}`, so it was damaged or edited after its run. Run again; or, \
+                     where it was edited on purpose, copy it to a folder without `{SUMMARY_FILE}`"
+                ),
+            ));
+        }
+        let file = open().map_err(unreadable)?;
         let cut = file.limit() == longest;
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
@@ -79,6 +97,37 @@ impl Table {
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let index = self.names.iter().position(|own| own == name)?;
         Some(&self.columns[index])
+    }
+}
+
+/// The checksum that a run noted of its table; `None` if it is no table of a run, or the run has not ended.
+fn noted_checksum(path: &Path) -> Result<Option<String>, ResultsError> {
+    #[derive(Deserialize)]
+    struct Noted {
+        results_sha256: Option<String>,
+    }
+    let summary = path.with_file_name(SUMMARY_FILE);
+    if path.file_name().is_none_or(|name| name != RESULTS_FILE) || !summary.exists() {
+        return Ok(None);
+    }
+    let damaged = |reason: String| {
+        let reason = format!("its checksum can't be had from `{SUMMARY_FILE}` beside it: {reason}");
+        not_a_table(path, None, reason)
+    };
+    let text = std::fs::read_to_string(&summary).map_err(|error| damaged(error.to_string()))?;
+    let noted: Noted = serde_json::from_str(&text).map_err(|error| damaged(error.to_string()))?;
+    Ok(noted.results_sha256)
+}
+
+fn checksum(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut checksum = Checksum::default();
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut block)? {
+            0 => return Ok(checksum.hex()),
+            count => checksum.add(&block[..count]),
+        }
     }
 }
 

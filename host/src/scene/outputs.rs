@@ -22,6 +22,9 @@ pub(super) const TAKES: [(&str, Take); 7] = [
     ("rms", Take::Rms),
 ];
 
+/// The column of times.
+const TIME_NAME: &str = "t";
+
 /// Characters of figure names besides those of all names: they are printed, never referred to.
 const FIGURE_NAME: &str = " .,:;/|()[]+=*^%'°";
 
@@ -40,6 +43,13 @@ fn read_output(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<
     let name = reader.name(record, ".");
     if let Some(name) = &name {
         names.take(name, &mut reader.diagnostics);
+        if name.value == TIME_NAME {
+            reader.diagnostics.push(
+                Diagnostic::error(codes::BAD_NAME, format!("an output cannot be called `{TIME_NAME}`"))
+                    .at(name.span.clone(), "the column of times in the results has this name")
+                    .help("choose another name, for example `torque`"),
+            );
+        }
     }
     let quantity = reader.required_word(record, "quantity");
     let of = reader.word(record, "of");

@@ -109,7 +109,7 @@ impl Session {
         self.judge(&mut summary);
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = before + self.load_time + self.compile_time + started.elapsed().as_secs_f64();
-        let closed = samplings.close(Some(folder), &summary, state.as_ref());
+        let closed = samplings.close(Some(folder), &mut summary, state.as_ref());
         if let Some(error) = failed {
             return Err(error);
         }
@@ -142,14 +142,14 @@ impl Session {
 
     /// The rows that are there, and the files that go on.
     fn samplings_of(&self, folder: &Path, point: &Checkpoint, summary: &Summary) -> Result<Samplings, SessionError> {
-        let samplings = Samplings::go_on(self, folder, (point.rows, point.bytes), summary);
+        let samplings = Samplings::go_on(self, folder, &point.table, summary);
         samplings.map_err(|error| self.files_error(&error))
     }
 
     /// Brings rows and checkpoint to the disk, and reads back what was written.
     fn write(&self, samplings: &mut Samplings, point: &mut Checkpoint) -> Result<(), ResultsError> {
-        *point = samplings.checkpoint(|rows, bytes| {
-            (point.rows, point.bytes) = (rows, bytes);
+        *point = samplings.checkpoint(|written| {
+            point.table = written;
             let text = point.to_text()?;
             let back = Checkpoint::from_text(&text).map_err(std::io::Error::other)?;
             Ok((text, back))

@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{Exit, SessionError};
 use super::open::{RunOptions, Session};
-use super::restart::Restart;
+use super::restart::{Format, Restart};
 use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
-use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary};
+use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary, Written, seal, unseal};
 use crate::scene::{AuditTolerance, Override};
 
-/// What this version writes. 2: the scene by its SHA-256, remedies among the counts.
-const FORMAT: u32 = 2;
+/// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows.
+const FORMAT: u32 = 3;
 
 /// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,10 +28,8 @@ pub struct Checkpoint {
     pub(super) resumed: u64,
     /// Start of the run, s.
     pub(super) t_start: f64,
-    /// Rows of the table that belong to it.
-    pub(super) rows: u64,
-    /// Where they end in the file.
-    pub(super) bytes: u64,
+    /// The part of the table that belongs to it.
+    pub(super) table: Written,
     /// What the run is made of; another one cannot go on.
     pub(super) identity: Identity,
     /// How the scene was opened.
@@ -42,12 +40,6 @@ pub struct Checkpoint {
     pub(super) carried: Option<Carried>,
     /// The state; `None` is the start of the scene.
     pub(super) state: Option<Restart>,
-}
-
-/// The version of a record.
-#[derive(Deserialize)]
-struct Format {
-    format: u32,
 }
 
 /// What a run is made of.
@@ -223,8 +215,7 @@ impl Checkpoint {
             taken: 0,
             resumed: 0,
             t_start: session.scene.simulation.t_start,
-            rows: 0,
-            bytes: 0,
+            table: Written::default(),
             identity: Identity::of(session),
             origin: session.origin.clone(),
             work: Work::default(),
@@ -241,7 +232,8 @@ impl Checkpoint {
         let path = folder.join(CHECKPOINT_FILE);
         let problem = |what: String| {
             let message = format!("cannot resume from {}: {what}", path.display());
-            let help = "name the folder of results of a run with --checkpoint that did not reach its end";
+            let help = "name the folder of results of a run with --checkpoint that did not reach its end; one whose \
+                        checkpoint is damaged has to begin anew";
             Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help))
         };
         let text = fs::read_to_string(&path).map_err(|error| problem(error.to_string()))?;
@@ -258,20 +250,23 @@ impl Checkpoint {
     /// The text of the file. Every number reads back as the same bits.
     pub(super) fn to_text(&self) -> std::io::Result<String> {
         let text = toml::to_string(self).map_err(std::io::Error::other)?;
-        Ok(format!("# Up to here a run can be resumed: odyn resume THIS_FOLDER\n{text}"))
+        Ok(seal(format!("# Up to here a run can be resumed: odyn resume THIS_FOLDER\n{text}")))
     }
 
     pub(super) fn from_text(text: &str) -> Result<Self, String> {
         let wrong = |error: toml::de::Error| error.message().to_owned();
-        // Before anything else, which another format may not have.
-        let Format { format } = toml::from_str(text).map_err(wrong)?;
-        if format != FORMAT {
+        let content = unseal(text);
+        // Before anything else, which another format may not have: not even a checksum.
+        let format = toml::from_str(text).map(|Format { format }| format);
+        if let Ok(format) = format
+            && format != FORMAT
+        {
             let whose = if format < FORMAT { "an older" } else { "a newer" };
             return Err(format!(
                 "its format is {format}, that of {whose} odyn; this one knows {FORMAT}: resume with that one, or run anew"
             ));
         }
-        toml::from_str(text).map_err(wrong)
+        toml::from_str(content?).map_err(wrong)
     }
 
     /// The scene file of the run and how it was opened; `None` if it was not opened from a file.
@@ -292,6 +287,13 @@ impl Checkpoint {
 }
 
 impl Session {
+    /// SHA-256 of what a run is made of: this program's version, the scene's text with all changes to it, the libraries. Runs
+    /// with the same fingerprint give the same results.
+    #[must_use]
+    pub fn fingerprint(&self) -> String {
+        sha256(format!("{:?}", Identity::of(self)).as_bytes())
+    }
+
     /// Makes [`Session::run`] go on from a checkpoint, in the folder that it is from.
     ///
     /// # Errors

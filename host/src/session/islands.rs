@@ -235,7 +235,7 @@ impl Session {
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
         let end = self.end_of(ends);
-        let closed = samplings.close(folder, &summary, end.as_ref());
+        let closed = samplings.close(folder, &mut summary, end.as_ref());
         if let Some(error) = failed {
             return Err(error);
         }

@@ -9,10 +9,16 @@ use super::error::{Exit, SessionError};
 use super::open::Session;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
-use crate::results::{ResultsError, STATE_FILE, replace};
+use crate::results::{ResultsError, STATE_FILE, replace, seal, unseal};
 
-/// What this version writes.
-const FORMAT: u32 = 1;
+/// What this version writes. 2: a checksum at its end.
+const FORMAT: u32 = 2;
+
+/// The version of a record.
+#[derive(Deserialize)]
+pub(super) struct Format {
+    pub(super) format: u32,
+}
 
 /// Everything that changes during a run, SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,7 +64,8 @@ impl Restart {
     pub fn write(&self, folder: &Path) -> Result<(), ResultsError> {
         let path = folder.join(STATE_FILE);
         let text = toml::to_string(self).map_err(std::io::Error::other);
-        let text = text.map(|text| format!("# Where a run ended. To go on: odyn run SCENE --from THIS_FOLDER\n{text}"));
+        let text =
+            text.map(|text| seal(format!("# Where a run ended. To go on: odyn run SCENE --from THIS_FOLDER\n{text}")));
         let text = text.map_err(|cause| ResultsError::write(&path, cause))?;
         replace(&path, text.as_bytes(), false)
     }
@@ -72,15 +79,18 @@ impl Restart {
         let problem = |what: String| {
             Box::new(
                 Diagnostic::error(codes::CANNOT_GO_ON, format!("cannot go on from {}: {what}", path.display()))
-                    .help("name the folder of results of a run of the same scene"),
+                    .help("name the folder of results of a run of the same scene; run that one again where its state is damaged"),
             )
         };
         let text = fs::read_to_string(&path).map_err(|error| problem(error.to_string()))?;
-        let state: Self = toml::from_str(&text).map_err(|error| problem(error.message().to_owned()))?;
-        if state.format != FORMAT {
-            return Err(problem(format!("its format is {}, this program knows {FORMAT}", state.format)));
+        let format = toml::from_str(&text).map(|Format { format }| format);
+        if let Ok(format) = format
+            && format != FORMAT
+        {
+            return Err(problem(format!("its format is {format}, this program knows {FORMAT}")));
         }
-        Ok(state)
+        let content = unseal(&text).map_err(problem)?;
+        toml::from_str(content).map_err(|error| problem(error.message().to_owned()))
     }
 }
 

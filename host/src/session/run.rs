@@ -16,7 +16,7 @@ use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{
     ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, RESULTS_FILE, Remedy, ResultsError,
-    Samples, Status, Summary, Table, Take, significant,
+    Samples, Status, Summary, Table, Take, Written, significant,
 };
 use crate::scene::{Dimension, SampleTime, Scene};
 
@@ -99,7 +99,7 @@ impl Samplings {
     pub(super) fn close(
         &mut self,
         path: Option<&Path>,
-        summary: &Summary,
+        summary: &mut Summary,
         end: Option<&Restart>,
     ) -> Result<(), ResultsError> {
         let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
@@ -109,11 +109,11 @@ impl Samplings {
         folder.finish(summary)
     }
 
-    /// Goes on with a table of which so many rows and bytes are to be kept.
+    /// Continues a table with what was `kept` of it.
     pub(super) fn go_on(
         session: &Session,
         path: &Path,
-        kept: (u64, u64),
+        kept: &Written,
         summary: &Summary,
     ) -> Result<Self, ResultsError> {
         let mut samplings = session.no_samplings();
@@ -123,15 +123,15 @@ impl Samplings {
         Ok(samplings)
     }
 
-    /// Brings all rows to the disk, then the text of a checkpoint made for their number and their bytes. Returns what else
+    /// Brings all rows to the disk, then the text of a checkpoint made for what is there. Returns what else
     /// `make` gives.
     pub(super) fn checkpoint<T>(
         &mut self,
-        make: impl FnOnce(u64, u64) -> std::io::Result<(String, T)>,
+        make: impl FnOnce(Written) -> std::io::Result<(String, T)>,
     ) -> Result<T, ResultsError> {
         let folder = self.folder.as_mut().expect("runs with checkpoints have a folder");
-        let (rows, bytes) = folder.sync()?;
-        let (text, made) = make(rows, bytes).map_err(|cause| folder.no_checkpoint(cause))?;
+        let written = folder.sync()?;
+        let (text, made) = make(written).map_err(|cause| folder.no_checkpoint(cause))?;
         folder.checkpoint(&text)?;
         Ok(made)
     }
@@ -190,7 +190,7 @@ impl Session {
         self.judge(&mut summary);
         let checks = self.evaluate(&mut summary, &samplings);
         summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
-        let closed = samplings.close(folder, &summary, restart.as_ref());
+        let closed = samplings.close(folder, &mut summary, restart.as_ref());
         if let Some(error) = failed {
             return Err(error);
         }

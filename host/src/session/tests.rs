@@ -5,6 +5,7 @@
 mod bookkeeping;
 mod checkpoints;
 mod checks;
+mod curves;
 mod islands;
 mod judged;
 mod merged;

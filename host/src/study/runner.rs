@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::journal::{Head, Journal, Kept, KeptRuns};
 use super::vary::Vary;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{ChannelInfo, Summary};
@@ -23,6 +24,10 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Folder in which every run leaves its results, as `run-1`, `run-2`, ...; no files where absent.
     pub folder: Option<PathBuf>,
+    /// Folder of the journal, in which the rows of finished runs are kept until the end; none where absent.
+    pub journal: Option<PathBuf>,
+    /// Runs that the journal has are not done again.
+    pub resume: bool,
 }
 
 /// All runs of a study.
@@ -48,6 +53,8 @@ pub struct Run {
 pub enum Outcome {
     /// It was integrated, to its end or not.
     Ran(Box<Finished>),
+    /// It was integrated before the study was resumed.
+    Kept(Kept),
     /// There are no results.
     Failed(SessionError),
     /// It was not begun, because the study was stopped.
@@ -72,7 +79,8 @@ impl Study {
     /// `stop` ends the runs under way after their steps and begins no others.
     ///
     /// # Errors
-    /// Too many combinations, or no threads to be had. What goes wrong in a run is in the run.
+    /// Too many combinations, or no threads to be had; a journal that can't be written, is damaged or belongs to another study,
+    /// scene or library. What goes wrong in a run is in the run.
     pub fn run(
         scene: &Path,
         options: &StudyOptions,
@@ -84,13 +92,35 @@ impl Study {
             let message = format!("the study has more than {MOST_RUNS} runs");
             Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message).help("vary fewer keys, or with fewer values"))
         })?;
+        let opened = options.journal.as_deref().map(|folder| Journal::open(folder, &Head::of(options), options.resume));
+        let (journal, kept) =
+            opened.transpose()?.map_or((None, KeptRuns::new()), |(journal, kept)| (Some(journal), kept));
+        if let Some((number, run)) = kept.first_key_value() {
+            check_fingerprint(scene, options, *number, &run.fingerprint)?;
+        }
         let one = |number: usize| {
-            let run = single(scene, options, number, stop);
+            if let Some(kept) = kept.get(&number) {
+                return Run { values: values(options, number), outcome: Outcome::Kept(kept.clone()) };
+            }
+            let (run, fingerprint) = single(scene, options, number, stop);
+            if let (Some(journal), Outcome::Ran(finished)) = (&journal, &run.outcome)
+                && journal.add(number, &fingerprint, finished)
+            {
+                stop.store(true, Ordering::Relaxed);
+            }
             told(number, &run);
             run
         };
         let keys = options.varied.iter().map(|vary| vary.key.clone()).collect();
-        Ok(Self { keys, runs: all(count, options.jobs, &one)? })
+        let runs = all(count, options.jobs, &one)?;
+        journal.map_or(Ok(()), Journal::close)?;
+        Ok(Self { keys, runs })
+    }
+
+    /// Runs that were finished before the study was resumed.
+    #[must_use]
+    pub fn kept(&self) -> usize {
+        self.runs.iter().filter(|run| matches!(run.outcome, Outcome::Kept(_))).count()
     }
 
     /// Exit code of the program: that of the first run that has one, 130 if some were not begun.
@@ -98,6 +128,7 @@ impl Study {
     pub fn exit_code(&self) -> i32 {
         let code = |run: &Run| match &run.outcome {
             Outcome::Ran(finished) => finished.exit_code,
+            Outcome::Kept(kept) => kept.exit_code,
             Outcome::Failed(error) => error.exit_code(),
             Outcome::NotBegun => 130,
         };
@@ -136,19 +167,42 @@ fn all(count: usize, jobs: usize, one: &(dyn Fn(usize) -> Run + Sync)) -> Result
     Ok((0..count).map(one).collect())
 }
 
-/// Run number `number`.
-fn single(scene: &Path, options: &StudyOptions, number: usize, stop: &Arc<AtomicBool>) -> Run {
-    let choice = choice(&options.varied, number);
-    let values = options.varied.iter().zip(&choice).map(|(vary, k)| vary.values[*k].clone()).collect();
-    if stop.load(Ordering::Relaxed) {
-        return Run { values, outcome: Outcome::NotBegun };
-    }
+/// The values of a run, one per key.
+fn values(options: &StudyOptions, number: usize) -> Vec<String> {
+    options.varied.iter().zip(choice(&options.varied, number)).map(|(vary, k)| vary.values[k].clone()).collect()
+}
+
+/// The scene of a run.
+fn open(scene: &Path, options: &StudyOptions, number: usize) -> Result<Session, SessionError> {
     let mut common = options.common.clone();
     // The runs share the processors; none takes several.
     common.jobs = 1;
-    common.overrides.extend(options.varied.iter().zip(&choice).map(|(vary, k)| vary.change(*k)));
+    let choice = choice(&options.varied, number);
+    common.overrides.extend(options.varied.iter().zip(choice).map(|(vary, k)| vary.change(k)));
+    Session::open(scene, &common)
+}
+
+/// Whether a run that was kept would be the same today.
+fn check_fingerprint(scene: &Path, options: &StudyOptions, number: usize, kept: &str) -> Result<(), Box<Diagnostic>> {
+    let what = match open(scene, options, number) {
+        Ok(session) if session.fingerprint() == kept => return Ok(()),
+        Ok(_) => "the scene file or a library is not what it was".to_string(),
+        Err(error) => format!("run {} cannot be opened any more: {error}", number + 1),
+    };
+    let message = format!("cannot resume the study: {what}");
+    let help = "make it as it was; or begin anew in another folder with `-o DIR`";
+    Err(Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help)))
+}
+
+/// Run number `number`, and the fingerprint of its session.
+fn single(scene: &Path, options: &StudyOptions, number: usize, stop: &Arc<AtomicBool>) -> (Run, String) {
+    let values = values(options, number);
+    if stop.load(Ordering::Relaxed) {
+        return (Run { values, outcome: Outcome::NotBegun }, String::new());
+    }
     let folder = options.folder.as_ref().map(|folder| folder.join(format!("run-{}", number + 1)));
-    let session = Session::open(scene, &common);
+    let session = open(scene, options, number);
+    let fingerprint = session.as_ref().map(Session::fingerprint).unwrap_or_default();
     let report = session.and_then(|session| session.run(folder.as_deref(), Box::new(|_| ()), stop));
     let outcome = match report {
         Err(error) => Outcome::Failed(error),
@@ -159,7 +213,7 @@ fn single(scene: &Path, options: &StudyOptions, number: usize, stop: &Arc<Atomic
             summary: report.summary,
         })),
     };
-    Run { values, outcome }
+    (Run { values, outcome }, fingerprint)
 }
 
 /// Which value of each key belongs to a run; the last key changes fastest.

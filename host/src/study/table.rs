@@ -1,6 +1,6 @@
 //! [`StudyTable`]: what came out of a study, a row per run.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::runner::{Finished, Outcome, Run, Study};
 
@@ -24,29 +24,26 @@ impl Study {
     /// The table.
     #[must_use]
     pub fn table(&self) -> StudyTable {
-        let finished = |run: &Run| match &run.outcome {
-            Outcome::Ran(finished) => Some((finished.summary.figures.clone(), finished.channels.clone())),
+        let titles = |run: &Run| match &run.outcome {
+            Outcome::Ran(finished) => Some(finished.titles()),
+            Outcome::Kept(kept) => Some(Titles::clone(&kept.titles)),
             _ => None,
         };
         // All runs have the same figures and outputs.
-        let (figures, channels) = self.runs.iter().find_map(finished).unwrap_or_default();
+        let titles = self.runs.iter().find_map(titles).unwrap_or_default();
         let mut columns = vec!["run".to_string()];
         columns.extend(self.keys.iter().cloned());
         columns.extend(["status", "problem"].map(String::from));
         let leading = columns.len();
-        let titled = |kind: &str, name: &str, unit: &str| match unit {
-            "" => format!("{kind}.{name}"),
-            unit => format!("{kind}.{name} [{unit}]"),
-        };
-        columns.extend(figures.iter().map(|figure| titled("figure", &figure.name, &figure.unit)));
-        columns.extend(channels.iter().map(|channel| titled("final", &channel.name, &channel.unit)));
+        columns.extend(titles.figures.iter().chain(&titles.outputs).cloned());
         columns.extend(["violation", "energy_error", "steps", "evaluations"].map(String::from));
         let width = columns.len();
         let row = |(k, run): (usize, &Run)| {
             let mut row = vec![(k + 1).to_string()];
             row.extend(run.values.iter().cloned());
             match &run.outcome {
-                Outcome::Ran(finished) => row.extend(cells(finished)),
+                Outcome::Ran(finished) => row.extend(finished.cells()),
+                Outcome::Kept(kept) => row.extend(kept.cells.iter().cloned()),
                 Outcome::Failed(error) => {
                     let said = error.diagnostics.iter().find(|diagnostic| diagnostic.is_error());
                     let problem = said.map_or_else(String::new, |said| format!("{}: {}", said.code, said.message));
@@ -58,11 +55,35 @@ impl Study {
             row
         };
         let rows = self.runs.iter().enumerate().map(row).collect();
-        StudyTable { columns, rows, leading, figures: figures.len() }
+        StudyTable { columns, rows, leading, figures: titles.figures.len() }
     }
 }
 
-/// Status and everything behind it.
+/// What stands above the figures and outputs of a scene.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Titles {
+    pub(super) figures: Vec<String>,
+    pub(super) outputs: Vec<String>,
+}
+
+impl Finished {
+    /// Titles of its figures and outputs.
+    pub(super) fn titles(&self) -> Titles {
+        let titled = |kind: &str, name: &str, unit: &str| match unit {
+            "" => format!("{kind}.{name}"),
+            unit => format!("{kind}.{name} [{unit}]"),
+        };
+        let figures = self.summary.figures.iter().map(|figure| titled("figure", &figure.name, &figure.unit));
+        let outputs = self.channels.iter().map(|channel| titled("final", &channel.name, &channel.unit));
+        Titles { figures: figures.collect(), outputs: outputs.collect() }
+    }
+
+    /// Status and everything behind it.
+    pub(super) fn cells(&self) -> Vec<String> {
+        cells(self)
+    }
+}
+
 fn cells(finished: &Finished) -> Vec<String> {
     let summary = &finished.summary;
     let number = |value: f64| if value.is_finite() { format!("{value}") } else { String::new() };

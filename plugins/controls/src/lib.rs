@@ -8,6 +8,7 @@
 pub mod gain;
 pub mod integral;
 pub mod look_up;
+pub mod map;
 pub mod pid;
 pub mod product;
 pub mod sensor;
@@ -27,6 +28,7 @@ element_api::export_plugin! {
         gain::Gain,
         product::Product,
         look_up::LookUp,
+        map::Map,
         integral::Integral,
         pid::Pid,
         transfer_function::TransferFunction,

@@ -7,6 +7,7 @@ use element_api::testkit::{self, ForceValues, Probe, Random, Setting};
 use crate::gain::Gain;
 use crate::integral::Integral;
 use crate::look_up::LookUp;
+use crate::map::Map;
 use crate::pid::Pid;
 use crate::product::Product;
 use crate::sensor::Sensor;
@@ -17,6 +18,7 @@ use crate::transfer_function::TransferFunction;
 
 const PI_LIMITED: &str = "kp = 2.0\nki = 5.0\nlow = -1.0\nhigh = 1.0";
 const PID: &str = "kp = 2.0\nki = 5.0\nkd = 0.3\nfilter_time = 0.01";
+const GRID: &str = "a = [-1, 0, 2]\nb = [-0.5, 1]\nvalues = [1, 2, 4, -3, 0, 5]";
 const RESONANT: &str = "numerator = [3.0, 2.0, 50.0]\ndenominator = [2.0, 1.0, 8.0, 40.0]";
 
 mod contract {
@@ -51,6 +53,9 @@ mod contract {
         fulfilled::<Gain>("gain = 2.0\nlow = -1.0\nhigh = 3.0");
         fulfilled::<Product>("gain = 0.5");
         fulfilled::<LookUp>("function = [[-1, 0], [0, 1], [1, 5]]");
+        for word in ["monotone", "linear", "spline"] {
+            fulfilled::<Map>(&format!("{GRID}\ninterpolation = \"{word}\""));
+        }
         fulfilled::<Integral>("gain = 2.0\nlow = -1.0\nhigh = 1.0");
         for params in ["kp = 2.0", "kd = 1.0\nfilter_time = 0.1", PI_LIMITED, PID] {
             fulfilled::<Pid>(params);
@@ -100,6 +105,22 @@ mod memoryless {
             for signal in [-5.0, -1.0, 0.3, 2.0, 5.0] {
                 assert_eq!(answer::<Gain>(params, &[signal]), signal.clamp(low, high), "{params}");
                 assert_eq!(answer::<Sensor>(params, &[signal]), signal.clamp(low, high), "{params}");
+            }
+        }
+    }
+
+    #[test]
+    fn maps_pass_through_their_values_and_point_at_what_is_wrong() {
+        assert_close(answer::<Map>(GRID, &[0.0, 1.0]), -3.0, 1e-14);
+        assert_close(answer::<Map>(GRID, &[9.0, -9.0]), 0.0, 1e-14);
+        for (params, path) in [
+            (GRID.replace("[-1, 0, 2]", "[-1, 2, 0]"), "a"),
+            (GRID.replace("[-0.5, 1]", "[1, 1]"), "b"),
+            (GRID.replace("0, 5]", "0]"), "values"),
+        ] {
+            match Probe::control::<Map>(&params) {
+                Err(CreateError::Parameter(error)) => assert_eq!(error.path, path, "{params}"),
+                _ => panic!("{params} is accepted"),
             }
         }
     }

@@ -145,8 +145,9 @@ fn a_run_leaves_three_files_that_say_running_until_the_end() {
     run.row(0.0, &[1e-3]).unwrap();
     assert_eq!(json(&folder.join(SUMMARY_FILE))["status"], "running");
     assert_eq!(run.rows(), 1);
-    let end = Summary { status: Status::Completed, steps: 17, rows: run.rows(), ..Summary::default() };
-    run.finish(&end).unwrap();
+    let mut end = Summary { status: Status::Completed, steps: 17, rows: run.rows(), ..Summary::default() };
+    run.finish(&mut end).unwrap();
+    assert!(end.results_sha256.is_some_and(|sum| sum.len() == 64));
     let summary = json(&folder.join(SUMMARY_FILE));
     assert_eq!((&summary["status"], &summary["steps"]), (&"completed".into(), &17.into()));
     assert_eq!(fs::read_to_string(folder.join(RESULTS_FILE)).unwrap(), "t,x\n0.0,1.0\n");
@@ -161,10 +162,10 @@ fn a_run_leaves_three_files_that_say_running_until_the_end() {
 fn a_new_run_never_stands_beside_an_old_summary() {
     let scratch = Scratch::new("again");
     let (time, channels) = (ChannelInfo::time("s", 1.0), [channel("x", "m", 1.0)]);
-    let completed = Summary { status: Status::Completed, ..Summary::default() };
+    let mut completed = Summary { status: Status::Completed, ..Summary::default() };
     let mut first = Folder::create(&scratch, &time, &channels, &Summary::default()).unwrap();
     first.row(0.0, &[1.0]).unwrap();
-    first.finish(&completed).unwrap();
+    first.finish(&mut completed).unwrap();
     let second = Folder::create(&scratch, &time, &channels, &Summary::default()).unwrap();
     assert_eq!(json(&scratch.join(SUMMARY_FILE))["status"], "running");
     assert_eq!(fs::read_to_string(scratch.join(RESULTS_FILE)).unwrap(), "t,x\n");

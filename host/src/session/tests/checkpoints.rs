@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::results::{CHECKPOINT_FILE, RESULTS_FILE, SUMMARY_FILE};
+use crate::results::{CHECKPOINT_FILE, RESULTS_FILE, SUMMARY_FILE, seal, unseal};
 
 struct Scratch(PathBuf);
 
@@ -159,18 +159,26 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_what_differs() {
     let changed = |from: &str, to: &str| {
         let text = point.to_text().unwrap();
         assert!(text.contains(from), "{text}");
-        Checkpoint::from_text(&text.replace(from, to))
+        Checkpoint::from_text(&seal(unseal(&text).unwrap().replace(from, to)))
     };
     let library = refusal(&text, &changed("version = \"1.0.0\"", "version = \"0.9.0\"").unwrap()).unwrap_err();
     assert!(library.contains("`foreign` is 1.0.0") && library.contains("it was 0.9.0"), "{library}");
     let program = changed(&format!("odyn = \"{}\"", env!("CARGO_PKG_VERSION")), "odyn = \"0.0.1\"").unwrap();
     assert!(refusal(&text, &program).unwrap_err().contains("one of odyn 0.0.1"));
     assert!(
-        changed("format = 2\ntaken", "format = 9\ntaken").unwrap_err().contains("format is 9, that of a newer odyn")
+        changed("format = 3\ntaken", "format = 9\ntaken").unwrap_err().contains("format is 9, that of a newer odyn")
     );
     // Whatever else an older one had.
-    let older = changed("format = 2\ntaken", "format = 1\nhad").unwrap_err();
-    assert!(older.contains("format is 1, that of an older odyn; this one knows 2"), "{older}");
+    let older = changed("format = 3\ntaken", "format = 1\nhad").unwrap_err();
+    assert!(older.contains("format is 1, that of an older odyn; this one knows 3"), "{older}");
+    // The same without a new checksum, and without any.
+    let text = point.to_text().unwrap();
+    for (text, why) in [
+        (text.replacen("taken = ", "taken = 1", 1), "its checksum does not fit"),
+        (unseal(&text).unwrap().to_owned(), "it has no checksum at its end"),
+    ] {
+        assert!(Checkpoint::from_text(&text).unwrap_err().contains(why));
+    }
     let missing = Checkpoint::read(Path::new("no such folder")).unwrap_err();
     assert!(missing.message.contains("cannot resume from"), "{missing:?}");
 }
@@ -188,14 +196,17 @@ fn a_table_that_is_not_the_one_of_the_checkpoint_is_refused_and_kept() {
         session.run(Some(&folder.0), Box::new(|_| ()), &Arc::default()).map(|_| ()).map_err(|e| (e.exit, e.to_string()))
     };
     let mut odd = good.clone();
-    odd[0] = b'T';
+    // A digit in the last row before the checkpoint.
+    let (at, _) = good.iter().enumerate().rev().filter(|(_, c)| **c == b'1').nth(40).unwrap();
+    odd[at] = b'7';
     for (bad, why) in [(&good[..20], "shorter"), (&odd[..], "not what it was")] {
         fs::write(&table, bad).unwrap();
         let (exit, told) = resume().unwrap_err();
         assert!(exit == Exit::Files && told.contains(RESULTS_FILE) && told.contains(why), "{told}");
         assert_eq!(fs::read(&table).unwrap(), bad, "nothing is lost");
     }
-    // A part of a row, as a kill may leave it, is cut off.
+    // A part of a row, as a kill may leave it, is cut off; the run had no chance to complete its summary.
+    fs::write(folder.0.join(SUMMARY_FILE), "{ \"status\": \"running\" }").unwrap();
     fs::write(&table, [&good[..], b"3.9,1."].concat()).unwrap();
     assert_eq!(
         crate::results::Table::read(&table).unwrap().times.len(),

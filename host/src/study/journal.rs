@@ -1,0 +1,247 @@
+//! [`Journal`]: what has come out of a study that is not at its end, written as runs end.
+//!
+//! A line per entry, with its SHA-256 before it: first what the study is, then a row for every run that was integrated. A last
+//! line without an end is what a kill left of it, and is not counted.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use super::runner::{Finished, Outcome, Study, StudyOptions};
+use super::table::Titles;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::results::{ResultsError, checksum, replace};
+
+/// Name of the table of a study in its folder.
+pub const STUDY_FILE: &str = "study.csv";
+/// Name of the journal beside it, while there are runs to come.
+pub const JOURNAL_FILE: &str = "study.journal";
+
+/// What this version writes.
+const FORMAT: u32 = 1;
+
+/// A run that ended before the study was resumed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    /// Its number, from zero.
+    run: usize,
+    /// See [`crate::session::Session::fingerprint`].
+    pub(super) fingerprint: String,
+    /// Exit code that the run would have had on its own.
+    pub(super) exit_code: i32,
+    /// Its cells of the table, from the status on.
+    pub(super) cells: Vec<String>,
+    /// What stands above the cells that depend on the scene.
+    #[serde(skip)]
+    pub(super) titles: Arc<Titles>,
+}
+
+/// What a study is; another one cannot continue it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Head {
+    format: u32,
+    odyn: String,
+    /// Keys with their values.
+    varied: Vec<(String, Vec<String>)>,
+    /// Changes that all runs share.
+    set: Vec<String>,
+    audit_tolerance: Option<f64>,
+    /// Whether the runs leave results of their own.
+    results: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+enum Entry {
+    Head(Head),
+    Titles(Titles),
+    Run(Kept),
+}
+
+/// The file, open.
+pub(super) struct Journal {
+    path: PathBuf,
+    open: Mutex<Open>,
+}
+
+struct Open {
+    file: File,
+    has_titles: bool,
+    error: Option<ResultsError>,
+}
+
+/// Runs that need not be done again, by their numbers.
+pub(super) type KeptRuns = BTreeMap<usize, Kept>;
+
+impl Head {
+    pub(super) fn of(options: &StudyOptions) -> Self {
+        Self {
+            format: FORMAT,
+            odyn: env!("CARGO_PKG_VERSION").into(),
+            varied: options.varied.iter().map(|vary| (vary.key.clone(), vary.values.clone())).collect(),
+            set: options.common.overrides.iter().map(|one| one.text.clone()).collect(),
+            audit_tolerance: options.common.audit_tolerance,
+            results: options.folder.is_some(),
+        }
+    }
+
+    /// What is not the same, in words.
+    fn difference(&self, now: &Self) -> Option<String> {
+        let differs = [
+            (self.odyn != now.odyn, format!("it is one of odyn {}, this is {}", self.odyn, now.odyn)),
+            (self.varied != now.varied, "it varies other keys or values".into()),
+            (self.set != now.set, "it changes the scene otherwise (`--set`)".into()),
+            (self.audit_tolerance != now.audit_tolerance, "it has another `--audit-tol`".into()),
+            (self.results != now.results, "only one of the two keeps the results of its runs (`--results`)".into()),
+        ];
+        differs.into_iter().find_map(|(differs, words)| differs.then_some(words))
+    }
+}
+
+impl Journal {
+    /// The journal of a folder, and the runs that it has. Without `resume` there must be none.
+    ///
+    /// # Errors
+    /// A file that can't be written; one that was damaged; one of another study; one with runs that are not to be resumed.
+    pub(super) fn open(folder: &Path, head: &Head, resume: bool) -> Result<(Self, KeptRuns), Box<Diagnostic>> {
+        let path = folder.join(JOURNAL_FILE);
+        let failed = |cause: io::Error| Box::new(ResultsError::write(&path, cause).diagnostic());
+        fs::create_dir_all(folder).map_err(failed)?;
+        let options = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let mut file = options().map_err(failed)?;
+        if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
+            return Err(failed(io::Error::new(io::ErrorKind::WouldBlock, "another study writes it")));
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        let refused = |what: String, help: &str| {
+            let message = format!("cannot resume the study in {}: {what}", folder.display());
+            Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help))
+        };
+        let anew = format!("to begin anew, remove `{}`, or write elsewhere with `-o DIR`", path.display());
+        let (found, whole) = entries(&bytes).map_err(|what| refused(format!("`{JOURNAL_FILE}` {what}"), &anew))?;
+        let (kept, titles) = runs(found, head).map_err(|what| refused(what, &anew))?;
+        if !resume && !kept.is_empty() {
+            let message =
+                format!("{} holds a study that has not ended: {} runs are finished", folder.display(), kept.len());
+            let help = format!("`--resume` continues it; {anew}");
+            return Err(Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help)));
+        }
+        let keep = if kept.is_empty() { 0 } else { whole as u64 };
+        file.set_len(keep).and_then(|()| file.seek(SeekFrom::Start(keep))).map_err(failed)?;
+        let has_titles = !kept.is_empty() && titles;
+        let journal = Self { path: path.clone(), open: Mutex::new(Open { file, has_titles, error: None }) };
+        if kept.is_empty() {
+            let mut open = journal.open.lock().unwrap_or_else(PoisonError::into_inner);
+            append(&mut open.file, &Entry::Head(head.clone())).map_err(failed)?;
+        }
+        Ok((journal, kept))
+    }
+
+    /// Adds a run that was integrated. A run that was interrupted is not: it is to be done again.
+    ///
+    /// The first error is remembered, and `true` returned: the study should end.
+    pub(super) fn add(&self, run: usize, fingerprint: &str, finished: &Finished) -> bool {
+        if finished.summary.code == Some(codes::INTERRUPTED) {
+            return false;
+        }
+        let mut guard = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        let open = &mut *guard;
+        let titles = finished.titles();
+        let kept = Kept {
+            run,
+            fingerprint: fingerprint.into(),
+            exit_code: finished.exit_code,
+            cells: finished.cells(),
+            titles: Arc::default(),
+        };
+        let write = || {
+            if !open.has_titles {
+                append(&mut open.file, &Entry::Titles(titles))?;
+                open.has_titles = true;
+            }
+            append(&mut open.file, &Entry::Run(kept))
+        };
+        if let Err(cause) = write() {
+            open.error.get_or_insert(ResultsError::write(&self.path, cause));
+        }
+        open.error.is_some()
+    }
+
+    /// What went wrong, if anything did.
+    pub(super) fn close(self) -> Result<(), Box<Diagnostic>> {
+        let open = self.open.into_inner().unwrap_or_else(PoisonError::into_inner);
+        open.error.map_or(Ok(()), |error| Err(Box::new(error.diagnostic())))
+    }
+}
+
+impl Study {
+    /// Writes the table into the folder, in one move. The journal is removed once no run is left to be done.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn write(&self, folder: &Path) -> Result<PathBuf, ResultsError> {
+        let path = folder.join(STUDY_FILE);
+        fs::create_dir_all(folder).map_err(|cause| ResultsError::write(&path, cause))?;
+        replace(&path, self.table().csv().as_bytes(), false)?;
+        let ended = |outcome: &Outcome| match outcome {
+            Outcome::Ran(finished) => finished.summary.code != Some(codes::INTERRUPTED),
+            Outcome::Kept(_) | Outcome::Failed(_) => true,
+            Outcome::NotBegun => false,
+        };
+        if self.runs.iter().all(|run| ended(&run.outcome)) {
+            let journal = folder.join(JOURNAL_FILE);
+            match fs::remove_file(&journal) {
+                Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                    return Err(ResultsError::write(&journal, cause));
+                }
+                _ => {}
+            }
+        }
+        Ok(path)
+    }
+}
+
+/// Writes a line in one piece.
+fn append(file: &mut File, entry: &Entry) -> io::Result<()> {
+    let text = serde_json::to_string(entry)?;
+    file.write_all(format!("{} {text}\n", checksum(text.as_bytes())).as_bytes())
+}
+
+/// The entries of all whole lines, and where these end.
+fn entries(bytes: &[u8]) -> Result<(Vec<Entry>, usize), String> {
+    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    let lines = bytes[..whole].split_inclusive(|byte| *byte == b'\n');
+    let entry = |(k, line): (usize, &[u8])| {
+        let damaged = || format!("is damaged at line {}", k + 1);
+        let line = std::str::from_utf8(line).map_err(|_| damaged())?;
+        let (sum, text) = line.trim_end_matches('\n').split_once(' ').ok_or_else(damaged)?;
+        if checksum(text.as_bytes()) != sum {
+            return Err(damaged());
+        }
+        serde_json::from_str(text).map_err(|_| format!("is that of another odyn (line {})", k + 1))
+    };
+    Ok((lines.enumerate().map(entry).collect::<Result<_, _>>()?, whole))
+}
+
+/// The runs, and whether there are titles. A journal without runs belongs to nobody.
+fn runs(entries: Vec<Entry>, head: &Head) -> Result<(KeptRuns, bool), String> {
+    let (mut kept, mut titles, mut difference) = (KeptRuns::new(), None, None);
+    for entry in entries {
+        match entry {
+            Entry::Head(was) => difference = was.difference(head),
+            Entry::Titles(found) => titles = Some(Arc::new(found)),
+            Entry::Run(run) => {
+                let titles = titles.clone().ok_or("its journal has no titles")?;
+                kept.insert(run.run, Kept { titles, ..run });
+            }
+        }
+    }
+    match difference.filter(|_| !kept.is_empty()) {
+        Some(difference) => Err(difference),
+        None => Ok((kept, titles.is_some())),
+    }
+}
