@@ -114,8 +114,9 @@ impl Mechanism {
         mechanism
     }
 
-    /// Gives bodies any mass.
+    /// Gives bodies any mass; forces that were in proportion to others are left out.
     fn weigh(&mut self, random: &mut Random) {
+        self.parts.retain(|part| part.table != "force");
         for body in &mut self.bodies {
             if random.chance(0.6) {
                 body.heavier = random.decades(-9.0, 9.0);

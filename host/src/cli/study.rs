@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use odyn::diagnostics::shown;
+use odyn::diagnostics::{Diagnostic, shown};
 use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
 
 use super::args::StudyArgs;

@@ -219,6 +219,40 @@ fn forms_and_names_choose_trials() {
 }
 
 #[test]
+fn a_grid_is_a_trial_for_each_combination() {
+    let folder = Folder::new();
+    let grid = "grid = [[\"L=1\", \"L=2\"], [\"simulation.method=dop853\", \"simulation.method=radau5\"]]";
+    let text = trial("base", &format!("bounds = {{}}\n{grid}"))
+        + &trial(
+            "other",
+            &format!(
+                "bounds = {{}}\n{grid}\nformulations = [\"cartesian\"]\n\
+                 equals = {{ trial = \"base\", formulation = \"auto\", within = 1e-14 }}"
+            ),
+        );
+    let suite = suite(&text, &folder);
+    let ran = |names: &[&str]| {
+        let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+        run(&suite, &names, &Settings::default(), &|_| (), &Arc::default()).unwrap()
+    };
+    let all = ran(&[]);
+    assert!(all.iter().all(Outcome::passed), "{all:?}");
+    let names: Vec<&str> = all.iter().map(|outcome| outcome.trial.as_str()).collect();
+    let places = ["L=1/method=dop853", "L=1/method=radau5", "L=2/method=dop853", "L=2/method=radau5"];
+    let of = |name: &str| places.map(|place| format!("{name}/{place}"));
+    assert_eq!(names, [of("base"), of("other")].concat());
+    // By the name of the grid, and by a part of the place; with what it is compared with.
+    assert_eq!(ran(&["base"]).len(), 4);
+    let one = ran(&["other/L=2/method=radau5"]);
+    assert_eq!(one.len(), 2);
+    let measure = one[1].measures.iter().find(|measure| measure.what.starts_with("`x` against"));
+    assert_eq!(measure.unwrap().what, "`x` against base/L=2/method=radau5", "{:?}", one[1]);
+    assert_eq!(ran(&["other/L=2"]).len(), 4);
+    // Not by a part of a word.
+    assert!(suite.select(&["bas".into()], false).is_err());
+}
+
+#[test]
 fn a_suite_that_is_stopped_begins_nothing() {
     let folder = Folder::new();
     let stop = Arc::new(AtomicBool::new(true));

@@ -49,7 +49,7 @@ pub(super) struct Head {
     varied: Vec<(String, Vec<String>)>,
     /// Changes that all runs share.
     set: Vec<String>,
-    audit_tolerance: Option<f64>,
+    audit_tolerance: Option<String>,
     /// Whether the runs leave results of their own.
     results: bool,
 }
@@ -83,7 +83,7 @@ impl Head {
             odyn: env!("CARGO_PKG_VERSION").into(),
             varied: options.varied.iter().map(|vary| (vary.key.clone(), vary.values.clone())).collect(),
             set: options.common.overrides.iter().map(|one| one.text.clone()).collect(),
-            audit_tolerance: options.common.audit_tolerance,
+            audit_tolerance: options.common.audit_tolerance.map(|tolerance| format!("{tolerance:?}")),
             results: options.folder.is_some(),
         }
     }
