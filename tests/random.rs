@@ -24,6 +24,7 @@ mod relation;
 mod text;
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use checks::{Checks, Verdict};
@@ -32,6 +33,8 @@ use mechanism::{Mechanism, Place, Style};
 
 use crate::support::{kept, root};
 
+/// Styles of furnished mechanisms, in turn.
+const STYLES: [Style; 3] = [Style::Spatial, Style::Planar, Style::Spherical];
 /// Mechanisms that are described in the message of a failed test.
 const MOST_TOLD: usize = 5;
 
@@ -121,7 +124,7 @@ fn differential(count: u64) {
     let (mut failed, mut told) = (0, String::new());
     let (seen, unfit) = (RefCell::new(Seen::default()), Cell::new(0));
     for seed in first..first + count {
-        let style = [Style::Spatial, Style::Planar, Style::Spherical][(seed % 3) as usize];
+        let style = STYLES[(seed % 3) as usize];
         let attempt = |mechanism: &Mechanism, seen: &RefCell<Seen>| {
             let Some(settled) = checks.settled(mechanism)? else {
                 unfit.set(unfit.get() + 1);
@@ -160,6 +163,18 @@ fn differential(count: u64) {
     assert!(count < 20 || 5 * unfit < count, "{unfit} of {count} mechanisms start too near a singular position");
     assert!(count < 20 || seen.refusals() < 0.1, "too many runs without a result: {seen}");
     assert!(count < 20 || 10 * seen.close > 8 * seen.scenes, "too few scenes compared closely: {seen}");
+}
+
+#[test]
+fn all_standard_elements_are_drawn() {
+    let draw = |seed| Mechanism::furnished(seed, STYLES[(seed % 3) as usize]).parts;
+    let drawn: BTreeSet<&str> = (1..2000).flat_map(draw).map(|part| part.kind).collect();
+    for library in [odyn_joints::library(), odyn_forces::library(), odyn_controls::library()] {
+        for class in &library.classes {
+            let name = &class.descriptor().name;
+            assert!(drawn.contains(name.as_str()), "`{name}` is in no scene");
+        }
+    }
 }
 
 #[test]

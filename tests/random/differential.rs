@@ -123,7 +123,7 @@ fn ways(seed: u64) -> Vec<Way> {
         Way::new(&["formulation=cartesian"], SHARPER),
         Way::new(&["formulation=auto", &longest], SHARPER),
     ];
-    if seed % 4 == 0 {
+    if seed.is_multiple_of(4) {
         ways.push(Way::new(&["engine=reference"], TOLERANCE));
     }
     ways

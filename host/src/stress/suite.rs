@@ -238,7 +238,9 @@ impl WrittenTrial {
                 let mut other = trial.clone();
                 let (key, value) = change.split_once('=').unwrap_or((change, ""));
                 let key = key.rsplit('.').next().unwrap_or(key).trim();
-                let named = format!("/{key}={}", value.trim());
+                // A name is one word: it is an address on the page.
+                let value: Vec<&str> = value.split_whitespace().collect();
+                let named = format!("/{key}={}", value.join("-"));
                 other.name = Spanned::new(self.name.span(), format!("{}{named}", trial.name.get_ref()));
                 other.set.push(change.clone());
                 other
