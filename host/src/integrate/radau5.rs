@@ -30,6 +30,8 @@ const SAFETY: f64 = 0.9;
 const TEST_FACTOR: f64 = 0.1;
 /// Error of the interpolation in tolerances, as the error test estimates it, up to which samples are interpolated.
 const INTERPOLATED_ERROR: f64 = 1.0;
+/// Relative change of the state by the last iteration up to which the rates before it do for sums.
+const SUMS_ACCURACY: f64 = 1e-7;
 /// Share of a step within which it is made to end at a sample rather than beside it.
 const NEAR_SAMPLE: f64 = 0.01;
 /// Least error that the predictive control remembers, in units of the error test.
@@ -510,6 +512,17 @@ impl Radau5 {
             last = change.max(f64::MIN_POSITIVE);
             if control.convergence * change <= control.newton {
                 control.iterations = iteration;
+                // The rates of sums are those of the iterate before, which may be far where one iteration solves it all.
+                if change * control.test * run.system.tolerance().unwrap_or(1.0) > SUMS_ACCURACY && sums < y.len() {
+                    for (i, c) in C.iter().enumerate() {
+                        for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
+                            *argument = start + z;
+                        }
+                        run.rhs(t + c * h, &self.argument, &mut self.f[i], h)?;
+                        self.sum_rates[i].copy_from_slice(&self.f[i][sums..]);
+                    }
+                    self.sum_up(sums, h);
+                }
                 for ((new, old), z) in self.y_new.iter_mut().zip(y).zip(&self.z[2]) {
                     *new = old + z;
                 }

@@ -13,6 +13,7 @@ mod lanes;
 #[cfg(feature = "jit")]
 mod machine;
 mod planar;
+mod ranges;
 mod reports;
 mod switches;
 mod tape;

@@ -231,7 +231,9 @@ impl Begun<'_> {
 
     /// See [`Ended::not_finite`].
     fn not_finite(&mut self, outcome: &Result<Outcome, IntegrateError>) -> Vec<Vec<f64>> {
-        let Ok(Outcome { status: integrate::Status::StoppedEarly { t, reason }, .. }) = outcome else { return Vec::new() };
+        let Ok(Outcome { status: integrate::Status::StoppedEarly { t, reason }, .. }) = outcome else {
+            return Vec::new();
+        };
         let step = match reason {
             StopReason::NotFinite { step } | StopReason::Failed { step, not_finite: true, .. } => *step,
             _ => return Vec::new(),
