@@ -156,7 +156,8 @@ impl Session {
             system.watch_samples(&self.equations);
         }
         let state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
-        system.anticipate_rest(self.scene.simulation.t_end - self.scene.simulation.t_start);
+        let lightest = self.model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
+        system.anticipate_rest(t_end - t_start, lightest);
         let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());
         if let Some(carried) = carried {
             system.carry_on(carried);
@@ -225,7 +226,9 @@ impl Begun<'_> {
 
     /// See [`Ended::not_finite`].
     fn not_finite(&mut self, outcome: &Result<Outcome, IntegrateError>) -> Vec<Vec<f64>> {
-        let Ok(Outcome { status: integrate::Status::StoppedEarly { t, reason }, .. }) = outcome else { return Vec::new() };
+        let Ok(Outcome { status: integrate::Status::StoppedEarly { t, reason }, .. }) = outcome else {
+            return Vec::new();
+        };
         let step = match reason {
             StopReason::NotFinite { step } | StopReason::Failed { step, not_finite: true, .. } => *step,
             _ => return Vec::new(),

@@ -40,7 +40,8 @@ impl Session {
             }
             let states = instance.recording.initial_states.len();
             let rates = &equations.state_rates[layout.state_at[element]..layout.state_at[element] + states];
-            let name = |k: usize| instance.class.states.get(k).map_or_else(|| k.to_string(), |state| state.name.clone());
+            let name =
+                |k: usize| instance.class.states.get(k).map_or_else(|| k.to_string(), |state| state.name.clone());
             for (k, node) in rates.iter().enumerate() {
                 wanted.push(Wanted { element, what: format!("the rate of state `{}`", name(k)), node: *node });
             }
