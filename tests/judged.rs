@@ -122,3 +122,61 @@ fn what_is_not_a_number_names_its_element() {
         assert!(summary.reason.contains(&format!("look at `of_time = \"{expression}\"`")), "{}", summary.reason);
     }
 }
+
+/// A pulse of 0.05 s in 10 s, passed over by the long steps of a body at rest. What moves nothing has no energy to lose.
+const PULSE: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 10
+output_step = 1
+[[body]]
+name = "cart"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["ground", "cart"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "hammer"
+type = "translational-actuator"
+bodies = ["ground", "cart"]
+points = [[-1, 0, 0], [0, 0, 0]]
+params.of_time = "3 exp(-((t - 6.3) / 0.05)^2)"
+[[output]]
+name = "x"
+quantity = "position"
+of = "cart"
+component = "x"
+"#;
+
+fn verified(sets: &[&str]) -> RunReport {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", PULSE);
+    let session = Session::open(&scene, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+    let (second, how) = session.sharper().unwrap();
+    let mut report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    report.verify(&how, second.run(None, Box::new(|_| ()), &Default::default()).as_ref());
+    report
+}
+
+#[test]
+fn a_second_run_finds_what_the_first_passed_over() {
+    // Fixed steps that are too long for the pulse, whatever error control does.
+    let blind = verified(&["simulation.fixed_step=1", "simulation.audit_tolerance=1e-3"]);
+    let x = column(&blind, "x").last().unwrap().abs();
+    // 3 N for sqrt(pi) 0.05 s, then 3.7 s at that speed.
+    let exact = 3.0 * 0.05 * std::f64::consts::PI.sqrt() * 3.7;
+    assert!((x - exact).abs() > 1e-2, "{x} of {exact}");
+    assert_eq!((blind.summary.status, blind.exit_code()), (Status::Suspect, 7));
+    let warnings = &blind.summary.warnings;
+    assert!(warnings.iter().any(|one| one.starts_with("ODY0704: a second run (radau5")), "{warnings:?}");
+    let seen = verified(&["simulation.max_step=0.02"]);
+    assert!((column(&seen, "x").last().unwrap() - exact).abs() < 1e-8);
+    assert_eq!((seen.summary.status, seen.exit_code()), (Status::Completed, 0), "{}", seen.summary.reason);
+    let how = &seen.summary.verified.as_ref().unwrap().how;
+    assert_eq!(how, "radau5 instead of dop853, tolerance 1e-11 instead of 1e-10, steps up to 0.02 s");
+}

@@ -77,11 +77,16 @@ impl Scales {
     /// Takes in the slowest motion that counts in a time (s): one that moves by a millionth of the scene's size. Where nothing
     /// moves, what round-off makes of speeds would otherwise be resolved to the tolerance.
     pub fn anticipate_rest(&mut self, duration: f64) {
-        let slowest = AT_REST / duration;
-        if slowest.is_finite() {
-            self.speed = self.speed.max(slowest * self.length);
-            self.spin = self.spin.max(slowest);
-        }
+        let slowest = self.rest_speed(duration);
+        self.speed = self.speed.max(slowest);
+        self.spin = self.spin.max(slowest / self.length);
+    }
+
+    /// The slowest motion that counts in a time (s), m/s.
+    #[must_use]
+    pub fn rest_speed(&self, duration: f64) -> f64 {
+        let slowest = AT_REST / duration * self.length;
+        if slowest.is_finite() { slowest } else { 0.0 }
     }
 
     /// Takes in the sizes of other parts of the same scene.

@@ -173,6 +173,11 @@ fn share(error: f64, largest: f64) -> f64 {
 }
 
 impl Audit {
+    /// Takes smaller energies (J) for none: errors are shares of at least this.
+    pub fn count_from(&mut self, energy: f64) {
+        self.largest = self.largest.max(energy);
+    }
+
     /// Takes energies and work (J) in an accepted state at time `t` (s).
     pub fn energy(&mut self, t: f64, kinetic: f64, potential: f64, work: f64) {
         let (error, moved) = self.balance(kinetic, potential, work);

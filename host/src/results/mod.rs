@@ -48,6 +48,7 @@ mod verified;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
+#[cfg(feature = "manual")]
 pub(crate) use crate::diagnostics::shown;
 pub use audit::{Audit, AuditRecord};
 pub use channels::ChannelInfo;

@@ -159,7 +159,8 @@ impl Session {
             system.rows_to_bound(&self.equations, t_start, &state).map_err(|e| start_error(&self.scene, &e))?;
         let bounded = system.guard(&mut self.equations, &watching);
         self.equations.graph.rest();
-        system.anticipate_rest(self.scene.simulation.t_end - self.scene.simulation.t_start);
+        let lightest = self.model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
+        system.anticipate_rest(t_end - t_start, lightest);
         let carried = self.stretch.as_ref().and_then(|stretch| stretch.carried.as_ref());
         if let Some(carried) = carried {
             system.carry_on(carried);

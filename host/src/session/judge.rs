@@ -43,6 +43,12 @@ impl Session {
     }
 
     fn judge_rows(&self, summary: &mut Summary, name: &dyn Fn(&Excess) -> Option<String>) {
+        let beyond = summary.audit_limits.map(|limits| summary.audit.beyond(&limits)).unwrap_or_default();
+        for (k, excess) in beyond.iter().enumerate() {
+            // One advice is enough: what helps against the worst may well help against the others.
+            let advice = if k == 0 { format!("; {}", self.advice(excess)) } else { String::new() };
+            summary.suspect(code(excess.measure), &format!("{}{advice}", self.finding(excess, name(excess))));
+        }
         let missed = summary.recoveries[Remedy::Missed];
         if missed > 0 && summary.audit_limits.is_some() {
             let steps = if missed == 1 { "1 step".into() } else { format!("{missed} steps") };
@@ -51,12 +57,6 @@ impl Session {
                  method that chooses them (`--method dop853`)"
             );
             summary.suspect(codes::MISSED_WITHIN_STEP, &reason);
-        }
-        let beyond = summary.audit_limits.map(|limits| summary.audit.beyond(&limits)).unwrap_or_default();
-        for (k, excess) in beyond.iter().enumerate() {
-            // One advice is enough: what helps against the worst may well help against the others.
-            let advice = if k == 0 { format!("; {}", self.advice(excess)) } else { String::new() };
-            summary.suspect(code(excess.measure), &format!("{}{advice}", self.finding(excess, name(excess))));
         }
     }
 

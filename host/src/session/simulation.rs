@@ -284,9 +284,10 @@ impl<'a> Simulation<'a> {
         &self.scales
     }
 
-    /// Takes speeds that move nothing in this time, s, for round-off.
-    pub(super) fn anticipate_rest(&mut self, duration: f64) {
+    /// Takes speeds that move nothing in this time, s, for round-off, and so their energies, of a body of this mass, kg.
+    pub(super) fn anticipate_rest(&mut self, duration: f64, lightest: f64) {
         self.scales.anticipate_rest(duration);
+        self.audit.count_from(0.5 * lightest * self.scales.rest_speed(duration).powi(2));
     }
 
     /// Judges errors and violations by the sizes of a larger scene.

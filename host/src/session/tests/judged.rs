@@ -35,7 +35,7 @@ fn coarse_steps_are_suspect_without_being_asked() {
 fn judging_is_switched_off_and_on_by_scene_and_options() {
     let run_with = |keys: &str, audit_tolerance| {
         let options = RunOptions { audit_tolerance, ..RunOptions::default() };
-        let session = Session::with_catalog(scene(&in_steps(3.0, keys)), Vec::new(), &catalog(), &options).unwrap();
+        let session = Session::with_catalog(scene(&in_steps(0.4, keys)), Vec::new(), &catalog(), &options).unwrap();
         let report = session.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
         (report.summary.status, report.summary.audit_limits.map(|limits| limits.energy))
     };

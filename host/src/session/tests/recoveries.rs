@@ -105,7 +105,9 @@ fn what_is_crossed_within_a_step_is_enclosed_or_looked_at() {
                 let end = *run(&text).columns[0].last().unwrap();
                 // Of one second, four widths at half the rate.
                 let known = -0.45 + 1.0 - 2.0 * width;
-                assert!((end - known).abs() < 1e-9, "{keys} {method} {width}: {end}, not {known}");
+                // The error test of radau5 aims at 2e-8 here.
+                let bound = if ["radau5", "auto"].contains(&method) { 1e-7 } else { 1e-9 };
+                assert!((end - known).abs() < bound, "{keys} {method} {width}: {end}, not {known}");
             }
         }
     }
