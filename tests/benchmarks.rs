@@ -95,13 +95,13 @@ fn simple_pendulum() {
 #[test]
 fn one_four_bar_through_its_singular_positions() {
     let report = check("benchmarks/A02_N1.toml", "A02_N1.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 206, rejected: 32, evaluations: 3386, factorisations: 669 });
+    assert_work(&report, &Work { steps: 206, rejected: 32, evaluations: 3386, factorisations: 652 });
 }
 
 #[test]
 fn two_four_bars_through_their_singular_positions() {
     let report = check("benchmarks/A02_N2.toml", "A02_N2.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 204, rejected: 32, evaluations: 3359, factorisations: 696 });
+    assert_work(&report, &Work { steps: 204, rejected: 32, evaluations: 3359, factorisations: 703 });
 }
 
 #[test]
