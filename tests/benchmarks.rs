@@ -95,13 +95,13 @@ fn simple_pendulum() {
 #[test]
 fn one_four_bar_through_its_singular_positions() {
     let report = check("benchmarks/A02_N1.toml", "A02_N1.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 206, rejected: 32, evaluations: 3386, factorisations: 610 });
+    assert_work(&report, &Work { steps: 206, rejected: 32, evaluations: 3386, factorisations: 652 });
 }
 
 #[test]
 fn two_four_bars_through_their_singular_positions() {
     let report = check("benchmarks/A02_N2.toml", "A02_N2.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 204, rejected: 33, evaluations: 3370, factorisations: 555 });
+    assert_work(&report, &Work { steps: 204, rejected: 32, evaluations: 3359, factorisations: 703 });
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn squeezer_mechanism_of_the_test_set() {
 /// The fast motions die within milliseconds, but the explicit method goes on at their pace.
 #[test]
 fn stiff_governor() {
-    let work = Work { steps: 1611, rejected: 6, evaluations: 19413, factorisations: 0 };
+    let work = Work { steps: 1611, rejected: 7, evaluations: 19424, factorisations: 0 };
     checked("benchmarks/A05.toml", Some("0.25 s"), 3, &work);
 }
 

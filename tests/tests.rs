@@ -18,6 +18,7 @@
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is told |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
+//! | `masses.rs` | what joints decide does not depend on masses; light and heavy bodies side by side move as they should |
 //! | `random.rs` | what must hold of any mechanism, in hundreds of random ones; `regressions/`: those that once failed |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
 //! | `allocations.rs` | our elements allocate nothing when they are called |
@@ -59,6 +60,7 @@ mod interleaved;
 mod judged;
 mod lanes;
 mod limit;
+mod masses;
 mod methods;
 mod opaque;
 mod plugins;

@@ -25,7 +25,7 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, Source};
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
-use crate::plan::{Layout, Plan, Probe};
+use crate::plan::{Layout, Plan, Probe, body_scales};
 use crate::program::{Equations, Form};
 use crate::scene::{Scene, parse};
 
@@ -130,11 +130,12 @@ pub fn prepared(text: &str) -> Prepared {
         jacobian: rows.jacobian(),
         rotations: &rotations,
         length: assembly.scales.length,
+        scales: &body_scales(&model, assembly.scales.length),
     };
     let mut start_health = 0.0;
-    let plan = Plan::decide(&model, &layout, &probe, |chosen| {
+    let plan = Plan::decide(&model, &layout, &probe, |chosen, mass| {
         let mut solver = sparse_engine(&equations, &model, chosen, &layout)?;
-        solver.set_mass(&mass)?;
+        solver.set_mass(mass)?;
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
         let picked: Vec<f64> = entries.filter(|((row, _), _)| chosen.contains(row)).map(|(_, value)| *value).collect();
         let health = solver.refactor(&picked)?;

@@ -9,7 +9,7 @@ use super::scales::{AT_REST, CONTRADICTION, Scales};
 use super::working::{BODY_STATES, clusters, move_body};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
-use crate::plan::Layout;
+use crate::plan::{Layout, body_scales};
 use crate::program::{Equations, Program};
 
 /// Newton steps before assembly gives up.
@@ -267,6 +267,7 @@ fn positions(
     let clusters = clusters(layout, &all);
     let mut solver =
         SparseFirst::new(&rows.structure, &clusters, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
+    solver.set_measure(&body_scales(model, length));
     solver.set_mass(&mass_values(model)).map_err(AnalysisError::from)?;
     let n = layout.velocities();
     let (mut step, mut multipliers, zero) = (vec![0.0; n], vec![0.0; layout.rows], vec![0.0; n]);
@@ -414,6 +415,7 @@ fn velocities(
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
     let mut solve = |mass: &[f64], v: &mut [f64]| -> Result<(), LinalgError> {
         let mut solver = SparseFirst::new(&structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
+        solver.set_measure(&body_scales(model, length));
         solver.set_mass(mass)?;
         // The joints come first; what the scene asks for is met as far as they leave it open.
         solver.set_first_rows(&all);

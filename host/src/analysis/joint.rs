@@ -6,14 +6,14 @@ use nalgebra::Matrix3;
 
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
-use super::joint_engines::{Function, Safe, Unrolled, pivot_ratio};
+use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms, work};
 use super::passage::{self, Passage, Passing, Refusing};
 use super::working::{
-    APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE, SICK_TREE,
-    WorkingForm, normalise, parameter_rates,
+    ACCURATE, APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE,
+    SICK_TREE, WorkingForm, normalise, parameter_rates,
 };
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
@@ -47,8 +47,6 @@ pub struct JointForm {
     inputs: Vec<f64>,
     regular: Option<Unrolled>,
     safe: Safe,
-    /// Lengths of the rows in use, in the metric of M^-1.
-    lengths: Vec<f64>,
     accelerations: Vec<f64>,
     /// Rates of the element states, then the power.
     rates: Vec<f64>,
@@ -58,12 +56,16 @@ pub struct JointForm {
     length: f64,
     /// Whether rows are left out of the regular engine's choice.
     choice: bool,
+    /// Pivot ratio of the regular engine below which a closer look decides whether it is trusted.
     least_health: f64,
-    start_health: f64,
+    /// The regular engine at the start; independence of the rows where they were sound last.
+    first: Look,
     /// Rank and pivot ratio of the rank-safe engine at the start.
     at_start: Health,
-    /// Pivot ratio of the regular engine where velocities were corrected last.
-    last_health: f64,
+    /// The regular engine where velocities were corrected last.
+    last: Look,
+    /// Whether it was trusted where a closer look was taken last.
+    trusted: bool,
     corrected_safely: bool,
     careful: bool,
     passage: Passage,
@@ -92,16 +94,15 @@ impl JointForm {
         let mut joint = plan.equations;
         joint.graph.rest();
         let coordinates = joint.coordinates.clone();
-        let mut safe = Safe::new(&joint, &plan.rows, &plan.lengths, MOTION_RANK_TOLERANCE)?;
+        let mut safe = Safe::new(&joint, &plan.rows, &plan.sizes, plan.length, MOTION_RANK_TOLERANCE)?;
         safe.solver.set_rank_limit(plan.at_start.rank);
-        let chosen: Vec<usize> = plan.independent.iter().map(|k| plan.rows[*k]).collect();
-        let lengths: Vec<f64> = plan.independent.iter().map(|k| plan.lengths[*k]).collect();
         // The angles of the tree's own joints are coordinates; between other bodies the rates of joints add up.
         let used = plan.tree.used(model.elements.len());
         let counts_others = model.elements.iter().zip(&used).any(|(element, used)| element.class.angles > 0 && !used);
         let turns_added = if counts_others { coordinates.columns as f64 } else { 3.0_f64.sqrt() };
         // Rows close to dependent at the start are for the rank-safe engine throughout.
-        let regular = Some(plan.regular).filter(|_| plan.start_health >= LEAST_HEALTH);
+        let start = plan.start;
+        let regular = Some(plan.regular).filter(|_| start.kept.min(start.independence) >= LEAST_HEALTH);
         Ok(Self {
             groups: groups(&coordinates, layout),
             start: JointStart::new(model, &plan.tree, plan.length),
@@ -112,14 +113,14 @@ impl JointForm {
             row_names: bodies.row_names().to_vec(),
             passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
             choice: plan.independent.len() < plan.rows.len(),
-            least_health: if chosen.is_empty() { SICK_TREE } else { plan.start_health * SICK_SHARE },
-            start_health: plan.start_health,
-            last_health: plan.start_health,
+            least_health: if plan.independent.is_empty() { SICK_TREE } else { least_health(&start, &start) },
+            first: start,
+            last: start,
+            trusted: false,
             at_start: plan.at_start,
             turns_added,
             row_sizes: plan.sizes,
             length: plan.length,
-            lengths,
             inputs: vec![0.0; coordinates.input_count],
             corrected_safely: false,
             careful: false,
@@ -149,8 +150,11 @@ impl JointForm {
         let columns = self.coordinates.columns;
         if let Some(regular) = &mut self.regular {
             regular.motion.run(&self.inputs, self.bodies.sets())?;
-            let outputs = regular.motion.outputs();
-            if pivot_ratio(outputs, columns, &regular.squares) >= self.least_health {
+            let ratio = pivot_ratio(regular.motion.outputs(), columns, &regular.squares);
+            if self.is_trusted(ratio)?
+                && let Some(regular) = &self.regular
+            {
+                let outputs = regular.motion.outputs();
                 self.accelerations.copy_from_slice(&outputs[..columns]);
                 let from = columns + regular.rows.len();
                 self.rates.copy_from_slice(&outputs[from..from + self.layout.states + 1]);
@@ -170,6 +174,32 @@ impl JointForm {
         Ok(Used::Safe)
     }
 
+    /// Whether the regular engine's solution for a pivot ratio is trusted. Far from singular positions a ratio that has not
+    /// fallen by far is enough; where it has, or next to them, what counts is what the masses have no part in, and how many digits
+    /// elimination keeps.
+    fn is_trusted(&mut self, ratio: f64) -> Result<bool, AnalysisError> {
+        if self.careful {
+            return Ok(self.trusted);
+        }
+        Ok(ratio >= self.least_health || self.safe.rows.is_empty() || self.look()?)
+    }
+
+    /// Looks at the regular engine in the position of the inputs; gives whether it is to be trusted there.
+    fn look(&mut self) -> Result<bool, AnalysisError> {
+        let Some(regular) = &mut self.regular else { return Ok(false) };
+        regular.velocity.run(&self.inputs, self.bodies.sets())?;
+        self.take_look();
+        Ok(self.trusted)
+    }
+
+    /// The same, where velocities are corrected.
+    fn take_look(&mut self) {
+        if let Some(regular) = &self.regular {
+            self.last = regular.look(self.coordinates.columns);
+            self.trusted = self.last.kept >= ACCURATE && self.last.independence >= SICK_SHARE * self.first.independence;
+        }
+    }
+
     /// Makes the rank-safe engine ready for a tree whose mass matrix is not written yet.
     fn write_mass(&mut self) -> Result<(), AnalysisError> {
         if self.equations.mass_is_written() {
@@ -179,7 +209,7 @@ impl JointForm {
             return Err(AnalysisError::NotFinite { what: "an acceleration".into() });
         }
         self.equations.write_mass();
-        self.safe = Safe::new(&self.equations, &[], &[], MOTION_RANK_TOLERANCE)?;
+        self.safe = Safe::new(&self.equations, &[], &[], self.length, MOTION_RANK_TOLERANCE)?;
         self.safe.solver.set_rank_limit(self.at_start.rank);
         Ok(())
     }
@@ -196,8 +226,11 @@ impl JointForm {
             if (!finely && worst.0 <= ROUND_OFF * self.length) || !worst.0.is_finite() {
                 return Ok(worst);
             }
-            if pivot_ratio(outputs, columns, &regular.squares) >= self.least_health {
-                self.accelerations.copy_from_slice(&outputs[..columns]);
+            let ratio = pivot_ratio(outputs, columns, &regular.squares);
+            if self.is_trusted(ratio)?
+                && let Some(regular) = &self.regular
+            {
+                self.accelerations.copy_from_slice(&regular.position.outputs()[..columns]);
                 self.corrected_safely = false;
                 return Ok(worst);
             }
@@ -220,11 +253,10 @@ impl JointForm {
     fn correct_velocities(&mut self) -> Result<(), AnalysisError> {
         let columns = self.coordinates.columns;
         if let Some(regular) = &mut self.regular {
-            regular.velocity.run(&self.inputs, self.bodies.sets())?;
-            let outputs = regular.velocity.outputs();
-            self.last_health = pivot_ratio(outputs, columns, &regular.squares);
-            if self.last_health >= self.least_health {
-                self.accelerations.copy_from_slice(&outputs[..columns]);
+            let outputs = regular.velocity.run(&self.inputs, self.bodies.sets())?;
+            self.accelerations.copy_from_slice(&outputs[..columns]);
+            self.take_look();
+            if self.trusted || !self.careful && self.last.ratio >= self.least_health {
                 self.corrected_safely = false;
                 return Ok(());
             }
@@ -247,6 +279,10 @@ impl JointForm {
     /// once more than usual: what is left of violations goes into the positions divided by the distance.
     fn project_positions(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
         let mut again = !keep_away;
+        if self.careful {
+            self.load(t, state);
+            self.look()?;
+        }
         for _ in 0..MOST_CORRECTIONS {
             self.load(t, state);
             let (violation, row) = self.correct_positions(!keep_away)?;
@@ -340,6 +376,15 @@ impl JointForm {
     }
 }
 
+/// The pivot ratio below which a closer look is taken, from the regular engine at the start and where it was last: a ratio may
+/// have fallen because of masses.
+fn least_health(first: &Look, last: &Look) -> f64 {
+    if last.kept < ACCURATE {
+        return f64::INFINITY;
+    }
+    SICK_SHARE * first.ratio.min(last.ratio / (APPROACH * APPROACH))
+}
+
 /// The worst of the violations of rows in use, and which it is. `sizes` belong to `all`.
 fn worst(values: &[f64], rows: &[usize], all: &[usize], sizes: &[f64]) -> (f64, Option<usize>) {
     let mut worst = (0.0, None);
@@ -422,6 +467,14 @@ impl Refusing for JointForm {
             }
         }
         Ok(())
+    }
+
+    fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError> {
+        self.load(t, state);
+        self.safe.terms.run(&self.inputs, self.bodies.sets())?;
+        let (violation, row) =
+            worst(self.safe.function(Function::Value), &self.safe.rows, &self.safe.rows, &self.row_sizes);
+        Ok((violation / self.length, self.row_name(row)))
     }
 
     fn rates_plainly(
@@ -529,14 +582,13 @@ impl Formulation for JointForm {
         }
         self.load(t, state);
         let was_careful = std::mem::take(&mut self.careful);
-        self.careful = match &mut self.regular {
-            Some(regular) => {
+        self.careful = match &self.regular {
+            Some(_) => {
                 if was_careful {
-                    // Positions were brought to the constraints without the regular engine.
-                    let outputs = regular.velocity.run(&self.inputs, self.bodies.sets())?;
-                    self.last_health = pivot_ratio(outputs, self.coordinates.columns, &regular.squares);
+                    // Positions may have been brought to the constraints without the regular engine.
+                    self.look()?;
                 }
-                self.last_health < APPROACH * APPROACH * self.start_health
+                self.last.independence < APPROACH * APPROACH * self.first.independence
             }
             None => self.safe.rows.len() > self.at_start.rank,
         };
@@ -546,12 +598,14 @@ impl Formulation for JointForm {
             self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
             self.at_start.rank = self.at_start.rank.max(self.safe.health.rank);
             self.safe.solver.set_rank_limit(self.at_start.rank);
-            if !self.choice && !self.is_singular(APPROACH) && self.last_health > SICK_TREE {
-                // All rows are in use and independent: the regular engine's ratio fell for other reasons.
-                self.start_health = self.last_health;
-                self.least_health = self.last_health * SICK_SHARE;
+            if !self.choice && !self.is_singular(APPROACH) && self.last.independence > SICK_TREE {
+                // All rows are in use and independent: their order in the regular engine is to blame.
+                self.first.independence = self.last.independence;
                 self.careful = false;
             }
+        }
+        if self.regular.is_some() {
+            self.least_health = least_health(&self.first, &self.last);
         }
         Ok(())
     }
@@ -591,7 +645,9 @@ impl Formulation for JointForm {
                 None => Derivatives::Unknown,
                 Some(terms) => {
                     let known = Linearisation::new(&terms, &self.layout, &regular.rows);
-                    let solver = Safe::new(&self.equations, &regular.rows, &self.lengths, MOTION_RANK_TOLERANCE)?;
+                    let sizes = |row: &usize| self.safe.rows.binary_search(row).map_or(1.0, |k| self.row_sizes[k]);
+                    let sizes: Vec<f64> = regular.rows.iter().map(sizes).collect();
+                    let solver = Safe::new(&self.equations, &regular.rows, &sizes, self.length, MOTION_RANK_TOLERANCE)?;
                     Derivatives::Known(Box::new(known), Box::new(solver))
                 }
             };

@@ -14,14 +14,20 @@ pub(super) struct Unrolled {
     pub(super) motion: Evaluator,
     /// Correction of positions, values of the rows; then pivots.
     pub(super) position: Evaluator,
-    /// Correction of velocities; then pivots.
+    /// Correction of velocities; then what [`Unrolled::look`] looks at: pivots with the magnitudes they are made of, and the
+    /// pivots of the rows whatever the masses.
     pub(super) velocity: Evaluator,
     pub(super) rows: Vec<usize>,
     /// Squared lengths of the rows in the coordinates of bodies, in the metric of M^-1.
     pub(super) squares: Vec<f64>,
+    /// The same with all bodies alike: squares of [`super::JointPlan::sizes`].
+    square_sizes: Vec<f64>,
     /// Whether accelerations are solved for body by body.
     pub(super) by_bodies: bool,
 }
+
+/// Share of the best smallest pivot of a choice of rows from which on another choice is as good.
+const SOUND_CHOICE: f64 = 0.3;
 
 /// How accelerations are solved for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,14 +40,35 @@ pub(super) enum Solving {
     Articulated,
 }
 
+/// What the pivots of the rows in use tell, next to each other in one position.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Look {
+    /// As [`pivot_ratio`].
+    pub(super) ratio: f64,
+    /// The smallest share of a pivot in the magnitudes that it is made of: elimination is as inaccurate as round-off over this.
+    pub(super) kept: f64,
+    /// The smallest share of a row that is not in the span of those before it, squared, whatever the masses: zero where the rows
+    /// are dependent.
+    pub(super) independence: f64,
+}
+
 impl Unrolled {
-    pub(super) fn new(joint: &JointEquations, rows: &[usize], squares: Vec<f64>, how: Solving) -> Self {
+    /// `squares` and `sizes` are those of the rows in the coordinates of bodies: squared lengths in the metric of M^-1, and
+    /// lengths with rotations taken on `length`.
+    pub(super) fn new(
+        joint: &JointEquations,
+        rows: &[usize],
+        (squares, sizes): (Vec<f64>, &[f64]),
+        length: f64,
+        how: Solving,
+    ) -> Self {
+        let square_sizes = sizes.iter().map(|size| size * size).collect();
         let mut g = joint.graph.clone();
         let mut open = None;
         if rows.is_empty() && how != Solving::Eliminated {
             let solved = joint.articulated(&mut g);
             if how == Solving::Articulated || joint.long_to_eliminate() {
-                return Self::of_tree(joint, g, solved, squares);
+                return Self::of_tree(joint, g, solved);
             }
             open = Some(solved);
         }
@@ -66,7 +93,7 @@ impl Unrolled {
         if let Some(solved) = open
             && g.live(&tree_outputs(joint, &solved)).len() < g.live(&outputs).len()
         {
-            return Self::of_tree(joint, g, solved, squares);
+            return Self::of_tree(joint, g, solved);
         }
         let motion = Evaluator::condensed(&g, &outputs);
 
@@ -90,18 +117,37 @@ impl Unrolled {
         }
         let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
         outputs.extend(&pivots);
+        outputs.extend(&elimination.row_magnitudes);
+        // With all bodies alike it is the rows alone that are eliminated.
+        let scales = joint.coordinates.scales(length);
+        let alike: Vec<(usize, usize, Node)> =
+            scales.iter().enumerate().map(|(k, scale)| (k, k, g.constant(scale.powi(-2)))).collect();
+        outputs.extend(&Elimination::new(&mut g, columns, &alike, &jacobian).row_pivots);
         let velocity = Evaluator::condensed(&g, &outputs);
-        Self { motion, position, velocity, rows: rows.to_vec(), squares, by_bodies: false }
+        Self { motion, position, velocity, rows: rows.to_vec(), squares, square_sizes, by_bodies: false }
     }
 
     /// Trees that no rows close: nothing is to be corrected, and nothing is solved for that.
-    fn of_tree(joint: &JointEquations, g: Graph, solved: Articulated, squares: Vec<f64>) -> Self {
+    fn of_tree(joint: &JointEquations, g: Graph, solved: Articulated) -> Self {
         let motion = Evaluator::condensed(&g, &tree_outputs(joint, &solved));
         let mut nothing = Graph::default();
         let mut outputs = vec![nothing.constant(0.0); joint.coordinates.columns];
         outputs.extend(vec![nothing.constant(1.0); joint.coordinates.columns]);
         let (position, velocity) = (Evaluator::new(&nothing, &outputs), Evaluator::new(&nothing, &outputs));
-        Self { motion, position, velocity, rows: Vec::new(), squares, by_bodies: true }
+        let (rows, squares, square_sizes) = Default::default();
+        Self { motion, position, velocity, rows, squares, square_sizes, by_bodies: true }
+    }
+
+    /// At the inputs that [`Unrolled::velocity`] was run for last.
+    pub(super) fn look(&self, columns: usize) -> Look {
+        let m = self.rows.len();
+        let (pivots, others) = self.velocity.outputs()[columns..].split_at(columns + m);
+        let (magnitudes, free) = others.split_at(others.len() - m);
+        Look {
+            ratio: pivot_ratio(pivots, columns, &self.squares),
+            kept: pivot_ratio(pivots, columns, magnitudes),
+            independence: pivot_ratio(free, 0, &self.square_sizes),
+        }
     }
 }
 
@@ -154,12 +200,13 @@ pub(super) enum Function {
 }
 
 impl Safe {
-    /// `lengths` are those of the rows in the coordinates of bodies, in the metric of M^-1: what vanishes in the coordinates of
-    /// joints is noticed.
+    /// `sizes` are those of the rows in the coordinates of bodies, rotations taken on `length`: what vanishes in the coordinates
+    /// of joints is noticed.
     pub(super) fn new(
         joint: &JointEquations,
         rows: &[usize],
-        lengths: &[f64],
+        sizes: &[f64],
+        length: f64,
         tolerance: f64,
     ) -> Result<Self, AnalysisError> {
         let columns = joint.coordinates.columns;
@@ -179,7 +226,8 @@ impl Safe {
             .collect();
         let structure = KktStructure::new(columns, rows.len(), mass, jacobian)?;
         let mut solver = DenseQr::new(&structure, tolerance)?;
-        solver.set_row_lengths(lengths)?;
+        solver.set_measure(&joint.coordinates.scales(length))?;
+        solver.set_row_lengths(sizes)?;
         Ok(Self {
             terms: Evaluator::new(&joint.graph, &nodes),
             solver,
@@ -222,6 +270,29 @@ impl Safe {
         self.solver.set_mass(mass)?;
         self.health = self.solver.refactor(&rest[..self.structure.jacobian.len()])?;
         Ok(self.health)
+    }
+
+    /// Where factored last, as many independent rows as there are: those that elimination in the metric of M^-1 goes best with, in
+    /// which the rows have these lengths in the coordinates of bodies; the most independent ones where masses would keep rows that
+    /// are close to dependent.
+    pub(super) fn rows_to_keep(&mut self, lengths: &[f64]) -> Result<Vec<usize>, AnalysisError> {
+        let best = self.solver.independent_rows().to_vec();
+        if best.len() == self.rows.len() {
+            return Ok(best);
+        }
+        let (mass, rest) = self.terms.outputs().split_at(self.structure.mass.len());
+        let jacobian = &rest[..self.structure.jacobian.len()];
+        let mut by_mass = DenseQr::new(&self.structure, 0.0)?;
+        by_mass.set_row_lengths(lengths)?;
+        by_mass.set_rank_limit(best.len());
+        by_mass.set_mass(mass)?;
+        by_mass.refactor(jacobian)?;
+        let found = by_mass.independent_rows().to_vec();
+        self.solver.set_first_rows(&found)?;
+        let health = self.solver.refactor(jacobian)?;
+        let kept = health.smallest_pivot_ratio >= SOUND_CHOICE * self.health.smallest_pivot_ratio
+            && found.iter().all(|row| self.solver.independent_rows().contains(row));
+        Ok(if kept { found } else { best })
     }
 
     /// Accelerations and multipliers for a motion, or with `right` the smallest change that makes it.

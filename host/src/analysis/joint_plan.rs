@@ -3,7 +3,7 @@
 use super::assembly::{Assembly, start_inputs};
 use super::constraints::Constraints;
 use super::formulation::{AnalysisError, Counters};
-use super::joint_engines::{Safe, Solving, Unrolled, pivot_ratio};
+use super::joint_engines::{Look, Safe, Solving, Unrolled, pivot_ratio};
 use super::joint_start::JointStart;
 use crate::linalg::Health;
 use crate::model::Model;
@@ -36,12 +36,10 @@ pub struct JointPlan {
     pub(super) regular: Unrolled,
     /// Gradients of [`JointPlan::rows`] along the bodies' coordinates, rotations taken on the scene's length.
     pub(super) sizes: Vec<f64>,
-    /// The same in the metric of M^-1.
-    pub(super) lengths: Vec<f64>,
     /// Rank and pivot ratio of the rank-revealing factorisation at the start.
     pub(super) at_start: Health,
-    /// Pivot ratio of the elimination at the start.
-    pub(super) start_health: f64,
+    /// The elimination at the start.
+    pub(super) start: Look,
     pub(super) length: f64,
 }
 
@@ -82,7 +80,7 @@ impl JointPlan {
     pub fn use_all_rows(&mut self) {
         // A large tree that no rows close has none to choose from.
         if self.equations.mass_is_written() {
-            self.start_health = 0.0;
+            self.start.kept = 0.0;
         }
     }
 
@@ -132,17 +130,16 @@ impl JointPlan {
         let used = tree.used(model.elements.len());
         let of_tree = |row: usize| used[layout.element_of_row(row).0];
         if !joint.mass_is_written() {
-            let mut regular = Unrolled::new(&joint, &[], Vec::new(), Solving::Articulated);
+            let mut regular = Unrolled::new(&joint, &[], Default::default(), length, Solving::Articulated);
             let outputs = regular.motion.run(&inputs, &model.sets)?;
-            let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
-            if start_health >= LEAST_HEALTH {
+            let ratio = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
+            if ratio >= LEAST_HEALTH {
                 return Ok(Self {
                     met: Vec::new(),
                     regular,
-                    start_health,
+                    start: Look { ratio, kept: ratio, independence: 1.0 },
                     at_start: Health { rank: 0, smallest_pivot_ratio: 1.0 },
                     independent: Vec::new(),
-                    lengths: Vec::new(),
                     sizes: Vec::new(),
                     rows: Vec::new(),
                     length,
@@ -155,31 +152,36 @@ impl JointPlan {
         let candidates: Vec<usize> =
             (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
-        let share = shares(&joint, model, &candidates, &sizes, &lengths, &inputs, length)?;
+        let share = shares(&joint, model, &candidates, &sizes, &inputs, length)?;
         let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
         let kept: Vec<usize> = (0..candidates.len()).filter(needed).collect();
         let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
         let sizes: Vec<f64> = kept.iter().map(|k| sizes[*k]).collect();
         let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
 
-        let mut all = Safe::new(&joint, &rows, &lengths, RANK_TOLERANCE)?;
+        let mut all = Safe::new(&joint, &rows, &sizes, length, RANK_TOLERANCE)?;
         let at_start = all.factor(&inputs, &model.sets, &mut Counters::default())?;
-        let mut independent: Vec<usize> = all.solver.independent_rows().to_vec();
+        let mut independent = all.rows_to_keep(&lengths)?;
         independent.sort_unstable();
         let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
         let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
-        let mut regular = Unrolled::new(&joint, &chosen, squares, Solving::Fewest);
-        // Where nothing is to be corrected, the pivots are those of the motion.
-        let factored = if regular.by_bodies { &mut regular.motion } else { &mut regular.velocity };
-        let outputs = factored.run(&inputs, &model.sets)?;
-        let start_health = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
+        let chosen_sizes: Vec<f64> = independent.iter().map(|k| sizes[*k]).collect();
+        let mut regular = Unrolled::new(&joint, &chosen, (squares, &chosen_sizes), length, Solving::Fewest);
+        let start = if regular.by_bodies {
+            // Where nothing is to be corrected, the pivots are those of the motion.
+            let outputs = regular.motion.run(&inputs, &model.sets)?;
+            let ratio = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
+            Look { ratio, kept: ratio, independence: 1.0 }
+        } else {
+            regular.velocity.run(&inputs, &model.sets)?;
+            regular.look(joint.coordinates.columns)
+        };
         Ok(Self {
             met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),
             regular,
-            start_health,
+            start,
             at_start,
             independent,
-            lengths,
             sizes,
             rows,
             length,
@@ -259,16 +261,12 @@ fn shares(
     model: &Model,
     rows: &[usize],
     sizes: &[f64],
-    lengths: &[f64],
     start: &[f64],
     length: f64,
 ) -> Result<Vec<f64>, AnalysisError> {
     let coordinates = &joint.coordinates;
-    let mut scales = vec![1.0 / length; coordinates.columns];
-    for line in coordinates.lines.iter().filter(|line| line.measure == Measure::Length) {
-        scales[line.column] = 1.0;
-    }
-    let mut probe = Safe::new(joint, rows, lengths, RANK_TOLERANCE)?;
+    let scales = coordinates.scales(length);
+    let mut probe = Safe::new(joint, rows, sizes, length, RANK_TOLERANCE)?;
     let mut shares = vec![0.0_f64; rows.len()];
     for place in 0..=PROBES {
         let mut inputs = start.to_vec();

@@ -18,11 +18,17 @@ const PLACES: usize = 7;
 /// The outermost place lies about this many times as far away as the innermost one.
 const OUTERMOST: f64 = 4.0;
 /// Pivot ratio at the innermost places, as a share of that at the start of the scene.
-const SOUND: f64 = 0.07;
+const SOUND: f64 = 0.042;
 /// First distance at which the pivot ratio is looked at: a change of positions, in radians or lengths of the scene.
 const FIRST_LOOK: f64 = 0.05;
 /// Looks, each twice as far away, before the singular position counts as not passed over by the velocity.
 const MOST_LOOKS: usize = 6;
+
+/// Violation of the constraints, as a share of the scene's size, from which on what was interpolated is as good as it gets; and
+/// the largest that is accepted after [`MOST_PROJECTIONS`].
+const MET: f64 = 1e-14;
+const MOST_MISSED: f64 = 1e-9;
+const MOST_PROJECTIONS: usize = 2;
 
 /// What a formulation can do, wherever that is sound.
 pub(super) trait Passing {
@@ -52,6 +58,11 @@ pub(super) trait Refusing: Passing {
     /// # Errors
     /// See [`AnalysisError`].
     fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError>;
+    /// The largest violation of the constraints on positions, as a share of the scene's size, and its row.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError>;
     /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
     ///
     /// # Errors
@@ -115,7 +126,8 @@ fn rates_of_stage<F: Refusing>(
     form.rates_plainly(t, stage, rates, false)
 }
 
-/// Brings positions and velocities to the constraints, next to a singular position too.
+/// Brings positions and velocities to the constraints, next to a singular position too. What is interpolated there is looked at:
+/// where the constraints are not met then, the rest is interpolated once more, and what is left after that must be small.
 ///
 /// # Errors
 /// See [`AnalysisError`].
@@ -124,23 +136,30 @@ pub(super) fn project<F: Refusing>(form: &mut F, t: f64, state: &mut [f64]) -> R
         Err(AnalysisError::NextToSingular) => {}
         result => return result,
     }
-    let mut passage = std::mem::take(form.passage());
-    let mut correction = std::mem::take(&mut passage.correction);
-    let passed = passage.interpolate(form, t, state, &mut correction, |form, t, place, correction| {
-        correction.copy_from_slice(place);
-        form.project_plainly(t, place, false)?;
-        correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
-        Ok(())
-    });
-    passage.correction = correction;
-    *form.passage() = passage;
-    if !passed? {
-        return form.project_plainly(t, state, false);
+    let (mut violation, mut what) = (0.0, String::new());
+    for _ in 0..MOST_PROJECTIONS {
+        let mut passage = std::mem::take(form.passage());
+        let mut correction = std::mem::take(&mut passage.correction);
+        let passed = passage.interpolate(form, t, state, &mut correction, |form, t, place, correction| {
+            correction.copy_from_slice(place);
+            form.project_plainly(t, place, false)?;
+            correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
+            Ok(())
+        });
+        passage.correction = correction;
+        *form.passage() = passage;
+        if !passed? {
+            return form.project_plainly(t, state, false);
+        }
+        form.counted().interpolated += 1;
+        state.iter_mut().zip(&form.passage().correction).for_each(|(value, by)| *value += by);
+        form.normalise(state);
+        (violation, what) = form.miss(t, state)?;
+        if violation <= MET {
+            return Ok(());
+        }
     }
-    form.counted().interpolated += 1;
-    state.iter_mut().zip(&form.passage().correction).for_each(|(value, by)| *value += by);
-    form.normalise(state);
-    Ok(())
+    if violation <= MOST_MISSED { Ok(()) } else { Err(AnalysisError::LeftConstraints { what, violation }) }
 }
 
 /// Its places, and scratch; see the module documentation.

@@ -9,20 +9,25 @@ use super::linearisation::{Linearisation, Terms, work};
 use super::passage::{self, Passage, Passing, Refusing};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
-use crate::plan::{Coordinates, Layout, Plan};
+use crate::plan::{Coordinates, Layout, Plan, body_scales};
 use crate::program::{Equations, Graph, Node, Row};
 
 /// Numbers per body in the state: r (3), p (4), v (3), omega' (3).
 pub const BODY_STATES: usize = 13;
 
-/// Where the pivot ratio falls below this share of its value at the start, the sparse engine is not trusted: its choice of
-/// rows, or all of them, are close to dependent. The ratio goes with a squared singular value: 2.5e-3 stands for 0.05.
-pub(super) const SICK_SHARE: f64 = 2.5e-3;
-/// The same for scenes that cannot lose rank, as a plain ratio.
+/// Where the pivot ratio falls below this share of its value at the start, the sparse engine's choice of rows, or all of them,
+/// may be close to dependent: what counts then is the ratio that masses have no part in. It goes with a squared singular value:
+/// 9e-4 stands for 0.03.
+pub(super) const SICK_SHARE: f64 = 9e-4;
+/// A plain pivot ratio below which nothing is left but round-off.
 pub(super) const SICK_TREE: f64 = 1e-12;
+/// Pivot ratio, in the metric of the masses, from which elimination keeps enough digits: it loses as many as this has.
+pub(super) const ACCURATE: f64 = 1e-5;
+/// The same where solutions are refined once.
+const ACCURATE_REFINED: f64 = 1e-10;
 /// Share of the rank-safe engine's pivot ratio at the start below which nothing is solved, but interpolated: see
 /// [`Passage`].
-pub(super) const NEAR_SINGULAR: f64 = 0.05;
+pub(super) const NEAR_SINGULAR: f64 = 0.03;
 /// Share of the smallest singular value at the start below which stages are brought to the constraints before they are
 /// evaluated. Two reasons, both about states off the constraints, where the stages of a method are by its local error. At a
 /// singular position the acceleration there has a pole, (offset) / (distance), which a method would approach with ever
@@ -34,6 +39,8 @@ pub(super) const APPROACH: f64 = 0.5;
 pub(super) const MOTION_RANK_TOLERANCE: f64 = 1e-11;
 /// Violations below this share of the scene's size are round-off.
 pub(super) const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+/// Share of what the equations of motion are made of by which interpolated accelerations and reactions may miss them.
+const BALANCED: f64 = 1e-9;
 /// Newton corrections per projection before the constraints count as lost.
 pub(super) const MOST_CORRECTIONS: usize = 12;
 
@@ -178,10 +185,16 @@ pub struct WorkingForm {
     inputs: Vec<f64>,
     regular: Option<Engine<SparseLdl>>,
     safe: Engine<DenseQr>,
-    /// Pivot ratio of the sparse engine below which it is not trusted.
+    /// The rows of the sparse engine whatever the masses: all bodies alike.
+    alike: Option<SparseLdl>,
+    /// Position and time where these were eliminated last, and their pivot ratio.
+    alike_at: (Vec<f64>, f64),
+    /// Pivot ratio of the sparse engine below which a closer look decides whether it is trusted.
     least_health: f64,
     /// Pivot ratio of the sparse engine at the start.
     start_health: f64,
+    /// The same whatever the masses, where the rows were sound last.
+    start_independence: f64,
     /// Rank and pivot ratio of the rank-safe engine at the start.
     start: Health,
     /// Whether the correction solved last went through the rank-safe engine.
@@ -194,6 +207,10 @@ pub struct WorkingForm {
     passage: Passage,
     /// Scratch: accelerations and multipliers.
     forces: Vec<f64>,
+    /// Scratch: what is left of both block rows, and what it is made of.
+    balance: Vec<f64>,
+    /// Values of the mass matrix, aligned with the pattern.
+    mass: Vec<f64>,
     force: Vec<f64>,
     key: Vec<f64>,
     row_names: Vec<String>,
@@ -229,7 +246,9 @@ impl WorkingForm {
             }
         };
         let structure = structure(equations, model, &all)?;
-        let solver = DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?;
+        let scales = body_scales(model, length);
+        let mut solver = DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?;
+        solver.set_measure(&scales)?;
         let mut safe = match &regular {
             Some(engine) if engine.dynamics.rows == all => engine.with(model, solver)?,
             _ => Engine::new(equations, model, &all, solver)?,
@@ -241,6 +260,14 @@ impl WorkingForm {
             Watch::Loops
         } else {
             Watch::Nothing
+        };
+        let alike = match &regular {
+            Some(engine) if watch != Watch::Nothing => {
+                let mut alike = sparse_engine(equations, model, &engine.dynamics.rows, &layout)?;
+                alike.set_mass(&engine.dynamics.structure.metric(&scales))?;
+                Some(alike)
+            }
+            _ => None,
         };
         let dim = BODY_STATES * layout.bodies + layout.states + 1;
         let row_names = (0..layout.rows)
@@ -257,11 +284,16 @@ impl WorkingForm {
             careful: false,
             passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
             forces: vec![0.0; layout.velocities() + layout.rows],
+            balance: vec![0.0; 2 * (layout.velocities() + layout.rows)],
+            mass: mass_values(model),
             key: Vec::with_capacity(7 * layout.bodies + 1),
-            least_health: if watch == Watch::Nothing { SICK_TREE } else { start_health * SICK_SHARE },
+            least_health: start_health * SICK_SHARE,
             watch,
             sets: std::mem::take(&mut model.sets),
             start_health,
+            start_independence: plan.independence,
+            alike,
+            alike_at: (Vec::new(), 0.0),
             start: plan.health,
             corrected_safely: false,
             regular,
@@ -303,11 +335,12 @@ impl WorkingForm {
 
     /// Accelerations and multipliers at the inputs' state: [M Phi_q^T; Phi_q 0] [a; lambda] = [Q; gamma].
     fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
-        let least = self.least_to_trust();
         if let Some(engine) = &mut self.regular {
             engine.dynamics.evaluate(&self.inputs, &self.sets)?;
             let health = engine.factor(Source::Dynamics, &self.key, &mut self.counters);
-            if is_healthy(&health, least) {
+            if self.is_trusted(Source::Dynamics, &health)
+                && let Some(engine) = &mut self.regular
+            {
                 let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
                 let coupling = self.coupling.as_mut();
                 engine.solve_motion(coupling, &mut self.inputs, &self.sets, solution, &mut self.counters)?;
@@ -328,7 +361,6 @@ impl WorkingForm {
     /// residuals of positions that are round-off are left alone.
     fn solve_correction(&mut self, velocity: bool, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
         self.force.fill(0.0);
-        let least = self.least_to_trust();
         if let Some(engine) = &mut self.regular {
             engine.geometry.evaluate(&self.inputs, &self.sets)?;
             let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
@@ -338,7 +370,9 @@ impl WorkingForm {
                 return Ok(worst);
             }
             let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
-            if is_healthy(&health, least) {
+            if self.is_trusted(Source::Geometry, &health)
+                && let Some(engine) = &mut self.regular
+            {
                 engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
                 self.corrected_safely = false;
                 return Ok(worst);
@@ -356,10 +390,34 @@ impl WorkingForm {
         Ok(worst)
     }
 
-    /// The pivot ratio from which on the sparse engine is trusted. Next to a singular position that is one of whole rows: a small
-    /// ratio at the start may be that of rows that have nothing to do with it.
-    fn least_to_trust(&self) -> f64 {
-        if self.careful { self.least_health.max(SICK_SHARE) } else { self.least_health }
+    /// Whether the sparse engine is trusted with what it factored last. Far from singular positions a pivot ratio that has not
+    /// fallen by far is enough; where it has, or next to them, what counts is the ratio that masses have no part in, and how many
+    /// digits elimination keeps. Next to a singular position that is a ratio of whole rows: a small one at the start may be that
+    /// of rows that have nothing to do with it.
+    fn is_trusted(&mut self, from: Source, health: &Result<Health, LinalgError>) -> bool {
+        let Ok(health) = health else { return false };
+        let ratio = health.smallest_pivot_ratio;
+        if self.watch == Watch::Nothing || !self.careful && ratio >= self.least_health {
+            return ratio >= ACCURATE_REFINED;
+        }
+        let least = if self.careful { self.start_independence.max(1.0) } else { self.start_independence };
+        ratio >= ACCURATE_REFINED && self.independence(from) >= SICK_SHARE * least
+    }
+
+    /// Pivot ratio of the rows in use where they were evaluated last, whatever the masses.
+    fn independence(&mut self, from: Source) -> f64 {
+        let (Some(engine), Some(alike)) = (&self.regular, &mut self.alike) else { return 1.0 };
+        let jacobian = match from {
+            Source::Dynamics => engine.dynamics.jacobian(),
+            Source::Geometry => engine.geometry.jacobian(),
+        };
+        let (key, ratio) = &mut self.alike_at;
+        if *key != self.key {
+            self.counters.factorisations += 1;
+            *ratio = alike.refactor(jacobian).map_or(0.0, |health| health.smallest_pivot_ratio);
+            key.clone_from(&self.key);
+        }
+        *ratio
     }
 
     /// Newton's method on the positions; with `keep_away`, refused next to a singular position. Without it they are corrected
@@ -418,9 +476,36 @@ impl WorkingForm {
             self.solve_dynamics()?;
             return Ok(false);
         }
-        self.counters.interpolated += 1;
         self.inputs[slots].copy_from_slice(&self.forces);
+        if self.unbalanced()? > BALANCED {
+            // Reactions may have a pole there. What is solved for next to it is the better for that.
+            self.solve_dynamics()?;
+            return Ok(false);
+        }
+        self.counters.interpolated += 1;
         Ok(true)
+    }
+
+    /// What is left of the equations of motion and of the constraints on accelerations with those in the inputs, as a share of
+    /// what they are made of: the larger of that of forces, torques and constraints.
+    fn unbalanced(&mut self) -> Result<f64, AnalysisError> {
+        let engine = &mut self.safe;
+        engine.dynamics.evaluate(&self.inputs, &self.sets)?;
+        let (a, lambda) = self.inputs[self.layout.acceleration_slot()..].split_at(self.layout.velocities());
+        let loads = &engine.dynamics.further(FUNCTIONS)[..a.len()];
+        let (left, sizes) = self.balance.split_at_mut(a.len() + lambda.len());
+        let values = (&self.mass[..], engine.dynamics.jacobian());
+        let right = (loads, engine.dynamics.function(0));
+        engine.dynamics.structure.residual(values, right, (a, lambda), [left, sizes]);
+        // Forces, torques, rows.
+        let mut largest = [[0.0_f64; 2]; 3];
+        for (k, (left, size)) in left.iter().zip(sizes).enumerate() {
+            let kind = if k < a.len() { k % 6 / 3 } else { 2 };
+            let [most, whole] = &mut largest[kind];
+            *most = if left.is_finite() { most.max(left.abs()) } else { f64::INFINITY };
+            *whole = whole.max(*size);
+        }
+        Ok(largest.iter().fold(0.0, |worst, [most, whole]| if *most > 0.0 { worst.max(most / whole) } else { worst }))
     }
 
     /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
@@ -496,10 +581,6 @@ enum Derivatives {
 enum Used {
     Regular,
     Safe,
-}
-
-fn is_healthy(health: &Result<Health, LinalgError>, least: f64) -> bool {
-    matches!(health, Ok(health) if health.smallest_pivot_ratio >= least)
 }
 
 /// Puts minus the residual of positions or velocities into `engine.right`; gives the worst violation.
@@ -625,6 +706,13 @@ impl Refusing for WorkingForm {
         Ok(())
     }
 
+    fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError> {
+        self.load(t, state);
+        self.safe.geometry.evaluate(&self.inputs, &self.sets)?;
+        let (violation, row) = self.safe.geometry.worst(self.safe.geometry.function(0), self.length);
+        Ok((violation / self.length, self.row_name(row)))
+    }
+
     fn rates_plainly(
         &mut self,
         t: f64,
@@ -703,6 +791,7 @@ impl Formulation for WorkingForm {
         self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
         // A joint's equations may contain them.
         self.safe.factored_at.clear();
+        self.alike_at.0.clear();
         if let Some(engine) = &mut self.regular {
             engine.factored_at.clear();
         }
@@ -718,14 +807,17 @@ impl Formulation for WorkingForm {
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         self.load(t, state);
-        let mut pivot_ratio = 0.0;
+        let mut independence = 0.0;
         self.careful = match &mut self.regular {
             Some(_) if self.watch == Watch::Nothing => false,
             Some(engine) => {
                 engine.geometry.evaluate(&self.inputs, &self.sets)?;
                 let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
-                pivot_ratio = health.as_ref().map_or(0.0, |health| health.smallest_pivot_ratio);
-                !is_healthy(&health, APPROACH * APPROACH * self.start_health)
+                let ratio = health.map_or(0.0, |health| health.smallest_pivot_ratio);
+                // It may have fallen because of masses.
+                self.least_health = SICK_SHARE * self.start_health.min(ratio / (APPROACH * APPROACH));
+                independence = self.independence(Source::Geometry);
+                independence < APPROACH * APPROACH * self.start_independence
             }
             None => self.layout.rows > self.start.rank,
         };
@@ -737,10 +829,9 @@ impl Formulation for WorkingForm {
             self.safe.factor(Source::Geometry, &self.key, &mut self.counters)?;
             self.start.rank = self.start.rank.max(self.safe.health.rank);
             self.safe.solver.set_rank_limit(self.start.rank);
-            if self.watch == Watch::Loops && !self.is_singular(APPROACH) && pivot_ratio > SICK_TREE {
-                // All rows are in use and independent: the sparse engine's ratio fell for other reasons.
-                self.start_health = pivot_ratio;
-                self.least_health = pivot_ratio * SICK_SHARE;
+            if self.watch == Watch::Loops && !self.is_singular(APPROACH) && independence > SICK_TREE {
+                // All rows are in use and independent: their order in the sparse engine is to blame.
+                self.start_independence = independence;
                 self.careful = false;
             }
         }

@@ -16,19 +16,39 @@ use super::{BlockCholesky, Health, KktSolver, KktStructure, LinalgError, Pivoted
 /// Dependent rows get a multiplier of zero and are not enforced; they hold by themselves if
 /// `g` is consistent, which [`DenseQr::dependent_residuals`] checks. `a` is unique whatever
 /// the rank. Cost: `O(n m^2)`.
+///
+/// Which rows are independent is a question about `J` alone, whatever the masses: with
+/// [`DenseQr::set_measure`] a factorisation of `J` with scaled columns answers it, and the one
+/// above takes the independent rows as they are, however close to dependent they look in the
+/// metric of `M^-1`. Where masses differ by decades, `Q` spreads round-off of heavy unknowns over
+/// light ones; one step of refinement takes that away.
 #[derive(Debug, Clone)]
 pub struct DenseQr {
     structure: KktStructure,
     mass: BlockCholesky,
     qr: PivotedQr,
+    tolerance: f64,
+    measure: Option<Measure>,
+    /// Values of `M`, and of `J` factored last.
+    values: (Vec<f64>, Vec<f64>),
     /// Mass block and constraint row, for each pair that shares an entry of `J`.
     touched: Vec<(usize, usize)>,
-    /// `J b - g` of the dependent rows, by place behind the rank.
+    /// `J a - g` of the dependent rows, by row.
     residuals: Vec<f64>,
     /// Scratch of length `n`: `h`, then `b`.
     work: Vec<f64>,
     /// Scratch of length `n`: `c`.
     constrained: Vec<f64>,
+    /// Scratch of three times `n + m`, for refinement.
+    room: Vec<f64>,
+}
+
+/// Where ranks are decided without the mass.
+#[derive(Debug, Clone)]
+struct Measure {
+    /// Factor of each column of `J`.
+    scales: Vec<f64>,
+    qr: PivotedQr,
 }
 
 impl DenseQr {
@@ -52,12 +72,39 @@ impl DenseQr {
         Ok(Self {
             mass,
             qr: PivotedQr::new(structure.n, structure.m, tolerance),
+            tolerance,
+            measure: None,
+            values: (vec![0.0; structure.mass.len()], vec![0.0; structure.jacobian.len()]),
             touched,
             residuals: vec![0.0; structure.m],
             work: vec![0.0; structure.n],
             constrained: vec![0.0; structure.n],
+            room: vec![0.0; 3 * (structure.n + structure.m)],
             structure: structure.clone(),
         })
+    }
+
+    /// Decides ranks on `J` with each column multiplied by its scale, instead of in the metric of `M^-1`. Scales make
+    /// columns comparable: where all unknowns move things by a length, times their scale, what is found has no unit and
+    /// depends on no mass. To be called before the settings below.
+    ///
+    /// # Errors
+    /// A slice of the wrong length.
+    pub fn set_measure(&mut self, scales: &[f64]) -> Result<(), LinalgError> {
+        check_length("scales", self.structure.n, scales.len())?;
+        let qr = PivotedQr::new(self.structure.n, self.structure.m, self.tolerance);
+        self.measure = Some(Measure { scales: scales.to_vec(), qr });
+        self.qr.set_tolerance(0.0);
+        Ok(())
+    }
+
+    /// The factorisation that decides about ranks.
+    fn ranks(&self) -> &PivotedQr {
+        self.measure.as_ref().map_or(&self.qr, |measure| &measure.qr)
+    }
+
+    fn ranks_mut(&mut self) -> &mut PivotedQr {
+        self.measure.as_mut().map_or(&mut self.qr, |measure| &mut measure.qr)
     }
 
     /// Names the rows to keep where rows depend on each other, see
@@ -66,37 +113,37 @@ impl DenseQr {
     /// # Errors
     /// [`LinalgError::Pattern`] for a row out of range.
     pub fn set_first_rows(&mut self, rows: &[usize]) -> Result<(), LinalgError> {
-        self.qr.set_first_group(rows)
+        self.ranks_mut().set_first_group(rows)
     }
 
     /// Finds at most this many independent rows, from the next `refactor` on. Rows that depend on others on their
     /// manifold seem independent, by as little as the distance, off it.
     pub fn set_rank_limit(&mut self, limit: usize) {
-        self.qr.set_rank_limit(limit);
+        self.ranks_mut().set_rank_limit(limit);
     }
 
-    /// Judges each row of `J` by the length given for it in the metric of `M^-1`, instead of its own, see
+    /// Judges each row of `J` by the length given for it, in the metric in which ranks are decided, instead of its own: see
     /// [`PivotedQr::set_lengths`].
     ///
     /// # Errors
     /// A slice of the wrong length.
     pub fn set_row_lengths(&mut self, lengths: &[f64]) -> Result<(), LinalgError> {
-        self.qr.set_lengths(lengths)
+        self.ranks_mut().set_lengths(lengths)
     }
 
     /// Rows of `J` found independent, in pivot order.
     pub fn independent_rows(&self) -> &[usize] {
-        self.qr.independent_columns()
+        self.ranks().independent_columns()
     }
 
     /// Rows of `J` that depend on the independent ones.
     pub fn dependent_rows(&self) -> &[usize] {
-        self.qr.dependent_columns()
+        self.ranks().dependent_columns()
     }
 
     /// Largest remainder among the dependent rows, see [`PivotedQr::largest_dropped_ratio`].
     pub fn largest_dropped_ratio(&self) -> f64 {
-        self.qr.largest_dropped_ratio()
+        self.ranks().largest_dropped_ratio()
     }
 
     /// Basis of `J^T lambda = 0`: `m x (m - rank)`, column-major; vector `k` has a one on
@@ -105,7 +152,7 @@ impl DenseQr {
     /// # Errors
     /// [`LinalgError::NotFactored`].
     pub fn null_space(&self) -> Result<Vec<f64>, LinalgError> {
-        self.qr.null_space()
+        self.ranks().null_space()
     }
 
     /// For each row, whether its multiplier is not determined by the system. `tolerance` as in
@@ -114,61 +161,27 @@ impl DenseQr {
     /// # Errors
     /// [`LinalgError::NotFactored`].
     pub fn non_unique_multipliers(&self, tolerance: f64) -> Result<Vec<bool>, LinalgError> {
-        self.qr.free_unknowns(tolerance)
+        self.ranks().free_unknowns(tolerance)
     }
 
     /// `J a - g` of each row in [`DenseQr::dependent_rows`] after the last solve, in the unit
-    /// of `g`: zero up to round-off unless the constraints contradict each other.
-    pub fn dependent_residuals(&self) -> &[f64] {
-        &self.residuals[..self.qr.dependent_columns().len()]
+    /// of `g`: zero up to round-off unless the constraints contradict each other. `[report]`, allocates.
+    pub fn dependent_residuals(&self) -> Vec<f64> {
+        self.dependent_rows().iter().map(|&row| self.residuals[row]).collect()
     }
 
     /// Largest of [`DenseQr::dependent_residuals`], each row scaled to unit length in the
     /// metric of the mass matrix, and relative to the length of the enforced part of `g`
     /// scaled likewise (or absolute, if that is zero).
     pub fn consistency_residual(&self) -> f64 {
-        let largest = self
-            .dependent_rows()
-            .iter()
-            .zip(&self.residuals)
-            .map(|(&row, &residual)| (residual * self.qr.column_scale(row)).abs())
-            .fold(0.0, f64::max);
+        let size = |&row: &usize| (self.residuals[row] * self.qr.column_scale(row)).abs();
+        let largest = self.dependent_rows().iter().map(size).fold(0.0, f64::max);
         let enforced = super::two_norm(&self.constrained[..self.qr.rank()]);
         if enforced > 0.0 { largest / enforced } else { largest }
     }
-}
 
-impl KktSolver for DenseQr {
-    fn set_mass(&mut self, values: &[f64]) -> Result<(), LinalgError> {
-        self.qr.invalidate();
-        self.mass.factor(values)
-    }
-
-    fn refactor(&mut self, jacobian: &[f64]) -> Result<Health, LinalgError> {
-        check_length("jacobian", self.structure.jacobian.len(), jacobian.len())?;
-        if !self.mass.is_factored() {
-            return Err(LinalgError::NotFactored);
-        }
-        // B = L^-1 J^T
-        let n = self.structure.n;
-        let columns = self.qr.entries_mut();
-        columns.fill(0.0);
-        for (&(row, column), &value) in self.structure.jacobian.iter().zip(jacobian) {
-            columns[column + n * row] = value;
-        }
-        for &(block, row) in &self.touched {
-            self.mass.solve_lower_block(block, &mut columns[n * row..n * (row + 1)]);
-        }
-        self.qr.factor()?;
-        Ok(Health { rank: self.qr.rank(), smallest_pivot_ratio: self.qr.smallest_pivot_ratio() })
-    }
-
-    fn solve(&mut self, f: &[f64], g: &[f64], a: &mut [f64], lambda: &mut [f64]) -> Result<(), LinalgError> {
-        self.qr.check_factored()?;
-        check_length("f", self.structure.n, f.len())?;
-        check_length("g", self.structure.m, g.len())?;
-        check_length("a", self.structure.n, a.len())?;
-        check_length("lambda", self.structure.m, lambda.len())?;
+    /// One solution with the factors in force.
+    fn solve_once(&mut self, f: &[f64], g: &[f64], a: &mut [f64], lambda: &mut [f64]) {
         let rank = self.qr.rank();
 
         // Q^T h
@@ -181,7 +194,7 @@ impl KktSolver for DenseQr {
         for (k, &row) in self.qr.dependent_columns().iter().enumerate() {
             let entries = &self.qr.column(rank + k)[..rank];
             let value = dot(entries, &self.constrained[..rank]);
-            self.residuals[k] = value / self.qr.column_scale(row) - g[row];
+            self.residuals[row] = value / self.qr.column_scale(row) - g[row];
         }
 
         // R11 z = (Q^T h)_1 - c
@@ -193,6 +206,83 @@ impl KktSolver for DenseQr {
         self.qr.apply_q(&mut self.work);
         self.mass.solve_upper(&mut self.work);
         a.copy_from_slice(&self.work);
+    }
+
+    /// Factors `B` with the rows in use.
+    fn factor(&mut self) -> Result<(), LinalgError> {
+        // B = L^-1 J^T
+        let n = self.structure.n;
+        let columns = self.qr.entries_mut();
+        columns.fill(0.0);
+        for (&(row, column), &value) in self.structure.jacobian.iter().zip(&self.values.1) {
+            columns[column + n * row] = value;
+        }
+        for &(block, row) in &self.touched {
+            self.mass.solve_lower_block(block, &mut columns[n * row..n * (row + 1)]);
+        }
+        if let Some(measure) = &self.measure {
+            self.qr.set_rank_limit(measure.qr.rank());
+            self.qr.set_first_group(measure.qr.independent_columns())?;
+        }
+        self.qr.factor()
+    }
+}
+
+impl KktSolver for DenseQr {
+    fn set_mass(&mut self, values: &[f64]) -> Result<(), LinalgError> {
+        self.qr.invalidate();
+        if let Some(measure) = &mut self.measure {
+            measure.qr.invalidate();
+        }
+        self.mass.factor(values)?;
+        self.values.0.copy_from_slice(values);
+        Ok(())
+    }
+
+    fn refactor(&mut self, jacobian: &[f64]) -> Result<Health, LinalgError> {
+        check_length("jacobian", self.structure.jacobian.len(), jacobian.len())?;
+        if !self.mass.is_factored() {
+            return Err(LinalgError::NotFactored);
+        }
+        self.qr.invalidate();
+        self.values.1.copy_from_slice(jacobian);
+        match &mut self.measure {
+            None => self.factor()?,
+            Some(Measure { scales, qr }) => {
+                let columns = qr.entries_mut();
+                columns.fill(0.0);
+                for (&(row, column), &value) in self.structure.jacobian.iter().zip(jacobian) {
+                    columns[column + self.structure.n * row] = value * scales[column];
+                }
+                qr.factor()?;
+            }
+        }
+        Ok(Health { rank: self.ranks().rank(), smallest_pivot_ratio: self.ranks().smallest_pivot_ratio() })
+    }
+
+    fn solve(&mut self, f: &[f64], g: &[f64], a: &mut [f64], lambda: &mut [f64]) -> Result<(), LinalgError> {
+        self.ranks().check_factored()?;
+        check_length("f", self.structure.n, f.len())?;
+        check_length("g", self.structure.m, g.len())?;
+        check_length("a", self.structure.n, a.len())?;
+        check_length("lambda", self.structure.m, lambda.len())?;
+        // Where only a rank is asked for, nothing more is done.
+        if self.qr.check_factored().is_err() {
+            self.factor()?;
+        }
+        self.solve_once(f, g, a, lambda);
+        if self.measure.is_some() {
+            let (n, size) = (self.structure.n, self.structure.n + self.structure.m);
+            let mut room = std::mem::take(&mut self.room);
+            let (left, rest) = room.split_at_mut(size);
+            let (sizes, found) = rest.split_at_mut(size);
+            self.structure.residual((&self.values.0, &self.values.1), (f, g), (a, lambda), [&mut *left, sizes]);
+            let (more, further) = found.split_at_mut(n);
+            self.solve_once(&left[..n], &left[n..], more, further);
+            a.iter_mut().zip(&*more).for_each(|(x, by)| *x += by);
+            lambda.iter_mut().zip(&*further).for_each(|(x, by)| *x += by);
+            self.room = room;
+        }
         Ok(())
     }
 

@@ -117,6 +117,37 @@ impl KktStructure {
         Ok(structure)
     }
 
+    /// Values of a mass matrix, aligned with the pattern, with which unknowns that move things by a length, times their scale,
+    /// count alike: a diagonal of `1 / scale^2`.
+    #[must_use]
+    pub fn metric(&self, scales: &[f64]) -> Vec<f64> {
+        let value = |&(row, column): &(usize, usize)| if row == column { scales[row].powi(-2) } else { 0.0 };
+        self.mass.iter().map(value).collect()
+    }
+
+    /// What is left of both block rows of the system, `b - K x` for `b = (f, g)` and `x = (a, lambda)`, and what it is made of:
+    /// the sums of the magnitudes of its terms. Both `n + m` long. `[hot]`
+    pub fn residual(&self, values: (&[f64], &[f64]), b: (&[f64], &[f64]), x: (&[f64], &[f64]), out: [&mut [f64]; 2]) {
+        let [left, sizes] = out;
+        for ((left, size), b) in left.iter_mut().zip(sizes.iter_mut()).zip(b.0.iter().chain(b.1)) {
+            (*left, *size) = (*b, b.abs());
+        }
+        let mut take = |row: usize, term: f64| {
+            left[row] -= term;
+            sizes[row] += term.abs();
+        };
+        for (&(row, column), value) in self.mass.iter().zip(values.0) {
+            take(row, value * x.0[column]);
+            if row != column {
+                take(column, value * x.0[row]);
+            }
+        }
+        for (&(row, column), value) in self.jacobian.iter().zip(values.1) {
+            take(self.n + row, value * x.0[column]);
+            take(column, value * x.1[row]);
+        }
+    }
+
     /// Checks ranges, sorting, absence of duplicates and presence of the whole diagonal.
     ///
     /// # Errors

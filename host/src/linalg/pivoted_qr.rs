@@ -6,12 +6,14 @@ use super::{LinalgError, add_scaled, check_length, dot, two_norm};
 /// consists of round-off, and scaling it to unit length would invent a direction.
 const NEGLIGIBLE_COLUMN: f64 = 1e-14;
 
-/// `A D P = Q R` of a dense matrix `A` (`rows x columns`, column-major).
+/// `S A D P = Q R` of a dense matrix `A` (`rows x columns`, column-major).
 ///
 /// `D` scales every column to unit length, `P` puts the column with the largest remainder
 /// first (Businger & Golub 1965), and the factorisation stops where every remainder is at or
 /// below the tolerance: that is the rank. Remainders are down-dated, and recomputed where
 /// cancellation would spoil them, after Drmac & Bujanovic (ACM TOMS 35, 2008; LAPACK dgeqp3).
+/// `S` puts rows with large entries first: errors of each row are then round-off of that row,
+/// however much rows differ in size (Powell & Reid 1969; Cox & Higham, BIT 38, 1998).
 ///
 /// Columns may be split in two groups, see [`PivotedQr::set_first_group`].
 ///
@@ -38,6 +40,9 @@ pub struct PivotedQr {
     scale: Vec<f64>,
     /// `P`: column of `A` at each place.
     order: Vec<usize>,
+    /// `S`: row of `A` at each place; and the size of each row.
+    row_order: Vec<usize>,
+    row_size: Vec<f64>,
     /// Length of what remains of the column at each place, down-dated.
     remainder: Vec<f64>,
     /// The same when it was last computed from the entries.
@@ -46,7 +51,7 @@ pub struct PivotedQr {
     smallest_pivot: f64,
     largest_dropped: f64,
     factored: bool,
-    /// Scratch of length `rows`, and of length `columns`.
+    /// Scratch of length `rows`, and of length `columns`; `row_size` is scratch, too, once rows are sorted.
     tall: Vec<f64>,
     wide: Vec<f64>,
 }
@@ -66,6 +71,8 @@ impl PivotedQr {
             lengths: Vec::new(),
             scale: vec![1.0; columns],
             order: (0..columns).collect(),
+            row_order: (0..rows).collect(),
+            row_size: vec![0.0; rows],
             remainder: vec![0.0; columns],
             remainder_computed: vec![0.0; columns],
             rank: 0,
@@ -104,6 +111,11 @@ impl PivotedQr {
         &mut self.entries
     }
 
+    /// Replaces the tolerance; with zero every column that has an entry left is accepted.
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        self.tolerance = tolerance;
+    }
+
     /// Accepts at most this many pivots, the largest ones; for matrices whose rank is known.
     pub fn set_rank_limit(&mut self, limit: usize) {
         self.rank_limit = limit;
@@ -129,6 +141,7 @@ impl PivotedQr {
             return Err(LinalgError::NotFactored);
         }
         self.scale_columns()?;
+        self.sort_rows();
         self.rank = 0;
         self.smallest_pivot = 1.0;
 
@@ -273,15 +286,23 @@ impl PivotedQr {
         Ok(free)
     }
 
-    /// `x := Q x` (`x`: `rows`).
-    pub(super) fn apply_q(&self, x: &mut [f64]) {
+    /// `x := S^T Q x` (`x`: `rows`).
+    pub(super) fn apply_q(&mut self, x: &mut [f64]) {
         for k in (0..self.rank).rev() {
             self.apply_reflector(k, x);
         }
+        self.row_size.copy_from_slice(x);
+        for (value, &row) in self.row_size.iter().zip(&self.row_order) {
+            x[row] = *value;
+        }
     }
 
-    /// `x := Q^T x` (`x`: `rows`).
-    pub(super) fn apply_q_transposed(&self, x: &mut [f64]) {
+    /// `x := Q^T S x` (`x`: `rows`).
+    pub(super) fn apply_q_transposed(&mut self, x: &mut [f64]) {
+        self.row_size.copy_from_slice(x);
+        for (value, &row) in x.iter_mut().zip(&self.row_order) {
+            *value = self.row_size[row];
+        }
         for k in 0..self.rank {
             self.apply_reflector(k, x);
         }
@@ -336,7 +357,7 @@ impl PivotedQr {
         for column in 0..self.columns {
             let length = self.remainder[column];
             let (unit, longest) = self.lengths.get(column).map_or((length, longest), |given| (*given, *given));
-            let negligible = length <= NEGLIGIBLE_COLUMN * longest;
+            let negligible = length <= NEGLIGIBLE_COLUMN.min(self.tolerance) * longest;
             let first = column * self.rows;
             let entries = &mut self.entries[first..first + self.rows];
             if negligible {
@@ -350,6 +371,21 @@ impl PivotedQr {
             self.order[column] = column;
         }
         Ok(())
+    }
+
+    /// Puts rows with large entries first.
+    fn sort_rows(&mut self) {
+        self.row_size.fill(0.0);
+        for column in self.entries.chunks_exact(self.rows.max(1)) {
+            self.row_size.iter_mut().zip(column).for_each(|(size, value)| *size = size.max(value.abs()));
+        }
+        let size = &self.row_size;
+        self.row_order.iter_mut().enumerate().for_each(|(place, row)| *row = place);
+        self.row_order.sort_unstable_by(|a, b| size[*b].total_cmp(&size[*a]).then(a.cmp(b)));
+        for column in self.entries.chunks_exact_mut(self.rows.max(1)) {
+            self.row_size.copy_from_slice(column);
+            column.iter_mut().zip(&self.row_order).for_each(|(value, row)| *value = self.row_size[*row]);
+        }
     }
 
     /// Place of the column with the largest remainder, first group first; `None` if no

@@ -23,6 +23,7 @@ pub struct SparseFirst {
     dense: Option<DenseQr>,
     chosen: Option<Chosen>,
     tolerance: f64,
+    scales: Option<Vec<f64>>,
     light: f64,
     first_rows: Option<Vec<usize>>,
     uses_dense: bool,
@@ -51,10 +52,16 @@ impl SparseFirst {
             dense: None,
             chosen: None,
             tolerance,
+            scales: None,
             light: LIGHT,
             first_rows: None,
             uses_dense: false,
         })
+    }
+
+    /// Decides ranks without the mass: see [`DenseQr::set_measure`].
+    pub fn set_measure(&mut self, scales: &[f64]) {
+        self.scales = Some(scales.to_vec());
     }
 
     /// Names the rows to keep where rows depend on each other: see [`DenseQr::set_first_rows`].
@@ -79,7 +86,9 @@ impl SparseFirst {
         if n * m * m <= self.light {
             return Ok(None);
         }
-        let Some(rank) = SparseRank::find(&self.structure, &self.clusters, &self.mass, jacobian)? else {
+        let metric = self.scales.as_ref().map(|scales| self.structure.metric(scales));
+        let metric = metric.as_ref().unwrap_or(&self.mass);
+        let Some(rank) = SparseRank::find(&self.structure, &self.clusters, metric, jacobian)? else {
             return Ok(None);
         };
         let (sparse, _) = rank.engine(&self.structure, &self.clusters, &self.mass, jacobian)?;
@@ -100,6 +109,9 @@ impl SparseFirst {
     fn dense(&mut self) -> Result<&mut DenseQr, LinalgError> {
         if self.dense.is_none() {
             let mut dense = DenseQr::new(&self.structure, self.tolerance)?;
+            if let Some(scales) = &self.scales {
+                dense.set_measure(scales)?;
+            }
             dense.set_mass(&self.mass)?;
             if let Some(rows) = &self.first_rows {
                 dense.set_first_rows(rows)?;

@@ -2,6 +2,9 @@
 
 use super::{BlockCholesky, Clusters, Health, KktSolver, KktStructure, LinalgError, check_length, constraint_order};
 
+/// Share of a pivot in the magnitudes that it is made of below which solutions are refined.
+pub const ROUGH: f64 = 1e-3;
+
 /// No index: end of a chain in the elimination tree.
 const NONE: usize = usize::MAX;
 
@@ -21,6 +24,8 @@ pub struct SparseLdl {
     mass: BlockCholesky,
     threshold: f64,
     refine: bool,
+    /// Whether the factorisation in force lost digits.
+    is_rough: bool,
     /// Unknown at each place: `0..n` velocities, `n..n + m` constraint rows.
     order: Vec<usize>,
     /// Values of `M`, then of `J`.
@@ -69,6 +74,7 @@ impl SparseLdl {
             mass: BlockCholesky::new(structure.n, &structure.mass),
             threshold: Self::DEFAULT_THRESHOLD,
             refine: false,
+            is_rough: false,
             order: order.to_vec(),
             values: vec![0.0; structure.mass.len() + structure.jacobian.len()],
             row_starts,
@@ -104,8 +110,8 @@ impl SparseLdl {
         self.threshold = threshold;
     }
 
-    /// Switches one step of iterative refinement per solve on or off (default off). It costs
-    /// about as much as the solve itself.
+    /// Switches one step of iterative refinement per solve on, or leaves it to factorisations with a share of a pivot below
+    /// [`ROUGH`] (default). It costs about as much as the solve itself.
     pub fn set_refinement(&mut self, refine: bool) {
         self.refine = refine;
     }
@@ -219,6 +225,7 @@ impl KktSolver for SparseLdl {
 
         let mut rank = m;
         let mut smallest_pivot_ratio = 1.0_f64;
+        self.is_rough = false;
         for k in 0..n + m {
             let unknown = self.order[k];
             let is_constraint = unknown >= n;
@@ -235,8 +242,9 @@ impl KktSolver for SparseLdl {
             // By the law of inertia velocities have positive pivots and rows negative ones;
             // a wrong sign is round-off that swallowed the whole pivot.
             let signed = if is_constraint { -pivot } else { pivot };
+            let ratio = (signed / magnitude).max(0.0);
+            self.is_rough |= ratio < ROUGH;
             if is_constraint || signed < 0.0 {
-                let ratio = (signed / magnitude).max(0.0);
                 smallest_pivot_ratio = smallest_pivot_ratio.min(ratio);
                 rank -= usize::from(is_constraint && ratio < self.threshold);
             }
@@ -259,7 +267,7 @@ impl KktSolver for SparseLdl {
         self.right[..n].copy_from_slice(f);
         self.right[n..].copy_from_slice(g);
         self.solve_once(false);
-        if self.refine {
+        if self.refine || self.is_rough {
             self.compute_residual(f, g);
             self.right.copy_from_slice(&self.residual);
             self.solve_once(true);

@@ -455,6 +455,39 @@ fn decisions_on_rank_do_not_depend_on_units() {
 }
 
 #[test]
+fn ranks_do_not_depend_on_masses() {
+    let scales: Vec<f64> = (0..42).map(|column| if column % 6 < 3 { 1.0 } else { 2.0 }).collect();
+    let decided = |body: usize, decades: i32, offset: f64| {
+        let mut problem = Problem::with_loops().with_dependent_row(offset);
+        for ((row, _), value) in problem.structure.mass.iter().zip(&mut problem.mass) {
+            *value *= if row / 6 == body { 10f64.powi(decades) } else { 1.0 };
+        }
+        let mut engine = problem.dense_qr();
+        engine.set_measure(&scales).unwrap();
+        engine.set_mass(&problem.mass).unwrap();
+        let health = engine.refactor(&problem.jacobian).unwrap();
+        let rows = (engine.independent_rows().to_vec(), engine.dependent_rows().to_vec());
+        // What is solved with these rows meets them all, whatever the masses.
+        let (f, mut g) = Problem::with_loops().random_sides(21);
+        let f: Vec<f64> = f.iter().map(|_| 0.0).collect();
+        g.push(g[0] + g[1]);
+        let (mut a, mut lambda) = (vec![f64::NAN; f.len()], vec![f64::NAN; g.len()]);
+        engine.solve(&f, &g, &mut a, &mut lambda).unwrap();
+        let miss = problem.dense_jacobian() * DVector::from_vec(a) - DVector::from_vec(g);
+        assert!(miss.amax() < 1e-9, "body {body} by 1e{decades}: {:e}", miss.amax());
+        (health, rows)
+    };
+    for offset in [0.0, 1e-6] {
+        let usual = decided(0, 0, offset);
+        for body in 0..7 {
+            for decades in [-18, -9, -4, 4, 9, 18] {
+                assert_eq!(decided(body, decades, offset), usual, "body {body} by 1e{decades}");
+            }
+        }
+    }
+}
+
+#[test]
 fn refinement_repairs_a_poor_order() {
     // The row hardly touches the velocity before it, so its pivot is -1e-10.
     let structure = KktStructure::new(2, 1, vec![(0, 0), (1, 1)], vec![(0, 0), (0, 1)]).unwrap();

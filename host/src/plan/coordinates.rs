@@ -3,6 +3,10 @@
 use std::ops::Range;
 
 use super::layout::Layout;
+use crate::model::Model;
+
+/// Share of a scene's size below which an arm is none.
+const SHORTEST_ARM: f64 = 1e-3;
 
 /// What the unit of a coordinate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,6 +61,25 @@ pub struct Coordinates {
     pub acceleration_slot: usize,
     /// Length of the input vector of every program.
     pub input_count: usize,
+}
+
+/// The same as [`Coordinates::scales`] for the velocities of bodies: a rotation moves what is farthest from the centre of mass of
+/// all that a body's elements hold.
+#[must_use]
+pub fn body_scales(model: &Model, length: f64) -> Vec<f64> {
+    let mut arms = vec![0.0_f64; model.bodies.len()];
+    for marker in model.elements.iter().flat_map(|element| &element.markers) {
+        if let Some(body) = marker.body {
+            arms[body] = arms[body].max(marker.position.norm());
+        }
+    }
+    let scales = |arm: &f64| {
+        // Held at its centre only: no rotation moves anything. A rod moves, on an average of squares, by its half length over the
+        // root of three.
+        let arm = if *arm > SHORTEST_ARM * length { arm / 3.0_f64.sqrt() } else { length };
+        [1.0, 1.0, 1.0, 1.0 / arm, 1.0 / arm, 1.0 / arm]
+    };
+    arms.iter().flat_map(scales).collect()
 }
 
 impl Coordinates {
@@ -139,6 +162,17 @@ impl Coordinates {
         parts.find_map(|(range, first)| {
             (*first..first + range.len()).contains(&slot).then(|| range.start + slot - first)
         })
+    }
+
+    /// By velocity: the reciprocal of the speed, m/s, that a unit of it gives things in a scene of a size, m. Slopes of joint
+    /// equations multiplied by these compare with each other, whatever the units and masses.
+    #[must_use]
+    pub fn scales(&self, length: f64) -> Vec<f64> {
+        let mut scales = vec![1.0 / length; self.columns];
+        for line in self.lines.iter().filter(|line| line.measure == Measure::Length) {
+            scales[line.column] = 1.0;
+        }
+        scales
     }
 
     /// The input slot of an entry of the state.

@@ -70,6 +70,8 @@ pub struct Probe<'a> {
     pub rotations: &'a [Matrix3<f64>],
     /// A length typical of the scene, m.
     pub length: f64,
+    /// What makes columns comparable, see [`super::body_scales`].
+    pub scales: &'a [f64],
 }
 
 /// What was decided. Constant.
@@ -83,8 +85,10 @@ pub struct Plan {
     pub independent_rows: Vec<usize>,
     /// Rows that follow from them.
     pub redundant_rows: Vec<RedundantRow>,
-    /// Rank and conditioning of all rows at the assembled position.
+    /// Rank and conditioning of all rows at the assembled position, whatever the masses.
     pub health: Health,
+    /// Pivot ratio of eliminating the rows that are enforced there, whatever the masses: of the size of a square.
+    pub independence: f64,
     /// Degrees of freedom at the assembled position.
     pub mobility: usize,
     /// Per joint and frame on a body or ground: which components are unique.
@@ -100,7 +104,8 @@ pub struct Plan {
 impl Plan {
     /// Decides from the model and its Jacobian at the assembled position.
     ///
-    /// `sparse_health` tries the sparse engine on a choice of rows and tells how well that went.
+    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and tells how well that went;
+    /// the last call is that for the rows that are enforced and the true masses.
     ///
     /// # Errors
     /// When the mass matrix is not positive definite or a number is not finite.
@@ -108,16 +113,21 @@ impl Plan {
         model: &Model,
         layout: &Layout,
         probe: &Probe<'_>,
-        sparse_health: impl FnMut(&[usize]) -> Result<Health, LinalgError>,
+        sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
     ) -> Result<Self, LinalgError> {
         let topology = Topology::new(model);
         let all: Vec<usize> = (0..layout.rows).collect();
         let mut sparse_health = sparse_health;
         // Trees with pivots beyond doubt have no dependent rows; only other scenes need the dense rank.
         let tree = topology.islands.iter().all(|island| island.loops == 0);
-        let sound = if tree { sparse_health(&all).ok().filter(|h| h.smallest_pivot_ratio >= TRUSTED) } else { None };
+        let sound = if tree {
+            sparse_health(&all, probe.mass).ok().filter(|h| h.smallest_pivot_ratio >= TRUSTED)
+        } else {
+            None
+        };
         let Rank { health, independent_rows, dependent_rows, null_space } = match sound {
             // The rank-safe engine's pivots are not known; nothing is compared with them.
+            // Rank is a question about the joints, but rows that are far from dependent in one metric are so in all.
             Some(_) => Rank {
                 health: Health { rank: layout.rows, smallest_pivot_ratio: 0.0 },
                 independent_rows: all,
@@ -134,12 +144,11 @@ impl Plan {
             })
             .collect();
         let reactions = unique_reactions(model, layout, probe, &null_space);
-        let always_rank_safe = match sparse_health(&independent_rows) {
+        let alike = probe.structure.metric(probe.scales);
+        let independence = sparse_health(&independent_rows, &alike).map_or(0.0, |health| health.smallest_pivot_ratio);
+        let always_rank_safe = match sparse_health(&independent_rows, probe.mass) {
             Ok(health) if health.smallest_pivot_ratio >= LEAST_HEALTH => None,
-            Ok(health) => Some(format!(
-                "the constraints are close to dependent at the start (pivot ratio {:.1e})",
-                health.smallest_pivot_ratio
-            )),
+            Ok(found) => Some(close_to_dependent(found.smallest_pivot_ratio, independence)),
             Err(error) => Some(error.to_string()),
         };
         let mut plan = Self {
@@ -151,6 +160,7 @@ impl Plan {
             mobility: (layout.velocities() - health.rank)
                 .saturating_sub(3 * model.bodies.iter().filter(|body| body.particle).count()),
             health,
+            independence,
             reactions,
             always_rank_safe,
             skips: Vec::new(),
@@ -202,6 +212,17 @@ impl Plan {
     }
 }
 
+/// Why elimination is not trusted with the rows in use, by its pivot ratio and by that of the rows whatever the masses.
+#[must_use]
+pub fn close_to_dependent(ratio: f64, independence: f64) -> String {
+    let cause = if independence >= LEAST_HEALTH {
+        "masses and inertias differ by too many decades"
+    } else {
+        "the constraints are close to dependent at the start"
+    };
+    format!("{cause} (pivot ratio {ratio:.1e})")
+}
+
 /// The rows of all joints, sorted out.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rank {
@@ -229,6 +250,7 @@ impl Rank {
     /// The twin of [`Rank::by_elimination`]: QR with column pivoting.
     pub(super) fn dense(probe: &Probe<'_>) -> Result<Self, LinalgError> {
         let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
+        qr.set_measure(probe.scales)?;
         qr.set_mass(probe.mass)?;
         let health = qr.refactor(probe.jacobian)?;
         let (mut independent_rows, mut dependent_rows) = (qr.independent_rows().to_vec(), qr.dependent_rows().to_vec());
@@ -246,10 +268,11 @@ impl Rank {
             velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
             rows: (0..layout.rows).map(|row| layout.element_of_row(row).0).collect(),
         };
-        let Some(rank) = SparseRank::find(probe.structure, &clusters, probe.mass, probe.jacobian)? else {
+        let metric = probe.structure.metric(probe.scales);
+        let Some(rank) = SparseRank::find(probe.structure, &clusters, &metric, probe.jacobian)? else {
             return Ok(None);
         };
-        let Some(null_space) = rank.null_space(probe.structure, &clusters, probe.mass, probe.jacobian)? else {
+        let Some(null_space) = rank.null_space(probe.structure, &clusters, &metric, probe.jacobian)? else {
             return Ok(None);
         };
         Ok(Some(Self {

@@ -17,8 +17,8 @@ mod tree;
 #[cfg(test)]
 mod tests;
 
-pub use coordinates::{Coordinates, Line, Measure, Rotation};
-pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip};
+pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
+pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip, close_to_dependent};
 pub use layout::Layout;
 pub use merging::{Merging, Refused};
 pub use pruning::{Pruning, SAVINGS};

@@ -267,6 +267,7 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
             jacobian: rows.jacobian(),
             rotations: &rotations,
             length: assembly.scales.length,
+            scales: &body_scales(&model, assembly.scales.length),
         };
         let dense = Rank::dense(&probe).unwrap();
         let sparse = Rank::by_elimination(layout, &probe).unwrap().unwrap();

@@ -22,6 +22,8 @@ pub struct Elimination {
     pub mass_pivots: Vec<Node>,
     /// What is left of each row of J across those that went before: squared length in the metric of M^-1.
     pub row_pivots: Vec<Node>,
+    /// Sum of the magnitudes that each of [`Elimination::row_pivots`] is made of: what of it is left is known to round-off of this.
+    pub row_magnitudes: Vec<Node>,
 }
 
 impl Elimination {
@@ -47,6 +49,7 @@ impl Elimination {
             columns,
             mass_pivots: Vec::with_capacity(columns),
             row_pivots: vec![zero; jacobian.len()],
+            row_magnitudes: vec![zero; jacobian.len()],
         };
         let mut open: Vec<usize> = (0..unknowns).collect();
         while let Some(pivot) = next(&matrix, &open, columns) {
@@ -70,6 +73,11 @@ impl Elimination {
                 for (j, entry) in &below[at..] {
                     let product = g.mul(*factor, *entry);
                     matrix.subtract(g, *i, *j, product);
+                    if i == j && *i >= columns {
+                        // The pivots of columns are positive, those of rows negative.
+                        let sum = &mut elimination.row_magnitudes[i - columns];
+                        *sum = if pivot < columns { g.add(*sum, product) } else { g.sub(*sum, product) };
+                    }
                 }
             }
             elimination.factors[pivot] = scaled;

@@ -19,7 +19,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
 use crate::linalg::KktSolver;
 use crate::model::{Model, resolve, rotation};
-use crate::plan::{Layout, Plan, Probe, Pruning};
+use crate::plan::{Layout, Plan, Probe, Pruning, body_scales};
 use crate::program::{Equations, Form, Writing};
 use crate::results::significant;
 use crate::scene::{AuditTolerance, Dimension, Override, Rejected, Scene, Spanned, read};
@@ -331,10 +331,11 @@ pub(super) fn decide(
         jacobian: rows.jacobian(),
         rotations: &rotations,
         length: assembly.scales.length,
+        scales: &body_scales(model, assembly.scales.length),
     };
-    Plan::decide(model, layout, &probe, |chosen| {
+    Plan::decide(model, layout, &probe, |chosen, mass| {
         let mut solver = sparse_engine(equations, model, chosen, layout)?;
-        solver.set_mass(&mass)?;
+        solver.set_mass(mass)?;
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
         let picked: Vec<f64> =

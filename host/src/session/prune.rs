@@ -7,7 +7,7 @@ use crate::analysis::{Assembly, Constraints, mass_values, merge, sparse_engine, 
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::linalg::{DenseQr, KktSolver, LinalgError};
 use crate::model::Model;
-use crate::plan::{Layout, Merging, Plan, Pruning, SAVINGS};
+use crate::plan::{Layout, Merging, Plan, Pruning, SAVINGS, body_scales, close_to_dependent};
 use crate::program::{Equations, Form, Planar};
 use crate::scene::Scene;
 
@@ -179,23 +179,27 @@ fn plan_along(
     if whole.health.smallest_pivot_ratio > 0.0 {
         let found = numbers(&planar.rows)?;
         let mut engine = DenseQr::new(&found.structure, RANK_TOLERANCE)?;
+        engine.set_measure(&body_scales(model, place.scales.length))?;
         engine.set_mass(&mass)?;
         plan.health = engine.refactor(found.jacobian())?;
     }
     let found = numbers(&plan.independent_rows)?;
     let mut start_health = 0.0;
-    let sparse = || -> Result<f64, LinalgError> {
+    let sparse = |mass: &[f64]| -> Result<f64, LinalgError> {
         let mut engine = sparse_engine(&planar.equations, model, &plan.independent_rows, layout)?;
-        engine.set_mass(&mass)?;
+        engine.set_mass(mass)?;
         Ok(engine.refactor(found.jacobian())?.smallest_pivot_ratio)
     };
-    let reason = match sparse() {
+    let alike = found.structure.metric(&body_scales(model, place.scales.length));
+    let independence = sparse(&alike).unwrap_or(0.0);
+    let reason = match sparse(&mass) {
         Ok(ratio) => {
             start_health = ratio;
-            (ratio < LEAST_HEALTH).then(|| format!("the constraints are close to dependent (pivot ratio {ratio:.1e})"))
+            (ratio < LEAST_HEALTH).then(|| close_to_dependent(ratio, independence))
         }
         Err(error) => Some(error.to_string()),
     };
     plan.always_rank_safe = reason;
+    plan.independence = independence;
     Ok((plan, start_health))
 }

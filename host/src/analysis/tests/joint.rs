@@ -288,7 +288,7 @@ fn accelerations_body_by_body_are_those_of_elimination() {
         let how = Projecting::Fewest;
         let solve = |(solving, far): (Solving, f64)| {
             let written = JointEquations::build_about(&equations, &model, &plan.layout, &planned.tree, how, far);
-            Unrolled::new(&written, &[], Vec::new(), solving).motion
+            Unrolled::new(&written, &[], Default::default(), 1.0, solving).motion
         };
         let mut eliminated = solve((Solving::Eliminated, f64::INFINITY));
         let mut ways = [f64::INFINITY, 0.0].map(|far| solve((Solving::Articulated, far)));

@@ -9,7 +9,7 @@ use crate::program::{FAR, JointEquations, Projecting};
 /// Operations of the accelerations of a chain.
 fn operations(rods: usize) -> usize {
     let (_, planned) = joint_plan(&chain(rods));
-    Unrolled::new(&planned.equations, &[], Vec::new(), Solving::Articulated).motion.program().operations()
+    Unrolled::new(&planned.equations, &[], Default::default(), 1.0, Solving::Articulated).motion.program().operations()
 }
 
 #[test]
@@ -30,9 +30,9 @@ fn a_long_chain_needs_no_mass_matrix_and_has_the_one_of_all_pairs() {
     let by_pairs = JointEquations::build_by(&equations, &model, &plan.layout, &planned.tree, Projecting::Pairs);
     assert!(by_pairs.mass_is_written());
     assert!(by_pairs.graph.len() > 10 * nodes, "{} {nodes}", by_pairs.graph.len());
-    let mut bodies = Unrolled::new(&planned.equations, &[], Vec::new(), Solving::Fewest).motion;
+    let mut bodies = Unrolled::new(&planned.equations, &[], Default::default(), 1.0, Solving::Fewest).motion;
     planned.equations.write_mass();
-    let mut whole = [&planned.equations, &by_pairs].map(|written| Safe::new(written, &[], &[], 1e-11).unwrap());
+    let mut whole = [&planned.equations, &by_pairs].map(|written| Safe::new(written, &[], &[], 1.0, 1e-11).unwrap());
     let mut random = Random(417);
     let columns = planned.equations.coordinates.columns;
     for _ in 0..3 {

@@ -26,7 +26,7 @@ fn pivoted_qr_reproduces_the_matrix() {
     let mut random = Random(31);
     for (rows, columns, rank) in [(8, 5, 5), (8, 5, 3), (5, 9, 5), (6, 6, 2), (4, 3, 0)] {
         let matrix = matrix_of_rank(rows, columns, rank, &mut random);
-        let qr = factored(&matrix);
+        let mut qr = factored(&matrix);
         assert_eq!(qr.rank(), rank);
         let order = [qr.independent_columns(), qr.dependent_columns()].concat();
         let mut last_pivot = f64::INFINITY;
@@ -225,4 +225,28 @@ fn empty_and_zero_matrices_are_solved() {
     assert_eq!((lu.rank(), lu.solve(&[0.0, 3.0], &mut x)), (0, Ok(1.0)));
     assert_eq!(x, [0.0, 0.0]);
     assert_eq!(factored(&DMatrix::zeros(0, 3)).rank(), 0);
+}
+
+#[test]
+fn rows_of_all_sizes_are_solved_to_round_off_of_each() {
+    // Rows over twenty decades, large ones last: without sorting, reflections would spread round-off of the large ones over the
+    // small ones. The solution is exact in integers and powers of two.
+    let sizes: Vec<f64> = (0..8).map(|row| 2f64.powi(9 * row - 40)).collect();
+    let mut random = Random(61);
+    let whole = DMatrix::from_fn(8, 4, |_, _| (8.0 * random.next()).round());
+    let x = [3.0, -5.0, 7.0, 2.0];
+    let mut qr = PivotedQr::new(8, 4, 0.0);
+    for column in 0..4 {
+        for row in 0..8 {
+            qr.entries_mut()[row + 8 * column] = sizes[row] * whole[(row, column)];
+        }
+    }
+    qr.factor().unwrap();
+    // Rows in the way of each other by a rest that no unknown takes away: it is left where it weighs least.
+    let b: Vec<f64> = (0..8).map(|row| sizes[row] * (0..4).map(|k| whole[(row, k)] * x[k]).sum::<f64>()).collect();
+    let mut found = vec![f64::NAN; 4];
+    qr.least_squares(&b, &mut found).unwrap();
+    for (found, x) in found.iter().zip(x) {
+        assert!((found - x).abs() < 1e-13, "{found} for {x}");
+    }
 }

@@ -1,0 +1,289 @@
+//! Rank is geometry: with one body's mass and inertia many decades away from those of the others, mobility, redundancy and
+//! unique reactions stay what they were, nothing new counts as a singular position, and both formulations agree or the run is
+//! refused with a reason that speaks of masses.
+//!
+//! The short form takes one body of each scene of the tree. The long form takes all of them, nine decades up and down:
+//!
+//! ```sh
+//! ODYN_MASSES=long cargo test --release -p odyn-tests masses
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use odyn::results::{Remedy, Status};
+use odyn::scene::{Dimension, Scene};
+use odyn::session::{RunReport, Session, SessionError};
+use odyn::verification::scenes_in;
+
+use crate::support::{Scratch, options, root};
+
+/// Time that runs are looked at, s, or a tenth of the scene's, whichever is shorter.
+const LONGEST: f64 = 0.1;
+/// Tolerance of the runs, and how many of it two of them may differ by.
+const TOLERANCE: f64 = 1e-9;
+const TOLERANCES: f64 = 100.0;
+/// Steps that a run may take: light bodies on springs are fast.
+const MOST_STEPS: u64 = 3000;
+
+fn scenes() -> Vec<PathBuf> {
+    let folders = ["verification", "scenes/benchmarks", "stress"];
+    let mut scenes: Vec<PathBuf> = folders.iter().flat_map(|folder| scenes_in(&root().join(folder)).unwrap()).collect();
+    // The suite is no scene; the others take long.
+    let left_out = ["suite", "A02_N40", "chain_N100", "A01_2000s", "tables"];
+    scenes.retain(|path| !left_out.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name)));
+    scenes
+}
+
+/// Settings that multiply mass and inertia of a body.
+fn heavier(scene: &Scene, body: usize, factor: f64) -> Vec<String> {
+    let record = scene.bodies.iter().filter(|body| !body.fixed).nth(body).unwrap();
+    let name = &record.name.value;
+    let mut sets = Vec::new();
+    if let Some(mass) = &record.mass {
+        sets.push(format!("body.{name}.mass={:e}", mass.value * factor / scene.units.factor(Dimension::MASS)));
+    }
+    if let Some(inertia) = &record.inertia {
+        let unit = scene.units.factor(Dimension::INERTIA);
+        let moments = inertia.value.map(|x| format!("{:e}", x * factor / unit));
+        sets.push(format!("body.{name}.inertia=[{}]", moments.join(", ")));
+    }
+    sets
+}
+
+/// What the joints alone decide.
+fn geometry(session: &Session) -> String {
+    let plan = &session.plan;
+    let redundant: Vec<&str> = plan.redundant_rows.iter().map(|row| row.name.as_str()).collect();
+    let shared: Vec<_> = plan.reactions.iter().filter(|reaction| !reaction.is_unique()).collect();
+    format!("mobility {}, redundant {redundant:?}, not unique {shared:?}", plan.mobility)
+}
+
+fn open(path: &Path, sets: &[String]) -> Result<Session, SessionError> {
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    Session::open(path, &options(&sets, &[]))
+}
+
+fn run(path: &Path, sets: &[String], formulation: &str, t_end: f64) -> Result<RunReport, SessionError> {
+    let time_unit = open(path, sets)?.scene.units.factor(Dimension::TIME);
+    let mut sets = sets.to_vec();
+    sets.extend([
+        format!("simulation.formulation={formulation}"),
+        format!("simulation.tolerance={TOLERANCE:e}"),
+        format!("simulation.t_end={:e}", t_end / time_unit),
+        format!("simulation.output_step={:e}", t_end / 8.0 / time_unit),
+        format!("simulation.max_steps={MOST_STEPS}"),
+    ]);
+    open(path, &sets)?.run(None, Box::new(|_| ()), &Default::default())
+}
+
+/// The largest difference of two runs in places, lengths and angles, as a share of the largest of its unit.
+fn apart(ours: &RunReport, theirs: &RunReport) -> (f64, String) {
+    let peak = |column: &[f64]| column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut worst = (0.0, String::new());
+    for (k, channel) in ours.channels.iter().enumerate() {
+        if !["m", "mm", "rad", "deg", ""].contains(&channel.unit.as_str()) {
+            continue;
+        }
+        let alike = ours.channels.iter().zip(&ours.columns).filter(|(other, _)| other.unit == channel.unit);
+        let size = alike.map(|(_, column)| peak(column)).fold(1e-3, f64::max);
+        let differences: Vec<f64> = ours.columns[k].iter().zip(&theirs.columns[k]).map(|(a, b)| a - b).collect();
+        let off = peak(&differences) / size;
+        if off > worst.0 || off.is_nan() {
+            worst = (off, channel.name.clone());
+        }
+    }
+    worst
+}
+
+/// What became of a scene with other masses.
+enum Found {
+    Agrees,
+    /// Both ended early, or one was refused, because of masses or of steps.
+    Refused,
+    Wrong(String),
+}
+
+fn judge(path: &Path, body: usize, factor: f64) -> Found {
+    let plain = open(path, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let sets = heavier(&plain.scene, body, factor);
+    let simulation = &plain.scene.simulation;
+    let t_end = simulation.t_start + LONGEST.min(0.1 * (simulation.t_end - simulation.t_start));
+    let scaled = match open(path, &sets) {
+        Ok(scaled) => scaled,
+        Err(error) => return Found::Wrong(format!("refused: {error}")),
+    };
+    let (before, after) = (geometry(&plain), geometry(&scaled));
+    if before != after {
+        return Found::Wrong(format!("{before} became {after}"));
+    }
+    let passages = |report: &RunReport| report.summary.recoveries[Remedy::Passage];
+    let mut reports = Vec::new();
+    for formulation in ["auto", "cartesian"] {
+        let report = match run(path, &sets, formulation, t_end) {
+            Ok(report) => report,
+            Err(error) if error.to_string().contains("mass") => return Found::Refused,
+            Err(error) => return Found::Wrong(format!("{formulation}: {error}")),
+        };
+        let summary = &report.summary;
+        if summary.status != Status::Completed {
+            let known = summary.reason.contains("mass") || summary.steps + summary.rejected >= MOST_STEPS;
+            let told = || Found::Wrong(format!("{formulation}: {}", summary.reason));
+            return if known { Found::Refused } else { told() };
+        }
+        if passages(&report) > 0 {
+            let usual = run(path, &[], formulation, t_end).unwrap_or_else(|error| panic!("{error}"));
+            if passages(&usual) == 0 {
+                return Found::Wrong(format!("{formulation}: {} passages", passages(&report)));
+            }
+        }
+        reports.push(report);
+    }
+    let (off, channel) = apart(&reports[0], &reports[1]);
+    if off <= TOLERANCES * TOLERANCE {
+        Found::Agrees
+    } else {
+        Found::Wrong(format!("`{channel}` differs by {off:.1e}"))
+    }
+}
+
+#[test]
+fn no_decision_depends_on_the_mass_of_a_body() {
+    let long = std::env::var("ODYN_MASSES").is_ok_and(|form| form == "long");
+    let (mut agree, mut refused, mut wrong) = (0, 0, String::new());
+    for (number, path) in scenes().iter().enumerate() {
+        // Some are there to be refused.
+        let Ok(plain) = open(path, &[]) else { continue };
+        let bodies = plain.scene.bodies.iter().filter(|body| !body.fixed).count();
+        let decades = [-9, 6, -4, 9, -6, 3];
+        let trials: Vec<(usize, i32)> = if long {
+            (0..bodies).flat_map(|body| (-9..=9).filter(|k| *k != 0).map(move |k| (body, k))).collect()
+        } else {
+            vec![(number % bodies, decades[number % decades.len()])]
+        };
+        for (body, decade) in trials {
+            match judge(path, body, 10_f64.powi(decade)) {
+                Found::Agrees => agree += 1,
+                Found::Refused => refused += 1,
+                Found::Wrong(why) => {
+                    wrong += &format!("{}: body {body} times 1e{decade}: {why}\n", path.display());
+                }
+            }
+        }
+    }
+    println!("{agree} agree, {refused} refused");
+    assert!(wrong.is_empty(), "\n{wrong}");
+    assert!(agree > 5 * refused, "{agree} agree, {refused} refused");
+}
+
+/// A body of a mass whose inertia is that of a ball of 0.2 m.
+fn body(name: &str, mass: f64, at: [f64; 3], more: &str) -> String {
+    let j = 0.4 * mass * 0.04;
+    format!(
+        "[[body]]\nname = \"{name}\"\nmass = {mass:e}\ninertia = [{j:e}, {j:e}, {j:e}]\nposition = {at:?}\n{more}\n"
+    )
+}
+
+fn joint(name: &str, kind: &str, [i, j]: [&str; 2], at: [f64; 3], axis: [f64; 3]) -> String {
+    let axis = if kind == "spherical" { String::new() } else { format!("axis = {axis:?}\n") };
+    format!("[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = [\"{i}\", \"{j}\"]\npoint = {at:?}\n{axis}")
+}
+
+fn rod(name: &str, [i, j]: [&str; 2], [from, to]: [[f64; 3]; 2]) -> String {
+    let length = from.iter().zip(to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    format!(
+        "[[joint]]\nname = \"{name}\"\ntype = \"distance-rod\"\nbodies = [\"{i}\", \"{j}\"]\n\
+         points = [{from:?}, {to:?}]\nparams.length = {length:?}\n"
+    )
+}
+
+fn watched(bodies: &[&str]) -> String {
+    let output = |body: &&str| {
+        ["x", "y", "z"].map(|k| {
+            format!(
+                "[[output]]\nname = \"{body}_{k}\"\nquantity = \"position\"\nof = \"{body}\"\ncomponent = \"{k}\"\n"
+            )
+        })
+    };
+    bodies.iter().flat_map(output).collect()
+}
+
+const SETTINGS: &str = "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 1.5\n\
+                        output_step = 0.05\n";
+const X: [f64; 3] = [1.0, 0.0, 0.0];
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Both formulations agree with each other and with a run a hundred times sharper, without a passage.
+#[track_caller]
+fn moves_as_it_should(text: &str) {
+    let folder = Scratch::new();
+    let path = folder.file("scene.toml", text);
+    let runs = [("joint", 1e-12), ("joint", 1e-10), ("cartesian", 1e-10)].map(|(formulation, tolerance)| {
+        let sets = [format!("simulation.formulation={formulation}"), format!("simulation.tolerance={tolerance:e}")];
+        let report = open(&path, &sets).unwrap_or_else(|error| panic!("{error}"));
+        let report = report.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+        let summary = &report.summary;
+        assert_eq!(summary.status, Status::Completed, "{formulation} {tolerance:e}: {}", summary.reason);
+        assert_eq!(summary.recoveries[Remedy::Passage], 0, "{formulation} {tolerance:e}");
+        report
+    });
+    for report in &runs[1..] {
+        let (off, channel) = apart(report, &runs[0]);
+        assert!(off < 1e-8, "{}: `{channel}` differs by {off:.1e}", report.summary.engine);
+    }
+}
+
+/// A jib that turns about an upright axis, with a load on a rope, let go aside.
+#[test]
+fn a_heavy_load_on_a_light_jib() {
+    for (jib, load) in [(3.0, 5e3), (1e-3, 70.0), (1e3, 1e-3)] {
+        let load = format!("[[body]]\nname = \"load\"\nmass = {load:e}\nparticle = true\nposition = [4, -2.4, 0.7]\n");
+        let text = SETTINGS.to_string()
+            + &body("jib", jib, [2.0, 0.0, 0.0], "")
+            + &load
+            + &joint("mast", "revolute", ["ground", "jib"], [0.0; 3], Y)
+            + &rod("rope", ["jib", "load"], [[4.0, 0.0, 0.0], [4.0, -2.4, 0.7]])
+            + &watched(&["jib", "load"]);
+        moves_as_it_should(&text);
+    }
+}
+
+/// A four-bar mechanism whose coupler weighs nothing beside its cranks, or all.
+#[test]
+fn a_light_coupler_between_heavy_cranks() {
+    for (cranks, coupler) in [(50.0, 1e-4), (1e-4, 30.0), (1e4, 1e-6)] {
+        let ends = [[0.3, 0.9, 0.0], [2.6, 1.4, 0.0]];
+        let text = SETTINGS.to_string()
+            + &body("left", cranks, [0.15, 0.45, 0.0], "angular_velocity = [0, 0, 1.5]")
+            + &body("middle", coupler, [1.45, 1.15, 0.0], "")
+            + &body("right", cranks, [2.3, 0.7, 0.0], "")
+            + &joint("A", "revolute", ["ground", "left"], [0.0; 3], Z)
+            + &joint("B", "revolute", ["left", "middle"], ends[0], Z)
+            + &joint("C", "revolute", ["middle", "right"], ends[1], Z)
+            + &joint("D", "revolute", ["ground", "right"], [2.0, 0.0, 0.0], Z)
+            + &watched(&["middle", "right"]);
+        moves_as_it_should(&text);
+    }
+}
+
+/// Two cranks about crossing axes with a rod on ball joints and one on a universal joint.
+#[test]
+fn a_spatial_loop_with_a_light_rod() {
+    for (cranks, coupler) in [(20.0, 1e-3), (1e-3, 5.0)] {
+        let ends = [[0.5, 0.0, 0.3], [1.6, 0.9, 0.2]];
+        let text = SETTINGS.to_string()
+            + &body("first", cranks, [0.2, 0.0, 0.1], "angular_velocity = [0, 2, 0]")
+            + &body("link", coupler, [1.05, 0.45, 0.25], "")
+            + &body("second", cranks, [1.7, 0.4, 0.1], "")
+            + &joint("A", "revolute", ["ground", "first"], [0.0; 3], Y)
+            + &joint("B", "spherical", ["first", "link"], ends[0], Z)
+            + &format!(
+                "[[joint]]\nname = \"C\"\ntype = \"universal\"\nbodies = [\"link\", \"second\"]\npoint = {:?}\n\
+                 axes = [[0, 0, 1], [1, 0, 0]]\n",
+                ends[1]
+            )
+            + &joint("D", "revolute", ["ground", "second"], [1.8, 0.0, 0.0], X)
+            + &watched(&["link", "second"]);
+        moves_as_it_should(&text);
+    }
+}
