@@ -187,8 +187,8 @@ fn the_host_knows_no_element() {
         }
         let text = code(&file);
         let words: BTreeSet<&str> = text.split(|c: char| !(c.is_alphanumeric() || c == '-')).collect();
-        // Words of scenes for places, and of geometry for motions, too.
-        let words_of_scenes = ["ground", "planar", "point", "position"];
+        // Words of scenes for places and curves, and of geometry for motions, too.
+        let words_of_scenes = ["ground", "map", "planar", "point", "position"];
         for name in names.iter().filter(|name| !words_of_scenes.contains(&name.as_str())) {
             let as_type: String = name.split('-').map(|w| w[..1].to_uppercase() + &w[1..]).collect();
             let known = text.contains(&format!("\"{name}\"")) || words.contains(as_type.as_str());

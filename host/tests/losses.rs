@@ -201,8 +201,14 @@ fn a_folder_that_is_removed_during_the_run_ends_it() {
 #[test]
 fn a_verified_run_tells_how_far_off_it_is() {
     let scratch = Scratch::new("verify-run");
-    let ran = scratch.odyn("run brick.toml --tol 1e-6 --verify -o out").ends_with(0);
-    for told in ["verified with tolerance 1e-7 instead of 1e-6", "  output  difference  of its peak", "  w1 "] {
+    // More than the tolerance explains: such tumbling is too sensitive for it.
+    let ran = scratch.odyn("run brick.toml --tol 1e-6 --verify -o out").ends_with(7);
+    for told in [
+        "verified with radau5 instead of dop853, tolerance 1e-7 instead of 1e-6",
+        "ODY0704",
+        "  output  difference  of its peak",
+        "  w1 ",
+    ] {
         assert!(ran.out().contains(told), "`{told}` is not in {}", ran.out());
     }
     let verified = scratch.json("out/summary.json")["verified"].clone();

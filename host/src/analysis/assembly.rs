@@ -339,6 +339,46 @@ fn evaluate(
     Err(AssemblyError::Undefined { joint: element.name.clone(), row: element.row(k).to_string() })
 }
 
+/// Share of a gradient or an angular velocity along an axis that is round-off.
+const IDLE: f64 = 1e-9;
+
+/// The axes without moment of inertia, by body and place among its own, about which no joint holds the body and about which it
+/// does not turn at the start.
+///
+/// # Errors
+/// When the equations have no value there.
+pub fn idle_axes(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    t: f64,
+    assembly: &Assembly,
+) -> Result<Vec<(usize, usize)>, AssemblyError> {
+    let mut idle = Vec::new();
+    if model.bodies.iter().all(|body| body.thin.is_empty()) {
+        return Ok(idle);
+    }
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(equations, model, &all, &[], &[])?;
+    rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
+    for (index, body) in model.bodies.iter().enumerate() {
+        let spin = nalgebra::Vector3::from_column_slice(&assembly.working[13 * index + 10..13 * index + 13]);
+        for (number, thin) in body.thin.iter().enumerate() {
+            let mut slopes = vec![nalgebra::Vector3::zeros(); layout.rows];
+            for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
+                if column / 6 == index && column % 6 >= 3 {
+                    slopes[*row][column % 6 - 3] = *slope;
+                }
+            }
+            let held = slopes.iter().any(|slope| slope.dot(&thin.axis).abs() > IDLE * slope.norm());
+            if !held && spin.dot(&thin.axis).abs() <= IDLE * spin.norm() {
+                idle.push((index, number));
+            }
+        }
+    }
+    Ok(idle)
+}
+
 /// How far each body went.
 fn moved(model: &Model, given: &[f64], state: &[f64], length: f64) -> Vec<Move> {
     let mut moves = Vec::new();

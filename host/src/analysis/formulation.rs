@@ -83,6 +83,12 @@ pub enum AnalysisError {
         /// The particle.
         body: String,
     },
+    /// A torque acts about an axis without moment of inertia.
+    #[error("a torque acts about an axis of `{body}` about which it has no moment of inertia")]
+    TorqueOnThin {
+        /// The body.
+        body: String,
+    },
     /// A result is not a finite number.
     #[error("{what} is not a finite number")]
     NotFinite {

@@ -49,7 +49,7 @@ mod working;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, assemble, start_inputs};
+pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, assemble, idle_axes, start_inputs};
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;

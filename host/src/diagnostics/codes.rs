@@ -311,7 +311,7 @@ pub const TABLE: &[Explanation] = &[
     entry(SELF_JOINT, "element between a body and itself", "The bodies of a joint or force must differ. One of the names is probably meant to be another body or `ground`."),
     entry(BODY_COUNT, "wrong number of bodies", "An element connects a fixed number of bodies, in a fixed order; `odyn elements describe TYPE` shows it. Example: `bodies = [\"block\", \"rotor\"]`."),
     entry(BAD_MASS, "mass must be positive", "A moving body needs a positive mass. Use `fixed = true` for a body that doesn't move."),
-    entry(BAD_INERTIA, "inertia must be positive definite", "The principal moments of inertia of a moving body must be positive. Check the signs of the products of inertia: `xy` is the entry of the tensor, minus the integral of x*y."),
+    entry(BAD_INERTIA, "inertia must not be negative", "No principal moment of inertia of a moving body may be negative, nor may all be zero. One that is zero, as that of a thin rod about its axis, is taken as 1e-12 of the largest, which changes no result within reach of a tolerance. Check the signs of the products of inertia: `xy` is the entry of the tensor, minus the integral of x*y."),
     entry(UNREAL_INERTIA, "no real body has this inertia", "Each principal moment of inertia of a real body is at most the sum of the other two. The motion is computed as written; `--strict` refuses it. Often the centre of reference is another one, or a unit is wrong."),
     entry(UNKNOWN_ELEMENT_PARAMETER, "the element has no such parameter", "`odyn elements describe TYPE` lists the parameters with units and defaults."),
     entry(MISSING_ELEMENT_PARAMETER, "the element needs a parameter", "A parameter without default must be given in `params`. `odyn elements describe TYPE` lists them."),
@@ -390,9 +390,11 @@ pub const TABLE: &[Explanation] = &[
     entry(PROJECTION_FAILED, "joints cannot be kept closed", "After a step the position could not be brought back to the joints, usually near a singular position."),
     entry(
         TORQUE_ON_PARTICLE,
-        "torque on a particle",
+        "torque without inertia",
         "A body with `particle = true` has no rotation, so nothing may turn it: joints and forces must be attached at its \
-         position, and may only push. Name it last in a joint that holds a point. Otherwise give the body an inertia.",
+         position, and may only push. Name it last in a joint that holds a point. Otherwise give the body an inertia. A thin \
+         rod, with a principal moment of inertia that is zero, may turn about its axis with others, but no torque may act about \
+         it alone: give it the moment that it has, however small.",
     ),
 
     entry(

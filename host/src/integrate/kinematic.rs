@@ -37,6 +37,8 @@ const ROUGH_END: f64 = (1.0 / 12.0 - ROUGH_NODE * ROUGH_NODE) / (0.5 - 2.0 * ROU
 const ROUGH_NODE: f64 = C[3] - 0.5;
 /// Share of the largest sum by which the two rules may differ.
 const ROUGH_ALLOWED: f64 = 1e-5;
+/// The same in what the tolerance allows.
+const ROUGH_OF_RESOLUTION: f64 = 1e5;
 /// The error of a step goes with this power of its size.
 const ERROR_ORDER: f64 = 11.0;
 /// Share of the interval that is tried first, unless told.
@@ -168,8 +170,9 @@ impl Kinematic {
             };
             let moved: f64 = h * B.iter().zip(&self.rates).map(|(b, rates)| b * rates[k].abs()).sum::<f64>();
             *largest = largest.max(self.y_new[k].abs()).max(moved);
-            if *largest > 0.0 {
-                worst = worst.max((sum(&B) - sum(&ROUGH)).abs() / (ROUGH_ALLOWED * *largest));
+            let allowed = ROUGH_ALLOWED * *largest + ROUGH_OF_RESOLUTION * run.system.resolution(k);
+            if allowed > 0.0 {
+                worst = worst.max((sum(&B) - sum(&ROUGH)).abs() / allowed);
             }
         }
         worst

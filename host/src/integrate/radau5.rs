@@ -30,7 +30,8 @@ const SAFETY: f64 = 0.9;
 const TEST_FACTOR: f64 = 0.1;
 /// Error of the interpolation in tolerances, as the error test estimates it, up to which samples are interpolated.
 const INTERPOLATED_ERROR: f64 = 1.0;
-/// Relative change of the state by the last iteration up to which the rates before it do for sums.
+/// Relative change of the state by the last iteration up to which it does for sums, too: their rates bend more than the others,
+/// and where one iteration solves all the rest, it does not solve these.
 const SUMS_ACCURACY: f64 = 1e-7;
 /// Share of a step within which it is made to end at a sample rather than beside it.
 const NEAR_SAMPLE: f64 = 0.01;
@@ -484,12 +485,7 @@ impl Radau5 {
                 run.rhs(t + c * h, &self.argument, &mut self.f[i], h)?;
             }
             let sums = run.system.sums_from();
-            for (rates, f) in self.sum_rates.iter_mut().zip(&self.f) {
-                rates.clear();
-                rates.extend_from_slice(&f[sums..]);
-            }
             let change = self.correct(run, y, h) / control.test;
-            self.sum_up(sums, h);
             if !change.is_finite() {
                 control.theta = 1.0;
                 return Err(Trouble::Retry(StopReason::NotFinite { step: h }).into());
@@ -512,14 +508,14 @@ impl Radau5 {
             last = change.max(f64::MIN_POSITIVE);
             if control.convergence * change <= control.newton {
                 control.iterations = iteration;
-                // The rates of sums are those of the iterate before, which may be far where one iteration solves it all.
                 if change * control.test * run.system.tolerance().unwrap_or(1.0) > SUMS_ACCURACY && sums < y.len() {
                     for (i, c) in C.iter().enumerate() {
                         for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
                             *argument = start + z;
                         }
                         run.rhs(t + c * h, &self.argument, &mut self.f[i], h)?;
-                        self.sum_rates[i].copy_from_slice(&self.f[i][sums..]);
+                        self.sum_rates[i].clear();
+                        self.sum_rates[i].extend_from_slice(&self.f[i][sums..]);
                     }
                     self.sum_up(sums, h);
                 }
@@ -532,7 +528,7 @@ impl Radau5 {
         Err(control.slow(0.5))
     }
 
-    /// Increments of sums, which the iterations are not judged by: those that their rates give.
+    /// Increments of sums, which the iterations are not judged by: those that their rates at the stages give.
     fn sum_up(&mut self, from: usize, h: f64) {
         for (z, row) in self.z.iter_mut().zip(&A) {
             for (k, sum) in z[from..].iter_mut().enumerate() {

@@ -2,6 +2,8 @@
 
 use super::{BlockCholesky, Clusters, Health, KktSolver, KktStructure, LinalgError, check_length, constraint_order};
 
+/// Ratio of the largest to the smallest entry of the mass matrix's diagonal from which on every solution is refined.
+const UNEVEN: f64 = 1e8;
 /// Share of a pivot in the magnitudes that it is made of below which solutions are refined.
 pub const ROUGH: f64 = 1e-3;
 
@@ -24,6 +26,8 @@ pub struct SparseLdl {
     mass: BlockCholesky,
     threshold: f64,
     refine: bool,
+    /// Whether masses and inertias span so many decades that every solution is refined.
+    is_uneven: bool,
     /// Whether the factorisation in force lost digits.
     is_rough: bool,
     /// Unknown at each place: `0..n` velocities, `n..n + m` constraint rows.
@@ -74,6 +78,7 @@ impl SparseLdl {
             mass: BlockCholesky::new(structure.n, &structure.mass),
             threshold: Self::DEFAULT_THRESHOLD,
             refine: false,
+            is_uneven: false,
             is_rough: false,
             order: order.to_vec(),
             values: vec![0.0; structure.mass.len() + structure.jacobian.len()],
@@ -207,6 +212,11 @@ impl KktSolver for SparseLdl {
         self.factored = false;
         self.mass.factor(values)?;
         self.values[..values.len()].copy_from_slice(values);
+        // Round-off of what is heavy drowns what is light: multipliers of light bodies are right after a refinement only.
+        let entries = self.structure.mass.iter().zip(values).filter(|((row, column), _)| row == column);
+        let sizes = entries.map(|(_, value)| value.abs());
+        let (least, most) = sizes.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+        self.is_uneven = most > UNEVEN * least;
         Ok(())
     }
 
@@ -267,7 +277,7 @@ impl KktSolver for SparseLdl {
         self.right[..n].copy_from_slice(f);
         self.right[n..].copy_from_slice(g);
         self.solve_once(false);
-        if self.refine || self.is_rough {
+        if self.refine || self.is_rough || self.is_uneven {
             self.compute_residual(f, g);
             self.right.copy_from_slice(&self.residual);
             self.solve_once(true);

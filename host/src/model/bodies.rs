@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
-use super::types::{Body, rotation};
+use super::types::{Body, Thin, rotation};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{BodyRecord, GROUND, Scene, Spanned};
 
@@ -67,7 +67,8 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
             Target::Fixed { origin, rotation: attitude }
         } else {
             check(record, found);
-            let (mass, center_of_mass, inertia) = composed(record);
+            let (mass, center_of_mass, mut inertia) = composed(record);
+            let thin = raise_vanishing(&mut inertia);
             bodies.movable.push(Body {
                 name: record.name.value.clone(),
                 mass,
@@ -78,6 +79,7 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
                 velocity: record.velocity.value,
                 angular_velocity: record.angular_velocity.value,
                 particle: record.particle,
+                thin,
             });
             Target::Movable(bodies.movable.len() - 1)
         };
@@ -85,6 +87,13 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
     }
     bodies
 }
+
+/// Share of its largest principal moment below which a moment of a body counts as none, and which it is given.
+const THIN: f64 = 1e-12;
+/// Share of the kinetic energy that such a moment may hold.
+const THIN_ENERGY: f64 = 1e-6;
+/// Negative moments of this share of the largest are round-off of what the tensor was computed from.
+const ROUND_OFF: f64 = 1e-12;
 
 /// Mass, centre of mass and inertia about it of a body with its point masses (Haug 1989, section 11.2: parallel axes).
 ///
@@ -113,6 +122,27 @@ fn composed(record: &BodyRecord) -> (f64, Vector3<f64>, Matrix3<f64>) {
     (total, common, inertia + parts().map(moved).sum::<Matrix3<f64>>())
 }
 
+/// Raises principal moments that vanish beside the largest one, as those of thin rods about their axes, so that the equations can be
+/// solved: by so little that no result within the reach of a tolerance changes. Gives the raised ones.
+fn raise_vanishing(inertia: &mut Matrix3<f64>) -> Vec<Thin> {
+    let eigen = nalgebra::SymmetricEigen::new(*inertia);
+    let moment = THIN * eigen.eigenvalues.max();
+    let is_diagonal = *inertia == Matrix3::from_diagonal(&inertia.diagonal());
+    let mut thin = Vec::new();
+    for k in 0..3 {
+        // The axes of a diagonal tensor are those of the body, without round-off.
+        let (own, axis) = match is_diagonal {
+            true => (inertia[(k, k)], Vector3::ith(k, 1.0)),
+            false => (eigen.eigenvalues[k], eigen.eigenvectors.column(k).into_owned()),
+        };
+        if own < moment {
+            *inertia += axis * axis.transpose() * (moment - own);
+            thin.push(Thin { axis, moment, share: THIN_ENERGY });
+        }
+    }
+    thin
+}
+
 fn tensor([xx, yy, zz, xy, yz, zx]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz)
 }
@@ -138,11 +168,13 @@ fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
     let Some(inertia) = &record.inertia else { return };
     let moments = nalgebra::SymmetricEigen::new(tensor(inertia.value)).eigenvalues;
     let (least, largest, sum) = (moments.min(), moments.max(), moments.sum());
-    if least <= 0.0 || least.is_nan() {
+    let negative = least < -ROUND_OFF * largest || least.is_nan();
+    if negative || largest <= 0.0 {
+        let what = if negative { "has a negative principal moment" } else { "has no principal moment above zero" };
         found.push(
-            Diagnostic::error(codes::BAD_INERTIA, format!("the inertia of `{name}` must be positive definite"))
-                .at(inertia.span.clone(), "has a principal moment that is zero or negative")
-                .help("a body without extent is declared with `particle = true` and needs no inertia"),
+            Diagnostic::error(codes::BAD_INERTIA, format!("no principal moment of inertia of `{name}` may be negative, nor all zero"))
+                .at(inertia.span.clone(), what)
+                .help("a body without extent is declared with `particle = true` and needs no inertia; a thin rod has one moment 0"),
         );
     } else if largest > (sum - largest) * (1.0 + 1e-12) {
         found.push(

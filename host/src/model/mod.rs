@@ -36,7 +36,7 @@ use crate::scene::Scene;
 
 pub use elements::fault_code;
 pub use parameters::resolve as resolve_parameters;
-pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Source, rotation, skew};
+pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Source, Thin, rotation, skew};
 
 /// A model and what the user should know about it.
 pub type Resolved = (Model, Vec<Diagnostic>);

@@ -181,15 +181,27 @@ fn is_source(graph: &Graph, node: Node) -> bool {
 /// Whether a function of the motion may rise and fall on a short stretch: exponentials, transitions, curves of points, and
 /// quotients like 1 / (1 + x^2). Lengths in denominators are geometry.
 fn is_sharp(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
-    let has_constant = |node: Node| match graph.expr(node) {
-        Expr::Add(a, b) | Expr::Sub(a, b) => of(a) != Depends::Motion || of(b) != Depends::Motion,
-        Expr::Powi(a, _) | Expr::Powf(a, _) => matches!(graph.expr(a), Expr::Add(..) | Expr::Sub(..)),
+    // A square, perhaps with a factor.
+    let is_square = |node: Node| match graph.expr(node) {
+        Expr::Mul(a, b) if a == b => true,
+        Expr::Mul(a, b) => [a, b].into_iter().any(|x| matches!(graph.expr(x), Expr::Mul(y, z) if y == z)),
+        Expr::Div(a, _) => matches!(graph.expr(a), Expr::Mul(y, z) if y == z),
+        Expr::Powi(_, n) => n % 2 == 0,
         _ => false,
+    };
+    let is_hill = |node: Node| match graph.expr(node) {
+        Expr::Add(a, b) => (of(a) != Depends::Motion && is_square(b)) || (of(b) != Depends::Motion && is_square(a)),
+        _ => false,
+    };
+    let has_hill = |node: Node| match graph.expr(node) {
+        Expr::Powi(a, _) | Expr::Powf(a, _) => is_hill(a),
+        Expr::Mul(a, b) => is_hill(a) || is_hill(b),
+        _ => is_hill(node),
     };
     match expr {
         Expr::Exp(_) | Expr::Tanh(_) => true,
         Expr::Table { order, .. } => order == 0,
-        Expr::Div(a, b) => of(a) != Depends::Motion && of(b) == Depends::Motion && has_constant(b),
+        Expr::Div(a, b) => of(a) != Depends::Motion && of(b) == Depends::Motion && has_hill(b),
         _ => false,
     }
 }

@@ -13,7 +13,9 @@ use super::libraries::load_libraries;
 use super::prune::{ALL_ROWS, MergedCase, PlanarCase, allowed, is_determined};
 use super::restart::Restart;
 use super::run::tolerance;
-use crate::analysis::{self, Assembly, AssemblyError, Constraints, Gap, assemble, mass_values, sparse_engine};
+use crate::analysis::{
+    self, Assembly, AssemblyError, Constraints, Gap, assemble, idle_axes, mass_values, sparse_engine,
+};
 use crate::catalog::{Catalog, LibraryInfo, Watchdog};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
@@ -150,7 +152,7 @@ impl Session {
     ) -> Result<Self, SessionError> {
         let pruning = allowed(&scene)?;
         let apart = apart(&scene)?;
-        let (model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
+        let (mut model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
             let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
             let exit = if plugin { Exit::Plugin } else { Exit::Scene };
             SessionError { exit, diagnostics, source: Box::new(scene.source.clone()) }
@@ -163,10 +165,18 @@ impl Session {
         let mut equations = Equations::build(&model, &layout, Form::Working);
         equations.graph.writing = writing(&scene)?;
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
-        let assembly = match start {
-            Some(start) => start,
-            None => assemble(&equations, &model, &layout, scene.simulation.t_start).map_err(refuse)?,
+        let assembled = |equations: &Equations, model: &Model| match &start {
+            Some(start) => Ok(start.clone()),
+            None => assemble(equations, model, &layout, scene.simulation.t_start).map_err(refuse),
         };
+        let mut assembly = assembled(&equations, &model)?;
+        let idle = idle_axes(&equations, &model, &layout, scene.simulation.t_start, &assembly).map_err(refuse)?;
+        if !idle.is_empty() {
+            idle.iter().for_each(|(body, axis)| model.bodies[*body].calm(*axis));
+            equations = Equations::build(&model, &layout, Form::Working);
+            equations.graph.writing = writing(&scene)?;
+            assembly = assembled(&equations, &model)?;
+        }
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));

@@ -426,18 +426,28 @@ impl Session {
         }
     }
 
-    /// A particle that was made to turn.
+    /// A particle that was made to turn, or a thin rod about its axis.
     fn particle_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
         let IntegrateError::System { cause, .. } = error else { return None };
         let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
-        let crate::analysis::AnalysisError::TorqueOnParticle { body } = cause else { return None };
+        use crate::analysis::AnalysisError::{TorqueOnParticle, TorqueOnThin};
+        let (body, place, help) = match cause {
+            TorqueOnParticle { body } => (
+                body,
+                "has no rotation and no inertia",
+                "attach joints and forces at its position and so that they only push, or give it an inertia",
+            ),
+            TorqueOnThin { body } => (
+                body,
+                "has a principal moment of inertia that is zero",
+                "give the body the moment of inertia about this axis that it has, however small, or hold it by a joint that takes \
+                 the torque",
+            ),
+            _ => return None,
+        };
         let record = self.scene.bodies.iter().find(|record| record.name.value == *body)?;
         let diagnostic = Diagnostic::error(codes::TORQUE_ON_PARTICLE, cause.to_string());
-        let diagnostic = diagnostic.at(record.name.span.clone(), "has no rotation and no inertia");
-        Some(
-            diagnostic
-                .help("attach joints and forces at its position and so that they only push, or give it an inertia"),
-        )
+        Some(diagnostic.at(record.name.span.clone(), place).help(help))
     }
 
     /// The element behind a failure, with its place in the scene.

@@ -10,7 +10,7 @@ use crate::analysis::{
 use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System, Watched};
 use crate::interval::Range;
 use crate::linalg::LinalgError;
-use crate::model::Model;
+use crate::model::{Model, Thin};
 use crate::plan::Layout;
 use crate::program::{Equations, MachineError, Node, Sets, Used};
 use crate::results::{Audit, AuditRecord};
@@ -172,6 +172,10 @@ pub struct Simulation<'a> {
     audits_samples: bool,
     /// Bodies without rotation.
     particles: Vec<(usize, String)>,
+    /// Axes of bodies about which nothing may turn them.
+    thin: Vec<(usize, String, Thin)>,
+    /// Largest kinetic energy so far, J.
+    largest_kinetic: f64,
     sample_state: Vec<f64>,
     /// Room for the inputs of the working form at a state.
     observed: Vec<f64>,
@@ -248,6 +252,8 @@ impl<'a> Simulation<'a> {
             watched: 0,
             contradictions: 0,
             particles: particles(model),
+            thin: thin(model),
+            largest_kinetic: 0.0,
             sample_state: Vec::new(),
             observed: Vec::with_capacity(layout.inputs()),
             samples: 0,
@@ -535,6 +541,14 @@ impl<'a> Simulation<'a> {
                 return Err(AnalysisError::TorqueOnParticle { body: name.clone() });
             }
         }
+        self.largest_kinetic = self.largest_kinetic.max(kinetic);
+        for (body, name, thin) in &self.thin {
+            let slot = self.layout.body_slot(*body, 10);
+            let about: f64 = (0..3).map(|k| inputs[slot + k] * thin.axis[k]).sum();
+            if 0.5 * thin.moment * about * about > thin.share * self.largest_kinetic {
+                return Err(AnalysisError::TorqueOnThin { body: name.clone() });
+            }
+        }
         let work = state.last().copied().unwrap_or(0.0);
         self.audit.energy(inputs[Layout::TIME], kinetic, potential, work);
         match self.heat {
@@ -695,11 +709,17 @@ fn particles(model: &Model) -> Vec<(usize, String)> {
     bodies.filter(|(_, body)| body.particle).map(|(index, body)| (index, body.name.clone())).collect()
 }
 
+fn thin(model: &Model) -> Vec<(usize, String, Thin)> {
+    let bodies = model.bodies.iter().enumerate();
+    bodies.flat_map(|(index, body)| body.thin.iter().map(move |thin| (index, body.name.clone(), *thin))).collect()
+}
+
 /// A smaller step may help against bad numbers, never against a broken element.
 fn failure(error: AnalysisError) -> Failure {
     match &error {
         AnalysisError::Element { .. }
         | AnalysisError::TorqueOnParticle { .. }
+        | AnalysisError::TorqueOnThin { .. }
         | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
             Failure::Fatal(Box::new(error))
         }
@@ -786,7 +806,7 @@ impl System for Simulation<'_> {
             Group::Velocity => self.scales.speed_scale(),
             Group::AngularVelocity => self.scales.spin_scale(),
             Group::State => self.state_sizes[entry + 1 + self.state_sizes.len() - self.dim()],
-            Group::Work => 0.0,
+            Group::Work => self.largest_kinetic,
         };
         self.tolerance * size
     }

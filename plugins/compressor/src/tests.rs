@@ -176,5 +176,6 @@ fn sampled_fourier(count: usize) -> String {
         let theta = std::f64::consts::TAU * k as f64 / count as f64;
         format!("[{theta:?}, {:?}]", fourier(theta))
     };
-    format!("curve = [{}]", (0..=count).map(point).collect::<Vec<_>>().join(", "))
+    let points = (0..=count).map(point).collect::<Vec<_>>().join(", ");
+    format!("curve = {{ points = [{points}], interpolation = \"spline\" }}")
 }

@@ -45,7 +45,8 @@ fn each_mistake_has_one_message_at_its_place() {
         ),
         (body("0", "[1, 1, 1]"), codes::BAD_MASS, "0"),
         (body("-1", "[1, 1, 1]"), codes::BAD_MASS, "-1"),
-        (body("1", "[1, 1, 0]"), codes::BAD_INERTIA, "[1, 1, 0]"),
+        (body("1", "[1, 1, -0.1]"), codes::BAD_INERTIA, "[1, 1, -0.1]"),
+        (body("1", "[0, 0, 0]"), codes::BAD_INERTIA, "[0, 0, 0]"),
         (body("1", "[1, 1, 1, 2, 0, 0]"), codes::BAD_INERTIA, "[1, 1, 1, 2, 0, 0]"),
         (
             force(&format!("type = \"strut\"; {on}; params = {{ stifness = 1, stiffness = 2 }}")),

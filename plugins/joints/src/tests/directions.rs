@@ -144,7 +144,8 @@ fn curves_are_followed() {
     let expression = "radius = { postfix = [1, 0.1, 2, 'x', 'mul', 'cos', 'mul', 'add'] }";
     let points: Vec<String> =
         (0..=12).map(|k| f64::from(30 * k).to_radians()).map(|phi| format!("[{phi}, {}]", oval(phi))).collect();
-    let points = format!("radius = {{ points = [{}], periodic = true }}", points.join(", "));
+    let points =
+        format!("radius = {{ points = [{}], periodic = true, interpolation = \"spline\" }}", points.join(", "));
     for k in -12..12 {
         let phi = f64::from(15 * k).to_radians();
         let place = at(oval(phi) * phi.cos(), oval(phi) * phi.sin());
