@@ -292,7 +292,7 @@ fn a_spatial_loop_with_a_light_rod() {
 }
 
 /// A rod of 1 m on a ball joint, with this moment of inertia about its length.
-fn rod(axial: f64, more: &str) -> String {
+fn pole(axial: f64, more: &str) -> String {
     format!(
         r#"
 [plugins]
@@ -328,7 +328,7 @@ fn a_rod_without_thickness_moves_as_a_thick_one_that_does_not_turn_about_its_len
     let scratch = Scratch::new();
     for formulation in ["joint", "cartesian"] {
         let run = |axial: f64| {
-            let path = scratch.file("rod.toml", rod(axial, ""));
+            let path = scratch.file("rod.toml", pole(axial, ""));
             let session = open(&path, &[format!("simulation.formulation={formulation}")]).unwrap();
             session.run(None, Box::new(|_| ()), &Default::default()).unwrap()
         };
@@ -346,7 +346,7 @@ fn a_torque_about_an_axis_without_moment_of_inertia_is_refused() {
     let scratch = Scratch::new();
     let twist =
         "[[force]]\nname = \"twist\"\ntype = \"vector-torque\"\nbodies = [\"ground\", \"rod\"]\nparams = { x = 1.0 }\n";
-    let path = scratch.file("rod.toml", rod(0.0, twist));
+    let path = scratch.file("rod.toml", pole(0.0, twist));
     let error = open(&path, &[]).unwrap().run(None, Box::new(|_| ()), &Default::default()).unwrap_err();
     let found = error.to_string();
     assert!(found.contains("ODY0606") && found.contains("`rod`"), "{found}");

@@ -38,8 +38,8 @@ impl Bernstein {
         for node in 0..size {
             at(share(node, degree), &mut values);
             for (polynomial, value) in self.coefficients.chunks_exact_mut(size).zip(&values) {
-                for (k, coefficient) in polynomial.iter_mut().enumerate() {
-                    *coefficient += inverse[k][node] * value;
+                for (coefficient, row) in polynomial.iter_mut().zip(&inverse) {
+                    *coefficient += row[node] * value;
                 }
             }
         }
@@ -74,8 +74,8 @@ impl Bernstein {
         first.coefficients.clear();
         first.coefficients.resize(self.coefficients.len(), 0.0);
         for (own, left) in self.coefficients.chunks_exact_mut(size).zip(first.coefficients.chunks_exact_mut(size)) {
-            for k in 0..size {
-                left[k] = own[0];
+            for (k, left) in left.iter_mut().enumerate() {
+                *left = own[0];
                 for j in 0..size - 1 - k {
                     own[j] = 0.5 * (own[j] + own[j + 1]);
                 }

@@ -142,7 +142,7 @@ impl Interval {
     #[must_use]
     pub fn cos(self) -> Self {
         use std::f64::consts::PI;
-        if !(self.width() < 2.0 * PI) {
+        if self.width().is_nan() || self.width() >= 2.0 * PI {
             return Self::new(-1.0, 1.0);
         }
         let ends = Self::between(self.low.cos(), self.high.cos());

@@ -13,9 +13,13 @@ fn intervals() -> Vec<Interval> {
         .to_vec()
 }
 
+/// A function of intervals, and of numbers.
+type One = (&'static str, fn(Interval) -> Interval, fn(f64) -> f64);
+type Two = (&'static str, fn(Interval, Interval) -> Interval, fn(f64, f64) -> f64);
+
 #[test]
 fn functions_of_one_number_are_enclosed_and_reached() {
-    let functions: [(&str, fn(Interval) -> Interval, fn(f64) -> f64); 9] = [
+    let functions: [One; 9] = [
         ("square", Interval::square, |x| x * x),
         ("sine", Interval::sin, f64::sin),
         ("cosine", Interval::cos, f64::cos),
@@ -46,7 +50,7 @@ fn functions_of_one_number_are_enclosed_and_reached() {
 
 #[test]
 fn functions_of_two_numbers_are_enclosed() {
-    let functions: [(&str, fn(Interval, Interval) -> Interval, fn(f64, f64) -> f64); 5] = [
+    let functions: [Two; 5] = [
         ("sum", |a, b| a + b, |a, b| a + b),
         ("difference", |a, b| a - b, |a, b| a - b),
         ("product", |a, b| a * b, |a, b| a * b),

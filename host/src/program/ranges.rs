@@ -193,7 +193,7 @@ fn table_range(table: &Table, order: u32, x: Interval) -> (Interval, Interval) {
     match table.outside {
         Outside::Periodic => {
             let period = last - first;
-            if !(x.width() < period) {
+            if x.width().is_nan() || x.width() >= period {
                 gathered.over(first, last);
                 gathered.meet(last, first);
             } else {

@@ -115,10 +115,11 @@ impl Sharp {
                                 found.knots.push((at, knots));
                             }
                         }
-                        Expr::Select(a, b, ..) if known.insert((a.min(b), a.max(b))) => {
-                            if of(a) == Depends::Time || of(b) == Depends::Time {
-                                found.conditions.push((a, b));
-                            }
+                        Expr::Select(a, b, ..)
+                            if (of(a) == Depends::Time || of(b) == Depends::Time)
+                                && known.insert((a.min(b), a.max(b))) =>
+                        {
+                            found.conditions.push((a, b));
                         }
                         _ => {}
                     }
