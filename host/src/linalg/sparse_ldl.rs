@@ -116,7 +116,7 @@ impl SparseLdl {
     }
 
     /// Switches one step of iterative refinement per solve on, or leaves it to factorisations with a share of a pivot below
-    /// [`ROUGH`] (default). It costs about as much as the solve itself.
+    /// 1e-3 (default). It costs about as much as the solve itself.
     pub fn set_refinement(&mut self, refine: bool) {
         self.refine = refine;
     }
