@@ -258,18 +258,15 @@ impl Enclosure {
     /// The values of all guards at an end of a piece, at this share of the step.
     fn point(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, polynomials: &Bernstein, share: f64, last: bool) {
         let of = |k: usize| Range::still(polynomials.end(k, last));
-        let ranges = &mut self.ranges;
-        let kept: Vec<Range> = ranges.clone();
-        let of_set = self.of;
-        run.system.enclose(of_set, Range::still(step.start + share * step.h), &of, &mut ranges[..self.within.len()]);
+        let n = self.within.len();
+        run.system.enclose(self.of, Range::still(step.start + share * step.h), &of, &mut self.ranges[..n]);
         let values = if last { &mut self.last } else { &mut self.first };
-        for ((value, range), size) in values.iter_mut().zip(ranges.iter()).zip(&mut self.sizes) {
+        for ((value, range), size) in values.iter_mut().zip(&self.ranges).zip(&mut self.sizes) {
             *value = 0.5 * (range.value.low + range.value.high);
             if value.is_finite() {
                 *size = size.max(value.abs());
             }
         }
-        *ranges = kept;
     }
 
     /// See [`Enclosure::noise`], at the end of a piece: to first order, the slopes along all differences of the state that its
@@ -448,7 +445,6 @@ impl Enclosure {
                 break;
             }
             let Some(share) = self.first_sharp(run, run.t, end, seen) else { break };
-            run.counters.shortened += 1;
             let h = end - run.t;
             end = run.t + if share > 0.0 { share * h } else { SHORTER * h };
         }
@@ -582,7 +578,6 @@ impl Enclosure {
         match found {
             None => (end, None),
             Some((before, after)) => {
-                run.counters.breaks += 1;
                 let jump = Jump { before, after };
                 if before - run.t <= run.smallest_step() {
                     return (after.max(run.t + run.smallest_step()).min(end), None);

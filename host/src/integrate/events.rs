@@ -212,7 +212,6 @@ impl Events {
         let found = within.or(self.turns.examine(run, step)?);
         if found.is_some() || end < step.start + step.h {
             run.counters.missed += 1;
-            run.counters.missed_from.get_or_insert(step.start);
         }
         Ok(())
     }

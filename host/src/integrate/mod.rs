@@ -505,14 +505,8 @@ pub struct Counters {
     pub enclosed: usize,
     /// Steps tried again because something happened within them that the method had not seen.
     pub stepped_over: usize,
-    /// The same in steps of a fixed size, which cannot be made shorter: results may be wrong from [`Counters::missed_from`] on.
+    /// The same in steps of a fixed size, which cannot be made shorter: results may be wrong from there on.
     pub missed: usize,
-    /// Start of the first of these steps.
-    pub missed_from: Option<f64>,
-    /// Steps made shorter beforehand for the sake of functions of time.
-    pub shortened: usize,
-    /// Steps that end at a knot of a table in time, or at a jump in time.
-    pub breaks: usize,
     /// Pieces of steps on which nothing could be proved; decided by the values at their ends.
     pub unproven: usize,
     /// How often switches followed each other so closely that steps were no longer made to end there, for a while.
