@@ -7,6 +7,8 @@
 //! is solved by Newton's method with the exact derivatives Q_z: (I - P S(Q_z, 0)) dz = P S(Q(z), gamma) - z. The reference
 //! engine iterates z <- P S(Q(z), gamma) instead: the twin.
 
+use std::ops::Range;
+
 use element_api::ElementSet;
 
 use super::formulation::{AnalysisError, Counters};
@@ -16,9 +18,10 @@ use crate::program::{Equations, Node, Program, Used, Workspace};
 
 /// Iterations before a scene counts as having no solution.
 pub(super) const MOST_ITERATIONS: usize = 60;
-/// Relative change at which z counts as found.
+/// Change of z at which it counts as found, as a share of what the same body's accelerations or the same joint's multipliers
+/// are at most: a light body's reactions count beside a heavy one's.
 pub(super) const CLOSE: f64 = 1e-13;
-/// Relative change that is accepted when round-off prevents a smaller one.
+/// The same as a share of the largest of all, accepted where round-off prevents a smaller change.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-10;
 
 /// Solves the equations of motion for given loads and right side of the constraints.
@@ -36,9 +39,17 @@ pub(super) trait Solve {
     fn rows(&self) -> &[usize];
 }
 
+/// What an iteration changed: see [`CLOSE`] and [`CLOSE_ENOUGH`].
+struct Change {
+    own: f64,
+    whole: f64,
+}
+
 /// See the module documentation.
 pub(super) struct Coupling {
     slots: Vec<usize>,
+    /// The slots of the body's accelerations or the joint's multipliers that each of `slots` belongs to.
+    peers: Vec<Range<usize>>,
     acceleration_slot: usize,
     multiplier_slot: usize,
     loads: usize,
@@ -69,7 +80,9 @@ impl Coupling {
         nodes.extend(equations.coupling.iter().flat_map(|input| input.slopes.iter().copied()));
         let program = Program::compile(&equations.graph, &nodes);
         let n = equations.coupling.len();
+        let peers = equations.coupling.iter().map(|input| layout.solved_peers(input.slot));
         Some(Self {
+            peers: peers.collect(),
             slots: equations.coupling.iter().map(|input| input.slot).collect(),
             acceleration_slot: layout.acceleration_slot(),
             multiplier_slot: layout.multiplier_slot(),
@@ -118,17 +131,16 @@ impl Coupling {
             self.slots.iter().zip(&self.z).for_each(|(slot, value)| inputs[*slot] = *value);
             self.run(inputs, sets)?;
             engine.solve(&self.outputs[..self.loads], true, accelerations, multipliers)?;
-            let scale = [largest(accelerations), largest(multipliers)];
             for (k, slot) in self.slots.iter().enumerate() {
                 self.found[k] = self.pick(*slot, engine.rows(), accelerations, multipliers);
             }
-            let change = self.change(scale);
+            self.publish(inputs, engine.rows(), accelerations, multipliers);
+            let Change { own: change, whole } = self.change(inputs);
             if change.is_nan() {
                 break;
             }
-            if change <= CLOSE || (change <= CLOSE_ENOUGH && change >= best) {
+            if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= best) {
                 self.started = true;
-                self.publish(inputs, engine.rows(), accelerations, multipliers);
                 if n < self.solved_inputs_in_rates() {
                     // State rates and power may use more of the solution than the loads.
                     self.run(inputs, sets)?;
@@ -189,18 +201,21 @@ impl Coupling {
         rows.binary_search(&(slot - self.multiplier_slot)).map_or(0.0, |k| multipliers[k])
     }
 
-    /// Largest difference of `found` from `z`, as a share of the largest acceleration or multiplier.
-    fn change(&self, [acceleration, multiplier]: [f64; 2]) -> f64 {
-        let mut worst = 0.0_f64;
-        for ((slot, found), z) in self.slots.iter().zip(&self.found).zip(&self.z) {
-            let scale = if *slot < self.multiplier_slot { acceleration } else { multiplier };
-            let share = if found == z { 0.0 } else { (found - z).abs() / scale };
-            if share.is_nan() {
-                return share;
+    /// Largest difference of `found` from `z`; `inputs` hold the solution.
+    fn change(&self, inputs: &[f64]) -> Change {
+        let most = [self.acceleration_slot..self.multiplier_slot, self.multiplier_slot..inputs.len()]
+            .map(|slots| largest(&inputs[slots]));
+        let mut change = Change { own: 0.0, whole: 0.0 };
+        for (k, (found, z)) in self.found.iter().zip(&self.z).enumerate().filter(|(_, (found, z))| found != z) {
+            let difference = (found - z).abs();
+            let own = difference / largest(&inputs[self.peers[k].clone()]);
+            let whole = difference / most[usize::from(self.slots[k] >= self.multiplier_slot)];
+            if own.is_nan() {
+                return Change { own, whole };
             }
-            worst = worst.max(share);
+            change = Change { own: change.own.max(own), whole: change.whole.max(whole) };
         }
-        worst
+        change
     }
 
     fn publish(&self, inputs: &mut [f64], rows: &[usize], accelerations: &[f64], multipliers: &[f64]) {

@@ -226,16 +226,21 @@ impl ReferenceForm {
         if !self.coupled {
             return Ok(());
         }
+        let mut least = f64::INFINITY;
         for _ in 0..MOST_ITERATIONS {
             let before = self.solution.clone();
             self.publish();
             self.evaluate()?;
             self.solve_once()?;
             let size = self.solution.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-            let difference = self.solution.iter().zip(&before).map(|(a, b)| (a - b).abs());
-            if difference.fold(0.0, f64::max) <= CLOSE * size {
+            let pairs = self.solution.iter().zip(&before);
+            let own = pairs.clone().map(|(a, b)| (a - b).abs() / a.abs().max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
+            let whole = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            // What is small beside the rest may consist of round-off.
+            if own <= CLOSE || (whole <= CLOSE * size && own >= least) {
                 return Ok(());
             }
+            least = least.min(own);
             self.counters.coupling_iterations += 1;
         }
         Err(AnalysisError::NoCommonSolution)

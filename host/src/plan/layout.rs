@@ -1,5 +1,7 @@
 //! [`Layout`]: where every number of a model lies in the vectors of the mathematics.
 
+use std::ops::Range;
+
 use crate::model::Model;
 
 /// Input slots per body: r (3), p (4), v (3), omega' (3), and the rates of p (4) for the reference form.
@@ -107,6 +109,20 @@ impl Layout {
     #[must_use]
     pub fn multiplier_slot(&self) -> usize {
         self.acceleration_slot() + self.velocities()
+    }
+
+    /// The slots that an acceleration's or a multiplier's `slot` shares its body or its joint with.
+    #[must_use]
+    pub fn solved_peers(&self, slot: usize) -> Range<usize> {
+        let rows = self.multiplier_slot();
+        if slot < rows {
+            let body = slot - (slot - self.acceleration_slot()) % 6;
+            return body..body + 6;
+        }
+        let (element, k) = self.element_of_row(slot - rows);
+        let first = slot - k;
+        let next = self.row_at.get(element + 1).copied().unwrap_or(self.rows);
+        first..rows + next
     }
 
     /// Length of the input vector of every program.
