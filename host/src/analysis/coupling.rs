@@ -187,6 +187,12 @@ impl Coupling {
         Ok(())
     }
 
+    /// The loads with the solution that the inputs hold.
+    pub(super) fn loads(&mut self, inputs: &[f64], sets: &[Box<dyn ElementSet>]) -> Result<&[f64], AnalysisError> {
+        self.run(inputs, sets)?;
+        Ok(&self.outputs[..self.loads])
+    }
+
     fn run(&mut self, inputs: &[f64], sets: &[Box<dyn ElementSet>]) -> Result<(), AnalysisError> {
         self.program
             .run(inputs, sets, &mut self.workspace, &mut self.outputs)

@@ -2,6 +2,7 @@
 
 use element_api::set::Fault;
 
+use super::balance::Imbalance;
 use super::evaluator::Evaluator;
 use crate::linalg::LinalgError;
 use crate::program::{Equations, Graph, Node, Used};
@@ -124,6 +125,8 @@ pub enum AnalysisError {
 pub struct Observed<'a> {
     /// The inputs of every program, accelerations and multipliers included.
     pub inputs: &'a [f64],
+    /// How well they meet the equations of motion; zero where that is not looked at.
+    pub imbalance: Imbalance,
 }
 
 /// A way of writing the equations of motion. States are plain slices; `dim` numbers each.

@@ -8,6 +8,7 @@ use element_api::ElementSet;
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 use super::assembly::Assembly;
+use super::balance::Imbalance;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::joint::STATES_PER_AUDIT;
 use super::joint_start::{JointStart, parameters};
@@ -237,13 +238,14 @@ impl Formulation for MergedForm {
 
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
         self.move_bodies(state);
+        let mut imbalance = Imbalance::default();
         if dynamics {
             self.trade_sets();
-            let solved = self.bodies.observe(t, &self.body_state, true).map(|_| ());
+            let solved = self.bodies.observe(t, &self.body_state, true).map(|observed| observed.imbalance);
             self.trade_sets();
-            solved?;
+            imbalance = solved?;
         }
-        self.bodies.observe(t, &self.body_state, false)
+        Ok(Observed { imbalance, ..self.bodies.observe(t, &self.body_state, false)? })
     }
 
     fn programs(&mut self) -> Vec<Used<'_>> {

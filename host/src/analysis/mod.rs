@@ -28,6 +28,7 @@
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
+mod balance;
 mod conflict;
 mod constraints;
 mod coupling;
@@ -50,6 +51,7 @@ mod working;
 mod tests;
 
 pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, assemble, idle_axes, start_inputs};
+pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;

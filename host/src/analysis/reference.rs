@@ -8,6 +8,7 @@
 
 use element_api::ElementSet;
 
+use super::balance::Imbalance;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
 use super::working::{BODY_STATES, normalise, parameter_rates};
 use crate::linalg::FullPivLu;
@@ -421,7 +422,7 @@ impl Formulation for ReferenceForm {
             let slot = self.layout.body_slot(body, 3);
             normalise(&mut self.inputs[slot..slot + 4]);
         }
-        Ok(Observed { inputs: &self.inputs })
+        Ok(Observed { inputs: &self.inputs, imbalance: Imbalance::default() })
     }
 
     fn counters(&self) -> Counters {

@@ -2,6 +2,7 @@
 
 use element_api::ElementSet;
 
+use super::balance::{Balance, Imbalance};
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
@@ -41,6 +42,8 @@ pub(super) const MOTION_RANK_TOLERANCE: f64 = 1e-11;
 pub(super) const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Share of what the equations of motion are made of by which interpolated accelerations and reactions may miss them.
 const BALANCED: f64 = 1e-9;
+/// Share of a body's own loads by which a solution may miss them before it is refined.
+const REFINED: f64 = 1e-11;
 /// Newton corrections per projection before the constraints count as lost.
 pub(super) const MOST_CORRECTIONS: usize = 12;
 
@@ -120,6 +123,16 @@ impl<S: KktSolver> Engine<S> {
                 rates.copy_from_slice(coupling.rates());
             }
         }
+        Ok(())
+    }
+
+    /// Adds the solution for what `balance` says is left of the equations.
+    fn refine(&mut self, balance: &Balance, accelerations: &mut [f64]) -> Result<(), LinalgError> {
+        let (f, g) = balance.left(self.multipliers.len());
+        let (mut da, mut dlambda) = (vec![0.0; f.len()], vec![0.0; g.len()]);
+        self.solver.solve(f, g, &mut da, &mut dlambda)?;
+        accelerations.iter_mut().zip(&da).for_each(|(a, d)| *a += d);
+        self.multipliers.iter_mut().zip(&dlambda).for_each(|(lambda, d)| *lambda += d);
         Ok(())
     }
 
@@ -207,10 +220,7 @@ pub struct WorkingForm {
     passage: Passage,
     /// Scratch: accelerations and multipliers.
     forces: Vec<f64>,
-    /// Scratch: what is left of both block rows, and what it is made of.
-    balance: Vec<f64>,
-    /// Values of the mass matrix, aligned with the pattern.
-    mass: Vec<f64>,
+    balance: Balance,
     force: Vec<f64>,
     key: Vec<f64>,
     row_names: Vec<String>,
@@ -284,8 +294,7 @@ impl WorkingForm {
             careful: false,
             passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
             forces: vec![0.0; layout.velocities() + layout.rows],
-            balance: vec![0.0; 2 * (layout.velocities() + layout.rows)],
-            mass: mass_values(model),
+            balance: Balance::new(mass_values(model), layout.velocities(), layout.rows),
             key: Vec::with_capacity(7 * layout.bodies + 1),
             least_health: start_health * SICK_SHARE,
             watch,
@@ -486,26 +495,41 @@ impl WorkingForm {
         Ok(true)
     }
 
-    /// What is left of the equations of motion and of the constraints on accelerations with those in the inputs, as a share of
-    /// what they are made of: the larger of that of forces, torques and constraints.
+    /// How far accelerations and multipliers in the inputs miss all equations, see [`Balance::of_all`].
     fn unbalanced(&mut self) -> Result<f64, AnalysisError> {
-        let engine = &mut self.safe;
-        engine.dynamics.evaluate(&self.inputs, &self.sets)?;
+        let dynamics = &mut self.safe.dynamics;
+        dynamics.evaluate(&self.inputs, &self.sets)?;
         let (a, lambda) = self.inputs[self.layout.acceleration_slot()..].split_at(self.layout.velocities());
-        let loads = &engine.dynamics.further(FUNCTIONS)[..a.len()];
-        let (left, sizes) = self.balance.split_at_mut(a.len() + lambda.len());
-        let values = (&self.mass[..], engine.dynamics.jacobian());
-        let right = (loads, engine.dynamics.function(0));
-        engine.dynamics.structure.residual(values, right, (a, lambda), [left, sizes]);
-        // Forces, torques, rows.
-        let mut largest = [[0.0_f64; 2]; 3];
-        for (k, (left, size)) in left.iter().zip(sizes).enumerate() {
-            let kind = if k < a.len() { k % 6 / 3 } else { 2 };
-            let [most, whole] = &mut largest[kind];
-            *most = if left.is_finite() { most.max(left.abs()) } else { f64::INFINITY };
-            *whole = whole.max(*size);
+        self.balance.take(dynamics, &dynamics.further(FUNCTIONS)[..a.len()], a, lambda);
+        Ok(self.balance.of_all())
+    }
+
+    /// How far what was solved for and published misses the equations of motion of a body, forces that depend on the solution
+    /// evaluated with it. Where it misses them by more than round-off, the solution is refined once.
+    fn certify(&mut self, used: Used) -> Result<Imbalance, AnalysisError> {
+        let found = self.left_of_bodies(used)?;
+        if found.share <= REFINED {
+            return Ok(found);
         }
-        Ok(largest.iter().fold(0.0, |worst, [most, whole]| if *most > 0.0 { worst.max(most / whole) } else { worst }))
+        match (used, &mut self.regular) {
+            (Used::Regular, Some(engine)) => engine.refine(&self.balance, &mut self.accelerations)?,
+            _ => self.safe.refine(&self.balance, &mut self.accelerations)?,
+        }
+        self.publish(used);
+        self.left_of_bodies(used)
+    }
+
+    fn left_of_bodies(&mut self, used: Used) -> Result<Imbalance, AnalysisError> {
+        let (dynamics, lambda) = match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => (&engine.dynamics, &engine.multipliers),
+            _ => (&self.safe.dynamics, &self.safe.multipliers),
+        };
+        let loads = match &mut self.coupling {
+            Some(coupling) => coupling.loads(&self.inputs, &self.sets)?,
+            None => &dynamics.further(FUNCTIONS)[..self.accelerations.len()],
+        };
+        self.balance.take(dynamics, loads, &self.accelerations, lambda);
+        Ok(self.balance.of_bodies())
     }
 
     /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
@@ -840,14 +864,16 @@ impl Formulation for WorkingForm {
 
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
         self.load(t, state);
+        let mut imbalance = Imbalance::default();
         if dynamics {
             let used = self.solve_dynamics()?;
             let near = matches!(used, Used::Safe) && self.is_singular(NEAR_SINGULAR);
             if !near || !self.observe_between(t, state)? {
                 self.publish(used);
+                imbalance = self.certify(used)?;
             }
         }
-        Ok(Observed { inputs: &self.inputs })
+        Ok(Observed { inputs: &self.inputs, imbalance })
     }
 
     fn entry_of(&self, slot: usize) -> Option<usize> {

@@ -255,6 +255,8 @@ pub const AUDIT_ENERGY: Code = "ODY0702";
 pub const AUDIT_SAMPLES: Code = "ODY0703";
 /// See its entry in [`TABLE`].
 pub const NOT_VERIFIED: Code = "ODY0704";
+/// Loads of a body that do not balance.
+pub const AUDIT_LOADS: Code = "ODY0705";
 
 /// Results cannot be written.
 pub const CANNOT_WRITE: Code = "ODY0801";
@@ -437,6 +439,11 @@ pub const TABLE: &[Explanation] = &[
          second run did not reach its end. One of the runs missed something: limit the steps (`max_step`), or lower the tolerance \
          until the difference goes. If it does not, the motion is so sensitive (chaotic) that nothing can be said of it that long, \
          or an output counts steps. The exit code is 7.",
+    ),
+    entry(
+        AUDIT_LOADS,
+        "loads of a body do not balance",
+        "Where reactions or accelerations are reported, forces and torques on each body are added up, and what is left beside mass times          acceleration is held against the magnitudes of that body's own loads. It is above its limit (1e-6): solving the equations          of motion lost digits, mostly because masses or lengths differ by many decades, or a force that depends on reactions          did not converge. `--formulation` takes other coordinates, `--engine reference` another solver. The exit code is 7.",
     ),
 
     entry(CANNOT_WRITE, "results cannot be written", "The folder doesn't exist, may not be written, or the disk is full."),

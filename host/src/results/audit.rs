@@ -28,6 +28,11 @@ pub struct Audit {
     pub sample_energy_error_relative: f64,
     /// The time it is at, s.
     pub sample_energy_error_at: f64,
+    /// At samples that need accelerations or reactions, the largest of what these leave of the forces on a body, or of the
+    /// torques, over the sum of the magnitudes of its own; zero where they are not looked at.
+    pub load_imbalance: f64,
+    /// The time it is at, s.
+    pub load_imbalance_at: f64,
     /// Kinetic energy at the end, J.
     pub kinetic_energy: f64,
     /// Potential energy at the end, J.
@@ -51,6 +56,8 @@ pub struct Audit {
     samples: SampleError,
     #[serde(skip)]
     worst_rows: [Option<usize>; 2],
+    #[serde(skip)]
+    worst_body: Option<usize>,
 }
 
 /// The energy balance at the samples.
@@ -113,6 +120,11 @@ pub struct AuditRecord {
     times: [f64; 4],
     worst_row: Option<usize>,
     worst_rate: Option<usize>,
+    /// Imbalance of loads and its time, s; its body.
+    #[serde(default)]
+    loads: [f64; 2],
+    #[serde(default)]
+    worst_body: Option<usize>,
 }
 
 impl From<&Audit> for AuditRecord {
@@ -133,6 +145,8 @@ impl From<&Audit> for AuditRecord {
             ],
             worst_row: audit.worst_rows[0],
             worst_rate: audit.worst_rows[1],
+            loads: [audit.load_imbalance, audit.load_imbalance_at],
+            worst_body: audit.worst_body,
         }
     }
 }
@@ -141,7 +155,9 @@ impl From<&AuditRecord> for Audit {
     fn from(record: &AuditRecord) -> Self {
         let [position_violation, velocity_violation] = record.violations;
         let [kinetic_energy, potential_energy, work, dissipated, work_in] = record.energies;
-        let AuditRecord { heat, start, largest, error, samples, times, worst_row, worst_rate, .. } = *record;
+        let AuditRecord { heat, start, largest, error, samples, times, worst_row, worst_rate, worst_body, .. } =
+            *record;
+        let [load_imbalance, load_imbalance_at] = record.loads;
         let [position_violation_at, velocity_violation_at, energy_error_at, sample_energy_error_at] = times;
         Self {
             position_violation,
@@ -152,6 +168,8 @@ impl From<&AuditRecord> for Audit {
             energy_error_at,
             sample_energy_error_relative: share(samples.error, larger(largest, samples.largest)),
             sample_energy_error_at,
+            load_imbalance,
+            load_imbalance_at,
             kinetic_energy,
             potential_energy,
             work,
@@ -163,6 +181,7 @@ impl From<&AuditRecord> for Audit {
             error,
             samples,
             worst_rows: [worst_row, worst_rate],
+            worst_body,
         }
     }
 }
@@ -231,6 +250,13 @@ impl Audit {
         }
     }
 
+    /// Takes what accelerations and reactions of a sample at time `t` (s) leave of the loads of the worst body.
+    pub fn imbalance(&mut self, t: f64, share: f64, body: usize) {
+        if keep(&mut self.load_imbalance, &mut self.load_imbalance_at, share, t) {
+            self.worst_body = Some(body);
+        }
+    }
+
     /// The audit of a scene whose parts were integrated apart: energies and work added up; of violations the worst; the errors
     /// of the energy balance added up, over the largest energy that moved in any part.
     #[must_use]
@@ -250,6 +276,7 @@ impl Audit {
                 part.velocity_violation,
                 part.velocity_violation_at,
             );
+            keep(&mut whole.load_imbalance, &mut whole.load_imbalance_at, part.load_imbalance, part.load_imbalance_at);
             whole.kinetic_energy += part.kinetic_energy;
             whole.potential_energy += part.potential_energy;
             whole.work += part.work;
@@ -280,11 +307,17 @@ impl Audit {
         self.worst_rows
     }
 
+    /// The body with the worst imbalance of loads.
+    #[must_use]
+    pub fn worst_body(&self) -> Option<usize> {
+        self.worst_body
+    }
+
     /// The largest of all measures.
     #[must_use]
     pub fn worst(&self) -> f64 {
         let energy = larger(self.energy_error_relative, self.sample_energy_error_relative);
-        larger(larger(self.position_violation, self.velocity_violation), energy)
+        larger(larger(self.position_violation, self.velocity_violation), larger(energy, self.load_imbalance))
     }
 }
 

@@ -11,7 +11,9 @@ const CONSTRAINTS: f64 = 1e-8;
 const ENERGY: f64 = 1e-6;
 /// Limit on errors of energies over the tolerance: what errors of single steps may add up to.
 const ENERGY_OVER_TOLERANCE: f64 = 1e4;
-/// Limit on everything where steps are fixed and nothing controls their errors.
+/// Limit on imbalances of loads, whatever the steps are: what accelerations and reactions of one instant are solved to.
+const LOADS: f64 = 1e-6;
+/// Limit on everything else where steps are fixed and nothing controls their errors.
 const FIXED_STEPS: f64 = 1e-3;
 
 /// Largest measures of an [`Audit`] that are no reason to doubt the results.
@@ -21,22 +23,29 @@ pub struct AuditLimits {
     pub constraints: f64,
     /// Of the error of the energy balance, in accepted states and at samples.
     pub energy: f64,
+    /// Of the imbalance of a body's loads.
+    #[serde(default = "loads")]
+    pub loads: f64,
+}
+
+fn loads() -> f64 {
+    LOADS
 }
 
 impl AuditLimits {
     /// The same limit for all measures.
     #[must_use]
     pub fn all(limit: f64) -> Self {
-        Self { constraints: limit, energy: limit }
+        Self { constraints: limit, energy: limit, loads: limit }
     }
 
     /// The limits that belong to a relative tolerance, or to steps of a fixed size.
     #[must_use]
     pub fn belonging_to(tolerance: f64, fixed_steps: bool) -> Self {
         if fixed_steps {
-            return Self::all(FIXED_STEPS);
+            return Self { loads: LOADS, ..Self::all(FIXED_STEPS) };
         }
-        Self { constraints: CONSTRAINTS, energy: ENERGY.max(ENERGY_OVER_TOLERANCE * tolerance) }
+        Self { constraints: CONSTRAINTS, energy: ENERGY.max(ENERGY_OVER_TOLERANCE * tolerance), loads: LOADS }
     }
 }
 
@@ -51,6 +60,8 @@ pub enum Measure {
     Energy,
     /// Balance of energies at samples.
     SampleEnergy,
+    /// Balance of a body's loads at samples.
+    Loads,
 }
 
 /// A measure beyond its limit.
@@ -66,6 +77,8 @@ pub struct Excess {
     pub at: f64,
     /// The constraint row, where one is to blame.
     pub row: Option<usize>,
+    /// The body, where one is to blame.
+    pub body: Option<usize>,
 }
 
 impl Audit {
@@ -73,7 +86,7 @@ impl Audit {
     #[must_use]
     pub fn beyond(&self, limits: &AuditLimits) -> Vec<Excess> {
         let [position_row, velocity_row] = self.worst_rows();
-        let excess = |measure, found, limit, at, row| Excess { measure, found, limit, at, row };
+        let excess = |measure, found, limit, at, row| Excess { measure, found, limit, at, row, body: None };
         let all = [
             excess(
                 Measure::Position,
@@ -97,6 +110,10 @@ impl Audit {
                 self.sample_energy_error_at,
                 None,
             ),
+            Excess {
+                body: self.worst_body(),
+                ..excess(Measure::Loads, self.load_imbalance, limits.loads, self.load_imbalance_at, None)
+            },
         ];
         let mut beyond: Vec<Excess> =
             all.into_iter().filter(|one| one.found.is_nan() || one.found > one.limit).collect();

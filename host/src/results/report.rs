@@ -96,6 +96,9 @@ fn audit(summary: &Summary) -> String {
     if beyond.iter().any(|excess| excess.measure == Measure::SampleEnergy) {
         line.push_str(&format!("; energy at samples {}", significant(audit.sample_energy_error_relative, 2)));
     }
+    if beyond.iter().any(|excess| excess.measure == Measure::Loads) {
+        line.push_str(&format!("; loads of bodies {}", significant(audit.load_imbalance, 2)));
+    }
     if summary.redundant_rows > 0 {
         line.push_str(&format!("; {}", count(summary.redundant_rows, "redundant row")));
         line.push_str(&listed(&summary.redundant_row_names));
@@ -130,8 +133,9 @@ fn start(summary: &Summary) -> String {
 
 /// `constraints 1e-8, energy 1e-6`
 fn limits_in_words(limits: &AuditLimits) -> String {
-    let [constraints, energy] = [limits.constraints, limits.energy].map(|limit| significant(limit, 2));
-    format!("constraints {constraints}, energy {energy}")
+    let limit = |limit| significant(limit, 2);
+    let AuditLimits { constraints, energy, loads } = *limits;
+    format!("constraints {}, energy {}, loads {}", limit(constraints), limit(energy), limit(loads))
 }
 
 /// `energy: kinetic 1.2 J, ...`; nothing where no work was done.

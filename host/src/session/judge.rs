@@ -25,16 +25,24 @@ impl Session {
 
     /// Notes in the summary what the audit found beyond its limits.
     pub(super) fn judge(&self, summary: &mut Summary) {
-        self.judge_rows(summary, &|excess| excess.row.map(|row| self.row_name(row)));
+        self.judge_rows(summary, &|excess| {
+            let body = excess.body.map(|body| self.model.bodies[body].name.clone());
+            excess.row.map(|row| self.row_name(row)).or(body)
+        });
     }
 
     /// The same where islands were integrated apart: each numbers its rows by itself.
     pub(super) fn judge_apart(&self, summary: &mut Summary, sessions: &[Self], parts: &[Summary]) {
         self.judge_rows(summary, &|excess| {
+            if excess.measure == Measure::Loads {
+                let loads = |part: &&Summary| part.audit.load_imbalance.total_cmp(&excess.found).is_eq();
+                let (session, part) = sessions.iter().zip(parts).find(|(_, part)| loads(part))?;
+                return part.audit.worst_body().map(|body| session.model.bodies[body].name.clone());
+            }
             let rows: fn(&Audit) -> (f64, Option<usize>) = match excess.measure {
                 Measure::Position => |audit| (audit.position_violation, audit.worst_rows()[0]),
                 Measure::Velocity => |audit| (audit.velocity_violation, audit.worst_rows()[1]),
-                Measure::Energy | Measure::SampleEnergy => return None,
+                _ => return None,
             };
             let found = |part: &Summary| rows(&part.audit).0.total_cmp(&excess.found).is_eq();
             let (session, part) = sessions.iter().zip(parts).find(|(_, part)| found(part))?;
@@ -73,11 +81,13 @@ impl Session {
             Measure::Velocity => "rates of constraints are violated by",
             Measure::Energy => "the balance of energies is off by",
             Measure::SampleEnergy => "in the table, the balance of energies is off by",
+            Measure::Loads => "in the table, the balance of loads is off by",
         };
         let of = match excess.measure {
             Measure::Position => "of the size of the scene",
             Measure::Velocity => "of the largest speed",
             Measure::Energy | Measure::SampleEnergy => "of the largest energy that moved",
+            Measure::Loads => "of its own loads",
         };
         let [found, limit] = [excess.found, excess.limit].map(|number| significant(number, 2));
         let units = &self.scene.units;
@@ -88,6 +98,11 @@ impl Session {
 
     /// What a user may try.
     fn advice(&self, excess: &Excess) -> String {
+        if excess.measure == Measure::Loads {
+            return "try other coordinates (`--formulation cartesian` or `joint`) or another solver (`--engine reference`), and \
+                    examine masses and lengths that differ by many decades"
+                .into();
+        }
         let energy = matches!(excess.measure, Measure::Energy | Measure::SampleEnergy);
         let also = if energy { "; if nothing changes it, examine the elements (`odyn plugin check`)" } else { "" };
         if self.has_fixed_steps() {
@@ -110,5 +125,6 @@ fn code(measure: Measure) -> Code {
         Measure::Position | Measure::Velocity => codes::AUDIT_CONSTRAINTS,
         Measure::Energy => codes::AUDIT_ENERGY,
         Measure::SampleEnergy => codes::AUDIT_SAMPLES,
+        Measure::Loads => codes::AUDIT_LOADS,
     }
 }

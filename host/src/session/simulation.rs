@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::analysis::{
-    AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Group, Scales,
+    AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Group, Imbalance, Scales,
     SecondOrderForm, place, velocities_of,
 };
 use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System, Watched};
@@ -82,19 +82,21 @@ struct Part {
     needs_dynamics: bool,
     /// Whether it takes the inputs of the formulation, not those of the working form.
     own: bool,
+    /// How well the accelerations and multipliers that it took last meet the equations of motion.
+    imbalance: Imbalance,
 }
 
 impl Part {
     fn new(equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
         let evaluator = Evaluator::new(&equations.graph, nodes);
         let needs_dynamics = evaluator.program().uses_inputs(layout.acceleration_slot()..layout.inputs());
-        Self { evaluator, needs_dynamics, own: false }
+        Self { evaluator, needs_dynamics, own: false, imbalance: Imbalance::default() }
     }
 
     /// In the coordinates of the formulation, where that can be.
     fn near(formulation: &dyn Formulation, equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
         match formulation.own_program(equations, nodes) {
-            Some(evaluator) => Self { evaluator, needs_dynamics: false, own: true },
+            Some(evaluator) => Self { evaluator, needs_dynamics: false, own: true, imbalance: Imbalance::default() },
             None => Self::new(equations, nodes, layout),
         }
     }
@@ -117,7 +119,9 @@ impl Part {
     ) -> Result<&[f64], AnalysisError> {
         if self.needs_dynamics || !self.own {
             inputs.clear();
-            inputs.extend_from_slice(formulation.observe(t, state, self.needs_dynamics)?.inputs);
+            let observed = formulation.observe(t, state, self.needs_dynamics)?;
+            inputs.extend_from_slice(observed.inputs);
+            self.imbalance = observed.imbalance;
         }
         if self.own {
             return formulation.run_own(t, state, &mut self.evaluator);
@@ -697,10 +701,12 @@ impl<'a> Simulation<'a> {
         if self.audits_samples {
             self.watch_sample(t, state).map_err(failure)?;
         }
-        let values = self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
+        self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
+        let Imbalance { share, body } = self.report.imbalance;
+        self.audit.imbalance(t, share, body);
         let number = self.samples;
         self.samples += 1;
-        (self.sink)(number, values).map_err(|error| Failure::Fatal(Box::new(error)))
+        (self.sink)(number, self.report.evaluator.outputs()).map_err(|error| Failure::Fatal(Box::new(error)))
     }
 }
 

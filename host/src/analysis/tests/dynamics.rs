@@ -1,7 +1,9 @@
 //! Accelerations and multipliers.
 
 use super::*;
+use crate::analysis::balance::Balance;
 use crate::model::{Axes, Quantity};
+use crate::program::Row;
 
 /// Tree, tree called at run time, closed loop with redundant rows, driven.
 fn all_scenes() -> Vec<String> {
@@ -165,4 +167,36 @@ fn factorisations_are_reused_while_the_position_stays() {
     faster[0] += 1.0;
     stand.form.rates(TIME, &faster, &mut rates).unwrap();
     assert_eq!(stand.form.counters().factorisations, after.factorisations + 1);
+}
+
+#[test]
+fn what_is_solved_for_balances_and_what_is_not_names_its_body() {
+    let mut random = Random(107);
+    for text in all_scenes() {
+        let mut stand = stand(&text);
+        let state = stand.consistent(&mut random, 0.1);
+        let found = stand.form.observe(TIME, &state, true).unwrap().imbalance;
+        assert!(found.share < 1e-13, "{found:?}");
+        let inputs = stand.inputs(&state);
+        let rows: Vec<usize> = (0..stand.layout.rows).collect();
+        let gamma: fn(&Row) -> Node = |row| row.gamma;
+        let mut dynamics =
+            Constraints::new(&stand.equations, &stand.model, &rows, &[gamma], &stand.equations.loads).unwrap();
+        dynamics.evaluate(&inputs, stand.form.sets()).unwrap();
+        let (a, lambda) = inputs[stand.layout.acceleration_slot()..].split_at(stand.layout.velocities());
+        let mut balance = Balance::new(mass_values(&stand.model), a.len(), lambda.len());
+        let loads = dynamics.further(1).to_vec();
+        balance.take(&dynamics, &loads, a, lambda);
+        assert!(balance.of_bodies().share < 1e-13 && balance.of_all() < 1e-13);
+        for body in 0..stand.layout.bodies {
+            let mut wrong = a.to_vec();
+            // A ten thousandth of the body's largest acceleration: too little to be seen beside what is heavy.
+            let linear = &mut wrong[6 * body..6 * body + 3];
+            linear.iter_mut().for_each(|a| *a *= 1.0 + 1e-4);
+            balance.take(&dynamics, &loads, &wrong, lambda);
+            let Imbalance { share, body: named } = balance.of_bodies();
+            let still = a[6 * body..6 * body + 3].iter().all(|a| *a == 0.0);
+            assert!(still || (share > 1e-9 && named == body), "{share:e} at {named}, not {body}");
+        }
+    }
 }

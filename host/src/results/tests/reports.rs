@@ -98,7 +98,7 @@ fn the_audit_line_judges_when_there_are_limits() {
     let failed = with(1e-16);
     assert!(!failed.audit_passed());
     let text = report(&failed, None, false);
-    assert!(text.contains("; above its limits (constraints 1e-16, energy 1e-16)\n"), "{text}");
+    assert!(text.contains("; above its limits (constraints 1e-16, energy 1e-16, loads 1e-16)\n"), "{text}");
     let unjudged = Summary { audit_limits: None, ..compressor() };
     assert!(unjudged.audit_passed(), "no limits, no judgement");
     assert!(report(&unjudged, None, false).contains("; not judged\n"));
@@ -107,7 +107,8 @@ fn the_audit_line_judges_when_there_are_limits() {
 #[test]
 fn limits_belong_to_the_tolerance_unless_steps_are_fixed() {
     let limits = |tolerance, fixed| {
-        let AuditLimits { constraints, energy } = AuditLimits::belonging_to(tolerance, fixed);
+        let AuditLimits { constraints, energy, loads } = AuditLimits::belonging_to(tolerance, fixed);
+        assert_eq!(loads, 1e-6);
         (constraints, energy)
     };
     assert_eq!(limits(1e-12, false), (1e-8, 1e-6));
@@ -133,6 +134,8 @@ fn measures_tell_when_and_where_they_were_found() {
         audit.violation(t, (position, Some(5)), (0.0, None));
     }
     audit.sample_energy(2.5, 4.0, 0.0, 0.0);
+    audit.imbalance(2.5, 2e-6, 3);
+    audit.imbalance(3.0, 1e-6, 4);
     let found = audit.beyond(&AuditLimits::belonging_to(1e-10, false));
     let found: Vec<_> = found.iter().map(|one| (one.measure, one.found, one.at, one.row)).collect();
     let expected = [
@@ -141,7 +144,9 @@ fn measures_tell_when_and_where_they_were_found() {
         // 0.5 J more, of 1.5 J.
         (Measure::Energy, 1.0 / 3.0, 1.0, None),
         (Measure::Position, 3e-7, 1.0, Some(5)),
+        (Measure::Loads, 2e-6, 2.5, None),
     ];
+    assert_eq!(audit.worst_body(), Some(3));
     assert_eq!(found, expected);
     assert_eq!(Audit::from(&crate::results::AuditRecord::from(&audit)), audit, "also in another process");
 }
