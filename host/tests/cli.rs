@@ -95,7 +95,11 @@ fn an_audit_above_its_limit_has_its_code() {
     let scratch = Scratch::new("audit");
     scratch.odyn("run brick.toml --audit-tol 0.1").ends_with(0);
     let ran = scratch.odyn("run brick.toml --audit-tol 1e-300").ends_with(7);
-    assert!(ran.out().contains("; above its limits (constraints 1e-300, energy 1e-300)"), "{}", ran.out());
+    assert!(
+        ran.out().contains("; above its limits (constraints 1e-300, energy 1e-300, loads 1e-300)"),
+        "{}",
+        ran.out()
+    );
 }
 
 #[test]

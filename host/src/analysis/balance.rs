@@ -41,6 +41,13 @@ impl Balance {
         dynamics.structure.residual(values, (loads, dynamics.function(0)), (a, lambda), out);
     }
 
+    /// The same for Newton's and Euler's equations only, enough for [`Balance::of_bodies`].
+    pub(super) fn take_motion(&mut self, dynamics: &Constraints, loads: &[f64], a: &[f64], lambda: &[f64]) {
+        let out = [&mut self.left[..a.len()], &mut self.sizes[..a.len()]];
+        let values = (&self.mass[..], dynamics.jacobian());
+        dynamics.structure.residual_of_motion(values, loads, (a, lambda), out);
+    }
+
     /// What is left: of Newton's and Euler's equations, then of the constraints on accelerations.
     pub(super) fn left(&self, rows: usize) -> (&[f64], &[f64]) {
         self.left[..self.velocities + rows].split_at(self.velocities)

@@ -507,19 +507,24 @@ impl WorkingForm {
     /// How far what was solved for and published misses the equations of motion of a body, forces that depend on the solution
     /// evaluated with it. Where it misses them by more than round-off, the solution is refined once.
     fn certify(&mut self, used: Used) -> Result<Imbalance, AnalysisError> {
-        let found = self.left_of_bodies(used)?;
+        let found = self.left_of_bodies(used, Balance::take_motion)?;
         if found.share <= REFINED {
             return Ok(found);
         }
+        self.left_of_bodies(used, Balance::take)?;
         match (used, &mut self.regular) {
             (Used::Regular, Some(engine)) => engine.refine(&self.balance, &mut self.accelerations)?,
             _ => self.safe.refine(&self.balance, &mut self.accelerations)?,
         }
         self.publish(used);
-        self.left_of_bodies(used)
+        self.left_of_bodies(used, Balance::take_motion)
     }
 
-    fn left_of_bodies(&mut self, used: Used) -> Result<Imbalance, AnalysisError> {
+    fn left_of_bodies(
+        &mut self,
+        used: Used,
+        take: fn(&mut Balance, &Constraints, &[f64], &[f64], &[f64]),
+    ) -> Result<Imbalance, AnalysisError> {
         let (dynamics, lambda) = match (used, &self.regular) {
             (Used::Regular, Some(engine)) => (&engine.dynamics, &engine.multipliers),
             _ => (&self.safe.dynamics, &self.safe.multipliers),
@@ -528,7 +533,7 @@ impl WorkingForm {
             Some(coupling) => coupling.loads(&self.inputs, &self.sets)?,
             None => &dynamics.further(FUNCTIONS)[..self.accelerations.len()],
         };
-        self.balance.take(dynamics, loads, &self.accelerations, lambda);
+        take(&mut self.balance, dynamics, loads, &self.accelerations, lambda);
         Ok(self.balance.of_bodies())
     }
 

@@ -257,12 +257,10 @@ impl Enclosure {
 
     /// The values of all guards at an end of a piece, at this share of the step.
     fn point(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, polynomials: &Bernstein, share: f64, last: bool) {
-        let of = |k: usize| Range::still(polynomials.end(k, last));
-        let n = self.within.len();
-        run.system.enclose(self.of, Range::still(step.start + share * step.h), &of, &mut self.ranges[..n]);
+        let of = |k: usize| polynomials.end(k, last);
         let values = if last { &mut self.last } else { &mut self.first };
-        for ((value, range), size) in values.iter_mut().zip(&self.ranges).zip(&mut self.sizes) {
-            *value = 0.5 * (range.value.low + range.value.high);
+        run.system.values(self.of, step.start + share * step.h, &of, values);
+        for (value, size) in values.iter().zip(&mut self.sizes) {
             if value.is_finite() {
                 *size = size.max(value.abs());
             }
@@ -297,14 +295,15 @@ impl Enclosure {
 
     /// What the method saw of functions.
     fn see(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) {
+        let mut values = vec![0.0; self.within.len()];
         for (number, share) in step.seen.iter().enumerate() {
             (step.at)(*share, &mut self.state);
             let (state, entries) = (&self.state, &self.entries);
-            let of = |k: usize| Range::still(state[entries[k]]);
-            let n = self.within.len();
-            run.system.enclose(self.of, Range::still(step.start + share * step.h), &of, &mut self.ranges[..n]);
-            for (hull, range) in self.hulls.iter_mut().zip(&self.ranges[..n]) {
-                *hull = if number == 0 { range.value } else { hull.hull(range.value) };
+            let of = |k: usize| state[entries[k]];
+            run.system.values(self.of, step.start + share * step.h, &of, &mut values);
+            for (hull, value) in self.hulls.iter_mut().zip(&values) {
+                let value = Interval::point(*value);
+                *hull = if number == 0 { value } else { hull.hull(value) };
             }
         }
     }
@@ -463,10 +462,11 @@ impl Enclosure {
         if (0..n).all(|k| sound(k, &self.ranges[k], self.sizes_of_time[k])) {
             return None;
         }
+        let mut lasts = vec![0.0; n];
         for (number, share) in seen.iter().enumerate() {
-            run.system.enclose_time(Range::still(start + share * h), &mut self.ranges[..n]);
+            run.system.values_at_time(start + share * h, &mut lasts);
             for k in 0..n {
-                let value = self.ranges[k].value;
+                let value = Interval::point(lasts[k]);
                 self.hulls[k] = if number == 0 { value } else { self.hulls[k].hull(value) };
                 if value.magnitude().is_finite() {
                     self.sizes_of_time[k] = self.sizes_of_time[k].max(value.magnitude());
@@ -475,16 +475,15 @@ impl Enclosure {
         }
         let mut pieces = vec![(0.0, 1.0, 0)];
         let mut count = 0;
-        let mut points = vec![Range::UNKNOWN; n];
+        let mut firsts = vec![0.0; n];
         while let Some((from, to, depth)) = pieces.pop() {
             count += 1;
-            run.system.enclose_time(Range::still(start + from * h), &mut points);
-            let firsts: Vec<f64> = points.iter().map(|range| range.value.low).collect();
-            run.system.enclose_time(Range::still(start + to * h), &mut points);
+            run.system.values_at_time(start + from * h, &mut firsts);
+            run.system.values_at_time(start + to * h, &mut lasts);
             run.system.enclose_time(Range::even(start + from * h, start + to * h), &mut self.ranges[..n]);
             let mut wide = false;
             for k in (0..n).filter(|k| feature(&self.of_time[*k])) {
-                let (first, last) = (firsts[k], points[k].value.low);
+                let (first, last) = (firsts[k], lasts[k]);
                 if leaves(last, self.hulls[k], NEGLIGIBLE * self.sizes_of_time[k]) {
                     return Some(from);
                 }
@@ -507,10 +506,13 @@ impl Enclosure {
     /// The first knot of a table or change of a condition between two times; without one, the later time.
     fn first_break(&mut self, run: &mut Run<'_>, start: f64, end: f64) -> (f64, Option<Jump>) {
         let n = self.of_time.len();
-        run.system.enclose_time(Range::still(start), &mut self.ranges[..n]);
+        if !self.of_time.iter().any(|guard| matches!(guard, Guard::Switch | Guard::Knots(_))) {
+            return (end, None);
+        }
+        let mut values = vec![0.0; n];
+        run.system.values_at_time(start, &mut values);
         let mut bounds: Vec<Option<Interval>> = Vec::with_capacity(n);
-        for k in 0..n {
-            let value = self.ranges[k].value.low;
+        for (k, value) in values.into_iter().enumerate() {
             bounds.push(match &self.of_time[k] {
                 _ if !value.is_finite() => None,
                 // The side that it is on.

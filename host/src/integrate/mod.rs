@@ -205,6 +205,9 @@ pub trait System {
     /// stretch; `entry` gives those of [`GuardSet::entries`], by place in that list.
     fn enclose(&mut self, _of: Watched, _t: Range, _entry: &dyn Fn(usize) -> Range, _found: &mut [Range]) {}
 
+    /// The values of all guards of a set at a point.
+    fn values(&mut self, _of: Watched, _t: f64, _entry: &dyn Fn(usize) -> f64, _found: &mut [f64]) {}
+
     /// How fast counted angles can change at a state, rad/s: no step in which they cannot turn far is looked at closely.
     fn turning(&self, _y: &[f64]) -> f64 {
         0.0
@@ -217,6 +220,9 @@ pub trait System {
 
     /// The ranges of [`Guards::of_time`], in their order, while time runs through a range.
     fn enclose_time(&mut self, _t: Range, _found: &mut [Range]) {}
+
+    /// Their values at a time.
+    fn values_at_time(&mut self, _t: f64, _found: &mut [f64]) {}
 
     /// The values of all guards of a set, in their order, at a state: for systems whose guards cannot be enclosed.
     ///

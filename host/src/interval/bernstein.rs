@@ -1,5 +1,7 @@
 //! [`Bernstein`]: polynomials by coefficients that bound them.
 
+use std::sync::OnceLock;
+
 use super::Interval;
 
 /// Highest degree.
@@ -38,7 +40,7 @@ impl Bernstein {
         for node in 0..size {
             at(share(node, degree), &mut values);
             for (polynomial, value) in self.coefficients.chunks_exact_mut(size).zip(&values) {
-                for (coefficient, row) in polynomial.iter_mut().zip(&inverse) {
+                for (coefficient, row) in polynomial.iter_mut().zip(inverse) {
                     *coefficient += row[node] * value;
                 }
             }
@@ -99,7 +101,15 @@ fn share(node: usize, degree: usize) -> f64 {
 }
 
 /// Inverse of the matrix B_k(share of node): coefficients from values.
-fn inverse_collocation(degree: usize) -> [[f64; MOST + 1]; MOST + 1] {
+type Inverse = [[f64; MOST + 1]; MOST + 1];
+
+/// It depends on the degree alone.
+fn inverse_collocation(degree: usize) -> &'static Inverse {
+    static KNOWN: [OnceLock<Inverse>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
+    KNOWN[degree].get_or_init(|| invert_collocation(degree))
+}
+
+fn invert_collocation(degree: usize) -> Inverse {
     let size = degree + 1;
     let mut matrix = nalgebra::DMatrix::zeros(size, size);
     for node in 0..size {

@@ -169,10 +169,14 @@ impl Interval {
         if x.low <= 0.0 && self.contains(0.0) {
             return Self::new(-PI, PI);
         }
-        // Seen from the origin, the extremes are at corners.
-        let corners = [(self.low, x.low), (self.low, x.high), (self.high, x.low), (self.high, x.high)];
-        let angles = corners.map(|(y, x)| y.atan2(x));
-        Self::new(angles.iter().fold(PI, |a, b| a.min(*b)), angles.iter().fold(-PI, |a, b| a.max(*b)))
+        // Seen from the origin, the extremes are at corners: below the axis those of its mirror image, above it by quadrant.
+        if self.high <= 0.0 && self.low < 0.0 {
+            return -(-self).atan2(x);
+        }
+        let first = if self.low < 0.0 || x.high >= 0.0 { self.low } else { self.high };
+        let last = if x.low >= 0.0 { self.high } else { self.low };
+        let first_at = if self.low < 0.0 { x.low } else { x.high };
+        Self::new(first.atan2(first_at), last.atan2(x.low))
     }
 }
 
@@ -200,6 +204,12 @@ impl std::ops::Neg for Interval {
 impl std::ops::Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
+        let all = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
+        if (all[0] + all[1] + all[2] + all[3]).is_finite() {
+            let [low, high] =
+                [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| of(of(all[0], all[1]), of(all[2], all[3])));
+            return Self { low, high };
+        }
         // Zero times anything is zero, that of an unbounded range included.
         if self == Self::ZERO || other == Self::ZERO {
             return Self::ZERO;

@@ -128,9 +128,23 @@ impl KktStructure {
     /// What is left of both block rows of the system, `b - K x` for `b = (f, g)` and `x = (a, lambda)`, and what it is made of:
     /// the sums of the magnitudes of its terms. Both `n + m` long. `[hot]`
     pub fn residual(&self, values: (&[f64], &[f64]), b: (&[f64], &[f64]), x: (&[f64], &[f64]), out: [&mut [f64]; 2]) {
+        let [(motion_left, left), (motion_sizes, sizes)] = out.map(|out| out.split_at_mut(self.n));
+        self.residual_of_motion(values, b.0, x, [motion_left, motion_sizes]);
+        for ((left, size), g) in left.iter_mut().zip(sizes.iter_mut()).zip(b.1) {
+            (*left, *size) = (*g, g.abs());
+        }
+        for (&(row, column), value) in self.jacobian.iter().zip(values.1) {
+            let term = value * x.0[column];
+            left[row] -= term;
+            sizes[row] += term.abs();
+        }
+    }
+
+    /// The first block row of [`KktStructure::residual`], `n` long. `[hot]`
+    pub fn residual_of_motion(&self, values: (&[f64], &[f64]), f: &[f64], x: (&[f64], &[f64]), out: [&mut [f64]; 2]) {
         let [left, sizes] = out;
-        for ((left, size), b) in left.iter_mut().zip(sizes.iter_mut()).zip(b.0.iter().chain(b.1)) {
-            (*left, *size) = (*b, b.abs());
+        for ((left, size), f) in left.iter_mut().zip(sizes.iter_mut()).zip(f) {
+            (*left, *size) = (*f, f.abs());
         }
         let mut take = |row: usize, term: f64| {
             left[row] -= term;
@@ -143,7 +157,6 @@ impl KktStructure {
             }
         }
         for (&(row, column), value) in self.jacobian.iter().zip(values.1) {
-            take(self.n + row, value * x.0[column]);
             take(column, value * x.1[row]);
         }
     }

@@ -151,9 +151,6 @@ impl Session {
         if !self.pruning.audit {
             system.watch_every_state();
         }
-        if self.audit_limits().is_some() {
-            system.watch_samples(&self.equations);
-        }
         let state = system.start(t_start, &self.assembly).map_err(|e| start_error(&self.scene, &e))?;
         watching.rows =
             system.rows_to_bound(&self.equations, t_start, &state).map_err(|e| start_error(&self.scene, &e))?;

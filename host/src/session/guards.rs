@@ -221,9 +221,28 @@ impl Bank {
         };
         found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
     }
+
+    fn values(&mut self, t: f64, entry: &dyn Fn(usize) -> f64, [references, discrete]: [&[f64]; 2], found: &mut [f64]) {
+        let Some(ranges) = &mut self.ranges else { return };
+        let sources = &self.sources;
+        let input = |place: usize| match sources[place] {
+            Source::Time => t,
+            Source::Entry(k) => entry(k),
+            Source::Reference(k) => references[k],
+            Source::Discrete(k) => discrete[k],
+        };
+        ranges.values(input, found);
+    }
 }
 
 impl Guarded {
+    fn bank(&mut self, of: Set) -> &mut Bank {
+        match of {
+            Set::Within => &mut self.within,
+            Set::Turns => &mut self.turns,
+        }
+    }
+
     /// The ranges of a set of guards.
     pub(super) fn enclose(
         &mut self,
@@ -233,11 +252,19 @@ impl Guarded {
         between_steps: [&[f64]; 2],
         found: &mut [Range],
     ) {
-        let bank = match of {
-            Set::Within => &mut self.within,
-            Set::Turns => &mut self.turns,
-        };
-        bank.enclose(t, entry, between_steps, found);
+        self.bank(of).enclose(t, entry, between_steps, found);
+    }
+
+    /// Their values at a point.
+    pub(super) fn values(
+        &mut self,
+        of: Set,
+        t: f64,
+        entry: &dyn Fn(usize) -> f64,
+        between_steps: [&[f64]; 2],
+        found: &mut [f64],
+    ) {
+        self.bank(of).values(t, entry, between_steps, found);
     }
 
     /// The ranges of everything that depends on time alone.
@@ -256,5 +283,23 @@ impl Guarded {
             slot => Range::still(discrete[slot - layout.discrete_slot()]),
         };
         found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
+    }
+
+    /// Their values at a time.
+    pub(super) fn values_at_time(
+        &mut self,
+        t: f64,
+        layout: &Layout,
+        [references, discrete]: [&[f64]; 2],
+        found: &mut [f64],
+    ) {
+        let Some(ranges) = &mut self.of_time else { return };
+        let slots = &self.slots_of_time;
+        let input = |place: usize| match slots[place] {
+            Layout::TIME => t,
+            slot if slot < layout.discrete_slot() => references[slot - layout.reference_slot()],
+            slot => discrete[slot - layout.discrete_slot()],
+        };
+        ranges.values(input, found);
     }
 }

@@ -172,8 +172,9 @@ pub struct Simulation<'a> {
     contradictions: u64,
     /// Violations are looked at in one of so many.
     period: u64,
-    /// Whether energies are looked at in samples, too.
-    audits_samples: bool,
+    /// Number of quantities that are reported; `report` has the energies behind them, to audit samples. Not where constraints
+    /// are driven: error control does not see how their work grows, and between the ends of steps it is not known well enough.
+    channels: usize,
     /// Bodies without rotation.
     particles: Vec<(usize, String)>,
     /// Axes of bodies about which nothing may turn them.
@@ -210,8 +211,12 @@ impl<'a> Simulation<'a> {
         progress: Progress<'a>,
         stop: Arc<AtomicBool>,
     ) -> Result<Self, AnalysisError> {
-        let nodes: Vec<Node> =
+        let mut nodes: Vec<Node> =
             model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
+        let is_driven = is_driven(equations);
+        if !is_driven {
+            nodes.extend([equations.kinetic, equations.potential]);
+        }
         let report = Part::near(formulation.as_ref(), equations, &nodes, layout);
         let mut after: Vec<Node> = equations.angles.clone();
         after.extend(&equations.next_discrete);
@@ -237,7 +242,7 @@ impl<'a> Simulation<'a> {
             second_order: None,
             report,
             told,
-            is_driven: is_driven(equations),
+            is_driven,
             rows,
             row_names: all
                 .iter()
@@ -245,7 +250,7 @@ impl<'a> Simulation<'a> {
                 .map(|(e, k)| model.elements[e].row_name(k))
                 .collect(),
             period: formulation.states_per_audit(),
-            audits_samples: false,
+            channels: model.channels.len(),
             formulation,
             tolerance,
             scales: assembly.scales,
@@ -405,12 +410,6 @@ impl<'a> Simulation<'a> {
         self.period = 1;
     }
 
-    /// Looks at the balance of energies in samples, too. Not where constraints are driven: error control does not see how their
-    /// work grows, and between the ends of steps it is not known well enough.
-    pub fn watch_samples(&mut self, equations: &Equations) {
-        self.audits_samples = !is_driven(equations);
-    }
-
     /// Lets programs be compiled during the run.
     pub fn set_tier(&mut self, tier: Tier) {
         self.tier = tier;
@@ -564,16 +563,6 @@ impl<'a> Simulation<'a> {
         if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
     }
 
-    /// Energies of a sample, as they are reported.
-    fn watch_sample(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        self.observed.clear();
-        self.observed.extend_from_slice(self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs);
-        let energies = self.energy.run(&self.observed, self.formulation.sets())?;
-        let work = state.last().copied().unwrap_or(0.0);
-        self.audit.sample_energy(t, energies[0], energies[1], work);
-        Ok(())
-    }
-
     /// Fails where rows that projection leaves to themselves do not hold any more.
     fn check_rows_left_out(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let inputs = self.formulation.observe(t, state, false)?.inputs;
@@ -698,15 +687,16 @@ impl<'a> Simulation<'a> {
         if self.is_driven && self.formulation.leaves_rows_out() {
             self.check_rows_left_out(t, state).map_err(failure)?;
         }
-        if self.audits_samples {
-            self.watch_sample(t, state).map_err(failure)?;
-        }
         self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
         let Imbalance { share, body } = self.report.imbalance;
         self.audit.imbalance(t, share, body);
         let number = self.samples;
         self.samples += 1;
-        (self.sink)(number, self.report.evaluator.outputs()).map_err(|error| Failure::Fatal(Box::new(error)))
+        let (values, energies) = self.report.evaluator.outputs().split_at(self.channels);
+        if let [kinetic, potential] = *energies {
+            self.audit.sample_energy(t, kinetic, potential, state.last().copied().unwrap_or(0.0));
+        }
+        (self.sink)(number, values).map_err(|error| Failure::Fatal(Box::new(error)))
     }
 }
 
@@ -805,6 +795,11 @@ impl System for Simulation<'_> {
         guarded.enclose(of, t, entry, [&self.references, &self.discrete], found);
     }
 
+    fn values(&mut self, of: Watched, t: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
+        let Some(guarded) = &mut self.guarded else { return };
+        guarded.values(of, t, entry, [&self.references, &self.discrete], found);
+    }
+
     fn resolution(&self, entry: usize) -> f64 {
         let size = match self.formulation.groups()[entry] {
             Group::Position => self.scales.length,
@@ -820,6 +815,11 @@ impl System for Simulation<'_> {
     fn enclose_time(&mut self, t: Range, found: &mut [Range]) {
         let Some(guarded) = &mut self.guarded else { return };
         guarded.enclose_time(t, &self.layout, [&self.references, &self.discrete], found);
+    }
+
+    fn values_at_time(&mut self, t: f64, found: &mut [f64]) {
+        let Some(guarded) = &mut self.guarded else { return };
+        guarded.values_at_time(t, &self.layout, [&self.references, &self.discrete], found);
     }
 
     fn turning(&self, y: &[f64]) -> f64 {
