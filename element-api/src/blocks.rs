@@ -65,7 +65,7 @@ pub fn rotation_vector<S: Scalar>(i: &Frame<S>, j: &Frame<S>) -> Vec3<S> {
     for _ in 0..3 {
         let half = S::one() / ((u + 1.0).sqrt() + 1.0);
         f = f * half * 2.0;
-        u = u * (half * half);
+        u *= half * half;
     }
     let series = (0..12).rev().fold(S::zero(), |sum, n| S::from(1.0 / f64::from(2 * n + 1)) - sum * u);
     w * (f * series)
