@@ -465,11 +465,11 @@ impl Enclosure {
         let mut lasts = vec![0.0; n];
         for (number, share) in seen.iter().enumerate() {
             run.system.values_at_time(start + share * h, &mut lasts);
-            for k in 0..n {
-                let value = Interval::point(lasts[k]);
-                self.hulls[k] = if number == 0 { value } else { self.hulls[k].hull(value) };
-                if value.magnitude().is_finite() {
-                    self.sizes_of_time[k] = self.sizes_of_time[k].max(value.magnitude());
+            for ((value, hull), size) in lasts.iter().zip(&mut self.hulls).zip(&mut self.sizes_of_time) {
+                let point = Interval::point(*value);
+                *hull = if number == 0 { point } else { hull.hull(point) };
+                if value.is_finite() {
+                    *size = size.max(value.abs());
                 }
             }
         }
