@@ -15,7 +15,7 @@ pub const MACHINE: f64 = 0.4e-9;
 pub enum Maker {
     /// In one pass, at once.
     Assembler,
-    /// Cranelift, for processors that the assembler doesn't know.
+    /// Cranelift, for processors that the assembler doesn't know, where it is built in.
     Compiler,
 }
 

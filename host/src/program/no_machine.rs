@@ -26,6 +26,12 @@ impl MachineCode {
         false
     }
 
+    /// Nor a compiler.
+    #[must_use]
+    pub fn can_compile() -> bool {
+        false
+    }
+
     /// Size of the code, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

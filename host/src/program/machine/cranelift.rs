@@ -39,9 +39,14 @@ impl Drop for Memory {
     }
 }
 
+/// Whether it makes code for this machine.
+pub(super) fn is_available() -> bool {
+    cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
+}
+
 /// Makes the functions of a program, of `piece` operations. `cancel` is looked at between functions.
 pub(super) fn make(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Made<Memory>, MachineError> {
-    if !cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
+    if !is_available() {
         return Err(MachineError::Unavailable);
     }
     let builder = JITBuilder::with_flags(&FLAGS, cranelift_module::default_libcall_names());

@@ -5,7 +5,7 @@
 //!
 //! - the [`assembler`], for x86-64 with AVX on systems with the System V calling convention: a list of operations without
 //!   branches becomes instructions in one pass, at about a fortieth of the cost of a compiler;
-//! - [`cranelift`] elsewhere, and as the twin in the tests.
+//! - [`cranelift`] elsewhere, and as the twin in the tests (feature `cranelift`).
 //!
 //! With x the registers of the workspace, an operation reads a register from x only where the function has not computed it
 //! itself, and writes one back only if it is read after the function ends, or meanwhile, where the processor's registers
@@ -15,6 +15,7 @@
 
 mod assembler;
 mod calls;
+#[cfg_attr(not(any(feature = "cranelift", not(all(target_arch = "x86_64", unix)))), path = "no_cranelift.rs")]
 mod cranelift;
 mod liveness;
 
@@ -66,6 +67,12 @@ impl MachineCode {
     #[must_use]
     pub fn can_assemble() -> bool {
         assembler::is_available()
+    }
+
+    /// Whether Cranelift is built in and knows this machine.
+    #[must_use]
+    pub fn can_compile() -> bool {
+        cranelift::is_available()
     }
 
     /// By Cranelift, with functions of `piece` operations.

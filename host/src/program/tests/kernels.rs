@@ -139,7 +139,7 @@ fn machine_code_around_kernels_gives_the_same_bits() {
     for round in 0..10 {
         let (mut graph, outputs) = repeated(&mut random, 11, 20 + 5 * round);
         let mut programs = both(&mut graph, &outputs);
-        let code = MachineCode::in_pieces(&programs[1], &AtomicBool::new(false), 5).unwrap();
+        let code = MachineCode::compile(&programs[1], Maker::here(), &AtomicBool::new(false)).unwrap();
         programs[1].install(Arc::new(code));
         assert_same(&programs, &random.vector(1 + 3 * 11), &[]);
     }

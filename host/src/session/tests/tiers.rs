@@ -4,7 +4,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use super::*;
-use crate::program::{Graph, Maker, Program, Used, Workspace};
+use crate::program::{Graph, MachineCode, Maker, Program, Used, Workspace};
 use crate::session::Tier;
 
 /// A run of the scene with an engine, its step sizes and samples chosen for many steps.
@@ -74,9 +74,10 @@ impl Fake {
     }
 }
 
-/// Those that this machine has.
+/// Those that there are here.
 fn makers() -> Vec<Maker> {
-    if Maker::here() == Maker::Assembler { vec![Maker::Assembler, Maker::Compiler] } else { vec![Maker::Compiler] }
+    let assembler = MachineCode::can_assemble().then_some(Maker::Assembler);
+    assembler.into_iter().chain(MachineCode::can_compile().then_some(Maker::Compiler)).collect()
 }
 
 /// Whether an automatic run of `steps` equal steps with ten runs of its program each would compile it, and after how many.
