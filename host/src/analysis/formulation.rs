@@ -29,7 +29,7 @@ pub enum Group {
 pub struct Counters {
     /// Evaluations of the right side.
     pub evaluations: u64,
-    /// Factorisations of the system for accelerations and multipliers.
+    /// Factorisations of the system for accelerations and multipliers; those for samples, in the coordinates of bodies, included.
     pub factorisations: u64,
     /// Factorisations reused because position and time had not changed.
     pub reused: u64,
@@ -45,6 +45,23 @@ pub struct Counters {
     pub contradictions: u64,
     /// Iterations for forces that depend on accelerations and reactions.
     pub coupling_iterations: u64,
+}
+
+impl std::ops::Add for Counters {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            evaluations: self.evaluations + other.evaluations,
+            factorisations: self.factorisations + other.factorisations,
+            reused: self.reused + other.reused,
+            rank_safe: self.rank_safe + other.rank_safe,
+            position_corrections: self.position_corrections + other.position_corrections,
+            stage_projections: self.stage_projections + other.stage_projections,
+            interpolated: self.interpolated + other.interpolated,
+            contradictions: self.contradictions + other.contradictions,
+            coupling_iterations: self.coupling_iterations + other.coupling_iterations,
+        }
+    }
 }
 
 /// Roughly the operations that work takes, on the scale of dense linear algebra (some 1 ns each).

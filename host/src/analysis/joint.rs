@@ -718,7 +718,8 @@ impl Formulation for JointForm {
     }
 
     fn counters(&self) -> Counters {
-        self.counters
+        // The form in the coordinates of bodies solves for reactions and accelerations at samples.
+        self.counters + self.bodies.counters()
     }
 
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {

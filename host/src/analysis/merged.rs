@@ -279,7 +279,7 @@ impl Formulation for MergedForm {
     }
 
     fn counters(&self) -> Counters {
-        self.form().counters()
+        self.form().counters() + self.bodies.counters()
     }
 
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {
