@@ -389,7 +389,7 @@ pub const TABLE: &[Explanation] = &[
     entry(MOTION_NOT_FINITE, "value not finite", "A position, velocity or force became infinite or undefined. Results up to this time are kept."),
     entry(INTERRUPTED, "interrupted", "The run was stopped from outside. Results up to this time are kept."),
     entry(TOO_MANY_STEPS, "too many steps", "The number of steps reached `max_steps`. Results up to this time are kept."),
-    entry(PROJECTION_FAILED, "joints cannot be kept closed", "After a step the position could not be brought back to the joints, usually near a singular position."),
+    entry(PROJECTION_FAILED, "joints cannot be kept closed", "After a step the position could not be brought back to the joints, usually near a singular position, or because masses differ by so many decades that elimination loses its digits; the message names the lightest and the heaviest body then."),
     entry(
         TORQUE_ON_PARTICLE,
         "torque without inertia",

@@ -1,7 +1,12 @@
 //! Which element gives what is not a number, and by which operation.
 
 use super::open::Session;
+use crate::model::Body;
 use crate::program::{Equations, Expr, Node, Program};
+use crate::results::significant;
+
+/// Ratio of masses from which on they are named where a run ends.
+const FAR_APART: f64 = 1e6;
 
 /// A result of an element, in words, with its node.
 struct Wanted {
@@ -23,6 +28,23 @@ impl Session {
         let functions = self.functions_of(&instance.name);
         let look = if functions.is_empty() { String::new() } else { format!("; look at {}", functions.join(", ")) };
         Some(format!("{} of `{}` is not a finite number{operation}{look}", one.what, instance.name))
+    }
+
+    /// The lightest and the heaviest body, where elimination loses as many digits as may end a run.
+    pub(super) fn masses_far_apart(&self) -> Option<String> {
+        let by_mass = |a: &&Body, b: &&Body| a.mass.total_cmp(&b.mass);
+        let light = self.model.bodies.iter().min_by(by_mass)?;
+        let heavy = self.model.bodies.iter().max_by(by_mass)?;
+        let ratio = heavy.mass / light.mass;
+        (ratio >= FAR_APART).then(|| {
+            format!(
+                "; masses may be the cause: `{}` is {} times as heavy as `{}`, and elimination loses digits by that; try other coordinates \
+                 (`--formulation cartesian` or `joint`), or masses nearer to each other",
+                heavy.name,
+                significant(ratio, 1),
+                light.name
+            )
+        })
     }
 
     /// Loads, rates of states and values of all elements.

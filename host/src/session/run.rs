@@ -404,6 +404,11 @@ impl Session {
                             true => reason.to_string(),
                             false => format!("{culprit}: {reason}"),
                         };
+                        if summary.code == Some(codes::PROJECTION_FAILED)
+                            && let Some(masses) = self.masses_far_apart()
+                        {
+                            summary.reason.push_str(&masses);
+                        }
                     }
                 }
                 None

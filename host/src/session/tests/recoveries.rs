@@ -125,3 +125,12 @@ fn ordinary_scenes_need_no_remedy() {
         }
     }
 }
+
+#[test]
+fn masses_that_differ_by_decades_are_named_where_a_run_ends() {
+    let text = scenes::four_bar(1.1);
+    assert_eq!(open(&text).masses_far_apart(), None);
+    let text = text.replacen("mass = 1.5", "mass = 3e-7", 1);
+    let found = open(&text).masses_far_apart().unwrap();
+    assert!(found.contains("is 5e6 times as heavy as `left`"), "{found}");
+}
