@@ -48,9 +48,10 @@ pub fn same_orientation<S: Scalar>(i: &Frame<S>, j: &Frame<S>, rows: &mut Rows<'
 /// The rotation of frame `j` against frame `i` as a rotation vector (axis times angle), rad, in the axes of frame `i`.
 ///
 /// With R = A_i^T A_j, w the axial vector of (R - R^T) / 2, c = cos^2(angle / 2) and u = tan^2(angle / 2), it is w G(u) / c,
-/// G(u) = atan(sqrt(u)) / sqrt(u). As c = c (c + s) = c^2 + w^2 / 4 it keeps its digits near half a turn, too. The angle is halved three times more, tan(a / 2) = tan(a) / (1 + sqrt(1 +
-/// tan^2 a)), until twelve terms of the power series of G are exact to rounding. There is no root near zero, so that value and
-/// derivatives are exact there, and nothing switches. Valid below half a turn.
+/// G(u) = atan(sqrt(u)) / sqrt(u). As c = c (c + s) = c^2 + w^2 / 4, s = 1 - c, it keeps its digits near half a turn, too. The angle
+/// is halved three times more, tan(a / 2) = tan(a) / (1 + sqrt(1 + tan^2 a)), until twelve terms of the power series of G are
+/// exact to rounding. There is no root near zero, so that value and derivatives are exact there, and nothing switches. Valid
+/// below half a turn.
 ///
 /// Source: Bauchau & Trainelli, The vectorial parameterization of rotation, Nonlinear Dynamics 32 (2003).
 #[must_use]

@@ -454,7 +454,7 @@ impl Enclosure {
     fn first_sharp(&mut self, run: &mut Run<'_>, start: f64, end: f64, seen: &[f64]) -> Option<f64> {
         let n = self.of_time.len();
         let h = end - start;
-        run.system.enclose_time(Range::even(start, end), &mut self.ranges[..n]);
+        enclose_time(run, Range::even(start, end), &mut self.ranges[..n]);
         let feature = |guard: &Guard| matches!(guard, Guard::Feature);
         let sound = |k: usize, range: &Range, size: f64| {
             !feature(&self.of_time[k]) || range.is_monotone() || range.value.width() <= NEGLIGIBLE * size
@@ -464,7 +464,7 @@ impl Enclosure {
         }
         let mut lasts = vec![0.0; n];
         for (number, share) in seen.iter().enumerate() {
-            run.system.values_at_time(start + share * h, &mut lasts);
+            values_at_time(run, start + share * h, &mut lasts);
             for ((value, hull), size) in lasts.iter().zip(&mut self.hulls).zip(&mut self.sizes_of_time) {
                 let point = Interval::point(*value);
                 *hull = if number == 0 { point } else { hull.hull(point) };
@@ -476,11 +476,11 @@ impl Enclosure {
         let mut pieces = vec![(0.0, 1.0, 0)];
         let mut count = 0;
         let mut firsts = vec![0.0; n];
+        values_at_time(run, start, &mut firsts);
         while let Some((from, to, depth)) = pieces.pop() {
             count += 1;
-            run.system.values_at_time(start + from * h, &mut firsts);
-            run.system.values_at_time(start + to * h, &mut lasts);
-            run.system.enclose_time(Range::even(start + from * h, start + to * h), &mut self.ranges[..n]);
+            values_at_time(run, start + to * h, &mut lasts);
+            enclose_time(run, Range::even(start + from * h, start + to * h), &mut self.ranges[..n]);
             let mut wide = false;
             for k in (0..n).filter(|k| feature(&self.of_time[*k])) {
                 let (first, last) = (firsts[k], lasts[k]);
@@ -496,9 +496,10 @@ impl Enclosure {
                 let middle = 0.5 * (from + to);
                 pieces.push((middle, to, depth + 1));
                 pieces.push((from, middle, depth + 1));
-            } else if wide {
-                run.counters.unproven += 1;
+                continue;
             }
+            run.counters.unproven += usize::from(wide);
+            std::mem::swap(&mut firsts, &mut lasts);
         }
         None
     }
@@ -510,7 +511,7 @@ impl Enclosure {
             return (end, None);
         }
         let mut values = vec![0.0; n];
-        run.system.values_at_time(start, &mut values);
+        values_at_time(run, start, &mut values);
         let mut bounds: Vec<Option<Interval>> = Vec::with_capacity(n);
         for (k, value) in values.into_iter().enumerate() {
             bounds.push(match &self.of_time[k] {
@@ -539,7 +540,7 @@ impl Enclosure {
         let mut ranges = std::mem::take(&mut self.ranges);
         let mut holds = |run: &mut Run<'_>, from: f64, to: f64| {
             let t = if from == to { Range::still(from) } else { Range::even(from, to) };
-            run.system.enclose_time(t, &mut ranges[..n]);
+            enclose_time(run, t, &mut ranges[..n]);
             stays(&ranges[..n])
         };
         // The pieces from the left; the first one that is not proved to stay is halved, down to neighbours.
@@ -588,6 +589,16 @@ impl Enclosure {
             }
         }
     }
+}
+
+/// The ranges of what depends on time alone.
+fn enclose_time(run: &mut Run<'_>, t: Range, found: &mut [Range]) {
+    run.system.enclose(Watched::Time, t, &|_| Range::UNKNOWN, found);
+}
+
+/// Its values at a time.
+fn values_at_time(run: &mut Run<'_>, t: f64, found: &mut [f64]) {
+    run.system.values(Watched::Time, t, &|_| f64::NAN, found);
 }
 
 /// Whether a value lies beyond what was seen of a function.

@@ -218,12 +218,6 @@ pub trait System {
         0.0
     }
 
-    /// The ranges of [`Guards::of_time`], in their order, while time runs through a range.
-    fn enclose_time(&mut self, _t: Range, _found: &mut [Range]) {}
-
-    /// Their values at a time.
-    fn values_at_time(&mut self, _t: f64, _found: &mut [f64]) {}
-
     /// The values of all guards of a set, in their order, at a state: for systems whose guards cannot be enclosed.
     ///
     /// # Errors
@@ -283,13 +277,15 @@ pub struct GuardSet {
     pub proved: bool,
 }
 
-/// One of the sets of [`Guards`] that depend on the state.
+/// One of the sets of [`Guards`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watched {
     /// [`Guards::within`].
     Within,
     /// [`Guards::turns`].
     Turns,
+    /// [`Guards::of_time`], which take no entry of the state.
+    Time,
 }
 
 /// How a quantity is watched.

@@ -77,8 +77,6 @@ pub struct Excess {
     pub at: f64,
     /// The constraint row, where one is to blame.
     pub row: Option<usize>,
-    /// The body, where one is to blame.
-    pub body: Option<usize>,
 }
 
 impl Audit {
@@ -86,7 +84,7 @@ impl Audit {
     #[must_use]
     pub fn beyond(&self, limits: &AuditLimits) -> Vec<Excess> {
         let [position_row, velocity_row] = self.worst_rows();
-        let excess = |measure, found, limit, at, row| Excess { measure, found, limit, at, row, body: None };
+        let excess = |measure, found, limit, at, row| Excess { measure, found, limit, at, row };
         let all = [
             excess(
                 Measure::Position,
@@ -110,10 +108,7 @@ impl Audit {
                 self.sample_energy_error_at,
                 None,
             ),
-            Excess {
-                body: self.worst_body(),
-                ..excess(Measure::Loads, self.load_imbalance, limits.loads, self.load_imbalance_at, None)
-            },
+            excess(Measure::Loads, self.load_imbalance, limits.loads, self.load_imbalance_at, None),
         ];
         let mut beyond: Vec<Excess> =
             all.into_iter().filter(|one| one.found.is_nan() || one.found > one.limit).collect();

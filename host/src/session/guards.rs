@@ -18,9 +18,7 @@ pub(super) struct Guarded {
     pub(super) is_partial: bool,
     pub(super) within: Bank,
     pub(super) turns: Bank,
-    of_time: Option<Ranges>,
-    /// The inputs of these.
-    slots_of_time: Vec<usize>,
+    of_time: Bank,
 }
 
 /// The nodes of a set of guards in the equations, and their ranges where they are to be had.
@@ -42,6 +40,19 @@ enum Source {
     Reference(usize),
     /// Discrete state.
     Discrete(usize),
+}
+
+impl Source {
+    /// The input, from what time, entries and values between steps are; `still` makes one of the latter.
+    fn take<T>(self, t: T, entry: &dyn Fn(usize) -> T, between_steps: [&[f64]; 2], still: impl Fn(f64) -> T) -> T {
+        let [references, discrete] = between_steps;
+        match self {
+            Self::Time => t,
+            Self::Entry(k) => entry(k),
+            Self::Reference(k) => still(references[k]),
+            Self::Discrete(k) => still(discrete[k]),
+        }
+    }
 }
 
 /// What is to be watched in a scene.
@@ -139,12 +150,11 @@ impl Watching {
             of_time.push(*node);
             guards.of_time.push(Guard::Feature);
         }
-        let of_time = (!of_time.is_empty()).then(|| Ranges::new(&equations.graph, &of_time));
-        let slots_of_time = of_time.as_ref().map_or_else(Vec::new, |ranges| ranges.inputs().to_vec());
+        let of_time = Bank::of_time(of_time, equations, layout);
         let (within, turns);
         (within, guards.within) = Bank::new(known, equations, layout, formulation);
         (turns, guards.turns) = Bank::new(angles, equations, layout, formulation);
-        Guarded { guards, is_partial, within, turns, of_time, slots_of_time }
+        Guarded { guards, is_partial, within, turns, of_time }
     }
 }
 
@@ -180,13 +190,31 @@ impl Bank {
         (bank, set)
     }
 
+    /// For nodes that depend on no entry of the state.
+    fn of_time(nodes: Vec<Node>, equations: &Equations, layout: &Layout) -> Self {
+        let mut bank = Self { nodes, ..Self::default() };
+        if !bank.nodes.is_empty() {
+            bank.take(Ranges::new(&equations.graph, &bank.nodes), layout, |_| None);
+        }
+        bank
+    }
+
     /// Writes the ranges; gives the entries of the state that they take, or `None` where they can't be written.
     fn write(&mut self, equations: &Equations, layout: &Layout, formulation: &dyn Formulation) -> Option<Vec<usize>> {
         if self.nodes.is_empty() {
             return None;
         }
         let (graph, nodes) = formulation.written_in_state(equations, &self.nodes)?;
-        let ranges = Ranges::new(&graph, &nodes);
+        self.take(Ranges::new(&graph, &nodes), layout, |slot| formulation.entry_of(slot))
+    }
+
+    /// Takes ranges, the entries of whose inputs are told by slot; gives these, or `None` where an input is none.
+    fn take(
+        &mut self,
+        ranges: Ranges,
+        layout: &Layout,
+        entry_of: impl Fn(usize) -> Option<usize>,
+    ) -> Option<Vec<usize>> {
         let (references, discrete) = (layout.reference_slot(), layout.discrete_slot());
         let mut entries = Vec::new();
         for slot in ranges.inputs() {
@@ -195,7 +223,7 @@ impl Bank {
                 slot if (references..discrete).contains(&slot) => Source::Reference(slot - references),
                 slot if (discrete..layout.acceleration_slot()).contains(&slot) => Source::Discrete(slot - discrete),
                 slot => {
-                    entries.push(formulation.entry_of(slot)?);
+                    entries.push(entry_of(slot)?);
                     Source::Entry(entries.len() - 1)
                 }
             });
@@ -204,102 +232,41 @@ impl Bank {
         Some(entries)
     }
 
-    fn enclose(
-        &mut self,
-        t: Range,
-        entry: &dyn Fn(usize) -> Range,
-        [references, discrete]: [&[f64]; 2],
-        found: &mut [Range],
-    ) {
-        let Some(ranges) = &mut self.ranges else { return };
-        let sources = &self.sources;
-        let input = |place: usize| match sources[place] {
-            Source::Time => t,
-            Source::Entry(k) => entry(k),
-            Source::Reference(k) => Range::still(references[k]),
-            Source::Discrete(k) => Range::still(discrete[k]),
-        };
-        found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
-    }
-
-    fn values(&mut self, t: f64, entry: &dyn Fn(usize) -> f64, [references, discrete]: [&[f64]; 2], found: &mut [f64]) {
-        let Some(ranges) = &mut self.ranges else { return };
-        let sources = &self.sources;
-        let input = |place: usize| match sources[place] {
-            Source::Time => t,
-            Source::Entry(k) => entry(k),
-            Source::Reference(k) => references[k],
-            Source::Discrete(k) => discrete[k],
-        };
-        ranges.values(input, found);
-    }
-}
-
-impl Guarded {
-    fn bank(&mut self, of: Set) -> &mut Bank {
-        match of {
-            Set::Within => &mut self.within,
-            Set::Turns => &mut self.turns,
-        }
-    }
-
-    /// The ranges of a set of guards.
+    /// The ranges of the guards.
     pub(super) fn enclose(
         &mut self,
-        of: Set,
         t: Range,
         entry: &dyn Fn(usize) -> Range,
         between_steps: [&[f64]; 2],
         found: &mut [Range],
     ) {
-        self.bank(of).enclose(t, entry, between_steps, found);
+        let Some(ranges) = &mut self.ranges else { return };
+        let sources = &self.sources;
+        let input = |place: usize| sources[place].take(t, entry, between_steps, Range::still);
+        found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
     }
 
     /// Their values at a point.
     pub(super) fn values(
         &mut self,
-        of: Set,
         t: f64,
         entry: &dyn Fn(usize) -> f64,
         between_steps: [&[f64]; 2],
         found: &mut [f64],
     ) {
-        self.bank(of).values(t, entry, between_steps, found);
+        let Some(ranges) = &mut self.ranges else { return };
+        let sources = &self.sources;
+        ranges.values(|place| sources[place].take(t, entry, between_steps, |x| x), found);
     }
+}
 
-    /// The ranges of everything that depends on time alone.
-    pub(super) fn enclose_time(
-        &mut self,
-        t: Range,
-        layout: &Layout,
-        [references, discrete]: [&[f64]; 2],
-        found: &mut [Range],
-    ) {
-        let Some(ranges) = &mut self.of_time else { return };
-        let slots = &self.slots_of_time;
-        let input = |place: usize| match slots[place] {
-            Layout::TIME => t,
-            slot if slot < layout.discrete_slot() => Range::still(references[slot - layout.reference_slot()]),
-            slot => Range::still(discrete[slot - layout.discrete_slot()]),
-        };
-        found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
-    }
-
-    /// Their values at a time.
-    pub(super) fn values_at_time(
-        &mut self,
-        t: f64,
-        layout: &Layout,
-        [references, discrete]: [&[f64]; 2],
-        found: &mut [f64],
-    ) {
-        let Some(ranges) = &mut self.of_time else { return };
-        let slots = &self.slots_of_time;
-        let input = |place: usize| match slots[place] {
-            Layout::TIME => t,
-            slot if slot < layout.discrete_slot() => references[slot - layout.reference_slot()],
-            slot => discrete[slot - layout.discrete_slot()],
-        };
-        ranges.values(input, found);
+impl Guarded {
+    /// What a set of guards is watched by.
+    pub(super) fn bank(&mut self, of: Set) -> &mut Bank {
+        match of {
+            Set::Within => &mut self.within,
+            Set::Turns => &mut self.turns,
+            Set::Time => &mut self.of_time,
+        }
     }
 }

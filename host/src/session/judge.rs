@@ -25,32 +25,36 @@ impl Session {
 
     /// Notes in the summary what the audit found beyond its limits.
     pub(super) fn judge(&self, summary: &mut Summary) {
-        self.judge_rows(summary, &|excess| {
-            let body = excess.body.map(|body| self.model.bodies[body].name.clone());
-            excess.row.map(|row| self.row_name(row)).or(body)
-        });
+        let audit = summary.audit;
+        self.judge_by(summary, &|excess| self.blamed(excess.measure, &audit));
     }
 
-    /// The same where islands were integrated apart: each numbers its rows by itself.
+    /// The same where islands were integrated apart: each numbers its rows and bodies by itself.
     pub(super) fn judge_apart(&self, summary: &mut Summary, sessions: &[Self], parts: &[Summary]) {
-        self.judge_rows(summary, &|excess| {
-            if excess.measure == Measure::Loads {
-                let loads = |part: &&Summary| part.audit.load_imbalance.total_cmp(&excess.found).is_eq();
-                let (session, part) = sessions.iter().zip(parts).find(|(_, part)| loads(part))?;
-                return part.audit.worst_body().map(|body| session.model.bodies[body].name.clone());
-            }
-            let rows: fn(&Audit) -> (f64, Option<usize>) = match excess.measure {
-                Measure::Position => |audit| (audit.position_violation, audit.worst_rows()[0]),
-                Measure::Velocity => |audit| (audit.velocity_violation, audit.worst_rows()[1]),
-                _ => return None,
+        self.judge_by(summary, &|excess| {
+            let of: fn(&Audit) -> f64 = match excess.measure {
+                Measure::Position => |audit| audit.position_violation,
+                Measure::Velocity => |audit| audit.velocity_violation,
+                Measure::Loads => |audit| audit.load_imbalance,
+                Measure::Energy | Measure::SampleEnergy => return None,
             };
-            let found = |part: &Summary| rows(&part.audit).0.total_cmp(&excess.found).is_eq();
+            let found = |part: &Summary| of(&part.audit).total_cmp(&excess.found).is_eq();
             let (session, part) = sessions.iter().zip(parts).find(|(_, part)| found(part))?;
-            rows(&part.audit).1.map(|row| session.row_name(row))
+            session.blamed(excess.measure, &part.audit)
         });
     }
 
-    fn judge_rows(&self, summary: &mut Summary, name: &dyn Fn(&Excess) -> Option<String>) {
+    /// The row, or the body, where a measure of this scene's audit is worst.
+    fn blamed(&self, measure: Measure, audit: &Audit) -> Option<String> {
+        match measure {
+            Measure::Position => audit.worst_rows()[0].map(|row| self.row_name(row)),
+            Measure::Velocity => audit.worst_rows()[1].map(|row| self.row_name(row)),
+            Measure::Loads => audit.worst_body().map(|body| self.model.bodies[body].name.clone()),
+            Measure::Energy | Measure::SampleEnergy => None,
+        }
+    }
+
+    fn judge_by(&self, summary: &mut Summary, name: &dyn Fn(&Excess) -> Option<String>) {
         let beyond = summary.audit_limits.map(|limits| summary.audit.beyond(&limits)).unwrap_or_default();
         for (k, excess) in beyond.iter().enumerate() {
             // One advice is enough: what helps against the worst may well help against the others.
@@ -75,7 +79,7 @@ impl Session {
     }
 
     /// What was found, when and where.
-    fn finding(&self, excess: &Excess, row: Option<String>) -> String {
+    fn finding(&self, excess: &Excess, blamed: Option<String>) -> String {
         let what = match excess.measure {
             Measure::Position => "constraints are violated by",
             Measure::Velocity => "rates of constraints are violated by",
@@ -92,8 +96,8 @@ impl Session {
         let [found, limit] = [excess.found, excess.limit].map(|number| significant(number, 2));
         let units = &self.scene.units;
         let at = significant(excess.at / units.factor(Dimension::TIME), 6);
-        let row = row.map_or_else(String::new, |name| format!(" in {name}"));
-        format!("{what} {found} {of}{row} (t = {at} {}), more than {limit}", units.label(Dimension::TIME))
+        let blamed = blamed.map_or_else(String::new, |name| format!(" in {name}"));
+        format!("{what} {found} {of}{blamed} (t = {at} {}), more than {limit}", units.label(Dimension::TIME))
     }
 
     /// What a user may try.

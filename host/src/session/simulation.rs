@@ -792,12 +792,12 @@ impl System for Simulation<'_> {
 
     fn enclose(&mut self, of: Watched, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
         let Some(guarded) = &mut self.guarded else { return };
-        guarded.enclose(of, t, entry, [&self.references, &self.discrete], found);
+        guarded.bank(of).enclose(t, entry, [&self.references, &self.discrete], found);
     }
 
     fn values(&mut self, of: Watched, t: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
         let Some(guarded) = &mut self.guarded else { return };
-        guarded.values(of, t, entry, [&self.references, &self.discrete], found);
+        guarded.bank(of).values(t, entry, [&self.references, &self.discrete], found);
     }
 
     fn resolution(&self, entry: usize) -> f64 {
@@ -812,16 +812,6 @@ impl System for Simulation<'_> {
         self.tolerance * size
     }
 
-    fn enclose_time(&mut self, t: Range, found: &mut [Range]) {
-        let Some(guarded) = &mut self.guarded else { return };
-        guarded.enclose_time(t, &self.layout, [&self.references, &self.discrete], found);
-    }
-
-    fn values_at_time(&mut self, t: f64, found: &mut [f64]) {
-        let Some(guarded) = &mut self.guarded else { return };
-        guarded.values_at_time(t, &self.layout, [&self.references, &self.discrete], found);
-    }
-
     fn turning(&self, y: &[f64]) -> f64 {
         self.formulation.turns_added() * self.fastest(y)
     }
@@ -830,6 +820,8 @@ impl System for Simulation<'_> {
         let look = match of {
             Watched::Within => &mut self.looks[0],
             Watched::Turns => &mut self.looks[1],
+            // Its ranges are always to be had.
+            Watched::Time => return Ok(()),
         };
         let Some(part) = look else { return Ok(()) };
         values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);

@@ -15,7 +15,7 @@
 
 mod assembler;
 mod calls;
-#[cfg_attr(not(any(feature = "cranelift", not(all(target_arch = "x86_64", unix)))), path = "no_cranelift.rs")]
+#[cfg_attr(all(not(feature = "cranelift"), target_arch = "x86_64", unix), path = "no_cranelift.rs")]
 mod cranelift;
 mod liveness;
 
