@@ -1,4 +1,4 @@
-//! Elements that show one thing each: the cookbook of the author's guide (`docs/book`).
+//! Elements that show one thing each: the cookbook of the book (`docs/book`).
 
 #![forbid(unsafe_code)]
 
