@@ -77,13 +77,13 @@ fn assert_work(report: &RunReport, expected: &Work) {
 #[test]
 fn compressor() {
     let report = check("compressor.toml", "compressor.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 587, rejected: 201, evaluations: 10574, factorisations: 401 });
+    assert_work(&report, &Work { steps: 587, rejected: 201, evaluations: 10574, factorisations: 1 });
 }
 
 #[test]
 fn compressor_at_a_tight_tolerance() {
     let report = check("compressor.toml", "compressor.csv", &["simulation.tolerance=1e-11"], &Tolerances::all(1e-10));
-    assert_work(&report, &Work { steps: 775, rejected: 229, evaluations: 13144, factorisations: 401 });
+    assert_work(&report, &Work { steps: 775, rejected: 229, evaluations: 13144, factorisations: 1 });
 }
 
 #[test]
@@ -95,13 +95,13 @@ fn simple_pendulum() {
 #[test]
 fn one_four_bar_through_its_singular_positions() {
     let report = check("benchmarks/A02_N1.toml", "A02_N1.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 206, rejected: 32, evaluations: 3386, factorisations: 653 });
+    assert_work(&report, &Work { steps: 206, rejected: 32, evaluations: 3400, factorisations: 702 });
 }
 
 #[test]
 fn two_four_bars_through_their_singular_positions() {
     let report = check("benchmarks/A02_N2.toml", "A02_N2.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 204, rejected: 32, evaluations: 3359, factorisations: 704 });
+    assert_work(&report, &Work { steps: 204, rejected: 32, evaluations: 3376, factorisations: 728 });
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn car_axis() {
 
 #[test]
 fn compressor_as_measured() {
-    let work = Work { steps: 147, rejected: 52, evaluations: 2662, factorisations: 101 };
+    let work = Work { steps: 147, rejected: 52, evaluations: 2662, factorisations: 1 };
     checked("benchmarks/compressor.toml", Some("50 ms"), 5, &work);
 }
 

@@ -1,18 +1,21 @@
-//! The author's guide (`docs/book`): its examples are sound and run, and what its pages refer to is there.
+//! The book (`docs/book`): its examples are sound and run, what its pages refer to is there, and the pages that commands write
+//! are those that they write now. The README, and the map of the sources.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use element_api::manifest::Manifest;
-use odyn::catalog::read_manifest;
+use odyn::catalog::{Catalog, SearchPath, read_manifest};
 use odyn::diagnostics::codes;
+use odyn::integrate::Methods;
 use odyn::results::Remedy;
-use odyn::session::Session;
+use odyn::session::{Session, scene_page};
+use odyn::verification::scenes_in;
 use odyn::workshop::{Contract, NewPlugin, Template, create};
 
 use crate::fixtures::{build_crate, file, test_crate};
-use crate::support::{Scratch, options, root};
+use crate::support::{Scratch, kept, options, root};
 
 fn book() -> PathBuf {
     root().join("docs/book")
@@ -22,9 +25,9 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Opens and runs a scene of the book; its checks must hold.
-fn run(scene: &Path, library: &Path) {
-    let options = options(&[], &[library.to_path_buf()]);
+/// Opens and runs a scene of the book with a library and the standard ones; its checks must hold.
+fn run(scene: &Path, library: Option<&Path>) {
+    let options = options(&[], &library.map(Path::to_path_buf).into_iter().collect::<Vec<_>>());
     let session = Session::open(scene, &options).unwrap_or_else(|error| panic!("{}\n{error}", scene.display()));
     assert!(session.warnings.is_empty(), "{}: {:?}", scene.display(), session.warnings);
     assert!(!session.scene.checks.is_empty(), "{} checks nothing", scene.display());
@@ -54,7 +57,14 @@ fn the_first_joint_begins_as_a_new_plugin() {
 fn the_first_joint_is_sound_and_runs() {
     let example = book().join("examples/wobble");
     test_crate(&example);
-    run(&example.join("scene.toml"), &build_crate(&example));
+    run(&example.join("scene.toml"), Some(&build_crate(&example)));
+}
+
+#[test]
+fn the_scenes_of_the_first_half_run() {
+    let scenes = scenes_in(&book().join("examples/scenes")).unwrap();
+    assert!(scenes.len() >= 3, "{scenes:?}");
+    scenes.iter().for_each(|scene| run(scene, None));
 }
 
 #[test]
@@ -66,7 +76,7 @@ fn the_recipes_of_the_cookbook_are_sound_and_run() {
     let mut used = BTreeSet::new();
     for entry in fs::read_dir(example.join("scenes")).unwrap() {
         let scene = entry.unwrap().path();
-        run(&scene, &library);
+        run(&scene, Some(&library));
         let text = read(&scene);
         used.extend(elements.iter().map(|e| &e.name).filter(|name| text.contains(&format!("type = \"{name}\""))));
     }
@@ -80,6 +90,20 @@ fn the_page_of_messages_is_up_to_date() {
     assert!(
         written == codes::page() + &Remedy::page(),
         "write it with `odyn explain --markdown > docs/book/src/messages.md`"
+    );
+}
+
+/// `odyn schema --markdown > docs/book/src/scene.md` brings the page up to date, with the standard libraries only.
+#[test]
+fn the_reference_of_the_scene_format_is_up_to_date() {
+    let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
+    let search = SearchPath::standard(&[], &[]);
+    for library in ["compressor", "controls", "forces", "joints"] {
+        catalog.add(library, &search).unwrap_or_else(|error| panic!("{library}: {error}"));
+    }
+    assert!(
+        read(&book().join("src/scene.md")) == scene_page(&catalog, &Methods::default()),
+        "write it with `odyn schema --markdown > docs/book/src/scene.md`"
     );
 }
 
@@ -142,6 +166,57 @@ fn what_pages_refer_to_is_there() {
         }
     }
     assert!(seen > 10, "{seen} includes were seen: is this test still reading the right files?");
+}
+
+/// Pages that stand alone: their links lead somewhere, and the README is short.
+#[test]
+fn what_the_readme_and_its_kin_refer_to_is_there() {
+    for (page, least) in [("README.md", 10), ("CONTRIBUTING.md", 2)] {
+        let text = read(&root().join(page));
+        let links = links(&text);
+        assert!(links.len() >= least, "{page}: {links:?}");
+        for link in links {
+            assert!(root().join(link.split('#').next().unwrap()).exists(), "{page}: no {link}");
+        }
+    }
+    assert!(read(&root().join("README.md")).len() < 9000, "what is more belongs into the book");
+}
+
+/// The walk of `docs/architecture.md`: each file is there, and has the function or type that the row names.
+#[test]
+fn the_map_of_the_sources_is_true() {
+    let text = read(&root().join("docs/architecture.md"));
+    let names = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
+    let mut seen = 0;
+    for row in text.lines().filter(|line| line.starts_with('|')) {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").collect();
+        let [_, items, files] = cells[..] else { continue };
+        let files = names(files);
+        if files.iter().all(|file| !file.ends_with(".rs")) {
+            continue;
+        }
+        let source = |file: &String| {
+            let path = root().join("host").join(file);
+            if path.is_dir() { String::new() } else { read(&path) }
+        };
+        let sources: String = files.iter().map(source).collect();
+        for item in names(items) {
+            seen += 1;
+            let last = item.rsplit("::").next().unwrap();
+            let defined = |kind: &str| {
+                let definition = format!("{kind} {last}");
+                let mut rest = sources.split(&definition).skip(1);
+                rest.any(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+            };
+            assert!(["fn", "struct", "trait", "enum"].iter().any(|kind| defined(kind)), "no `{item}` in {files:?}");
+        }
+    }
+    assert!(seen > 20, "{seen} items: is this test still reading the right table?");
+    let folders =
+        text.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next()).filter(|f| f.ends_with('/'));
+    for folder in folders {
+        assert!(root().join(folder).is_dir(), "no {folder}");
+    }
 }
 
 /// Code that is shown is code that is tested: blocks of Rust and scenes hold includes and nothing else, unless they are

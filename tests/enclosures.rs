@@ -178,16 +178,15 @@ fn steps_of_a_fixed_size_that_lose_turns_or_miss_contacts_say_so() {
         let method = format!("simulation.method={method}");
         let report = run(&wheel("30.0"), &[&method, "simulation.fixed_step=0.5"]);
         assert_eq!((report.summary.status, report.summary.code), (Status::Suspect, Some("ODY0607")), "{method}");
-        if method.ends_with("853") || method.ends_with("radau5") {
-            // Their stages lie close enough to feel this contact.
-            continue;
-        }
         let force =
             "type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = { upper = 2.686, force = \"5 kN\", depth = \"2 cm\" }";
         let scene = cart("7.3", force)
             .replace("t_end = 10\noutput_step = 1", "t_end = 1.8\noutput_step = 0.9\ngravity = [-9.81, 0, 0]");
         let report = run(&scene, &[&method, "simulation.fixed_step=0.6"]);
-        assert_eq!((report.summary.status, report.exit_code()), (Status::Suspect, 7), "{method}");
+        // What radau5 asks of its Newton iteration has no solution: it ends.
+        let judged = (report.summary.status, report.exit_code());
+        let expected = if method.ends_with("radau5") { (Status::StoppedEarly, 6) } else { (Status::Suspect, 7) };
+        assert_eq!(judged, expected, "{method}");
         let fine = run(&scene, &[&method, "simulation.fixed_step=0.001"]);
         assert_eq!(fine.summary.recoveries[Remedy::Missed], 0, "{method}");
     }
@@ -257,9 +256,9 @@ fn contradictions_of_some_milliseconds_end_the_run() {
                 let summary = run(scene, &sets.each_ref().map(String::as_str)).summary;
                 let told = (summary.status, summary.code);
                 assert_eq!(told, (Status::StoppedEarly, Some("ODY0502")), "{width} s, {sets:?}: {}", summary.reason);
-                // The last state from which a step was tried lies some way before.
+                // From there on the angles differ by more than the limit; the last state from which a step was tried lies before.
                 let end = summary.t_end_reached;
-                assert!((0.8..1.0123 + 6.0 * width).contains(&end), "{sets:?}: {end}");
+                assert!((1.0123 - 7.0 * width..1.0123).contains(&end), "{sets:?}: {end}");
             }
         }
     }

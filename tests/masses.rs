@@ -9,6 +9,7 @@
 //! ```
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use odyn::results::{Remedy, Status};
 use odyn::scene::{Dimension, Scene};
@@ -25,12 +26,15 @@ const TOLERANCES: f64 = 100.0;
 /// Steps that a run may take: light bodies on springs are fast.
 const MOST_STEPS: u64 = 3000;
 
+/// Scenes that are there to be refused, and so have no decisions to compare.
+const REFUSED: [&str; 1] = ["door-hinges-apart"];
+
 fn scenes() -> Vec<PathBuf> {
     let folders = ["verification", "scenes/benchmarks", "stress"];
     let mut scenes: Vec<PathBuf> = folders.iter().flat_map(|folder| scenes_in(&root().join(folder)).unwrap()).collect();
-    // The suite is no scene. In `sizes` a pendulum of 1 mm swings beside one of 1 km, by whose size errors are judged. The others
-    // take long.
-    let left_out = ["suite", "sizes", "A02_N40", "chain_N100", "A01_2000s", "tables"];
+    // The suite is no scene. In `sizes` a pendulum of 1 mm swings beside one of 1 km, by whose size errors are judged. In
+    // `point-gravity` a lighter body falls into the centre: the force is written with a mass of its own. The others take long.
+    let left_out = ["suite", "sizes", "point-gravity", "A02_N40", "chain_N100", "A01_2000s", "tables"];
     scenes.retain(|path| !left_out.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name)));
     scenes
 }
@@ -152,28 +156,54 @@ fn judge(path: &Path, body: usize, factor: f64) -> Found {
 #[test]
 fn no_decision_depends_on_the_mass_of_a_body() {
     let long = std::env::var("ODYN_MASSES").is_ok_and(|form| form == "long");
-    let (mut agree, mut refused, mut wrong) = (0, 0, String::new());
-    for (number, path) in scenes().iter().enumerate() {
-        // Some are there to be refused.
-        let Ok(plain) = open(path, &[]) else { continue };
+    let mut trials: Vec<(PathBuf, usize, i32)> = Vec::new();
+    let mut passed_over = Vec::new();
+    for (number, path) in scenes().into_iter().enumerate() {
+        let Ok(plain) = open(&path, &[]) else {
+            passed_over.push(path.file_stem().unwrap().display().to_string());
+            continue;
+        };
         let bodies = plain.scene.bodies.iter().filter(|body| !body.fixed).count();
         let decades = [-9, 6, -4, 9, -6, 3];
-        let trials: Vec<(usize, i32)> = if long {
-            (0..bodies).flat_map(|body| (-9..=9).filter(|k| *k != 0).map(move |k| (body, k))).collect()
+        if long {
+            let all = (0..bodies).flat_map(|body| (-9..=9).filter(|k| *k != 0).map(move |k| (body, k)));
+            trials.extend(all.map(|(body, decade)| (path.clone(), body, decade)));
         } else {
-            vec![(number % bodies, decades[number % decades.len()])]
-        };
-        for (body, decade) in trials {
-            match judge(path, body, 10_f64.powi(decade)) {
+            trials.push((path, number % bodies, decades[number % decades.len()]));
+        }
+    }
+    let (mut agree, mut refused, mut wrong) = (0, 0, String::new());
+    let next = AtomicUsize::new(0);
+    let threads = if long { std::thread::available_parallelism().map_or(1, usize::from) } else { 1 };
+    std::thread::scope(|scope| {
+        let (sender, found) = std::sync::mpsc::channel();
+        for _ in 0..threads {
+            let (sender, trials, next) = (sender.clone(), &trials, &next);
+            scope.spawn(move || {
+                while let Some(trial) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let (path, body, decade) = trial;
+                    sender.send((trial, judge(path, *body, 10_f64.powi(*decade)))).unwrap();
+                }
+            });
+        }
+        drop(sender);
+        for (number, ((path, body, decade), found)) in found.iter().enumerate() {
+            match found {
                 Found::Agrees => agree += 1,
                 Found::Refused => refused += 1,
                 Found::Wrong(why) => {
-                    wrong += &format!("{}: body {body} times 1e{decade}: {why}\n", path.display());
+                    let line = format!("{}: body {body} times 1e{decade}: {why}\n", path.display());
+                    print!("{line}");
+                    wrong += &line;
                 }
             }
+            if number % 500 == 499 {
+                println!("{} of {}", number + 1, trials.len());
+            }
         }
-    }
+    });
     println!("{agree} agree, {refused} refused");
+    assert_eq!(passed_over, REFUSED);
     assert!(wrong.is_empty(), "\n{wrong}");
     assert!(agree > 5 * refused, "{agree} agree, {refused} refused");
 }

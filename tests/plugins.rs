@@ -112,18 +112,13 @@ fn a_library_built_outside_the_workspace_runs_in_a_scene() {
     assert!(energy.iter().all(|e| (e - energy[0]).abs() < 1e-8 * energy[0].abs()), "{energy:?}");
 }
 
-/// The block of the README that begins with this line.
-fn block_of_readme<'a>(readme: &'a str, first: &str) -> &'a str {
-    let begin = readme.find(&format!("\n{first}\n")).unwrap_or_else(|| panic!("the README has no `{first}`"));
-    readme[begin + 1..].split("\n```").next().unwrap()
-}
-
 #[test]
 fn the_plugin_of_the_readme_builds_and_its_scene_runs() {
-    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let read = |file: &str| fs::read_to_string(root().join(file)).unwrap();
     let [manifest, source, scene] =
-        ["# Cargo.toml", "// src/lib.rs", "# pendulum.toml"].map(|first| block_of_readme(&readme, first));
-    let folder = build_sources(manifest, "../odyn/element-api", source, &kept("strangers").join("bars"));
+        ["Cargo.toml", "src/lib.rs", "pendulum.toml"].map(|file| read(&format!("docs/book/examples/rod/{file}")));
+    assert!(read("README.md").contains(&format!("\n```rust\n{source}```\n")), "the README shows another joint");
+    let folder = build_sources(&manifest, "../../../../element-api", &source, &kept("strangers").join("bars"));
     let scratch = Scratch::new();
     let path = scratch.file("pendulum.toml", scene);
     let session = Session::open(&path, &options(&[], &[folder])).unwrap_or_else(|error| panic!("{error}"));
@@ -279,12 +274,15 @@ fn a_truncated_library_is_an_error() {
 /// The fixtures depend on `element-api` only, and so need nothing that the workspace does not have.
 #[test]
 fn strangers_need_one_dependency() {
+    let mut seen = 0;
     for entry in fs::read_dir(root().join("tests/fixtures")).unwrap() {
         let path = entry.unwrap().path().join("Cargo.toml");
         // Libraries in C, and those of earlier versions, are no packages.
         let Ok(manifest) = fs::read_to_string(&path) else { continue };
+        seen += 1;
         let manifest: toml::Table = manifest.parse().unwrap();
         let dependencies = manifest.get("dependencies").and_then(|d| d.as_table()).cloned().unwrap_or_default();
         assert!(dependencies.keys().all(|name| name == "element-api"), "{dependencies}");
     }
+    assert!(seen > 5, "{seen} packages");
 }

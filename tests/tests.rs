@@ -17,6 +17,7 @@
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is told |
+//! | `runs.rs` | runs that are saved and brought back give the same bytes |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
 //! | `masses.rs` | what joints decide does not depend on masses; light and heavy bodies side by side move as they should |
 //! | `random.rs` | what must hold of any mechanism, in hundreds of random ones; `regressions/`: those that once failed |
@@ -35,7 +36,7 @@
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `schema.rs` | the JSON schema takes the scenes, and refuses mistakes |
-//! | `book.rs` | the examples of the author's guide run, and its pages hold together |
+//! | `book.rs` | the examples of the book run, its pages hold together, those that commands write are up to date |
 //! | `workshop.rs` | new crates for elements build, pass and run; faults of elements are told in words |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
@@ -66,6 +67,7 @@ mod opaque;
 mod plugins;
 mod random;
 mod rooms;
+mod runs;
 mod schema;
 mod second_order;
 mod singular;

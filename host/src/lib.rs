@@ -26,20 +26,37 @@
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
 //! | `workshop` | a name -> a crate for elements; a library -> what is wrong with its elements (feature `workshop`) | scenes that are run |
 //!
+//! # The way in
+//! A program opens a scene, prepares and starts it, and then has a [`session::Run`]: advanced as far as is wanted, told new
+//! values of its inputs, asked for its outputs, saved and brought back. The example there is run by the tests.
+//!
+//! ```text
+//! let mut run = Session::open(path, &options)?.prepare()?.start()?;
+//! run.advance(t)?;  run.set_input("motor.torque", 3.0)?;  run.output("x_p")?;
+//! let saved = run.save()?;  run.restore(&saved)?;  run.samples();
+//! ```
+//! The command line, checkpoints and islands step their scenes by the same run: it has the one loop, and tells a
+//! [`session::Sink`] what comes.
+//!
 //! Leaves that any room may use: [`diagnostics`] (messages with places), [`linalg`] (linear systems, ranks) and
-//! [`interval`] (ranges of numbers and polynomials). A room
-//! uses only rooms before it and the leaves; a test guards the edges.
+//! [`interval`] (ranges of numbers and polynomials). A room uses only rooms before it and the leaves; a test guards the edges.
+//!
+//! Some rooms are crates of their own in folders beside this one's sources, taken in here under their names, so that the
+//! compiler guards what they must not know:
+//!
+//! | crate | rooms |
+//! |---|---|
+//! | `host/catalog` | [`catalog`] |
+//! | `host/diagnostics` | [`diagnostics`], apart from scenes because libraries are loaded and results written without one |
+//! | `host/graph` | the part of [`program`] that knows no bodies: the graph, its derivatives, programs, machine code |
+//! | `host/numerics` | [`linalg`], [`interval`], [`integrate`] |
+//! | `host/scene` | [`scene`] |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
 //! [`program::Program`] (constant), [`program::Workspace`] (scratch, allocated once).
 
 pub mod analysis;
 pub mod bench;
-pub mod catalog;
-pub mod diagnostics;
-pub mod integrate;
-pub mod interval;
-pub mod linalg;
 #[cfg(feature = "manual")]
 pub mod manual;
 pub mod model;
@@ -48,13 +65,17 @@ mod page;
 pub mod plan;
 pub mod program;
 pub mod results;
-pub mod scene;
 pub mod session;
 pub mod stress;
 pub mod study;
 pub mod verification;
 #[cfg(feature = "workshop")]
 pub mod workshop;
+
+pub use odyn_catalog as catalog;
+pub use odyn_diagnostics as diagnostics;
+pub use odyn_numerics::{integrate, interval, linalg};
+pub use odyn_scene as scene;
 
 #[cfg(test)]
 mod tests;

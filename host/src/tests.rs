@@ -5,6 +5,8 @@
 
 mod curves;
 mod elements;
+#[path = "../testing/random.rs"]
+mod random;
 pub mod scenes;
 mod signal_elements;
 mod stored_elements;
@@ -16,6 +18,7 @@ use element_api::manifest::Library;
 pub use elements::WELD_STEP;
 use elements::*;
 use nalgebra::Matrix3;
+pub use random::Random;
 use signal_elements::*;
 use stored_elements::*;
 use troublesome_elements::*;
@@ -146,26 +149,7 @@ pub fn prepared(text: &str) -> Prepared {
     Prepared { model, equations, assembly, plan, start_health }
 }
 
-/// Small reproducible generator (xorshift).
-pub struct Random(pub u64);
-
 impl Random {
-    /// Uniform in -1..1.
-    pub fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * 0.5 * (self.next() + 1.0)
-    }
-    pub fn below(&mut self, count: usize) -> usize {
-        ((0.5 * (self.next() + 1.0) * count as f64) as usize).min(count - 1)
-    }
-    pub fn vector(&mut self, len: usize) -> Vec<f64> {
-        (0..len).map(|_| self.next()).collect()
-    }
     /// Euler parameters of length one.
     pub fn euler_parameters(&mut self) -> [f64; 4] {
         loop {

@@ -7,7 +7,7 @@
 use serde_json::{Map, Value};
 
 /// Keywords that tell and judge nothing.
-const REMARKS: [&str; 4] = ["$schema", "$defs", "default", "x-taplo"];
+const REMARKS: [&str; 6] = ["$schema", "$defs", "default", "x-dimension", "x-order", "x-taplo"];
 
 /// What is wrong with a value, by place; nothing if it is valid.
 pub fn faults(value: &Value, schema: &Value, root: &Value, place: &str) -> Vec<String> {

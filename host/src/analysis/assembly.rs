@@ -235,6 +235,9 @@ fn load_discrete(model: &Model, layout: &Layout, inputs: &mut [f64]) {
             slot += 1;
         }
     }
+    for (k, input) in model.inputs.iter().enumerate() {
+        inputs[layout.given_slot(k)] = input.value;
+    }
 }
 
 pub(super) fn load(layout: &Layout, t: f64, state: &[f64], inputs: &mut [f64]) {

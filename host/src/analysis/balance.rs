@@ -1,6 +1,16 @@
 //! [`Balance`]: what is left of the equations of motion with accelerations and multipliers put in.
 
 use super::constraints::Constraints;
+use super::formulation::AnalysisError;
+use crate::linalg::KktStructure;
+
+/// Share of what they are made of by which the equations at the end of a step may be missed by what a remedy gives there.
+const CERTIFIED: f64 = 1e-7;
+/// Torques below this share of forces times the length of the scene are none, and the other way round: what a solver leaves of
+/// them is the round-off of the others.
+const COUNTED: f64 = 1e-6;
+/// Share of forces, and of torques, by which a rank-safe solution may miss the equations of motion.
+const SOLVED: f64 = 1e-8;
 
 /// The body whose equations of motion are met worst, and by how much.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -23,14 +33,21 @@ pub(super) struct Balance {
     /// Values of the mass matrix, aligned with the pattern.
     mass: Vec<f64>,
     velocities: usize,
+    /// Length of the scene, m.
+    length: f64,
     left: Vec<f64>,
     sizes: Vec<f64>,
 }
 
 impl Balance {
-    /// For a mass matrix and up to a number of rows.
-    pub(super) fn new(mass: Vec<f64>, velocities: usize, rows: usize) -> Self {
-        Self { mass, velocities, left: vec![0.0; velocities + rows], sizes: vec![0.0; velocities + rows] }
+    /// For a mass matrix, a number of velocities and up to a number of rows, and a length of the scene, m.
+    pub(super) fn new(mass: Vec<f64>, [velocities, rows]: [usize; 2], length: f64) -> Self {
+        Self { mass, velocities, length, left: vec![0.0; velocities + rows], sizes: vec![0.0; velocities + rows] }
+    }
+
+    /// Values of the mass matrix.
+    pub(super) fn mass(&self) -> &[f64] {
+        &self.mass
     }
 
     /// Puts the solution in; function 0 of `dynamics` is gamma.
@@ -55,29 +72,104 @@ impl Balance {
 
     /// The largest of all entries as a share of what the largest of its kind is made of: of forces, torques and constraints.
     pub(super) fn of_all(&self) -> f64 {
-        let mut largest = [[0.0_f64; 2]; 3];
-        for (k, (left, size)) in self.left.iter().zip(&self.sizes).enumerate() {
-            let kind = if k < self.velocities { k % 6 / 3 } else { 2 };
-            let [most, whole] = &mut largest[kind];
-            *most = if left.is_finite() { most.max(left.abs()) } else { f64::INFINITY };
-            *whole = whole.max(*size);
-        }
-        largest.iter().fold(0.0, |worst, [most, whole]| if *most > 0.0 { worst.max(most / whole) } else { worst })
+        largest_share(&self.left, &self.sizes, self.length, |k| if k < self.velocities { k % 6 / 3 } else { 2 })
+    }
+
+    /// Refuses a rank-safe solution whose equations of motion, taken last, do not hold.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Uncertified`].
+    pub(super) fn accept(&self) -> Result<(), AnalysisError> {
+        let n = self.velocities;
+        solved(largest_share(&self.left[..n], &self.sizes[..n], self.length, |k| k % 6 / 3))
     }
 
     /// The worst body, each beside its own loads: a light one counts as much as a heavy one.
     pub(super) fn of_bodies(&self) -> Imbalance {
-        let mut worst = Imbalance::default();
-        let groups = self.left[..self.velocities].chunks_exact(3).zip(self.sizes.chunks_exact(3));
-        for (k, (left, sizes)) in groups.enumerate() {
-            let most = left.iter().fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) });
-            let size = sizes.iter().fold(0.0_f64, |most, x| most.max(*x));
-            let share = if most == 0.0 { 0.0 } else { most / size };
-            let found = Imbalance { share, body: k / 2 };
-            if found.exceeds(&worst) {
-                worst = found;
+        let n = self.velocities;
+        worst_body(&self.left[..n], &self.sizes[..n], self.length)
+    }
+}
+
+/// The body that misses its equations worst, beside its own loads: six entries each of what is left, and of what that is made of.
+pub(super) fn worst_body(left: &[f64], sizes: &[f64], length: f64) -> Imbalance {
+    let mut worst = Imbalance::default();
+    for (body, (left, sizes)) in left.chunks_exact(6).zip(sizes.chunks_exact(6)).enumerate() {
+        let found = Imbalance { share: largest_share(left, sizes, length, |k| k / 3), body };
+        if found.exceeds(&worst) {
+            worst = found;
+        }
+    }
+    worst
+}
+
+/// The largest entry of what is left as a share of what the largest of its kind is made of: forces (0), torques (1), rows (2).
+pub(super) fn largest_share(left: &[f64], sizes: &[f64], length: f64, kind: impl Fn(usize) -> usize) -> f64 {
+    let mut largest = [[0.0_f64; 2]; 3];
+    for (k, (left, size)) in left.iter().zip(sizes).enumerate() {
+        let [most, whole] = &mut largest[kind(k)];
+        *most = if left.is_finite() { most.max(left.abs()) } else { f64::INFINITY };
+        *whole = whole.max(*size);
+    }
+    let [forces, torques] = [largest[0][1], largest[1][1]];
+    largest[0][1] = forces.max(COUNTED * torques / length);
+    largest[1][1] = torques.max(COUNTED * forces * length);
+    largest.iter().fold(0.0, |worst, [most, whole]| if *most > 0.0 { worst.max(most / whole) } else { worst })
+}
+
+/// Refuses a rank-safe solution by what it leaves of the equations of motion.
+///
+/// # Errors
+/// [`AnalysisError::Uncertified`].
+pub(super) fn solved(share: f64) -> Result<(), AnalysisError> {
+    if share <= SOLVED {
+        return Ok(());
+    }
+    Err(AnalysisError::Uncertified { remedy: "the rank-safe solution", what: "the equations of motion".into(), share })
+}
+
+/// The equations of motion and the constraints on accelerations at a state, with accelerations found without solving them there.
+pub(super) struct Trial<'a> {
+    pub(super) structure: &'a KktStructure,
+    /// Values of mass matrix and Jacobian.
+    pub(super) values: (&'a [f64], &'a [f64]),
+    pub(super) gamma: &'a [f64],
+    pub(super) velocities: &'a [f64],
+    pub(super) accelerations: &'a [f64],
+    pub(super) loads: &'a [f64],
+    /// Power of constraints that depend on time; `None` where loads depend on what is solved for.
+    pub(super) driven: Option<f64>,
+}
+
+impl Trial<'_> {
+    /// Examines `Phi_q a = gamma`, and the power that no constraint without time can have: `v . (Q - M a) + lambda . Phi_t = 0`.
+    /// Reactions, which may have a pole at a singular position, are not needed for either. `name` names a row.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Uncertified`].
+    pub(super) fn accept(&self, name: impl Fn(usize) -> String) -> Result<(), AnalysisError> {
+        let remedy = "the passage through a singular position";
+        let (n, m) = (self.loads.len(), self.gamma.len());
+        let (mut left, mut sizes) = (vec![0.0; n + m], vec![0.0; n + m]);
+        let no_reactions = vec![0.0; m];
+        let solution = (self.accelerations, &no_reactions[..]);
+        self.structure.residual(self.values, (self.loads, self.gamma), solution, [&mut left, &mut sizes]);
+        let whole = sizes[n..].iter().fold(f64::MIN_POSITIVE, |most, size| most.max(*size));
+        for (row, left) in left[n..].iter().enumerate() {
+            let share = left.abs() / whole;
+            if share.is_nan() || share > CERTIFIED {
+                return Err(AnalysisError::Uncertified { remedy, what: name(row), share });
             }
         }
-        worst
+        let Some(driven) = self.driven else { return Ok(()) };
+        let dot = |terms: &[f64], f: fn(f64) -> f64| -> f64 {
+            self.velocities.iter().zip(terms).map(|(v, x)| f(v * x)).sum()
+        };
+        let whole = (dot(&sizes, f64::abs) + driven.abs()).max(f64::MIN_POSITIVE);
+        let share = (dot(&left, |x| x) + driven).abs() / whole;
+        if share <= CERTIFIED {
+            return Ok(());
+        }
+        Err(AnalysisError::Uncertified { remedy, what: "the balance of power".into(), share })
     }
 }

@@ -101,6 +101,11 @@ impl Coupling {
         })
     }
 
+    /// Starts from nothing next time.
+    pub(super) fn forget(&mut self) {
+        self.started = false;
+    }
+
     /// The program, with how often it was run.
     pub(super) fn used(&mut self) -> Used<'_> {
         Used { runs: self.workspace.runs(), program: &mut self.program, spare: false }

@@ -4,6 +4,7 @@ use element_api::set::Fault;
 
 use super::balance::Imbalance;
 use super::evaluator::Evaluator;
+use super::solved::SolvedProgram;
 use crate::linalg::LinalgError;
 use crate::program::{Equations, Graph, Node, Used};
 
@@ -45,6 +46,14 @@ pub struct Counters {
     pub contradictions: u64,
     /// Iterations for forces that depend on accelerations and reactions.
     pub coupling_iterations: u64,
+}
+
+impl Counters {
+    /// How often a rank-safe solution or a passage stood in for a plain solution.
+    #[must_use]
+    pub fn remedies(&self) -> u64 {
+        self.rank_safe + self.interpolated
+    }
 }
 
 impl std::ops::Add for Counters {
@@ -127,6 +136,16 @@ pub enum AnalysisError {
         /// The worst violation, as a share of the scene's length.
         violation: f64,
     },
+    /// What stands in for a plain solution does not meet the equations that it stands for.
+    #[error("{remedy} misses the equations that it stands for: {what} by {share:.1e} of what it is made of")]
+    Uncertified {
+        /// Which remedy.
+        remedy: &'static str,
+        /// The constraint, or the balance that is missed worst.
+        what: String,
+        /// By how much, as a share of the sum of the magnitudes of its terms.
+        share: f64,
+    },
     /// Positions could not be brought back to the constraints.
     #[error("the constraints can no longer be met: {what} is off by {violation:.1e} of the scene's size")]
     LeftConstraints {
@@ -155,7 +174,10 @@ pub trait Formulation: Send {
     /// The state for positions and velocities in working coordinates (per body r, p, v, omega'; then element states; then
     /// work).
     fn state_of(&mut self, working: &[f64], state: &mut [f64]);
-    /// Angle references and discrete element states, which stay as they are during a step.
+    /// Forgets all that it learned on the way. What it does next depends on time, state and [`Formulation::set_discrete`] alone,
+    /// as at the start; `working` is where it is, as [`Formulation::state_of`] takes it. To be called between steps.
+    fn forget(&mut self, working: &[f64]);
+    /// Angle references, discrete element states and signals from outside, which stay as they are during a step.
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]);
     /// The rates of the state. `[hot, no allocation]`
     ///
@@ -184,6 +206,15 @@ pub trait Formulation: Send {
         let _ = (t, state);
         Ok(())
     }
+    /// Where a remedy was called in, examines whether the rates of a state on the constraints meet the equations: what a
+    /// rank-safe solution or a passage through a singular position gives is put into them.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Uncertified`], and what [`Formulation::rates`] fails with.
+    fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let _ = (t, state);
+        Ok(())
+    }
     /// Everything a report may ask for at this state. With `dynamics`, accelerations and multipliers too.
     ///
     /// # Errors
@@ -198,6 +229,26 @@ pub trait Formulation: Send {
     /// [`Formulation::observe`] with a program of the working form.
     fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
         self.carry(equations, nodes).map(|(graph, nodes)| Evaluator::new(&graph, &nodes))
+    }
+    /// A program of nodes that need accelerations or multipliers, in the formulation's own inputs; `None` where there is none. It
+    /// is run by [`Formulation::run_solved`].
+    fn solved_program(&self, equations: &Equations, nodes: &[Node]) -> Option<SolvedProgram> {
+        let _ = (equations, nodes);
+        None
+    }
+    /// Runs such a program at a state, and gives how well the equations of motion hold; `None` where that is better done by way of
+    /// [`Formulation::observe`]. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn run_solved(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        program: &mut SolvedProgram,
+    ) -> Result<Option<Imbalance>, AnalysisError> {
+        let _ = (t, state, program);
+        Ok(None)
     }
     /// The entry of the state that an input of programs is a copy of, if it is one; see [`Formulation::written_in_state`].
     fn entry_of(&self, slot: usize) -> Option<usize> {

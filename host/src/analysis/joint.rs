@@ -4,6 +4,7 @@
 use element_api::ElementSet;
 use nalgebra::Matrix3;
 
+use super::balance::{Imbalance, Trial};
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
@@ -11,14 +12,15 @@ use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms, work};
 use super::passage::{self, Passage, Passing, Refusing};
+use super::solved::SolvedProgram;
 use super::working::{
     ACCURATE, APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE,
     SICK_TREE, WorkingForm, normalise, parameter_rates,
 };
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
-use crate::plan::{Coordinates, Layout, Measure};
-use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled};
+use crate::plan::{Coordinates, Layout, Measure, SpanningTree};
+use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled, Working};
 
 /// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
 pub const STATES_PER_AUDIT: u64 = 8;
@@ -40,6 +42,7 @@ pub struct JointForm {
     coordinates: Coordinates,
     groups: Vec<Group>,
     start: JointStart,
+    tree: SpanningTree,
     /// The same scene in the coordinates of the bodies, for what is reported.
     bodies: WorkingForm,
     kinematics: Evaluator,
@@ -56,12 +59,16 @@ pub struct JointForm {
     length: f64,
     /// Whether rows are left out of the regular engine's choice.
     choice: bool,
+    /// Rows of the regular engine.
+    independent: Vec<usize>,
     /// Pivot ratio of the regular engine below which a closer look decides whether it is trusted.
     least_health: f64,
     /// The regular engine at the start; independence of the rows where they were sound last.
     first: Look,
     /// Rank and pivot ratio of the rank-safe engine at the start.
     at_start: Health,
+    /// [`JointForm::first`] and [`JointForm::at_start`] as they were planned.
+    planned: (Look, Health),
     /// The regular engine where velocities were corrected last.
     last: Look,
     /// Whether it was trusted where a closer look was taken last.
@@ -75,6 +82,10 @@ pub struct JointForm {
     /// The equations, for their derivatives.
     equations: JointEquations,
     derivatives: Derivatives,
+    /// Size of the equations as they were planned.
+    size: usize,
+    /// Whether derivatives were asked for since the start, or since all was forgotten.
+    derivatives_are_paid: bool,
 }
 
 /// The derivatives of the rates. They are written down when first asked for.
@@ -106,6 +117,7 @@ impl JointForm {
         Ok(Self {
             groups: groups(&coordinates, layout),
             start: JointStart::new(model, &plan.tree, plan.length),
+            tree: plan.tree,
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             accelerations: vec![0.0; coordinates.columns],
@@ -113,11 +125,13 @@ impl JointForm {
             row_names: bodies.row_names().to_vec(),
             passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
             choice: plan.independent.len() < plan.rows.len(),
-            least_health: if plan.independent.is_empty() { SICK_TREE } else { least_health(&start, &start) },
+            least_health: least_health_at_start(&plan.independent, &start),
+            independent: plan.independent,
             first: start,
             last: start,
             trusted: false,
             at_start: plan.at_start,
+            planned: (start, plan.at_start),
             turns_added,
             row_sizes: plan.sizes,
             length: plan.length,
@@ -126,6 +140,8 @@ impl JointForm {
             careful: false,
             counters: Counters::default(),
             derivatives: Derivatives::Possible,
+            size: joint.size,
+            derivatives_are_paid: false,
             layout: layout.clone(),
             equations: joint,
             coordinates,
@@ -165,6 +181,7 @@ impl JointForm {
         self.write_mass()?;
         self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
         self.safe.solve_motion()?;
+        self.safe.accept()?;
         self.accelerations.copy_from_slice(&self.safe.accelerations);
         self.rates.copy_from_slice(self.safe.loads().1);
         // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
@@ -376,6 +393,11 @@ impl JointForm {
     }
 }
 
+/// [`least_health`] before the first step.
+fn least_health_at_start(rows: &[usize], start: &Look) -> f64 {
+    if rows.is_empty() { SICK_TREE } else { least_health(start, start) }
+}
+
 /// The pivot ratio below which a closer look is taken, from the regular engine at the start and where it was last: a ratio may
 /// have fallen because of masses.
 fn least_health(first: &Look, last: &Look) -> f64 {
@@ -477,6 +499,32 @@ impl Refusing for JointForm {
         Ok((violation / self.length, self.row_name(row)))
     }
 
+    fn try_rates(&mut self, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError> {
+        self.load(t, state);
+        self.safe.terms.run(&self.inputs, self.bodies.sets())?;
+        let mut accelerations = vec![0.0; self.coordinates.columns];
+        for line in &self.coordinates.lines {
+            accelerations[line.column] = rates[line.velocity];
+        }
+        for rotation in &self.coordinates.rotations {
+            let spin = &rates[rotation.velocity..rotation.velocity + 3];
+            accelerations[rotation.column..rotation.column + 3].copy_from_slice(spin);
+        }
+        let velocities: Vec<f64> = self.coordinates.velocity_slots.iter().map(|slot| self.inputs[*slot]).collect();
+        let (loads, further) = self.safe.loads();
+        let work = self.layout.states;
+        let trial = Trial {
+            structure: &self.safe.structure,
+            values: (self.safe.mass(), self.safe.jacobian()),
+            gamma: self.safe.function(Function::Gamma),
+            velocities: &velocities,
+            accelerations: &accelerations,
+            loads,
+            driven: Some(rates[self.coordinates.motion + work] - further[work]),
+        };
+        trial.accept(|row| self.row_names[self.safe.rows[row]].clone())
+    }
+
     fn rates_plainly(
         &mut self,
         t: f64,
@@ -560,6 +608,16 @@ impl Formulation for JointForm {
         self.body_state.copy_from_slice(working);
     }
 
+    fn forget(&mut self, working: &[f64]) {
+        (self.first, self.at_start) = self.planned;
+        self.last = self.first;
+        self.safe.solver.set_rank_limit(self.at_start.rank);
+        self.least_health = least_health_at_start(&self.independent, &self.first);
+        (self.trusted, self.corrected_safely, self.careful, self.derivatives_are_paid) = (false, false, false, false);
+        self.body_state.copy_from_slice(working);
+        self.bodies.forget(working);
+    }
+
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         self.bodies.set_discrete(references, discrete);
         let slot = self.layout.reference_slot();
@@ -574,6 +632,10 @@ impl Formulation for JointForm {
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
         passage::project(self, t, state)
+    }
+
+    fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        passage::certify(self, t, state)
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
@@ -619,6 +681,28 @@ impl Formulation for JointForm {
         self.equations.carry(equations, &self.layout, nodes)
     }
 
+    fn solved_program(&self, equations: &Equations, nodes: &[Node]) -> Option<SolvedProgram> {
+        let mass = self.bodies.mass_entries();
+        let working = Working { equations, layout: &self.layout, mass: &mass };
+        let found = self.equations.reactions(&working, &self.tree, self.length, nodes)?;
+        Some(SolvedProgram::new(&found))
+    }
+
+    fn run_solved(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        program: &mut SolvedProgram,
+    ) -> Result<Option<Imbalance>, AnalysisError> {
+        self.load(t, state);
+        if self.solve_dynamics()? != Used::Regular {
+            return Ok(None);
+        }
+        self.publish();
+        program.evaluator.run(&self.inputs, self.bodies.sets())?;
+        Ok(program.judge(self.length))
+    }
+
     fn turns_added(&self) -> f64 {
         self.turns_added
     }
@@ -639,6 +723,7 @@ impl Formulation for JointForm {
             self.write_mass()?;
         }
         let Some(regular) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
+        self.derivatives_are_paid = true;
         if matches!(self.derivatives, Derivatives::Possible) {
             let terms = Terms::of_joints(&self.equations, &self.layout);
             self.derivatives = match terms {
@@ -682,11 +767,10 @@ impl Formulation for JointForm {
         let directions = self.coordinates.directions(&self.layout) as f64;
         // The right sides of all directions by the rank-revealing factors, which are dense.
         let jacobian = 3.0 * operations + 4.0 * unknowns.powi(3) + 4.0 * directions * unknowns * unknowns;
-        let (known, preparation) = match &self.derivatives {
-            Derivatives::Unknown => (false, 0.0),
-            Derivatives::Possible => (true, 50.0 * work(&self.coordinates, self.equations.size, &self.layout) as f64),
-            Derivatives::Known(..) => (true, 0.0),
-        };
+        let known = !matches!(self.derivatives, Derivatives::Unknown);
+        let unpaid = known && !self.derivatives_are_paid;
+        let writing = 50.0 * work(&self.coordinates, self.size, &self.layout) as f64;
+        let preparation = if unpaid { writing } else { 0.0 };
         let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();
         // Besides its operations, an evaluation moves numbers about: measured on scenes of few bodies.
         let rates = operations + 200.0 + 25.0 * unknowns;

@@ -3,9 +3,11 @@
 
 use element_api::ElementSet;
 
+use super::balance::{largest_share, solved};
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters};
 use crate::linalg::{DenseQr, Health, KktSolver, KktStructure};
+use crate::plan::Measure;
 use crate::program::{Articulated, Elimination, Graph, JointEquations, Node};
 
 /// The equations of motion solved operation by operation.
@@ -190,12 +192,19 @@ pub(super) struct Safe {
     pub(super) right: Vec<f64>,
     pub(super) still: Vec<f64>,
     pub(super) health: Health,
+    /// Forces, or torques: which kind of balance each column has.
+    kinds: Vec<usize>,
+    /// Length of the scene, m.
+    length: f64,
+    /// What a solution leaves of the equations of motion, and what these are made of.
+    left: [Vec<f64>; 2],
 }
 
-/// What follows the Jacobian and gamma in [`Safe::terms`], per row.
+/// What follows the Jacobian in [`Safe::terms`], per row.
 #[derive(Clone, Copy)]
 pub(super) enum Function {
-    Time = 1,
+    Gamma,
+    Time,
     Value,
 }
 
@@ -237,8 +246,15 @@ impl Safe {
             multipliers: vec![0.0; rows.len()],
             right: vec![0.0; rows.len()],
             still: vec![0.0; columns],
+            kinds: joint.coordinates.measures().iter().map(|measure| usize::from(*measure == Measure::Angle)).collect(),
+            length,
+            left: [vec![0.0; columns], vec![0.0; columns]],
             health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
         })
+    }
+
+    pub(super) fn mass(&self) -> &[f64] {
+        &self.terms.outputs()[..self.structure.mass.len()]
     }
 
     pub(super) fn jacobian(&self) -> &[f64] {
@@ -303,6 +319,20 @@ impl Safe {
         let loads = &outputs[from + 3 * m..from + 3 * m + self.structure.n];
         self.solver.solve(loads, &outputs[from..from + m], &mut self.accelerations, &mut self.multipliers)?;
         Ok(())
+    }
+
+    /// Refuses the motion solved for where its equations do not hold.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Uncertified`].
+    pub(super) fn accept(&mut self) -> Result<(), AnalysisError> {
+        let mut out = std::mem::take(&mut self.left);
+        let [left, sizes] = &mut out;
+        let solution = (&self.accelerations[..], &self.multipliers[..]);
+        self.structure.residual_of_motion((self.mass(), self.jacobian()), self.loads().0, solution, [left, sizes]);
+        let share = largest_share(left, sizes, self.length, |column| self.kinds[column]);
+        self.left = out;
+        solved(share)
     }
 
     pub(super) fn solve_correction(&mut self) -> Result<(), AnalysisError> {

@@ -31,8 +31,7 @@ pub fn merge(
     assembly: &Assembly,
 ) -> (Option<Merging>, Vec<Refused>) {
     let timed = |element: usize| {
-        let rows = layout.row_at[element]..layout.row_at[element] + model.elements[element].rows.len();
-        let moves = equations.rows[rows].iter().any(|row| !equations.graph.is_zero(row.time));
+        let moves = equations.rows[layout.rows_of(element)].iter().any(|row| !equations.graph.is_zero(row.time));
         moves || model.elements[element].class.opaque
     };
     Merging::find(model, timed, |joint| relative(joint, model, assembly))
@@ -215,6 +214,12 @@ impl Formulation for MergedForm {
         }
     }
 
+    fn forget(&mut self, working: &[f64]) {
+        let merged = merged_state(&self.heads, &self.places, working);
+        self.form_mut().forget(&merged);
+        self.bodies.forget(working);
+    }
+
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         self.form_mut().set_discrete(references, discrete);
         self.bodies.set_discrete(references, discrete);
@@ -230,6 +235,10 @@ impl Formulation for MergedForm {
 
     fn states_per_audit(&self) -> u64 {
         STATES_PER_AUDIT
+    }
+
+    fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        self.form_mut().certify(t, state)
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {

@@ -45,6 +45,7 @@ mod planar;
 mod reference;
 mod scales;
 mod second_order;
+mod solved;
 mod working;
 
 #[cfg(test)]
@@ -63,4 +64,5 @@ pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use second_order::{SecondOrderForm, place, velocities_of};
+pub use solved::SolvedProgram;
 pub use working::{WorkingForm, sparse_engine};

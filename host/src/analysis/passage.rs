@@ -63,6 +63,11 @@ pub(super) trait Refusing: Passing {
     /// # Errors
     /// See [`AnalysisError`].
     fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError>;
+    /// Puts interpolated rates into the equations at their state.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Uncertified`] where they do not hold.
+    fn try_rates(&mut self, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError>;
     /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
     ///
     /// # Errors
@@ -162,6 +167,22 @@ pub(super) fn project<F: Refusing>(form: &mut F, t: f64, state: &mut [f64]) -> R
     if violation <= MOST_MISSED { Ok(()) } else { Err(AnalysisError::LeftConstraints { what, violation }) }
 }
 
+/// See [`super::Formulation::certify`].
+///
+/// # Errors
+/// See [`AnalysisError`].
+pub(super) fn certify<F: Refusing>(form: &mut F, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+    let before = form.counted().interpolated;
+    let mut slopes = std::mem::take(&mut form.passage().slopes);
+    slopes.resize(state.len(), 0.0);
+    let mut result = rates(form, t, state, &mut slopes);
+    if result.is_ok() && form.counted().interpolated > before {
+        result = form.try_rates(t, state, &slopes);
+    }
+    form.passage().slopes = slopes;
+    result
+}
+
 /// Its places, and scratch; see the module documentation.
 #[derive(Debug, Default)]
 pub(super) struct Passage {
@@ -169,6 +190,8 @@ pub(super) struct Passage {
     stage: Vec<f64>,
     /// What brings a state to the constraints.
     correction: Vec<f64>,
+    /// Rates that are examined.
+    slopes: Vec<f64>,
     /// Distances of the places on one side, ascending from 1.
     places: Vec<f64>,
     place: Vec<f64>,
@@ -193,6 +216,7 @@ impl Passage {
         Self {
             stage: vec![0.0; dim],
             correction: vec![0.0; dim],
+            slopes: Vec::new(),
             places,
             place: vec![0.0; dim],
             answer: vec![0.0; answers],

@@ -63,6 +63,10 @@ impl Formulation for PlanarForm {
         self.hold(state);
     }
 
+    fn forget(&mut self, working: &[f64]) {
+        self.form.forget(working);
+    }
+
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         self.form.set_discrete(references, discrete);
     }
@@ -77,6 +81,10 @@ impl Formulation for PlanarForm {
         self.form.project(t, state)?;
         self.hold(state);
         Ok(())
+    }
+
+    fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        self.form.certify(t, state)
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {

@@ -352,6 +352,9 @@ impl Formulation for ReferenceForm {
         state[to..].copy_from_slice(&working[from..]);
     }
 
+    /// Nothing is learned on the way.
+    fn forget(&mut self, _: &[f64]) {}
+
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         let slot = self.layout.reference_slot();
         self.inputs[slot..slot + references.len()].copy_from_slice(references);

@@ -2,7 +2,7 @@
 
 use element_api::ElementSet;
 
-use super::balance::{Balance, Imbalance};
+use super::balance::{Balance, Imbalance, Trial};
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{Coupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
@@ -210,6 +210,8 @@ pub struct WorkingForm {
     start_independence: f64,
     /// Rank and pivot ratio of the rank-safe engine at the start.
     start: Health,
+    /// [`WorkingForm::start`] and [`WorkingForm::start_independence`] as they were planned.
+    planned: (Health, f64),
     /// Whether the correction solved last went through the rank-safe engine.
     corrected_safely: bool,
     accelerations: Vec<f64>,
@@ -230,6 +232,8 @@ pub struct WorkingForm {
     coupling: Option<Coupling>,
     /// Where the derivatives of the rates come from, until they are asked for; then the derivatives.
     derivatives: Derivatives,
+    /// Whether they were asked for since the start, or since all was forgotten.
+    derivatives_are_paid: bool,
     /// Rates of the element states and power at the state solved last.
     rates: Vec<f64>,
 }
@@ -294,7 +298,7 @@ impl WorkingForm {
             careful: false,
             passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
             forces: vec![0.0; layout.velocities() + layout.rows],
-            balance: Balance::new(mass_values(model), layout.velocities(), layout.rows),
+            balance: Balance::new(mass_values(model), [layout.velocities(), layout.rows], length),
             key: Vec::with_capacity(7 * layout.bodies + 1),
             least_health: start_health * SICK_SHARE,
             watch,
@@ -304,6 +308,7 @@ impl WorkingForm {
             alike,
             alike_at: (Vec::new(), 0.0),
             start: plan.health,
+            planned: (plan.health, plan.independence),
             corrected_safely: false,
             regular,
             safe,
@@ -311,6 +316,7 @@ impl WorkingForm {
             length,
             coupling: Coupling::new(equations, &layout),
             derivatives: Derivatives::Unknown,
+            derivatives_are_paid: false,
             rates: vec![0.0; layout.states + 1],
             layout,
             counters: Counters::default(),
@@ -362,6 +368,11 @@ impl WorkingForm {
         engine.factor(Source::Dynamics, &self.key, &mut self.counters)?;
         let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
         engine.solve_motion(self.coupling.as_mut(), &mut self.inputs, &self.sets, solution, &mut self.counters)?;
+        if self.coupling.is_none() {
+            let loads = &engine.dynamics.further(FUNCTIONS)[..self.accelerations.len()];
+            self.balance.take_motion(&engine.dynamics, loads, &self.accelerations, &engine.multipliers);
+            self.balance.accept()?;
+        }
         Ok(Used::Safe)
     }
 
@@ -559,9 +570,24 @@ impl WorkingForm {
         }
     }
 
+    /// Factors anew whatever is asked for next.
+    fn forget_factors(&mut self) {
+        self.safe.factored_at.clear();
+        self.alike_at.0.clear();
+        if let Some(engine) = &mut self.regular {
+            engine.factored_at.clear();
+        }
+    }
+
     /// Changes element sets with another form of the same scene: one of them has those that are opaque.
     pub(super) fn trade_sets(&mut self, other: &mut Self) {
         std::mem::swap(&mut self.sets, &mut other.sets);
+    }
+
+    /// The lower triangle of the mass matrix: (row, column, value).
+    pub(super) fn mass_entries(&self) -> Vec<(usize, usize, f64)> {
+        let pattern = &self.safe.dynamics.structure.mass;
+        pattern.iter().zip(self.balance.mass()).map(|((row, column), value)| (*row, *column, *value)).collect()
     }
 
     /// Names of all rows.
@@ -602,7 +628,8 @@ enum Watch {
 enum Derivatives {
     Unknown,
     Possible(Box<Equations>),
-    Known(Box<Linearisation>),
+    /// With the size of the equations that they were written from.
+    Known(Box<Linearisation>, usize),
 }
 
 /// Which engine solved.
@@ -742,6 +769,30 @@ impl Refusing for WorkingForm {
         Ok((violation / self.length, self.row_name(row)))
     }
 
+    fn try_rates(&mut self, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError> {
+        self.load(t, state);
+        let dynamics = &mut self.safe.dynamics;
+        dynamics.evaluate(&self.inputs, &self.sets)?;
+        let bodies = BODY_STATES * self.layout.bodies;
+        let of_bodies = |entries: &[f64]| -> Vec<f64> {
+            entries[..bodies].chunks_exact(BODY_STATES).flat_map(|body| &body[7..13]).copied().collect()
+        };
+        let (velocities, accelerations) = (of_bodies(state), of_bodies(rates));
+        let (loads, further) = dynamics.further(FUNCTIONS).split_at(accelerations.len());
+        let work = self.layout.states;
+        let driven = rates[bodies + work] - further[work];
+        let trial = Trial {
+            structure: &dynamics.structure,
+            values: (self.balance.mass(), dynamics.jacobian()),
+            gamma: dynamics.function(0),
+            velocities: &velocities,
+            accelerations: &accelerations,
+            loads,
+            driven: self.coupling.is_none().then_some(driven),
+        };
+        trial.accept(|row| self.row_names[row].clone())
+    }
+
     fn rates_plainly(
         &mut self,
         t: f64,
@@ -813,17 +864,24 @@ impl Formulation for WorkingForm {
         state.copy_from_slice(working);
     }
 
+    fn forget(&mut self, _: &[f64]) {
+        (self.start, self.start_independence) = self.planned;
+        self.safe.solver.set_rank_limit(self.start.rank);
+        self.least_health = self.start_health * SICK_SHARE;
+        (self.careful, self.corrected_safely, self.derivatives_are_paid) = (false, false, false);
+        self.forget_factors();
+        if let Some(coupling) = &mut self.coupling {
+            coupling.forget();
+        }
+    }
+
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         let slot = self.layout.reference_slot();
         self.inputs[slot..slot + references.len()].copy_from_slice(references);
         let slot = self.layout.discrete_slot();
         self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
         // A joint's equations may contain them.
-        self.safe.factored_at.clear();
-        self.alike_at.0.clear();
-        if let Some(engine) = &mut self.regular {
-            engine.factored_at.clear();
-        }
+        self.forget_factors();
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
@@ -832,6 +890,10 @@ impl Formulation for WorkingForm {
 
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
         passage::project(self, t, state)
+    }
+
+    fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        passage::certify(self, t, state)
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
@@ -901,10 +963,12 @@ impl Formulation for WorkingForm {
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
         let Some(engine) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
+        self.derivatives_are_paid = true;
         if let Derivatives::Possible(equations) = &self.derivatives {
+            let size = equations.graph.len();
             let terms = Terms::of_bodies(equations, &self.layout);
             let known = terms.map(|terms| Linearisation::new(&terms, &self.layout, &engine.dynamics.rows));
-            self.derivatives = known.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known)));
+            self.derivatives = known.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known), size));
         }
         if matches!(self.derivatives, Derivatives::Unknown) {
             return Ok(false);
@@ -912,7 +976,8 @@ impl Formulation for WorkingForm {
         self.load(t, state);
         let used = self.solve_dynamics()?;
         self.publish(used);
-        let (Used::Regular, Some(engine), Derivatives::Known(known)) = (used, &mut self.regular, &mut self.derivatives)
+        let (Used::Regular, Some(engine), Derivatives::Known(known, _)) =
+            (used, &mut self.regular, &mut self.derivatives)
         else {
             return Ok(false);
         };
@@ -925,7 +990,7 @@ impl Formulation for WorkingForm {
     }
 
     fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
-        let Derivatives::Known(known) = &self.derivatives else { return false };
+        let Derivatives::Known(known, _) = &self.derivatives else { return false };
         let exact = known.slopes(t).filter(|_| !self.careful);
         exact.map(|exact| slopes.copy_from_slice(exact)).is_some()
     }
@@ -937,13 +1002,14 @@ impl Formulation for WorkingForm {
         let coordinates = Coordinates::of_bodies(&self.layout);
         let directions = coordinates.directions(&self.layout) as f64;
         let jacobian = 3.0 * operations + 25.0 * directions * unknowns;
-        let (known, preparation) = match &self.derivatives {
-            Derivatives::Unknown => (false, 0.0),
-            Derivatives::Possible(equations) => {
-                (true, 50.0 * work(&coordinates, equations.graph.len(), &self.layout) as f64)
-            }
-            Derivatives::Known(_) => (true, 0.0),
+        let size = match &self.derivatives {
+            Derivatives::Unknown => None,
+            Derivatives::Possible(equations) => Some(equations.graph.len()),
+            Derivatives::Known(_, size) => Some(*size),
         };
+        let known = size.is_some();
+        let unpaid = size.filter(|_| !self.derivatives_are_paid);
+        let preparation = unpaid.map_or(0.0, |size| 50.0 * work(&coordinates, size, &self.layout) as f64);
         Price { rates: operations + 100.0 * unknowns, jacobian: known.then_some(jacobian), preparation }
     }
 

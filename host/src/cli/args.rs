@@ -153,7 +153,7 @@ Examples:
   odyn explain          (all codes and remedies)
   odyn explain --markdown > messages.md")]
     Explain(ExplainArgs),
-    /// Write the JSON schema of scene files, with all elements that were found, for editors
+    /// Write the JSON schema of scene files, with all elements that were found, for editors; or the same for people
     #[command(after_help = "\
 With a scene, the schema has the elements of the libraries that the scene names; without, those of all libraries that can be
 found, as `odyn plugin list` shows them. An editor with a TOML language server (taplo, Even Better TOML) takes it from the
@@ -166,7 +166,8 @@ and then completes keys, types and parameters, shows what they mean, and marks m
 Examples:
   odyn schema -o odyn.schema.json
   odyn schema --plugin ../my-plugin/target/release -o odyn.schema.json
-  odyn schema scenes/compressor.toml > odyn.schema.json")]
+  odyn schema scenes/compressor.toml > odyn.schema.json
+  odyn schema --markdown > scene.md")]
     Schema(SchemaArgs),
     /// Print the script with which a shell completes the command line
     #[command(after_help = "\
@@ -579,6 +580,9 @@ pub(super) struct SchemaArgs {
     /// File to write; standard output if left out
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
+    /// The same as a page for people, in Markdown: the reference of the scene format
+    #[arg(long)]
+    pub(super) markdown: bool,
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,

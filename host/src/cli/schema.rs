@@ -3,7 +3,7 @@
 use odyn::catalog::{Catalog, SearchPath};
 use odyn::diagnostics::render;
 use odyn::integrate::Methods;
-use odyn::session::{RunOptions, catalog_of_scene, scene_schema};
+use odyn::session::{RunOptions, catalog_of_scene, scene_page, scene_schema};
 
 use super::args::SchemaArgs;
 use super::elements::first_of_each;
@@ -11,13 +11,16 @@ use super::exit;
 use super::failure::{Failure, cannot_write};
 use super::terminal::{self, Stream};
 
-/// Writes the JSON schema of scenes with the elements of a scene's libraries, or of all that can be found.
+/// Writes the JSON schema of scenes, or the page of reference made of it, with the elements of a scene's libraries, or of all that can be found.
 pub(super) fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     let catalog = match &args.scene {
         Some(scene) => catalog_of_scene(scene, &RunOptions { plugins: args.plugins.clone(), ..RunOptions::default() })?,
         None => everything_found(args),
     };
-    let text = terminal::json(&scene_schema(&catalog, &Methods::default()));
+    let text = match args.markdown {
+        true => scene_page(&catalog, &Methods::default()),
+        false => terminal::json(&scene_schema(&catalog, &Methods::default())),
+    };
     match &args.output {
         Some(path) => std::fs::write(path, text).map_err(|error| cannot_write(path, &error))?,
         None => terminal::print_as_it_is(&text)?,

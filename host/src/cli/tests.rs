@@ -42,6 +42,14 @@ fn commands_of(page: &str) -> Vec<String> {
     shown.map(|line| line.split(['#', '>', '|']).next().unwrap().trim().to_owned()).collect()
 }
 
+/// The words of a command; spaces between double quotes are part of one.
+fn words(line: &str) -> Vec<String> {
+    let parts = line.split('"').enumerate();
+    let joined: String =
+        parts.map(|(k, part)| if k % 2 == 1 { part.replace(' ', "\0") } else { part.to_owned() }).collect();
+    joined.split_whitespace().map(|word| word.replace('\0', " ")).collect()
+}
+
 #[test]
 fn the_commands_of_the_book_can_be_given() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
@@ -54,7 +62,7 @@ fn the_commands_of_the_book_can_be_given() {
             }
             for line in commands_of(&std::fs::read_to_string(&path).unwrap()) {
                 seen += 1;
-                let words = std::iter::once("odyn").chain(line.split_whitespace());
+                let words = std::iter::once("odyn".to_owned()).chain(words(&line));
                 if let Err(error) = Arguments::try_parse_from(words) {
                     faults.push(format!("{}: odyn {line}: {error}", path.display()));
                 }

@@ -8,7 +8,7 @@ use super::elements::Elements;
 use super::parameters::dimension_of;
 use super::types::{Axes, Channel, Instance, Level, Quantity};
 use crate::diagnostics::{Code, Diagnostic, codes, suggest};
-use crate::scene::{Dimension, GROUND, OutputRecord, Scene, Spanned};
+use crate::scene::{Dimension, ExternalInput, GROUND, OutputRecord, Scene, Spanned};
 
 /// The words for `quantity`, with what each means.
 pub const QUANTITIES: &[(&str, &str)] = &[
@@ -26,6 +26,7 @@ pub const QUANTITIES: &[(&str, &str)] = &[
     ("force", "of a force element on a body"),
     ("torque", "of a force element on a body"),
     ("value", "reported by a force element, or signal of a control element"),
+    ("input", "what an `[[input]]` is at this time"),
     ("balance_force", "of a body: reported forces and weight minus mass times acceleration, zero but for round-off"),
     ("balance_torque", "of a body: reported torques about the centre of mass minus change of angular momentum"),
     ("kinetic_energy", "of the whole scene"),
@@ -90,6 +91,7 @@ impl Words<'_> {
                 let place = format!("{} of {}", instance.class.channels[channel].doc, instance.name);
                 (Quantity::Value { element, channel }, dimension, place)
             }
+            "input" => self.given(record)?,
             "balance_force" => self.balance(record, false)?,
             "balance_torque" => self.balance(record, true)?,
             "kinetic_energy" => (Quantity::KineticEnergy, Dimension::ENERGY, "whole scene".into()),
@@ -106,6 +108,11 @@ impl Words<'_> {
             }
         };
         let units = &self.scene.units;
+        if let Quantity::Given { input } = quantity {
+            let ExternalInput { unit, factor, .. } = &self.scene.inputs[input];
+            let (name, unit, factor) = (record.name.value.clone(), unit.clone(), *factor);
+            return Ok(Channel { name, quantity, dimension, unit, factor, place });
+        }
         let is_torque = match &quantity {
             Quantity::Load { torque, .. } | Quantity::Balance { torque, .. } => *torque,
             // A torque has the dimension of an energy; only the element knows which of them it means.
@@ -236,6 +243,18 @@ impl Words<'_> {
         };
         let kind = if record.of.as_ref().is_some_and(controls) { Kind::Control } else { Kind::Force };
         self.element(record, kind)
+    }
+
+    /// The input that `of` names.
+    fn given(&self, record: &OutputRecord) -> Found<(Quantity, Dimension, String)> {
+        let of = required(record, record.of.as_ref(), "of", "the name of an `[[input]]`")?;
+        let inputs = &self.scene.inputs;
+        let Some(input) = inputs.iter().position(|input| input.name.value == of.value) else {
+            let names: Vec<&str> = inputs.iter().map(|input| input.name.value.as_str()).collect();
+            let message = format!("there is no input `{}`", of.value);
+            return Err(unknown_word(codes::UNKNOWN_TARGET, &message, of, &names));
+        };
+        Ok((Quantity::Given { input }, inputs[input].dimension, format!("the input {}", of.value)))
     }
 
     fn balance(&self, record: &OutputRecord, torque: bool) -> Found<(Quantity, Dimension, String)> {

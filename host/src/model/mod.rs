@@ -36,7 +36,7 @@ use crate::scene::Scene;
 
 pub use elements::fault_code;
 pub use parameters::resolve as resolve_parameters;
-pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Source, Thin, rotation, skew};
+pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, rotation, skew};
 
 /// A model and what the user should know about it.
 pub type Resolved = (Model, Vec<Diagnostic>);
@@ -69,6 +69,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
         elements: elements.instances,
         sets: elements.sets,
         gravity: Vector3::from(scene.simulation.gravity),
+        inputs: scene.inputs.iter().map(signals::given).collect(),
         channels,
     };
     Ok((model, found))

@@ -47,6 +47,11 @@ pub fn resolve(
     table
 }
 
+/// The name of the variable of a parameter that is a function.
+pub(super) fn variable(spec: &ParamSpec) -> &str {
+    if spec.variable.is_empty() { "x" } else { &spec.variable }
+}
+
 /// Where a parameter is written; the table of all where it is not.
 pub(super) fn place(record: &ElementRecord, name: &str) -> Range<usize> {
     // `axis_i[2]` is written inside `axis_i`.
@@ -126,8 +131,7 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
         ParamKind::Function => {
             let (argument, value) = spec.unit.split_once("->").unwrap_or(("1", spec.unit.as_str()));
             let (argument, value) = (dimension_of(argument.trim())?, dimension_of(value.trim())?);
-            let variable = if spec.variable.is_empty() { "x" } else { spec.variable.as_str() };
-            let function = scene.function(raw, variable, argument, value)?;
+            let function = scene.function(raw, variable(spec), argument, value)?;
             check_function_range(&function, raw, spec)?;
             Ok(function)
         }

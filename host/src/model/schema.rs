@@ -8,10 +8,10 @@ use element_api::{Interpolation, Kind};
 use serde_json::{Map, Value, json};
 
 use super::channels::QUANTITIES;
-use super::parameters::dimension_of;
+use super::parameters::{dimension_of, variable};
 use crate::catalog::{Catalog, ElementHandle};
 use crate::scene::Dimension;
-use crate::scene::schema::{one_of, quantity, vector};
+use crate::scene::schema::{ORDER, one_of, quantity, vector};
 
 /// Adds the elements of a catalog, and the quantities of outputs.
 pub(crate) fn add(schema: &mut Value, catalog: &Catalog) {
@@ -79,7 +79,8 @@ fn of_element(element: &ElementHandle) -> Value {
         required.push("params");
     }
     let parameters = Value::Object(parameters.collect());
-    properties.insert("params".into(), closed(parameters, &needed));
+    let order: Vec<&str> = descriptor.params.iter().map(|spec| spec.name.as_str()).collect();
+    properties.insert("params".into(), closed(parameters, &order, &needed));
     if descriptor.kind != Kind::Joint {
         let inputs = descriptor.inputs.iter().map(|input| {
             let mut schema = quantity();
@@ -88,12 +89,13 @@ fn of_element(element: &ElementHandle) -> Value {
             (input.name.clone(), schema)
         });
         let inputs = Value::Object(inputs.collect());
+        let order: Vec<&str> = descriptor.inputs.iter().map(|input| input.name.as_str()).collect();
         let needed: Vec<&str> =
             descriptor.inputs.iter().filter(|i| i.default.is_none()).map(|i| i.name.as_str()).collect();
         if !needed.is_empty() {
             required.push("inputs");
         }
-        properties.insert("inputs".into(), closed(inputs, &needed));
+        properties.insert("inputs".into(), closed(inputs, &order, &needed));
     }
     let frames = descriptor.frames.len();
     let each: Vec<String> = descriptor.frames.iter().map(|frame| format!("{}: {}", frame.name, frame.doc)).collect();
@@ -104,19 +106,24 @@ fn of_element(element: &ElementHandle) -> Value {
 }
 
 /// A table with these keys and no others.
-fn closed(properties: Value, required: &[&str]) -> Value {
-    json!({ "properties": properties, "additionalProperties": false, "required": required })
+fn closed(properties: Value, order: &[&str], required: &[&str]) -> Value {
+    json!({ "properties": properties, "additionalProperties": false, "required": required, ORDER: order })
 }
 
 /// What a parameter means, with unit, range and default (SI), in a sentence.
 fn sentence(spec: &ParamSpec) -> String {
     let mut text = spec.doc.clone();
+    let range = spec.range_text();
     if !spec.unit.is_empty() {
         text.push_str(&format!(" [{}]", spec.unit));
+    } else if !range.is_empty() || spec.default.is_some() {
+        text.truncate(text.trim_end_matches('.').len());
     }
-    let range = spec.range_text();
     if !range.is_empty() {
         text.push_str(&format!(", {range}"));
+    }
+    if spec.kind == ParamKind::Function {
+        text.push_str(&format!(", function of `{}`", variable(spec)));
     }
     if let Some(default) = &spec.default {
         text.push_str(&format!(", default {default}"));
@@ -147,13 +154,17 @@ pub(super) fn parameter(spec: &ParamSpec) -> Value {
         ParamKind::Vector => vector(),
         ParamKind::List => json!({ "type": "array", "items": number(spec) }),
         ParamKind::Curve => {
-            let table = closed(json!({ "points": pairs(), "interpolation": interpolation() }), &["points"]);
+            let table = closed(
+                json!({ "points": pairs(), "interpolation": interpolation() }),
+                &["points", "interpolation"],
+                &["points"],
+            );
             json!({ "anyOf": [pairs(), table] })
         }
         ParamKind::Function => {
             let flag = json!({ "type": "boolean", "default": false });
             let entries = json!({ "points": pairs(), "interpolation": interpolation(), "periodic": flag });
-            let table = closed(entries, &["points"]);
+            let table = closed(entries, &["points", "interpolation", "periodic"], &["points"]);
             json!({ "anyOf": [quantity(), pairs(), table] })
         }
     };

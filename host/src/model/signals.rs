@@ -6,11 +6,22 @@ use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
 use super::parameters::dimension_of;
-use super::types::{Channel, Instance, Level, Quantity, Source};
+use super::types::{Channel, Instance, Level, Quantity, Signal, Source};
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::scene::{Dimension, ElementRecord, InputSource, Scene, Spanned};
+use crate::scene::{Dimension, ElementRecord, ExternalInput, InputSource, Scene, Spanned};
 
 type Found<T> = Result<T, Box<Diagnostic>>;
+
+/// A signal from outside, as a scene has it.
+pub(super) fn given(record: &ExternalInput) -> Signal {
+    Signal {
+        name: record.name.value.clone(),
+        value: record.value,
+        dimension: record.dimension,
+        unit: record.unit.clone(),
+        factor: record.factor,
+    }
+}
 
 /// Fills in [`Instance::inputs`]. Mistakes are added to `found`: unknown sources, dimensions, signals that depend on
 /// themselves.
@@ -100,9 +111,12 @@ fn source(
         }
         InputSource::Reference(name) => name,
     };
-    let (quantity, given) = match channels.iter().find(|channel| channel.name == *name) {
-        Some(channel) => (channel.quantity.clone(), channel.dimension),
-        None => element_channel(name, written, channels, instances)?,
+    let output = channels.iter().find(|channel| channel.name == *name);
+    let input = scene.inputs.iter().position(|input| input.name.value == *name);
+    let (quantity, given) = match (output, input) {
+        (Some(channel), _) => (channel.quantity.clone(), channel.dimension),
+        (None, Some(input)) => (Quantity::Given { input }, scene.inputs[input].dimension),
+        (None, None) => element_channel(name, written, scene, channels, instances)?,
     };
     match dimension {
         Some(expected) if !given.compatible(expected) => Err(Box::new(
@@ -117,6 +131,7 @@ fn source(
 fn element_channel(
     name: &str,
     written: &Spanned<InputSource>,
+    scene: &Scene,
     channels: &[Channel],
     instances: &[Instance],
 ) -> Found<(Quantity, Dimension)> {
@@ -144,6 +159,7 @@ fn element_channel(
         ));
     }
     let mut known: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
+    known.extend(scene.inputs.iter().map(|input| input.name.value.clone()));
     for instance in instances {
         known.extend(instance.class.channels.iter().map(|channel| format!("{}.{}", instance.name, channel.name)));
     }
@@ -152,7 +168,7 @@ fn element_channel(
         Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no signal `{name}`"))
             .at(written.span.clone(), "unknown")
             .help_if(nearest)
-            .help("a signal is the name of an `[[output]]`, or ELEMENT.CHANNEL, or a constant"),
+            .help("a signal is the name of an `[[output]]` or an `[[input]]`, or ELEMENT.CHANNEL, or a constant"),
     ))
 }
 

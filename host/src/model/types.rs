@@ -19,8 +19,25 @@ pub struct Model {
     pub sets: Vec<Box<dyn ElementSet>>,
     /// Gravity, m/s^2, ground frame.
     pub gravity: Vector3<f64>,
+    /// Signals that are given from outside, which stay as they are from one change to the next.
+    pub inputs: Vec<Signal>,
     /// Requested output channels.
     pub channels: Vec<Channel>,
+}
+
+/// A signal that is given from outside.
+#[derive(Debug, Clone)]
+pub struct Signal {
+    /// Name in the scene.
+    pub name: String,
+    /// Its value at the start, SI.
+    pub value: f64,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// The unit that its values are given in, as text.
+    pub unit: String,
+    /// One of these in SI.
+    pub factor: f64,
 }
 
 /// A rigid body. The mathematics works in its centroidal frame: origin at the centre of mass, axes of the body frame.
@@ -250,6 +267,11 @@ pub enum Quantity {
         element: usize,
         /// Which channel of the class.
         channel: usize,
+    },
+    /// A signal that is given from outside.
+    Given {
+        /// Which of [`Model::inputs`].
+        input: usize,
     },
     /// What is left of the equations of motion of a body when all reported loads and its weight are set against its
     /// acceleration (Newton, Euler): zero but for round-off. Ground axes; torques about the centre of mass.

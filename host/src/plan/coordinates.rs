@@ -83,6 +83,14 @@ pub fn body_scales(model: &Model, length: f64) -> Vec<f64> {
 }
 
 impl Coordinates {
+    /// What the unit of each velocity is, by column, times a second.
+    #[must_use]
+    pub fn measures(&self) -> Vec<Measure> {
+        let mut measures = vec![Measure::Angle; self.columns];
+        self.lines.iter().for_each(|line| measures[line.column] = line.measure);
+        measures
+    }
+
     /// Position and Euler parameters of every body.
     #[must_use]
     pub fn of_bodies(layout: &Layout) -> Self {
@@ -168,11 +176,8 @@ impl Coordinates {
     /// equations multiplied by these compare with each other, whatever the units and masses.
     #[must_use]
     pub fn scales(&self, length: f64) -> Vec<f64> {
-        let mut scales = vec![1.0 / length; self.columns];
-        for line in self.lines.iter().filter(|line| line.measure == Measure::Length) {
-            scales[line.column] = 1.0;
-        }
-        scales
+        let scale = |measure| if measure == Measure::Length { 1.0 } else { 1.0 / length };
+        self.measures().into_iter().map(scale).collect()
     }
 
     /// The input slot of an entry of the state.

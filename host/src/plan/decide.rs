@@ -340,7 +340,7 @@ fn null_load(
     reaction: &Reaction,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let instance = &model.elements[reaction.element];
-    let rows = layout.row_at[reaction.element]..layout.row_at[reaction.element] + instance.rows.len();
+    let rows = layout.rows_of(reaction.element);
     let marker = &instance.markers[reaction.frame];
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
     let pattern = &probe.structure.jacobian;

@@ -18,8 +18,10 @@ pub struct Layout {
     pub states: usize,
     /// Number of multi-turn angle references.
     pub references: usize,
-    /// Number of discrete element states.
+    /// Number of what stays as it is during a step besides: discrete element states, then signals that are given from outside.
     pub discrete: usize,
+    /// Number of discrete element states: the first of the signals from outside among them.
+    pub given_at: usize,
     /// First row of each element.
     pub row_at: Vec<usize>,
     /// First continuous state of each element.
@@ -40,6 +42,7 @@ impl Layout {
             states: 0,
             references: 0,
             discrete: 0,
+            given_at: 0,
             row_at: Vec::new(),
             state_at: Vec::new(),
             reference_at: Vec::new(),
@@ -55,6 +58,8 @@ impl Layout {
             layout.references += element.class.angles;
             layout.discrete += element.recording.initial_discrete.len();
         }
+        layout.given_at = layout.discrete;
+        layout.discrete += model.inputs.len();
         layout
     }
 
@@ -64,7 +69,31 @@ impl Layout {
         6 * self.bodies
     }
 
-    /// Which element a row belongs to, and its number there.
+    /// The rows of an element.
+    #[must_use]
+    pub fn rows_of(&self, element: usize) -> Range<usize> {
+        range(&self.row_at, element, self.rows)
+    }
+
+    /// The continuous states of an element.
+    #[must_use]
+    pub fn states_of(&self, element: usize) -> Range<usize> {
+        range(&self.state_at, element, self.states)
+    }
+
+    /// The angle references of an element.
+    #[must_use]
+    pub fn references_of(&self, element: usize) -> Range<usize> {
+        range(&self.reference_at, element, self.references)
+    }
+
+    /// The discrete states of an element.
+    #[must_use]
+    pub fn discrete_of(&self, element: usize) -> Range<usize> {
+        range(&self.discrete_at, element, self.given_at)
+    }
+
+    /// The element of a row, and which of its rows it is.
     #[must_use]
     pub fn element_of_row(&self, row: usize) -> (usize, usize) {
         let element = self.row_at.partition_point(|first| *first <= row) - 1;
@@ -93,10 +122,16 @@ impl Layout {
         self.state_slot() + self.states
     }
 
-    /// First slot of the discrete element states.
+    /// First slot of the discrete element states, and of the signals from outside behind them.
     #[must_use]
     pub fn discrete_slot(&self) -> usize {
         self.reference_slot() + self.references
+    }
+
+    /// Slot of a signal that is given from outside.
+    #[must_use]
+    pub fn given_slot(&self, input: usize) -> usize {
+        self.discrete_slot() + self.given_at + input
     }
 
     /// First slot of the accelerations: per body three of the centre of mass and three of omega'.
@@ -119,10 +154,8 @@ impl Layout {
             let body = slot - (slot - self.acceleration_slot()) % 6;
             return body..body + 6;
         }
-        let (element, k) = self.element_of_row(slot - rows);
-        let first = slot - k;
-        let next = self.row_at.get(element + 1).copied().unwrap_or(self.rows);
-        first..rows + next
+        let own = self.rows_of(self.element_of_row(slot - rows).0);
+        rows + own.start..rows + own.end
     }
 
     /// Length of the input vector of every program.
@@ -131,7 +164,8 @@ impl Layout {
         self.multiplier_slot() + self.rows
     }
 
-    /// What each input belongs to: the number of its body, then those of the elements; `none` for the time.
+    /// What each input belongs to: the number of its body, then those of the elements; `none` for the time and for
+    /// what comes from outside.
     #[must_use]
     pub fn places(&self, none: u32) -> Vec<u32> {
         let body = |k: usize, size: usize| (k / size) as u32;
@@ -140,9 +174,15 @@ impl Layout {
         places.extend((0..BODY_SLOTS * self.bodies).map(|k| body(k, BODY_SLOTS)));
         places.extend((0..self.states).map(|k| element(k, &self.state_at)));
         places.extend((0..self.references).map(|k| element(k, &self.reference_at)));
-        places.extend((0..self.discrete).map(|k| element(k, &self.discrete_at)));
+        places.extend((0..self.given_at).map(|k| element(k, &self.discrete_at)));
+        places.extend((self.given_at..self.discrete).map(|_| none));
         places.extend((0..self.velocities()).map(|k| body(k, 6)));
         places.extend((0..self.rows).map(|k| element(k, &self.row_at)));
         places
     }
+}
+
+/// From the place of an element in a list of firsts to that of the next one.
+fn range(firsts: &[usize], element: usize, end: usize) -> Range<usize> {
+    firsts[element]..firsts.get(element + 1).copied().unwrap_or(end)
 }

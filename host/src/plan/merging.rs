@@ -100,7 +100,14 @@ impl Merging {
         let elements = Carrying { model, places: &places }.elements(timed);
         match elements {
             Ok(elements) => {
-                let model = Model { bodies, elements, sets: Vec::new(), gravity: model.gravity, channels: Vec::new() };
+                let model = Model {
+                    bodies,
+                    elements,
+                    sets: Vec::new(),
+                    gravity: model.gravity,
+                    inputs: model.inputs.clone(),
+                    channels: Vec::new(),
+                };
                 Ok(Self { joints, places, heads, model })
             }
             Err(missing) => {
@@ -287,7 +294,7 @@ impl Carrying<'_> {
                 quantity.clone()
             }
             Quantity::Balance { body, .. } => return Err(missing(*body)),
-            Quantity::Coordinate { .. } | Quantity::Value { .. } => quantity.clone(),
+            Quantity::Coordinate { .. } | Quantity::Value { .. } | Quantity::Given { .. } => quantity.clone(),
         };
         Ok(Source::Quantity(carried))
     }

@@ -42,6 +42,10 @@ impl Topology {
             element.joints.iter().for_each(|joint| join(&mut parent, own, bodies + joint));
             for source in &element.inputs {
                 let Source::Quantity(quantity) = source else { continue };
+                // What comes from outside connects nothing.
+                if matches!(quantity, Quantity::Given { .. }) {
+                    continue;
+                }
                 match named(quantity, bodies) {
                     Some(nodes) => nodes.into_iter().for_each(|node| join(&mut parent, own, node)),
                     // An energy of the whole scene as a signal: everything acts on this element.
@@ -99,6 +103,8 @@ fn named(quantity: &Quantity, bodies: usize) -> Option<Vec<usize>> {
         Quantity::EulerParameter { body, .. } | Quantity::Balance { body, .. } => vec![*body],
         Quantity::Coordinate { element, .. } | Quantity::Value { element, .. } => vec![bodies + element],
         Quantity::Load { element, axes, .. } => with(bodies + element, axes),
+        // Of no island: the first one tells it.
+        Quantity::Given { .. } => vec![0],
         Quantity::KineticEnergy | Quantity::PotentialEnergy | Quantity::TotalEnergy => return None,
     })
 }

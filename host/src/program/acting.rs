@@ -7,14 +7,12 @@
 
 use element_api::Kind;
 use element_api::recording::{Input, Op, Role};
+use odyn_graph::{Expr, Graph, Node, V3, operation};
 use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, FrameLoad, own_input};
-use super::graph::{Expr, Graph, Node};
-use super::import::operation;
 use super::kinematics::FrameNodes;
 use super::opaque::{call_inputs, opaque_results};
-use super::vector::V3;
 use crate::model::{Model, Quantity, Source};
 use crate::plan::Layout;
 

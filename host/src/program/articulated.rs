@@ -5,8 +5,9 @@
 //! like the number of bodies, where the mass matrix of a chain is dense. The pivots are those of eliminating that matrix from
 //! the tips inwards.
 
-use super::graph::{Graph, Node};
-use super::spatial::{Limb, M6, V6};
+use odyn_graph::{Graph, M6, Node, V6};
+
+use super::spatial::Limb;
 
 /// See the module documentation.
 pub struct Articulated {

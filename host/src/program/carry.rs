@@ -1,12 +1,11 @@
 //! Quantities of the working form as functions of the coordinates of joints, without the bodies in between.
 
+use odyn_graph::{Expr, Graph, Node, Rewriting};
 use rustc_hash::FxHashMap;
 
 use super::equations::Equations;
-use super::graph::{Expr, Graph, Node};
 use super::joint::JointEquations;
 use super::kinematics::entries;
-use super::rewrite::Rewriting;
 use crate::plan::Layout;
 
 impl JointEquations {
@@ -17,17 +16,7 @@ impl JointEquations {
     pub fn carry(&self, working: &Equations, layout: &Layout, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
         let mut g = Graph::default();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
-        let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
-        for (body, here) in working.bodies.iter().zip(&self.bodies) {
-            for (old, node) in entries(&body.a).zip(entries(&here.a)) {
-                replaced.insert(old, own.carry(&mut g, node));
-            }
-            for (old, new) in [(body.r, here.r), (body.v, here.v), (body.w, here.w)] {
-                for (old, node) in old.into_iter().zip(new) {
-                    replaced.insert(old, own.carry(&mut g, node));
-                }
-            }
-        }
+        let replaced = carried_bodies(&mut g, &mut own, working, self);
         let mut rewriting = Rewriting::new(&working.graph, &mut g, replaced);
         let carried = rewriting.carry_all(&mut g, nodes);
         let bodies = 1..layout.state_slot();
@@ -35,11 +24,36 @@ impl JointEquations {
         let foreign = |slot: usize| {
             bodies.contains(&slot) || solved.contains(&slot) || slot >= self.coordinates.acceleration_slot
         };
-        let open = g.live(&carried).into_iter().any(|node| match g.expr(node) {
-            Expr::Input(slot) => foreign(slot as usize),
-            Expr::Call { .. } => true,
-            _ => false,
-        });
-        (!open).then_some((g, carried))
+        (!is_open(&g, &carried, foreign)).then_some((g, carried))
     }
+}
+
+/// Whether nodes depend on inputs that are foreign to the coordinates of joints, or on an opaque element.
+pub(super) fn is_open(g: &Graph, nodes: &[Node], foreign: impl Fn(usize) -> bool) -> bool {
+    g.live(nodes).into_iter().any(|node| match g.expr(node) {
+        Expr::Input(slot) => foreign(slot as usize),
+        Expr::Call { .. } => true,
+        _ => false,
+    })
+}
+
+/// What stands for positions, rotation matrices and velocities of the bodies; `own` carries the nodes of `joint`.
+pub(super) fn carried_bodies(
+    g: &mut Graph,
+    own: &mut Rewriting<'_>,
+    working: &Equations,
+    joint: &JointEquations,
+) -> FxHashMap<Node, Node> {
+    let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
+    for (body, here) in working.bodies.iter().zip(&joint.bodies) {
+        for (old, node) in entries(&body.a).zip(entries(&here.a)) {
+            replaced.insert(old, own.carry(g, node));
+        }
+        for (old, new) in [(body.r, here.r), (body.v, here.v), (body.w, here.w)] {
+            for (old, node) in old.into_iter().zip(new) {
+                replaced.insert(old, own.carry(g, node));
+            }
+        }
+    }
+    replaced
 }

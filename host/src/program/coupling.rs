@@ -1,9 +1,9 @@
 //! Forces that depend on accelerations and reactions: friction driven by a joint's reaction, a controller that reads an
 //! acceleration.
 
-use super::derivative::{Seeds, derivatives};
+use odyn_graph::{Expr, Node, Seeds, derivatives};
+
 use super::equations::{Equations, Form};
-use super::graph::{Expr, Node};
 use crate::plan::Layout;
 
 /// An acceleration or multiplier that loads depend on, although it follows from them.

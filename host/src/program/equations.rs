@@ -6,16 +6,12 @@
 
 use element_api::Kind;
 use element_api::recording::{Input, Role};
+use odyn_graph::{Graph, NO_PLACE, Node, Seeds, V3, derivatives, derivatives_among, import};
 
 use super::acting::Stored;
 use super::coupling::CoupledInput;
-use super::derivative::{Seeds, derivatives, derivatives_among};
-use super::graph::{Graph, Node};
-use super::import::import;
-use super::kernels::NO_PLACE;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
-use super::vector::V3;
 use crate::model::{Body, Instance, Marker, Model};
 use crate::plan::Layout;
 
@@ -89,7 +85,7 @@ pub struct Equations {
     pub state_rates: Vec<Node>,
     /// Multi-turn angles, one per reference.
     pub angles: Vec<Node>,
-    /// Discrete states after an accepted step.
+    /// Discrete states after an accepted step, and the signals from outside as they were.
     pub next_discrete: Vec<Node>,
     /// Kinetic energy, J.
     pub kinetic: Node,
@@ -135,6 +131,9 @@ impl Equations {
             form,
             bodies,
         };
+        for input in 0..model.inputs.len() {
+            equations.next_discrete[layout.given_at + input] = equations.graph.input(layout.given_slot(input));
+        }
         for (b, body) in model.bodies.iter().enumerate() {
             equations.add_body(b, body, model);
         }

@@ -11,20 +11,15 @@
 //! wherever the tree is have no derivative and are dropped.
 
 use element_api::recording::{Input, Role};
+use odyn_graph::{Graph, M3, Node, Program, Rewriting, Seeds, V3, Workspace, derivatives, import};
 use rustc_hash::FxHashMap;
 
 use super::articulated::{Articulated, articulated};
-use super::derivative::{Seeds, derivatives};
 use super::equations::{Equations, Form, Row};
-use super::graph::{Graph, Node};
-use super::import::import;
 use super::kinematics::{BodyNodes, entries, rotation_nodes};
 use super::projection::{Projecting, composite_loads, composite_mass, project};
-use super::rewrite::Rewriting;
 use super::spatial::{FAR, Limb, limbs, references};
-use super::tape::{Program, Workspace};
 use super::turned_rows::turn_rows;
-use super::vector::{M3, V3};
 use crate::model::{Model, rotation};
 use crate::plan::{Coordinates, Layout, Measure, SpanningTree, TreeJoint};
 
@@ -55,6 +50,12 @@ pub struct JointEquations {
     pub size: usize,
     /// The bodies at their references, in the tree's order.
     limbs: Vec<Limb>,
+    /// Loads on the bodies, six each, as functions of the joints' coordinates.
+    pub(super) body_loads: Vec<Node>,
+    /// Derivatives of the rows that close loops along the coordinates of bodies: (column, node).
+    pub(super) row_slopes: Vec<Vec<(usize, Node)>>,
+    /// Whether some of these rows are in ground axes, see [`JointEquations::build_turned`].
+    pub(super) turned: bool,
 }
 
 /// Twelve numbers that tell how a body moves with one velocity: along (ground axes) and about (body axes).
@@ -109,7 +110,7 @@ impl JointEquations {
         }
         let mut turned = cartesian.clone();
         let any = turn_rows(&mut turned, model, layout, tree) > 0;
-        any.then(|| Self::build_by(&turned, model, layout, tree, Projecting::Fewest))
+        any.then(|| Self { turned: true, ..Self::build_by(&turned, model, layout, tree, Projecting::Fewest) })
     }
 
     /// The same with mass matrix and right side written in a given way.
@@ -157,7 +158,10 @@ impl JointEquations {
         let mut rewriting = Rewriting::new(&cartesian.graph, &mut g, replaced);
         let zero = g.constant(0.0);
         let mut rows = Vec::with_capacity(cartesian.rows.len());
+        let mut row_slopes = Vec::with_capacity(cartesian.rows.len());
         for (number, row) in cartesian.rows.iter().enumerate() {
+            let slopes = row.jacobian.iter().filter(|_| !of_tree(number));
+            row_slopes.push(slopes.map(|(column, slope)| (*column, rewriting.carry(&mut g, *slope))).collect());
             rows.push(match of_tree(number) {
                 true => Row { value: zero, time: zero, gamma: zero, jacobian: Vec::new() },
                 false => row_in_joints(&mut g, &mut rewriting, row, &bodies),
@@ -198,6 +202,9 @@ impl JointEquations {
             power,
             size,
             limbs,
+            body_loads,
+            row_slopes,
+            turned: false,
         }
     }
 

@@ -1,8 +1,8 @@
 //! Bodies and frames as nodes: positions, rotations, velocities.
 
+use odyn_graph::{Graph, M3, Node, V3};
+
 use super::equations::Form;
-use super::graph::{Graph, Node};
-use super::vector::{M3, V3};
 use crate::model::Marker;
 use crate::plan::Layout;
 

@@ -3,11 +3,10 @@
 //! Accelerations and multipliers are inputs here: they come from the solver. What a channel does not use is not computed.
 
 use element_api::Kind;
+use odyn_graph::{Node, V3};
 
 use super::equations::{Equations, Form, Row};
-use super::graph::Node;
 use super::kinematics::{dot4, g_matrix, transposed};
-use super::vector::V3;
 use crate::model::{Axes, Level, Model, Quantity};
 use crate::plan::Layout;
 
@@ -51,6 +50,7 @@ impl Equations {
                 self.component(vector, *axes, *component)
             }
             Quantity::Value { element, channel } => self.elements[*element].channels[*channel],
+            Quantity::Given { input } => self.graph.input(layout.given_slot(*input)),
             Quantity::Balance { body, torque, component } => self.balance(*body, *torque, model, layout)[*component],
             Quantity::KineticEnergy => self.kinetic,
             Quantity::PotentialEnergy => self.potential,

@@ -3,11 +3,10 @@
 use element_api::Kind;
 use element_api::recording::{Input, Role};
 use element_api::set::Layout as CallLayout;
+use odyn_graph::{Call, Graph, Node, V3};
 
 use super::equations::{Equations, Form, Row};
-use super::graph::{Call, Graph, Node};
 use super::kinematics::{FrameNodes, g_matrix};
-use super::vector::V3;
 use crate::model::Instance;
 
 impl Equations {

@@ -14,10 +14,10 @@
 //! position in the plane; and accelerations are unique. So the motion stays there (mirror symmetry, without looking for it),
 //! and the rows that act across bear nothing.
 
+use odyn_graph::{Expr, Graph, Node};
 use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, Form, Row};
-use super::graph::{Expr, Graph, Node};
 use super::kinematics::BodyNodes;
 use crate::model::Model;
 use crate::plan::Layout;

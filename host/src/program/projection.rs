@@ -5,12 +5,11 @@
 //! By composites: everything that a joint carries counts as one body (composite-rigid-body and Newton-Euler algorithms,
 //! Featherstone 2008, ch. 5 and 6). Operations of a chain grow like n^2.
 
+use odyn_graph::{Graph, M6, Node, V3, V6};
 use rustc_hash::FxHashMap;
 
-use super::graph::{Graph, Node};
 use super::joint::Carried;
-use super::spatial::{Limb, M6, V6};
-use super::vector::V3;
+use super::spatial::Limb;
 use crate::model::Model;
 
 /// Lower triangle of a mass matrix: (row, column, node), by columns, then rows; entries that vanish are left out.

@@ -6,10 +6,10 @@
 
 use element_api::Table;
 use element_api::table::Outside;
+use odyn_graph::{Expr, Graph, Node};
 use rustc_hash::FxHashSet;
 
 use super::equations::Equations;
-use super::graph::{Expr, Graph, Node};
 use crate::plan::Layout;
 
 /// See the module documentation.

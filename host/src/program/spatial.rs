@@ -8,17 +8,11 @@
 //! bodies far out take a reference of their own, the origin of their joint; [`references`] says which.
 
 use nalgebra::Vector3;
+use odyn_graph::{Graph, M3, M6, Node, V3, V6};
 
-use super::graph::{Graph, Node};
 use super::joint::Carried;
-use super::vector::{M3, V3};
 use crate::model::{Body, Marker, Model, rotation};
 use crate::plan::SpanningTree;
-
-/// Angular, then linear.
-pub(super) type V6 = [Node; 6];
-/// Rows of six.
-pub(super) type M6 = [V6; 6];
 
 /// A body, hung on its joint.
 pub(super) struct Limb {
@@ -246,35 +240,4 @@ fn turned(g: &mut Graph, body: &Body, a: &M3) -> M3 {
         }
     }
     whole
-}
-
-impl Graph {
-    /// a + b
-    pub(super) fn add6(&mut self, a: V6, b: V6) -> V6 {
-        std::array::from_fn(|k| self.add(a[k], b[k]))
-    }
-
-    /// a . b
-    pub(super) fn dot6(&mut self, a: V6, b: V6) -> Node {
-        let left = self.dot3([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
-        let right = self.dot3([a[3], a[4], a[5]], [b[3], b[4], b[5]]);
-        self.add(left, right)
-    }
-
-    /// M a
-    pub(super) fn apply6(&mut self, m: &M6, a: V6) -> V6 {
-        std::array::from_fn(|i| self.dot6(m[i], a))
-    }
-
-    /// M + N, both symmetric
-    pub(super) fn add_symmetric(&mut self, m: &M6, n: &M6) -> M6 {
-        let mut sum = *m;
-        for i in 0..6 {
-            for j in 0..=i {
-                sum[i][j] = self.add(m[i][j], n[i][j]);
-                sum[j][i] = sum[i][j];
-            }
-        }
-        sum
-    }
 }

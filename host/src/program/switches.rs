@@ -4,10 +4,10 @@
 //! the conditions a < b of all selects tell when that happens. Jumps of tables are selects by then; corners are not among
 //! them.
 
+use odyn_graph::{Expr, Graph, Node};
 use rustc_hash::FxHashSet;
 
 use super::equations::Equations;
-use super::graph::{Expr, Graph, Node};
 use crate::plan::Layout;
 
 /// See the module documentation.

@@ -1,23 +1,16 @@
-//! The graph simplifies without changing values; derivatives are exact; programs compute what the graph says; the equations
-//! of a scene are those of its elements.
+//! The equations of a scene are those of its elements; its programs give the same numbers however they are run.
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
-mod condense;
-mod derivatives;
-mod eliminate;
 mod equations;
-mod graph;
 mod kernels;
 mod lanes;
 #[cfg(feature = "jit")]
 mod machine;
 mod planar;
-mod ranges;
 mod reports;
+mod sharp;
 mod switches;
-mod tape;
-mod turn;
 
 use nalgebra::Vector3;
 
@@ -25,19 +18,6 @@ use super::*;
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::tests::Random;
-
-/// The numbers of some nodes of a graph without opaque calls.
-fn values(graph: &Graph, nodes: &[Node], inputs: &[f64]) -> Vec<f64> {
-    let program = Program::compile(graph, nodes);
-    let mut found = vec![f64::NAN; nodes.len()];
-    program.run(inputs, &[], &mut program.workspace(), &mut found).unwrap();
-    found
-}
-
-/// The number of one node.
-fn value(graph: &Graph, node: Node, inputs: &[f64]) -> f64 {
-    values(graph, &[node], inputs)[0]
-}
 
 /// A motion of all bodies through random poses with random velocities and constant accelerations of the centres of mass and
 /// of omega'. Element states, references and memory are random too and stay.

@@ -15,7 +15,7 @@ pub(super) fn turn_rows(equations: &mut Equations, model: &Model, layout: &Layou
     let mut turned = 0;
     let used = tree.used(model.elements.len());
     for (number, element) in model.elements.iter().enumerate() {
-        let rows = layout.row_at[number]..layout.row_at[number] + element.rows.len();
+        let rows = layout.rows_of(number);
         if rows.len() < 3 || used[number] {
             continue;
         }

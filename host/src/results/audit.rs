@@ -222,6 +222,15 @@ impl Audit {
         (change.abs(), kinetic.max((potential - potential_start).abs()).max(work.abs()).max(stored))
     }
 
+    /// By how much the energies and work (J) of a state miss the balance with those of the last accepted one, as a share of the
+    /// largest energy that moved.
+    #[must_use]
+    pub fn step_error(&self, kinetic: f64, potential: f64, work: f64) -> f64 {
+        let before = self.kinetic_energy + self.potential_energy - self.work;
+        let stored = RESOLVED * potential.abs().max(self.potential_energy.abs());
+        share((kinetic + potential - work - before).abs(), self.largest.max(kinetic).max(stored))
+    }
+
     /// Errors of energies as shares of what moved so far.
     fn relate(&mut self) {
         self.energy_error_relative = share(self.error, self.largest);

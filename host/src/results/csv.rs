@@ -1,7 +1,7 @@
 //! [`CsvWriter`]: the table of results, written while a run goes on.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -68,7 +68,8 @@ impl CsvWriter {
         if file.metadata().is_ok_and(|data| data.is_file())
             && let Err(std::fs::TryLockError::WouldBlock) = file.try_lock()
         {
-            return Err(ResultsError::write(path, io::Error::new(io::ErrorKind::WouldBlock, "another run writes it")));
+            let busy = std::io::Error::new(std::io::ErrorKind::WouldBlock, "another run writes it");
+            return Err(ResultsError::write(path, busy));
         }
         Ok(file)
     }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::error::SessionError;
-use super::open::Session;
-use super::report::plural;
+use super::opened::Session;
+use super::savings::plural;
 
 /// Islands that are named.
 const SHOWN: usize = 12;

@@ -6,22 +6,21 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{Exit, SessionError};
-use super::open::{RunOptions, Session};
+use super::options::RunOptions;
 use super::restart::{Format, Restart};
-use crate::catalog::sha256;
-use crate::diagnostics::{Diagnostic, codes};
+use crate::catalog::{LibraryInfo, sha256};
+use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary, Written, seal, unseal};
 use crate::scene::{AuditTolerance, Override};
 
 /// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows.
-const FORMAT: u32 = 3;
+pub(super) const FORMAT: u32 = 3;
 
 /// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// Version of this record.
-    format: u32,
+    pub(super) format: u32,
     /// Number of checkpoints before the state; zero at the start of the run.
     pub(super) taken: u64,
     /// How often the run was resumed so far.
@@ -36,7 +35,7 @@ pub struct Checkpoint {
     pub(super) origin: Option<Origin>,
     /// Work so far.
     pub(super) work: Work,
-    /// What else the next stretch takes over; nothing at the start.
+    /// What else the next leg takes over; nothing at the start.
     pub(super) carried: Option<Carried>,
     /// The state; `None` is the start of the scene.
     pub(super) state: Option<Restart>,
@@ -79,7 +78,7 @@ enum Judging {
     Not(String),
 }
 
-/// Counters and times of the stretches so far.
+/// Counters and times of the legs so far.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Work {
     /// See [`Summary::stiff_from`].
@@ -98,7 +97,7 @@ pub(super) struct Work {
     counts: BTreeMap<String, u64>,
 }
 
-/// What a stretch of a run leaves to the next besides the state, SI units.
+/// What a leg of a run leaves to the next besides the state, SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Carried {
     /// Length, speed, spin, energy that errors are shares of.
@@ -130,11 +129,11 @@ impl Origin {
 }
 
 impl Identity {
-    pub(super) fn of(session: &Session) -> Self {
+    pub(super) fn of(source: &Source, libraries: &[LibraryInfo]) -> Self {
         // Not the name: that depends on where the user stands.
-        let mut source = session.scene.source.clone();
+        let mut source = source.clone();
         source.name = String::new();
-        let libraries = session.libraries.iter().map(|library| LibraryIdentity {
+        let libraries = libraries.iter().map(|library| LibraryIdentity {
             package: library.package.clone(),
             version: library.version.clone(),
             abi: library.abi,
@@ -148,7 +147,7 @@ impl Identity {
     }
 
     /// What is not the same, in words.
-    fn differences(&self, now: &Self) -> Vec<String> {
+    pub(super) fn differences(&self, now: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.odyn != now.odyn {
             found.push(format!("the run is one of odyn {}, this is {}", self.odyn, now.odyn));
@@ -177,7 +176,7 @@ impl Identity {
 }
 
 impl Work {
-    /// Adds the work of a stretch.
+    /// Adds the work of a leg.
     pub(super) fn add(&mut self, part: &mut Summary) {
         for (name, count) in part.counts() {
             *self.counts.entry(name.into()).or_default() += *count;
@@ -189,7 +188,7 @@ impl Work {
         self.integration_time_s += part.integration_time_s;
     }
 
-    /// Writes the work of all stretches into the summary of the last.
+    /// Writes the work of all legs into the summary of the last.
     pub(super) fn tell(&self, summary: &mut Summary) {
         for (name, count) in summary.counts() {
             *count = self.counts.get(name).copied().unwrap_or(0);
@@ -208,22 +207,6 @@ impl Work {
 }
 
 impl Checkpoint {
-    /// The start of a run.
-    pub(super) fn at_start(session: &Session) -> Self {
-        Self {
-            format: FORMAT,
-            taken: 0,
-            resumed: 0,
-            t_start: session.scene.simulation.t_start,
-            table: Written::default(),
-            identity: Identity::of(session),
-            origin: session.origin.clone(),
-            work: Work::default(),
-            carried: None,
-            state: session.gone_on_from.clone(),
-        }
-    }
-
     /// Reads the file of a folder of results.
     ///
     /// # Errors
@@ -283,30 +266,5 @@ impl Checkpoint {
             ..RunOptions::default()
         };
         Some((&origin.scene, options))
-    }
-}
-
-impl Session {
-    /// SHA-256 of what a run is made of: this program's version, the scene's text with all changes to it, the libraries. Runs
-    /// with the same fingerprint give the same results.
-    #[must_use]
-    pub fn fingerprint(&self) -> String {
-        sha256(format!("{:?}", Identity::of(self)).as_bytes())
-    }
-
-    /// Makes [`Session::run`] go on from a checkpoint, in the folder that it is from.
-    ///
-    /// # Errors
-    /// A checkpoint of another scene, library or program: what differs.
-    pub fn resume(&mut self, point: Checkpoint) -> Result<(), SessionError> {
-        let differences = point.identity.differences(&Identity::of(self));
-        if !differences.is_empty() {
-            let message = format!("the checkpoint belongs to another run: {}", differences.join("; "));
-            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message)
-                .help("make it as it was, or start anew; a changed scene can go on from the end of a run with --from");
-            return Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic));
-        }
-        self.resumed_from = Some(point);
-        Ok(())
     }
 }

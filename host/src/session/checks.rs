@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::open::Session;
+use super::opened::Session;
 use crate::results::{Check, CheckResult, Expected};
 use crate::scene::{Formula, Reference};
 

@@ -1,6 +1,6 @@
 //! Which element gives what is not a number, and by which operation.
 
-use super::open::Session;
+use super::opened::Session;
 use crate::model::Body;
 use crate::program::{Equations, Expr, Node, Program};
 use crate::results::significant;

@@ -1,6 +1,6 @@
 //! [`SessionError`]: why there is no result, in words, and the exit code that goes with it.
 
-use crate::diagnostics::{Diagnostic, Source, render, summary};
+use crate::diagnostics::{Diagnostic, Source, codes, render, summary};
 
 /// Exit codes of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,3 +62,10 @@ impl std::fmt::Display for SessionError {
 }
 
 impl std::error::Error for SessionError {}
+
+/// A motion that cannot start.
+pub(super) fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
+    let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
+        .help("check masses, inertias and the equations of the elements");
+    SessionError::one(Exit::Integration, &scene.source, diagnostic)
+}

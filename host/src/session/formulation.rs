@@ -1,21 +1,14 @@
 //! Which coordinates the equations of motion are written in.
 
-use super::error::{Exit, SessionError};
-use super::open::Session;
-use super::run::start_error;
+use super::error::{Exit, SessionError, start_error};
+use super::opened::Session;
+use super::options::FORMULATIONS;
 use crate::analysis::{
     AnalysisError, Formulation, JointForm, JointPlan, MergedForm, MergedMotion, PlanarForm, ReferenceForm, WorkingForm,
 };
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
 use crate::scene::Spanned;
-
-/// Formulations and what each does.
-pub const FORMULATIONS: &[(&str, &str)] = &[
-    ("auto", "the one with fewer operations per evaluation, as predicted"),
-    ("cartesian", "six velocities per body, every joint as constraint rows, sparse elimination"),
-    ("joint", "the joints' own coordinates along a spanning tree; rows only for what closes loops"),
-];
 
 /// Operations of a body's share in the working form, with its joint and its elimination: what was counted on chains.
 const CARTESIAN_BODY: usize = 1000;

@@ -8,28 +8,35 @@
 //! would make far smaller than asked for, comes as close to the tolerance as that of any other.
 
 use std::collections::{HashSet, VecDeque};
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use super::begin::{Begun, Ended};
 use super::error::SessionError;
-use super::open::Session;
+use super::leg::{Leg, LegEnd, Told};
+use super::opened::Session;
+use super::prepared::Prepared;
 use super::restart::Restart;
-use super::run::{RunReport, Samplings, start_error};
+use super::run::Run;
+use super::samplings::Rows;
+use super::sink::Sink;
 use crate::analysis::{Assembly, Scales};
+use crate::integrate::Flow;
 use crate::plan::{Island, Layout};
 use crate::results::{Audit, IslandWork, ResultsError, Status, Summary};
-use crate::scene::{Dimension, OutputRecord};
+use crate::scene::OutputRecord;
 
 /// A scene falls as fast as sqrt(g L): below this share of it, speeds count as rest, whatever the rounding of resting islands.
 const REST: f64 = 1e-3;
 
+/// Islands that are prepared, with the scene that they are parts of.
+pub(super) struct Islands {
+    pub(super) whole: Session,
+    parts: Vec<Prepared>,
+}
+
 /// What runs in all islands give, as it comes: a row goes to the results when all of them have their share of it.
 struct Gathered<'a> {
-    samplings: &'a mut Samplings,
-    progress: Box<dyn FnMut(f64) + Send + 'a>,
+    told: Told<'a>,
     /// The channels of each island.
     channels: Vec<&'a [usize]>,
     /// Rows of each island that others have not reached.
@@ -42,8 +49,6 @@ struct Gathered<'a> {
     values: Vec<f64>,
     /// Time that each island has reached, s.
     reached: Vec<f64>,
-    /// Start and end, s.
-    span: [f64; 2],
     /// Sum of the shares of all islands that are done.
     done: f64,
 }
@@ -65,15 +70,110 @@ impl Gathered<'_> {
             self.missing += usize::from(waiting.is_empty());
         }
         self.rows += 1;
-        self.samplings.take(self.rows - 1, &self.values)
+        self.told.samplings.take(self.rows - 1, &self.values)
     }
 
     fn tell(&mut self, island: usize, t: f64) {
-        self.done += (t - self.reached[island]) / (self.span[1] - self.span[0]);
+        let [from, to] = self.told.span;
+        self.done += (t - self.reached[island]) / (to - from);
         self.reached[island] = t;
         let share = (self.done / self.reached.len() as f64).min(1.0);
-        (self.progress)(if self.reached.iter().all(|t| *t == self.span[1]) { 1.0 } else { share });
+        (self.told.progress)(if self.reached.iter().all(|t| *t == to) { 1.0 } else { share });
     }
+}
+
+/// Takes what one island gives.
+struct Part<'a, 'b> {
+    gathered: &'a Mutex<Gathered<'b>>,
+    island: usize,
+}
+
+impl Sink for Part<'_, '_> {
+    fn sample(&mut self, _: usize, values: &[f64]) -> std::io::Result<()> {
+        lock(self.gathered).take(self.island, values)
+    }
+
+    fn step(&mut self, t: f64) -> Flow {
+        let mut gathered = lock(self.gathered);
+        gathered.tell(self.island, t);
+        gathered.told.flow()
+    }
+}
+
+impl Islands {
+    /// What is known before the first step.
+    pub(super) fn summary(&self) -> Summary {
+        let parts = self.summaries();
+        self.whole.summary(&words(&parts, |own| &own.method), &words(&parts, |own| &own.engine))
+    }
+
+    /// The same of each island.
+    fn summaries(&self) -> Vec<Summary> {
+        self.parts.iter().map(|part| part.session.summary(part.method(), part.formulation())).collect()
+    }
+}
+
+/// Integrates all islands; see [`super::crew::Crew::go`].
+pub(super) fn islands_leg(
+    islands: Islands,
+    leg: Leg,
+    mut summary: Summary,
+    since: Instant,
+    mut told: Told<'_>,
+) -> Result<LegEnd, SessionError> {
+    let mut summaries = islands.summaries();
+    let Islands { whole, parts } = islands;
+    let topology = &whole.plan.topology.islands;
+    let ended = {
+        let gathered = Mutex::new(Gathered {
+            channels: topology.iter().map(|island| island.channels.as_slice()).collect(),
+            waiting: vec![VecDeque::new(); topology.len()],
+            missing: topology.len(),
+            rows: 0,
+            values: vec![0.0; whole.model.channels.len()],
+            reached: vec![told.span[0]; topology.len()],
+            done: 0.0,
+            told: told.lent(),
+        });
+        let mut runs: Vec<Run<'_>> = Vec::with_capacity(parts.len());
+        for (k, part) in parts.into_iter().enumerate() {
+            let sink = Part { gathered: &gathered, island: k };
+            let leg = Leg { to: leg.to, first_sample: 0, carried: None };
+            let run = part.begin(Rows::Sent(Box::new(sink)), leg);
+            runs.push(run.map_err(|error| whole.in_island(&topology[k], error))?);
+        }
+        let scales = whole.scales_of(&runs);
+        for (run, island) in runs.iter_mut().zip(topology) {
+            run.widen_scales(&scales);
+            run.watch_start().map_err(|error| whole.in_island(island, error))?;
+        }
+        summary.compile_time_s += since.elapsed().as_secs_f64();
+        let integrating = Instant::now();
+        whole.integrate(&mut runs, leg.to)?;
+        summary.integration_time_s = integrating.elapsed().as_secs_f64();
+        let end = |run: Run<'_>| {
+            let reached = run.time();
+            let (session, ended, _) = run.into_ended(leg.to);
+            (session, ended, reached)
+        };
+        runs.into_iter().map(end).collect::<Vec<_>>()
+    };
+    let (mut sessions, mut failures, mut ends) = (Vec::new(), Vec::new(), Vec::new());
+    for ((session, ended, reached), summary) in ended.into_iter().zip(&mut summaries) {
+        session.note_work(summary, &ended, false);
+        summary.t_end_reached = reached;
+        failures.push(session.conclude(summary, ended.outcome, &mut None));
+        ends.push(ended.state.ok());
+        sessions.push(session);
+    }
+    whole.sum_up(&mut summary, &summaries);
+    let failed = match told.samplings.error.take() {
+        Some(error) => Some(whole.not_written(&mut summary, &error)),
+        None => whole.first_end(&mut summary, &summaries, failures),
+    };
+    let state = whole.end_of(ends).ok_or_else(|| "not all islands have reached the end".to_string());
+    let islands = sessions.into_iter().zip(summaries).collect();
+    Ok(LegEnd { session: whole, summary, failed, state, carried: None, islands })
 }
 
 /// A lock; what a thread that panicked left behind is as good as before, since nobody goes on after a panic.
@@ -111,9 +211,11 @@ impl Session {
         scene.checks.clear();
         scene.verification = None;
         scene.simulation.islands = None;
-        let start = Some(self.share_of(island));
-        let mut own = Self::prepare(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
-        own.load_memories(&self.memories)?;
+        let start = Some((self.begins.time, self.share_of(island)));
+        let mut own = Self::of_scene(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
+        if let Some(state) = &self.begins.state {
+            own.load_memories(&state.memories)?;
+        }
         Ok(own)
     }
 
@@ -140,6 +242,7 @@ impl Session {
             share.references.extend(&whole.references[own.references]);
             share.discrete.extend(&whole.discrete[own.discrete]);
         }
+        share.discrete.extend(&whole.discrete[layout.given_at..]);
         // No work yet.
         share.working.push(0.0);
         share
@@ -163,88 +266,20 @@ impl Session {
         whole.memories.extend(end.memories.iter().cloned());
     }
 
-    /// Runs every island as a scene of its own; see [`Session::run`].
-    pub(super) fn run_apart(
-        self,
-        folder: Option<&Path>,
-        progress: Box<dyn FnMut(f64) + Send + '_>,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<RunReport, SessionError> {
-        let started = Instant::now();
-        let topology = &self.plan.topology.islands;
-        let mut sessions = self.islands()?;
-        let mut means = Vec::with_capacity(sessions.len());
-        for (session, island) in sessions.iter_mut().zip(topology) {
-            means.push(session.means().map_err(|error| self.in_island(island, error))?);
-        }
-        let mut summaries: Vec<Summary> =
-            sessions.iter().zip(&means).map(|(own, m)| own.summary(m.method(), m.formulation())).collect();
-        let mut summary = self.summary(&words(&summaries, |own| &own.method), &words(&summaries, |own| &own.engine));
-        let mut samplings = self.samplings(folder, &summary)?;
-        let span = [self.scene.simulation.t_start, self.scene.simulation.t_end];
-        let (ended, ends, reached) = {
-            let gathered = Mutex::new(Gathered {
-                samplings: &mut samplings,
-                progress,
-                channels: topology.iter().map(|island| island.channels.as_slice()).collect(),
-                waiting: vec![VecDeque::new(); topology.len()],
-                missing: topology.len(),
-                rows: 0,
-                values: vec![0.0; self.model.channels.len()],
-                reached: vec![span[0]; topology.len()],
-                span,
-                done: 0.0,
-            });
-            let mut runs: Vec<Begun<'_>> = Vec::with_capacity(sessions.len());
-            for (k, (session, means)) in sessions.iter_mut().zip(means).enumerate() {
-                let gathered = &gathered;
-                let sink = move |_: usize, values: &[f64]| lock(gathered).take(k, values);
-                let told = move |t: f64| lock(gathered).tell(k, t);
-                let begun = session.begin(means, Box::new(sink), Box::new(told), stop);
-                runs.push(begun.map_err(|error| self.in_island(&topology[k], error))?);
-            }
-            let scales = self.scales_of(&runs);
-            for (run, island) in runs.iter_mut().zip(topology) {
-                run.widen_scales(&scales);
-                let watched = run.watch_start().map_err(|error| start_error(&self.scene, &error));
-                watched.map_err(|error| self.in_island(island, error))?;
-            }
-            summary.compile_time_s += started.elapsed().as_secs_f64();
-            let integrating = Instant::now();
-            let ended = self.integrate(&mut runs)?;
-            summary.integration_time_s = integrating.elapsed().as_secs_f64();
-            let ends =
-                runs.iter_mut().zip(&sessions).zip(&ended).map(|((run, own), ended)| run.restart(&own.model, ended));
-            let ends: Vec<Option<Restart>> = ends.collect();
-            let reached = lock(&gathered).reached.clone();
-            (ended, ends, reached)
-        };
-        let unit = self.scene.units.factor(Dimension::TIME);
-        let mut failures = Vec::with_capacity(ended.len());
-        for (k, ended) in ended.into_iter().enumerate() {
-            sessions[k].note_work(&mut summaries[k], &ended);
-            summaries[k].t_end_reached = reached[k] / unit;
-            failures.push(sessions[k].conclude(&mut summaries[k], ended.outcome, &mut None));
-        }
-        self.sum_up(&mut summary, &summaries);
-        let failed = match samplings.error.take() {
-            Some(error) => Some(self.not_written(&mut summary, &error)),
-            None => self.first_end(&mut summary, &summaries, failures),
-        };
-        self.judge_apart(&mut summary, &sessions, &summaries);
-        let checks = self.evaluate(&mut summary, &samplings);
-        summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
-        let end = self.end_of(ends);
-        let closed = samplings.close(folder, &mut summary, end.as_ref());
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        closed.map_err(|error| self.files_error(&error))?;
-        Ok(samplings.report(summary, checks))
+    /// The islands, prepared to be integrated apart.
+    ///
+    /// # Errors
+    /// As for [`Session::prepare`], with the island named.
+    pub(super) fn prepare_islands(self) -> Result<Islands, SessionError> {
+        let sessions = self.islands()?.into_iter().zip(&self.plan.topology.islands);
+        let parts: Result<Vec<Prepared>, SessionError> = sessions
+            .map(|(session, island)| session.prepare().map_err(|error| self.in_island(island, error)))
+            .collect();
+        Ok(Islands { parts: parts?, whole: self })
     }
 
     /// The sizes of the whole scene at the start.
-    fn scales_of(&self, runs: &[Begun<'_>]) -> Scales {
+    fn scales_of(&self, runs: &[Run<'_>]) -> Scales {
         let mut scales = self.assembly.scales;
         scales.grow(&self.assembly.working, self.plan.layout.bodies);
         runs.iter().for_each(|run| scales.widen(run.scales()));
@@ -253,7 +288,7 @@ impl Session {
     }
 
     /// All steps of all islands, on as many threads as are wanted. They share nothing, so that it does not matter how many.
-    fn integrate(&self, runs: &mut [Begun<'_>]) -> Result<Vec<Ended>, SessionError> {
+    fn integrate(&self, runs: &mut [Run<'_>], to: f64) -> Result<(), SessionError> {
         #[cfg(feature = "parallel")]
         if self.options.jobs != 1 {
             use super::error::Exit;
@@ -264,9 +299,11 @@ impl Session {
                 SessionError::one(Exit::Scene, &self.scene.source, Diagnostic::error(codes::BAD_OVERRIDE, message))
             })?;
             // Islands differ in length: each is a task of its own.
-            return Ok(pool.install(|| runs.par_iter_mut().with_max_len(1).map(Begun::integrate).collect()));
+            pool.install(|| runs.par_iter_mut().with_max_len(1).for_each(|run| run.go_to(to)));
+            return Ok(());
         }
-        Ok(runs.iter_mut().map(Begun::integrate).collect())
+        runs.iter_mut().for_each(|run| run.go_to(to));
+        Ok(())
     }
 
     /// Adds up the work of all islands; of the audit the worst.
@@ -369,13 +406,12 @@ struct Slices {
 
 impl Slices {
     fn of(layout: &Layout, element: usize) -> Self {
-        let range = |at: &[usize], end: usize| at[element]..at.get(element + 1).copied().unwrap_or(end);
-        let states = range(&layout.state_at, layout.states);
+        let states = layout.states_of(element);
         let first = 13 * layout.bodies;
         Self {
             states: first + states.start..first + states.end,
-            references: range(&layout.reference_at, layout.references),
-            discrete: range(&layout.discrete_at, layout.discrete),
+            references: layout.references_of(element),
+            discrete: layout.discrete_of(element),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Whether the audit lets the results of a run pass.
 
-use super::open::Session;
-use super::run::DEFAULT_METHOD;
+use super::opened::Session;
+use super::options::DEFAULT_METHOD;
 use crate::diagnostics::{Code, codes};
 use crate::results::{Audit, AuditLimits, Excess, Measure, Remedy, Summary, significant};
 use crate::scene::{AuditTolerance, Dimension};
@@ -30,7 +30,7 @@ impl Session {
     }
 
     /// The same where islands were integrated apart: each numbers its rows and bodies by itself.
-    pub(super) fn judge_apart(&self, summary: &mut Summary, sessions: &[Self], parts: &[Summary]) {
+    pub(super) fn judge_apart(&self, summary: &mut Summary, islands: &[(Self, Summary)]) {
         self.judge_by(summary, &|excess| {
             let of: fn(&Audit) -> f64 = match excess.measure {
                 Measure::Position => |audit| audit.position_violation,
@@ -39,7 +39,7 @@ impl Session {
                 Measure::Energy | Measure::SampleEnergy => return None,
             };
             let found = |part: &Summary| of(&part.audit).total_cmp(&excess.found).is_eq();
-            let (session, part) = sessions.iter().zip(parts).find(|(_, part)| found(part))?;
+            let (session, part) = islands.iter().find(|(_, part)| found(part))?;
             session.blamed(excess.measure, &part.audit)
         });
     }

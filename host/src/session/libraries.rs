@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{Exit, SessionError};
-use super::open::{RunOptions, refused};
+use super::options::RunOptions;
 use crate::catalog::{Catalog, Request, SearchPath};
-use crate::scene::{Scene, read};
+use crate::diagnostics::codes;
+use crate::scene::{Rejected, Scene, read};
 
 /// Where the libraries of a scene are looked for. `file` is the file of the scene; `plugins` are the files and folders of
 /// `--plugin`.
@@ -62,4 +63,14 @@ pub(super) fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -
         return Ok(catalog);
     }
     Err(SessionError { exit: Exit::Plugin, diagnostics, source: Box::new(scene.source.clone()) })
+}
+
+/// A scene that could not be read.
+pub(super) fn refused(rejected: Rejected) -> SessionError {
+    let unreadable = rejected.diagnostics.iter().any(|d| d.code == codes::UNREADABLE);
+    SessionError {
+        exit: if unreadable { Exit::Files } else { Exit::Scene },
+        diagnostics: rejected.diagnostics,
+        source: Box::new(rejected.source),
+    }
 }

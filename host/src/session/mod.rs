@@ -9,51 +9,78 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `open.rs` | everything before time starts |
+//! | `options.rs` | what the command line adds to a scene; the words that scenes choose by |
 //! | `libraries.rs` | which libraries a scene asks for, and where they are looked for |
-//! | `formulation.rs` | which coordinates the equations of motion are written in |
-//! | `begin.rs` | a run that lacks nothing but its steps |
-//! | `run.rs` | from the start to results |
-//! | `started.rs` | which velocities are given at the start, which were chosen |
-//! | `islands.rs` | parts that share nothing, each with steps of its own |
-//! | `apart.rs` | what the plan says of them |
+//! | `opened.rs` | a scene that was opened: all that was found out and decided about it |
+//! | `open.rs` | from a scene file to that |
+//! | `decide.rs` | what is decided from the numbers at one place |
 //! | `prune.rs` | which savings are allowed; merged bodies; motions parallel to a plane |
+//! | `savings.rs` | what the plan says of them |
+//! | `objections.rs` | what is wrong with the start, or worth a warning |
+//! | `started.rs` | which velocities are given at the start, which were chosen |
+//! | `formulation.rs` | which coordinates the equations of motion are written in |
+//! | `place.rs` | where a run begins: at the end of another, or at a checkpoint |
+//! | `prepared.rs` | a scene with everything that is chosen before time starts |
+//! | `run.rs` | a scene in motion, and the one loop that steps it |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `guards.rs` | what is watched throughout every step |
 //! | `tier.rs` | when programs turn into machine code |
-//! | `restart.rs` | the state at the end of a run, from which another goes on |
+//! | `saved.rs` | a run at one of its times, to which it can be brought back |
+//! | `sink.rs` | who takes the results of a run as they come |
+//! | `samplings.rs` | rows in the scene's units, kept and written |
+//! | `batch.rs` | a scene by itself, from its start to results |
+//! | `crew.rs`, `islands.rs` | what is integrated side by side: the whole, or parts that share nothing |
+//! | `leg.rs` | a part of a run, from one time to another |
+//! | `keeper.rs` | keeps a run at its checkpoints, and goes on from them |
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
-//! | `chain.rs` | a run with checkpoints: stretches, each from one to the next |
+//! | `restart.rs` | the state at the end of a run, from which another goes on |
+//! | `summary.rs` | what is known before a run, what was done, and how it ended |
+//! | `figures.rs`, `checks.rs` | the figures and checks of a scene on its samples |
 //! | `judge.rs` | whether the audit lets the results pass |
-//! | `sharper.rs` | the same run by another method, at a tenth of the tolerance |
 //! | `culprit.rs` | which element gives what is not a number |
-//! | `checks.rs` | the checks of a scene on its samples |
-//! | `report.rs` | what `check` and `plan` say |
+//! | `outcome.rs` | what a run gives |
+//! | `sharper.rs` | the same run by another method, at a tenth of the tolerance |
+//! | `report.rs`, `apart.rs` | what `check` and `plan` say; of islands |
 //! | `watch.rs` | whether the files that a run depends on have changed |
 //! | `schema.rs` | the JSON schema of scene files |
 //! | `error.rs` | why there is no result |
 
 mod apart;
-mod begin;
-mod chain;
+mod batch;
 mod checkpoint;
 mod checks;
+mod crew;
 mod culprit;
+mod decide;
 mod error;
+mod figures;
 mod formulation;
 mod guards;
 mod islands;
 mod judge;
+mod keeper;
+mod leg;
 mod libraries;
+mod objections;
 mod open;
+mod opened;
+mod options;
+mod outcome;
+mod place;
+mod prepared;
 mod prune;
 mod report;
 mod restart;
 mod run;
+mod samplings;
+mod saved;
+mod savings;
 mod schema;
 mod sharper;
 mod simulation;
+mod sink;
 mod started;
+mod summary;
 mod tier;
 #[cfg(feature = "abi")]
 mod watch;
@@ -65,15 +92,18 @@ pub use crate::results::STATE_FILE;
 pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use error::{Exit, SessionError};
-pub use formulation::FORMULATIONS;
 pub use libraries::{catalog_of_scene, requests, search_path};
-pub use open::{RunOptions, Session};
+pub use opened::Session;
+pub use options::{DEFAULT_METHOD, ENGINES, FORMULATIONS, RunOptions};
+pub use outcome::RunReport;
+pub use prepared::Prepared;
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
-pub use run::{DEFAULT_METHOD, ENGINES, RunReport};
-pub use schema::scene_schema;
+pub use run::{Run, RunSamples};
+pub use saved::Saved;
+pub use schema::{scene_page, scene_schema};
 pub use sharper::Sharper;
-pub use simulation::{Progress, Simulation, Sink};
+pub use sink::Sink;
 pub use tier::{Made, Tier};
 #[cfg(feature = "abi")]
 pub use watch::Watched;

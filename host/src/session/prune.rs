@@ -1,13 +1,14 @@
 //! What is pruned before a run: switches, merged bodies, planar motion.
 
+use super::decide::{ALL_ROWS, decide};
 use super::error::{Exit, SessionError};
-use super::open::{Session, decide};
-use super::report::{note_merged, planar_skip};
+use super::opened::{MergedCase, PlanarCase, Session};
+use super::savings::{note_merged, planar_skip};
 use crate::analysis::{Assembly, Constraints, mass_values, merge, sparse_engine, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::linalg::{DenseQr, KktSolver, LinalgError};
 use crate::model::Model;
-use crate::plan::{Layout, Merging, Plan, Pruning, SAVINGS, body_scales, close_to_dependent};
+use crate::plan::{Layout, Plan, Pruning, SAVINGS, body_scales, close_to_dependent};
 use crate::program::{Equations, Form, Planar};
 use crate::scene::Scene;
 
@@ -15,27 +16,6 @@ use crate::scene::Scene;
 const LEAST_HEALTH: f64 = 1e-8;
 /// Share of the largest pivot below which a row along the plane counts as dependent.
 const RANK_TOLERANCE: f64 = 1e-9;
-
-/// Why the rank-safe engine is used throughout where a choice of rows is switched off.
-pub(super) const ALL_ROWS: &str = "no choice of rows is wanted";
-
-/// The merged scene with all that is known about it.
-pub(super) struct MergedCase {
-    pub(super) merging: Merging,
-    pub(super) equations: Equations,
-    pub(super) plan: Plan,
-    pub(super) assembly: Assembly,
-    /// Pivot ratio of the sparse engine at the start.
-    pub(super) start_health: f64,
-}
-
-/// A planar motion with the plan of its rows.
-pub(super) struct PlanarCase {
-    pub(super) planar: Planar,
-    pub(super) plan: Plan,
-    /// Pivot ratio of the sparse engine at the start.
-    pub(super) start_health: f64,
-}
 
 /// The savings that a scene allows.
 pub(super) fn allowed(scene: &Scene) -> Result<Pruning, SessionError> {
@@ -65,7 +45,7 @@ pub(super) fn is_determined(
         && equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
         && scene.simulation.method.is_none()
         && plan.mobility == 0
-        && layout.states + layout.discrete == 0
+        && layout.states + layout.given_at == 0
         && model.elements.iter().all(|element| !element.class.opaque)
 }
 
@@ -114,7 +94,7 @@ impl Session {
             Some(case) => (*t, place.merged(&case.merging)),
             None => (*t, place.clone()),
         });
-        let t = self.scene.simulation.t_start;
+        let t = self.begins.time;
         let Self { equations, model, assembly, plan, .. } = &*self;
         let (equations, model, assembly, plan) = match &self.merged {
             Some(case) => (&case.equations, &case.merging.model, &case.assembly, &case.plan),

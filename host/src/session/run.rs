@@ -1,569 +1,466 @@
-//! [`Session::run`]: from the start to results.
+//! [`Run`]: a scene in motion, and the one loop that steps it.
 
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::cell::OnceCell;
 use std::time::Instant;
 
-use super::begin::Ended;
-use super::error::{Exit, SessionError};
-use super::open::Session;
-use super::restart::Restart;
-use super::simulation::Progress;
-use super::tier::Made;
+use super::error::{Exit, SessionError, start_error};
+use super::opened::Session;
+use super::outcome::RunReport;
+use super::samplings::Rows;
+use super::saved::Saved;
+use super::simulation::Simulation;
+use super::summary::{Ended, stopped};
+use crate::analysis::{AnalysisError, Scales};
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::integrate::{self, IntegrateError, Outcome, StopReason};
-use crate::model::{Channel, Quantity, fault_code};
-use crate::results::{
-    ChannelInfo, CheckResult, Crossing, Figure, FigureResult, Folder, LibraryUsed, RESULTS_FILE, Remedy, ResultsError,
-    Samples, Status, Summary, Table, Take, Written, significant,
-};
-use crate::scene::{Dimension, SampleTime, Scene};
+use crate::integrate::{self, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason};
+use crate::results::significant;
+use crate::scene::Dimension;
 
-/// Relative tolerance where the scene gives none.
-const DEFAULT_TOLERANCE: f64 = 1e-10;
+/// Times this many roundings apart are the same.
+const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 
-/// Relative tolerance of a scene.
-pub(super) fn tolerance(scene: &Scene) -> f64 {
-    scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE)
+/// A scene in motion: advanced as far as is wanted, told new values of its inputs, asked for its outputs, saved and brought back.
+///
+/// Times, inputs and outputs are in the units of the scene; the unit of an input is that of its `[[input]]`.
+///
+/// # Inputs
+/// An `[[input]]` of the scene is a signal that elements take by its name. It stays as it is until [`Run::set_input`] gives it
+/// another value. A step ends at every time that is advanced to, so that a change is exact: no step goes across it.
+///
+/// # What a run depends on
+/// Every [`Run::advance`] starts the method anew, with the size of the last steps, and depends on what [`Run::save`] saves and
+/// on nothing else. So a run that is brought back gives the same digits as one that never was, also in another process.
+/// Where it stops on the way does change its digits, by less than its tolerance.
+///
+/// # Example
+/// A wheel is driven by a torque that the program gives:
+/// ```
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # use odyn::catalog::Catalog;
+/// # use odyn::diagnostics::Source;
+/// # use odyn::scene::parse;
+/// # use odyn::session::{RunOptions, Session};
+/// # mod torque {
+/// #     use element_api::prelude::*;
+/// #     pub struct Torque;
+/// #     impl Element for Torque {
+/// #         const NAME: &'static str = "torque";
+/// #         const SUMMARY: &'static str = "a torque about z, by a signal";
+/// #         const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("on", "the body")];
+/// #         type Parameters = NoParameters;
+/// #         fn new(_: NoParameters) -> Result<Self, ParamError> { Ok(Self) }
+/// #     }
+/// #     impl Force for Torque {
+/// #         const INPUTS: &'static [InputSpec] = &[InputSpec::required("signal", "N m", "the torque")];
+/// #         fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+/// #             let zero = S::from(0.0);
+/// #             out.torque(0, Vec3::new(zero, zero, at.inputs[0]));
+/// #         }
+/// #     }
+/// # }
+/// let text = r#"
+///     [simulation]
+///     t_end = 4
+///     output_step = 0.5
+///     [[body]]
+///     name = "wheel"
+///     mass = 1
+///     inertia = [1, 1, 2]
+///     [[input]]
+///     name = "motor.torque"
+///     unit = "N m"
+///     [[force]]
+///     name = "motor"
+///     type = "torque"
+///     bodies = ["wheel"]
+///     inputs.signal = "motor.torque"
+///     [[output]]
+///     name = "omega"
+///     quantity = "angular_velocity"
+///     of = "wheel"
+///     component = "z"
+/// "#;
+/// # let mut catalog = Catalog::new();
+/// # catalog.add_library(element_api::manifest::Library {
+/// #     package: "torques".into(), version: "1.0.0".into(), about: "torques".into(),
+/// #     classes: vec![element_api::adapt::force::<torque::Torque>()],
+/// # })?;
+/// # let (scene, warnings) = parse(Source::new("scene.toml", text), &[]).map_err(|rejected| format!("{rejected:?}"))?;
+/// # let session = Session::with_catalog(scene, warnings, &catalog, &RunOptions::default())?;
+/// // From a file: Session::open(path, &RunOptions::default())?
+/// let mut run = session.prepare()?.start()?;
+/// run.advance(1.0)?;
+/// assert_eq!(run.output("omega")?, 0.0);
+/// run.set_input("motor.torque", 6.0)?;
+/// run.advance(2.0)?;
+/// assert!((run.output("omega")? - 3.0).abs() < 1e-12);
+///
+/// let saved = run.save()?;
+/// run.set_input("motor.torque", -6.0)?;
+/// run.advance(3.0)?;
+/// assert!(run.output("omega")?.abs() < 1e-12);
+/// // Back, and on with the torque as it was.
+/// run.restore(&saved)?;
+/// run.advance(3.0)?;
+/// assert!((run.output("omega")? - 6.0).abs() < 1e-12);
+/// assert_eq!(run.samples().times, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]);
+///
+/// let error = run.set_input("motor.torqe", 1.0).unwrap_err();
+/// assert!(error.to_string().contains("did you mean `motor.torque`?"));
+/// # Ok(())
+/// # }
+/// ```
+pub struct Run<'a> {
+    session: Session,
+    system: Simulation<'a>,
+    method: Box<dyn Integrator>,
+    /// What is integrated, at the last accepted time.
+    state: Vec<f64>,
+    /// That time, s.
+    time: f64,
+    options: Options,
+    /// All times at which samples are wanted, s.
+    sample_times: Vec<f64>,
+    /// Work of all integrations so far.
+    counters: integrate::Counters,
+    /// How the last one ended.
+    outcome: Result<Status, IntegrateError>,
+    /// The method does not go on from the start, or something has changed since.
+    interrupted: bool,
+    /// The outputs at this time, SI, if they are known.
+    outputs: Option<Vec<f64>>,
+    /// See [`Session::fingerprint`].
+    fingerprint: OnceCell<String>,
+    /// Time spent on integration, s.
+    integration_time: f64,
 }
 
-/// Method where the scene gives none. `auto` costs no more, and much less on stiff scenes, but there keeps to the tolerance
-/// only, while some scenes check the far smaller errors that the explicit method's tiny steps happen to have.
-pub const DEFAULT_METHOD: &str = "dop853";
-
-/// Engines and what each does.
-pub const ENGINES: &[(&str, &str)] = &[
-    ("auto", "interpreted at first, machine code as soon as that pays; the same results, bit for bit"),
-    ("compiled", "machine code from the first step on: six velocities per body, pruned operations, sparse elimination"),
-    ("interpreted", "the same without machine code"),
-    ("reference", "the paper's Eq. (6): seven coordinates per body, dense; slow, for comparison"),
-];
-
-/// What a run gives.
-#[derive(Debug, Clone)]
-pub struct RunReport {
-    /// How it went.
-    pub summary: Summary,
-    /// Times of the samples, scene units.
-    pub times: Vec<f64>,
-    /// Samples of each channel, scene units.
-    pub columns: Vec<Vec<f64>>,
-    /// What each column is.
-    pub channels: Vec<ChannelInfo>,
-    /// The checks of the scene with their samples, in its order.
-    pub checks: Vec<CheckResult>,
+/// The rows of a run, in the scene's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunSamples<'a> {
+    /// Times, ascending.
+    pub times: &'a [f64],
+    /// One column per output, in the order of the scene.
+    pub columns: &'a [Vec<f64>],
 }
 
-impl RunReport {
-    /// Exit code of the program for this run.
-    #[must_use]
-    pub fn exit_code(&self) -> i32 {
-        match self.summary.status {
-            Status::Suspect => Exit::Audit as i32,
-            Status::Completed if !self.summary.checks_passed() => Exit::Audit as i32,
-            Status::Completed => 0,
-            Status::StoppedEarly if self.summary.code == Some(codes::INTERRUPTED) => 130,
-            _ => Exit::Integration as i32,
+impl<'a> Run<'a> {
+    pub(super) fn new(
+        session: Session,
+        system: Simulation<'a>,
+        method: Box<dyn Integrator>,
+        state: Vec<f64>,
+        options: Options,
+        sample_times: Vec<f64>,
+    ) -> Self {
+        Self {
+            time: session.begins.time,
+            session,
+            system,
+            method,
+            state,
+            options,
+            sample_times,
+            counters: integrate::Counters::default(),
+            outcome: Ok(Status::Completed),
+            interrupted: false,
+            outputs: None,
+            fingerprint: OnceCell::new(),
+            integration_time: 0.0,
         }
     }
-}
 
-/// The samples of a run, where they go.
-pub(super) struct Samplings {
-    folder: Option<Folder>,
-    pub(super) times: Vec<SampleTime>,
-    channels: Vec<ChannelInfo>,
-    pub(super) taken: Vec<f64>,
-    columns: Vec<Vec<f64>>,
-    /// Why a row could not be written.
-    pub(super) error: Option<ResultsError>,
-}
+    /// What is run: scene, model, plan.
+    #[must_use]
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
 
-impl Samplings {
-    pub(super) fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
-        let time = self.times[number].scene;
-        self.taken.push(time);
-        for ((column, channel), value) in self.columns.iter_mut().zip(&self.channels).zip(values) {
-            column.push(channel.from_si(*value));
+    /// The time, in the scene's unit.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time / self.unit_of_time()
+    }
+
+    /// The end of the scene, in the scene's unit of time.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.session.scene.simulation.t_end / self.unit_of_time()
+    }
+
+    /// Goes on to a time, in the scene's unit. A step ends there. Samples are taken at the times that the scene asks for; one at
+    /// the time advanced to is taken before anything can change there.
+    ///
+    /// # Errors
+    /// A time that has passed or is beyond the scene's end. A motion that cannot go on: the run then is at the last time that is
+    /// good, and can be brought back.
+    pub fn advance(&mut self, t: f64) -> Result<(), SessionError> {
+        let (unit, last) = (self.unit_of_time(), self.session.scene.simulation.t_end);
+        let near = |a: f64, b: f64| a == b || (a - b).abs() < SAME_TIME * a.abs().max(b.abs());
+        let to = if near(t * unit, last) { last } else { t * unit };
+        if !to.is_finite() || to > last || to < self.time && !near(to, self.time) {
+            let number = |time: f64| significant(time, 9);
+            let (label, now, end) = (self.session.scene.units.label(Dimension::TIME), self.time(), self.end());
+            let message = format!("cannot advance to {} {label}", number(t));
+            let help = format!("the run is at {} {label}, the scene ends at {} {label}", number(now), number(end));
+            return Err(self.refuse(Diagnostic::error(codes::OUT_OF_RANGE, message).help(help)));
         }
-        let Some(folder) = &mut self.folder else { return Ok(()) };
-        folder.row(time, values).map_err(|error| {
-            let told = std::io::Error::other(error.to_string());
-            self.error = Some(error);
-            told
+        let to = self.sample_times.iter().copied().find(|time| near(*time, to)).unwrap_or(to);
+        self.go_to(to.max(self.time));
+        match stopped(&self.session, &self.outcome) {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+
+    /// Integrates up to a time, s. What came of it is in `outcome`.
+    pub(super) fn go_to(&mut self, to: f64) {
+        let started = Instant::now();
+        self.outputs = None;
+        self.outcome = self.integrate(to);
+        // Also where an error ended it, the state is that of the last accepted time.
+        self.time = self.system.now();
+        self.integration_time += started.elapsed().as_secs_f64();
+        self.interrupted = true;
+    }
+
+    fn integrate(&mut self, to: f64) -> Result<Status, IntegrateError> {
+        if self.interrupted {
+            let failed = |error: AnalysisError| IntegrateError::System { t: self.time, cause: Box::new(error) };
+            self.system.begin_anew(self.time, &self.state).map_err(failed)?;
+            self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
+        }
+        let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
+        let due = ahead.partition_point(|time| *time <= to);
+        let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };
+        let outcome = self.method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
+        self.options.steps_before += outcome.counters.steps + outcome.counters.rejected;
+        self.counters += outcome.counters;
+        Ok(outcome.status)
+    }
+
+    /// Names of the inputs, in the order of the scene.
+    pub fn inputs(&self) -> impl Iterator<Item = &str> {
+        self.session.model.inputs.iter().map(|input| input.name.as_str())
+    }
+
+    /// The value of an input, in its unit.
+    ///
+    /// # Errors
+    /// The scene has no such input.
+    pub fn input(&self, name: &str) -> Result<f64, SessionError> {
+        let input = self.find_input(name)?;
+        Ok(self.system.given(input) / self.session.model.inputs[input].factor)
+    }
+
+    /// Gives an input another value from this time on, in its unit. Positions and velocities stay as they are; forces and
+    /// accelerations jump. What that changes of a potential energy counts as work done.
+    ///
+    /// # Errors
+    /// The scene has no such input; a value that is not finite; an element that fails.
+    pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), SessionError> {
+        let input = self.find_input(name)?;
+        let si = value * self.session.model.inputs[input].factor;
+        if !si.is_finite() {
+            let message = format!("the value of the input `{name}` is not a finite number");
+            return Err(self.refuse(Diagnostic::error(codes::NOT_FINITE, message)));
+        }
+        if si == self.system.given(input) {
+            return Ok(());
+        }
+        self.outputs = None;
+        self.interrupted = true;
+        let given = self.system.give(input, si, self.time, &mut self.state);
+        given.map_err(|error| self.failed(error))
+    }
+
+    /// The value of an output at this time, in its unit.
+    ///
+    /// # Errors
+    /// The scene has no such output; accelerations or reactions that are asked for and have no solution here.
+    pub fn output(&mut self, name: &str) -> Result<f64, SessionError> {
+        let channels = &self.session.model.channels;
+        let Some(place) = channels.iter().position(|channel| channel.name == name) else {
+            return Err(self.unknown("output", name, channels.iter().map(|channel| channel.name.as_str())));
+        };
+        let factor = channels[place].factor;
+        if self.outputs.is_none() {
+            let found = self.system.channels(self.time, &self.state).map(<[f64]>::to_vec);
+            self.outputs = Some(found.map_err(|error| self.failed(error))?);
+            // Whatever was looked up for this is no part of the run.
+            self.interrupted = true;
+        }
+        Ok(self.outputs.as_ref().map_or(f64::NAN, |values| values[place] / factor))
+    }
+
+    /// The samples taken so far; none where a sink takes them.
+    #[must_use]
+    pub fn samples(&self) -> RunSamples<'_> {
+        match self.system.rows_taken() {
+            Rows::Kept(rows) => RunSamples { times: &rows.taken, columns: &rows.columns },
+            Rows::Sent(_) => RunSamples { times: &[], columns: &[] },
+        }
+    }
+
+    /// Everything that the future of the run depends on.
+    ///
+    /// # Errors
+    /// An opaque element that cannot save its memory.
+    pub fn save(&mut self) -> Result<Saved, SessionError> {
+        let mut system = self.system.save(self.time, &self.state).map_err(|error| self.failed(error))?;
+        system.carried.steps_tried = self.options.steps_before as u64;
+        // Whatever was looked up for this is no part of the run.
+        self.interrupted = true;
+        Ok(Saved {
+            fingerprint: self.fingerprint().to_owned(),
+            formulation: self.system.formulation().name().to_owned(),
+            time: self.time,
+            state: self.state.clone(),
+            system,
         })
     }
 
-    /// Completes the files, if there are any: the table, the summary, and the state from which another run goes on.
-    pub(super) fn close(
-        &mut self,
-        path: Option<&Path>,
-        summary: &mut Summary,
-        end: Option<&Restart>,
-    ) -> Result<(), ResultsError> {
-        let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
-        if let Some(end) = end {
-            end.write(path)?;
-        }
-        folder.finish(summary)
-    }
-
-    /// Continues a table with what was `kept` of it.
-    pub(super) fn go_on(
-        session: &Session,
-        path: &Path,
-        kept: &Written,
-        summary: &Summary,
-    ) -> Result<Self, ResultsError> {
-        let mut samplings = session.no_samplings();
-        samplings.folder = Some(Folder::go_on(path, &samplings.channels, kept, summary)?);
-        let table = Table::read(&path.join(RESULTS_FILE))?;
-        (samplings.taken, samplings.columns) = (table.times, table.columns);
-        Ok(samplings)
-    }
-
-    /// Brings all rows to the disk, then the text of a checkpoint made for what is there. Returns what else
-    /// `make` gives.
-    pub(super) fn checkpoint<T>(
-        &mut self,
-        make: impl FnOnce(Written) -> std::io::Result<(String, T)>,
-    ) -> Result<T, ResultsError> {
-        let folder = self.folder.as_mut().expect("runs with checkpoints have a folder");
-        let written = folder.sync()?;
-        let (text, made) = make(written).map_err(|cause| folder.no_checkpoint(cause))?;
-        folder.checkpoint(&text)?;
-        Ok(made)
-    }
-
-    /// The report of the run.
-    pub(super) fn report(self, summary: Summary, checks: Vec<CheckResult>) -> RunReport {
-        RunReport { summary, times: self.taken, columns: self.columns, channels: self.channels, checks }
-    }
-}
-
-impl Session {
-    /// Runs the scene. With a folder, results are written there as they come; `progress` is told the share done; `stop`
-    /// ends the run after the step under way, with valid results. With checkpoints (`checkpoint_every` in `[simulation]`), a
-    /// run into a folder can be resumed if it is killed: [`super::Checkpoint`].
+    /// Brings the run back to what was saved of it, or of another run of the same scene. Samples behind it are dropped; where
+    /// those before it were not taken by this run, its samples begin there. Counters of work go on.
     ///
     /// # Errors
-    /// An unknown method or engine, files that can't be written, an element that fails. A run that merely stops early is
-    /// not an error: the report says so.
-    pub fn run(
-        mut self,
-        folder: Option<&Path>,
-        mut progress: Box<dyn FnMut(f64) + Send + '_>,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<RunReport, SessionError> {
-        if let Some(path) = folder
-            && self.has_checkpoints()
-        {
-            return self.run_chain(path, progress, stop);
+    /// What was saved of another scene, or with other libraries; an opaque element that refuses its memory.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SessionError> {
+        let same = saved.fingerprint == self.fingerprint()
+            && saved.formulation == self.system.formulation().name()
+            && saved.state.len() == self.state.len()
+            && self.system.fits(&saved.system);
+        if !same {
+            let message = "what was saved belongs to another scene, or to other libraries";
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message);
+            return Err(self.refuse(diagnostic.help("a run can be brought back to what was saved of the same scene")));
         }
-        if self.runs_apart() {
-            return self.run_apart(folder, progress, stop);
+        self.system.restore(&saved.system).map_err(|error| self.failed(error))?;
+        self.system.set_now(saved.time);
+        self.time = saved.time;
+        self.state.copy_from_slice(&saved.state);
+        self.options.steps_before = saved.system.carried.steps_tried as usize;
+        if let Rows::Kept(rows) = self.system.rows_taken_mut() {
+            rows.go_back(saved.system.samples);
         }
-        let started = Instant::now();
-        let means = self.means()?;
-        let mut summary = self.summary(means.method(), means.formulation());
-        let mut samplings = self.samplings(folder, &summary)?;
-        let (t_start, t_end) = (self.scene.simulation.t_start, self.scene.simulation.t_end);
-        let share = move |t: f64| (t - t_start) / (t_end - t_start);
-        let mut reached = t_start;
-        let (ended, restart) = {
-            let told: Progress<'_> = Box::new(|t| {
-                reached = t;
-                progress(share(t));
-            });
-            let take = |number: usize, values: &[f64]| samplings.take(number, values);
-            let mut begun = self.begin(means, Box::new(take), told, stop)?;
-            begun.watch_start().map_err(|e| start_error(&self.scene, &e))?;
-            summary.compile_time_s += started.elapsed().as_secs_f64();
-            let ended = begun.integrate();
-            let restart = begun.restart(&self.model, &ended);
-            (ended, restart)
+        (self.outcome, self.outputs, self.interrupted) = (Ok(Status::Completed), None, true);
+        Ok(())
+    }
+
+    /// Ends the run: its samples with a summary, audit, figures and checks, as of a run by itself. One that has not reached the
+    /// scene's end is told as interrupted.
+    ///
+    /// # Errors
+    /// An element that failed.
+    pub fn finish(self) -> Result<RunReport, SessionError> {
+        let mut summary = self.session.summary(self.method.name(), self.system.formulation().name());
+        let time = self.time;
+        let to = self.session.scene.simulation.t_end;
+        let (session, ended, rows) = self.into_ended(to);
+        session.note_work(&mut summary, &ended, false);
+        summary.t_end_reached = time / session.scene.units.factor(Dimension::TIME);
+        summary.wall_time_s = session.load_time + session.compile_time + ended.integration_time;
+        let failed = session.conclude(&mut summary, ended.outcome, &mut None);
+        session.judge(&mut summary);
+        let samplings = match rows {
+            Rows::Kept(samplings) => *samplings,
+            Rows::Sent(_) => session.no_samplings(),
         };
-        self.note_work(&mut summary, &ended);
-        summary.t_end_reached = reached / self.scene.units.factor(Dimension::TIME);
-        let failed = self.conclude(&mut summary, ended.outcome, &mut samplings.error);
-        self.judge(&mut summary);
-        let checks = self.evaluate(&mut summary, &samplings);
-        summary.wall_time_s = self.load_time + self.compile_time + started.elapsed().as_secs_f64();
-        let closed = samplings.close(folder, &mut summary, restart.as_ref());
-        if let Some(error) = failed {
-            return Err(error);
+        let checks = session.evaluate(&mut summary, &samplings);
+        failed.map_or(Ok(samplings.report(summary, checks)), Err)
+    }
+
+    /// Sizes typical of what moves, from the start.
+    pub(super) fn scales(&self) -> &Scales {
+        self.system.scales()
+    }
+
+    /// Judges errors by the sizes of a larger scene. To be called before [`Run::watch_start`], if at all.
+    pub(super) fn widen_scales(&mut self, whole: &Scales) {
+        self.system.widen_scales(whole);
+    }
+
+    /// Takes note of energies and violations at the start; to be called once, before the first step.
+    ///
+    /// # Errors
+    /// Equations without a finite value.
+    pub(super) fn watch_start(&mut self) -> Result<(), SessionError> {
+        let watched = self.system.watch(self.time, &self.state);
+        watched.map_err(|error| start_error(&self.session.scene, &error))
+    }
+
+    /// What is left behind, with the session and the rows, of a run that was to reach a time, s.
+    pub(super) fn into_ended(mut self, to: f64) -> (Session, Ended, Rows<'a>) {
+        let outcome = std::mem::replace(&mut self.outcome, Ok(Status::Completed)).map(|status| match status {
+            Status::Completed if self.time < to => Status::StoppedEarly { t: self.time, reason: StopReason::Requested },
+            status => status,
+        });
+        if outcome.is_ok() {
+            self.system.watch_end(self.time, &self.state);
         }
-        closed.map_err(|e| self.files_error(&e))?;
-        Ok(samplings.report(summary, checks))
-    }
-
-    /// Where the samples go, and the files that begin now.
-    pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
-        let mut samplings = self.no_samplings();
-        if let Some(path) = folder {
-            let unit = self.scene.units.factor(Dimension::TIME);
-            let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
-            let folder = Folder::create(path, &time, &samplings.channels, summary);
-            samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
-        }
-        Ok(samplings)
-    }
-
-    /// Where the samples go, without files.
-    fn no_samplings(&self) -> Samplings {
-        let times = self.scene.simulation.sample_times(&self.scene.units);
-        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
-        Samplings {
-            columns: vec![Vec::with_capacity(times.len()); channels.len()],
-            taken: Vec::with_capacity(times.len()),
-            error: None,
-            folder: None,
-            times,
-            channels,
-        }
-    }
-
-    /// Writes the counters and the audit of an integration into a summary.
-    pub(super) fn note_work(&self, summary: &mut Summary, ended: &Ended) {
-        let counters = &ended.counters;
-        summary.audit = ended.audit;
-        summary.evaluations = counters.evaluations;
-        summary.factorisations = counters.factorisations;
-        summary.position_corrections = counters.position_corrections;
-        summary.coupling_iterations = counters.coupling_iterations;
-        summary.integration_time_s = ended.integration_time;
-        let goes_on = self.stretch.as_ref().is_some_and(|stretch| stretch.carried.is_some());
-        let taken = [
-            (Remedy::RankSafe, counters.rank_safe),
-            (Remedy::StageProjection, counters.stage_projections),
-            (Remedy::Passage, counters.interpolated),
-            (Remedy::PlaceAhead, u64::from(self.ahead.is_some() && !goes_on)),
-            (Remedy::Contradiction, counters.contradictions),
-        ];
-        taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
-        // Before the outcome is told, which has no more to say than that something is none.
-        summary.reason = ended.not_finite.iter().find_map(|inputs| self.culprit(inputs)).unwrap_or_default();
-        note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
-    }
-
-    /// Figures and checks of the samples, written into a summary; the checks with their samples.
-    pub(super) fn evaluate(&self, summary: &mut Summary, samplings: &Samplings) -> Vec<CheckResult> {
-        summary.rows = samplings.taken.len() as u64;
-        summary.figures = self.figures(samplings);
-        let checks = self.checks(&samplings.taken, &samplings.columns);
-        summary.checks = checks.iter().map(CheckResult::without_samples).collect();
-        checks
-    }
-
-    pub(super) fn unknown_word(&self, word: &str, method: bool) -> SessionError {
-        let (what, names, written): (_, Vec<&str>, _) = if method {
-            (
-                "method",
-                self.options.methods.list().iter().map(|method| method.name).collect(),
-                &self.scene.simulation.method,
-            )
-        } else {
-            ("engine", ENGINES.iter().map(|(name, _)| *name).collect(), &self.scene.simulation.engine)
-        };
-        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no {what} `{word}`"));
-        if let Some(written) = written {
-            diagnostic = diagnostic.at(written.span.clone(), "unknown");
-        }
-        let nearest = suggest(word, names.iter().copied()).map(|nearest| format!("did you mean `{nearest}`?"));
-        let known = format!("known are {}", names.join(", "));
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
-    }
-
-    pub(super) fn no_step(&self, method: &str) -> SessionError {
-        let mut diagnostic =
-            Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{method}` needs a step size"));
-        if let Some(written) = &self.scene.simulation.method {
-            diagnostic = diagnostic.at(written.span.clone(), "has no error control");
-        }
-        let help = "give it as `fixed_step` in [simulation], or use a method that chooses its steps: auto";
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help(help))
-    }
-
-    pub(super) fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
-        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no engine `compiled`: {error}"));
-        if let Some(written) = &self.scene.simulation.engine {
-            diagnostic = diagnostic.at(written.span.clone(), "asked for here");
-        }
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
-    }
-
-    pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
-        SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
-    }
-
-    fn channel_info(&self, channel: &Channel) -> ChannelInfo {
-        let unique = match &channel.quantity {
-            Quantity::Load { element, frame, torque, axes, component } => {
-                let component = matches!(axes, crate::model::Axes::Ground).then_some(*component);
-                self.plan.is_unique(*element, *frame, *torque, component)
+        let not_finite = self.not_finite(&outcome);
+        let state = match &outcome {
+            Err(error) => Err(error.to_string()),
+            Ok(_) => {
+                let state = self.system.restart(&self.session.model, self.time, &self.state);
+                state.map_err(|error| error.to_string())
             }
-            _ => true,
         };
-        let record = self.scene.outputs.iter().find(|record| record.name.value == channel.name);
-        ChannelInfo {
-            name: channel.name.clone(),
-            unit: channel.unit.clone(),
-            quantity: record.map_or(String::new(), |record| record.quantity.value.clone()),
-            place: channel.place.clone(),
-            factor: channel.factor,
-            unique,
-        }
-    }
-
-    /// What is known before the first step.
-    pub(super) fn summary(&self, method: &str, engine: &str) -> Summary {
-        let units = &self.scene.units;
-        Summary {
-            status: Status::Running,
-            scene: self.scene.source.name.clone(),
-            title: self.scene.title.clone(),
-            odyn_version: env!("CARGO_PKG_VERSION").into(),
-            method: method.into(),
-            engine: engine.into(),
-            tolerance: self.tolerance(),
-            t_end: self.scene.simulation.t_end / units.factor(Dimension::TIME),
-            time_unit: units.label(Dimension::TIME),
-            load_time_s: self.load_time,
-            compile_time_s: self.compile_time,
-            mobility: self.plan.mobility as u64,
-            redundant_rows: self.plan.redundant_rows.len() as u64,
-            not_unique: self
-                .model
-                .channels
-                .iter()
-                .map(|channel| self.channel_info(channel))
-                .filter(|info| !info.unique)
-                .map(|info| info.name)
-                .collect(),
-            redundant_row_names: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
-            audit_limits: self.audit_limits(),
-            chosen_velocities: self.chosen_velocities(),
-            libraries: self
-                .libraries
-                .iter()
-                .map(|library| LibraryUsed {
-                    package: library.package.clone(),
-                    version: library.version.clone(),
-                    sha256: library.sha256.clone(),
-                })
-                .collect(),
-            warnings: self.warnings.iter().map(|w| format!("{}: {}", w.code, w.message)).collect(),
-            ..Summary::default()
-        }
-    }
-
-    /// Writes the end of the integration into the summary; an error where there is more to say than that it stopped.
-    pub(super) fn conclude(
-        &self,
-        summary: &mut Summary,
-        outcome: Result<Outcome, IntegrateError>,
-        files: &mut Option<ResultsError>,
-    ) -> Option<SessionError> {
-        match outcome {
-            Ok(outcome) => {
-                let counters = &outcome.counters;
-                summary.steps = counters.steps as u64;
-                summary.rejected = counters.rejected as u64;
-                summary.projections = counters.projections as u64;
-                summary.jacobians = counters.jacobians as u64;
-                summary.newton_iterations = counters.newton_iterations as u64;
-                summary.enclosures = counters.enclosed as u64;
-                summary.unproven = counters.unproven as u64;
-                summary.newton_factorisations = counters.factorisations as u64;
-                let recoveries = &counters.recoveries;
-                let taken = [
-                    (Remedy::SmallerStep, recoveries.smaller_step),
-                    (Remedy::NotFinite, recoveries.not_finite),
-                    (Remedy::NoConvergence, recoveries.no_convergence),
-                    (Remedy::SampleStep, recoveries.sample_step),
-                    (Remedy::FreshJacobian, recoveries.fresh_jacobian),
-                    (Remedy::MethodSwitch, counters.switches),
-                    (Remedy::Event, counters.events),
-                    (Remedy::Chatter, counters.chatters),
-                    (Remedy::WithinStep, counters.stepped_over),
-                    (Remedy::Missed, counters.missed),
-                ];
-                taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count as u64);
-                summary.stiff_from = counters.stiff_from.map(|t| t / self.scene.units.factor(Dimension::TIME));
-                match outcome.status {
-                    integrate::Status::Completed => summary.status = Status::Completed,
-                    integrate::Status::StoppedEarly { reason, .. } => {
-                        summary.status = Status::StoppedEarly;
-                        // That of a user who interrupts is no remedy.
-                        let forced = !matches!(reason, StopReason::Requested);
-                        summary.recoveries[Remedy::EarlyEnd] = u64::from(forced);
-                        summary.code = Some(code_of(&reason));
-                        let culprit = std::mem::take(&mut summary.reason);
-                        summary.reason = match culprit.is_empty() {
-                            true => reason.to_string(),
-                            false => format!("{culprit}: {reason}"),
-                        };
-                        if summary.code == Some(codes::PROJECTION_FAILED)
-                            && let Some(masses) = self.masses_far_apart()
-                        {
-                            summary.reason.push_str(&masses);
-                        }
-                    }
-                }
-                None
-            }
-            Err(error) => {
-                summary.status = Status::Failed;
-                summary.reason = error.to_string();
-                if let Some(error) = files.take() {
-                    summary.code = Some(error.code());
-                    return Some(self.files_error(&error));
-                }
-                let diagnostic = self
-                    .element_fault(&error)
-                    .or_else(|| self.particle_fault(&error))
-                    .unwrap_or_else(|| Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string()));
-                summary.code = Some(diagnostic.code);
-                let exit = if diagnostic.code.starts_with("ODY04") { Exit::Plugin } else { Exit::Integration };
-                Some(SessionError::one(exit, &self.scene.source, diagnostic.help("results up to this time are valid")))
-            }
-        }
-    }
-
-    /// A particle that was made to turn, or a thin rod about its axis.
-    fn particle_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
-        let IntegrateError::System { cause, .. } = error else { return None };
-        let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
-        use crate::analysis::AnalysisError::{TorqueOnParticle, TorqueOnThin};
-        let (body, place, help) = match cause {
-            TorqueOnParticle { body } => (
-                body,
-                "has no rotation and no inertia",
-                "attach joints and forces at its position and so that they only push, or give it an inertia",
-            ),
-            TorqueOnThin { body } => (
-                body,
-                "has a principal moment of inertia that is zero",
-                "give the body the moment of inertia about this axis that it has, however small, or hold it by a joint that takes \
-                 the torque",
-            ),
-            _ => return None,
+        let counters = self.counters;
+        let ended = Ended {
+            outcome: outcome.map(|status| Outcome { status, counters }),
+            audit: *self.system.audit(),
+            counters: self.system.counters(),
+            made: *self.system.tier().made(),
+            integration_time: self.integration_time,
+            not_finite,
+            state,
+            carried: self.system.carried(),
         };
-        let record = self.scene.bodies.iter().find(|record| record.name.value == *body)?;
-        let diagnostic = Diagnostic::error(codes::TORQUE_ON_PARTICLE, cause.to_string());
-        Some(diagnostic.at(record.name.span.clone(), place).help(help))
+        (self.session, ended, self.system.into_rows())
     }
 
-    /// The element behind a failure, with its place in the scene.
-    fn element_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
-        let IntegrateError::System { t, cause } = error else { return None };
-        let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
-        let crate::analysis::AnalysisError::Element { set, fault } = cause else { return None };
-        let unit = self.scene.units.factor(Dimension::TIME);
-        let label = self.scene.units.label(Dimension::TIME);
-        let mut diagnostic = Diagnostic::error(
-            fault_code(&fault.message),
-            format!("an element failed at t = {} {label}: {}", significant(t / unit, 6), fault.message),
-        );
-        let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
-        let record = self.scene.elements.iter().find(|record| record.name.value == instance.name)?;
-        let text = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
-        diagnostic = diagnostic.at(record.name.span.clone(), text);
-        Some(diagnostic.help("this is a defect of the library; its author will want this message"))
+    /// See [`Ended::not_finite`].
+    fn not_finite(&mut self, outcome: &Result<Status, IntegrateError>) -> Vec<Vec<f64>> {
+        let Ok(Status::StoppedEarly { t, reason }) = outcome else { return Vec::new() };
+        let step = match reason {
+            StopReason::NotFinite { step } | StopReason::Failed { step, not_finite: true, .. } => *step,
+            _ => return Vec::new(),
+        };
+        [*t, t + step].iter().filter_map(|time| self.system.working_inputs(*time, &self.state).ok()).collect()
     }
 
-    /// The scene's derived figures.
-    fn figures(&self, samplings: &Samplings) -> Vec<FigureResult> {
-        let names: Vec<String> = samplings.channels.iter().map(|c| c.name.clone()).collect();
-        let samples = Samples { times: &samplings.taken, columns: &samplings.columns, names: &names };
-        let unit = self.scene.units.factor(Dimension::TIME);
-        let mut results = Vec::new();
-        for record in &self.scene.figures {
-            let find =
-                |name: &str| names.iter().position(|n| n == name).ok_or_else(|| format!("there is no output `{name}`"));
-            let figure = || -> Result<(Figure, usize), String> {
-                let channel = find(&record.channel.value)?;
-                let take = match record.take {
-                    crate::scene::Take::Peak => Take::Peak,
-                    crate::scene::Take::Min => Take::Min,
-                    crate::scene::Take::Max => Take::Max,
-                    crate::scene::Take::Final => Take::Final,
-                    crate::scene::Take::Mean => Take::Mean,
-                    crate::scene::Take::Rms => Take::Rms,
-                    crate::scene::Take::At => {
-                        let at = record.at.as_ref().ok_or("needs `where` and `equals`")?;
-                        let own = find(&at.channel.value)?;
-                        let info = &samplings.channels[own];
-                        let (dimension, _) = crate::scene::parse_unit(&info.unit).map_err(|e| e.message)?;
-                        let value = |raw| self.scene.quantity(raw, dimension).map_err(|d| d.message);
-                        Take::At(Crossing {
-                            channel: own,
-                            equals: info.from_si(value(&at.equals)?),
-                            period: at.period.as_ref().map(value).transpose()?.map(|p| info.from_si(p)),
-                        })
-                    }
-                };
-                let over = record.over.as_ref().map(|name| find(&name.value)).transpose()?;
-                let from = record.from.map(|t| t / unit);
-                Ok((Figure { channel, take, absolute: record.absolute, over, from }, channel))
-            };
-            let computed = figure().and_then(|(figure, channel)| {
-                let value = figure.compute(&samples).map_err(|error| error.to_string())?;
-                Ok((value, channel))
-            });
-            let own_unit = |channel: usize| {
-                if record.over.is_some() { String::new() } else { samplings.channels[channel].unit.clone() }
-            };
-            let (value, unit, problem) = match computed {
-                Ok((value, channel)) if record.unit.is_empty() => (Some(value), own_unit(channel), None),
-                Ok((value, _)) => (Some(value), record.unit.clone(), None),
-                Err(problem) => (None, record.unit.clone(), Some(problem)),
-            };
-            results.push(FigureResult {
-                name: record.name.value.clone(),
-                value,
-                published: record.published,
-                unit,
-                note: record.note.clone(),
-                problem,
-            });
-        }
-        results
+    fn unit_of_time(&self) -> f64 {
+        self.session.scene.units.factor(Dimension::TIME)
     }
-}
 
-/// Writes into the summary what was compiled. `unit` is the scene's unit of time, s.
-fn note_machine_code(summary: &mut Summary, made: &Made, unit: f64) {
-    summary.machine_code_programs = made.programs;
-    summary.machine_code_bytes = made.bytes;
-    summary.machine_code_time_s = made.seconds;
-    summary.machine_code_from = made.since.map(|t| t / unit);
-    // The reference form's name says what counts there.
-    if !summary.engine.starts_with("reference") {
-        let how = if made.programs > 0 { "compiled" } else { "interpreted" };
-        summary.engine = format!("{how}, {}", summary.engine);
+    fn fingerprint(&self) -> &str {
+        self.fingerprint.get_or_init(|| self.session.fingerprint())
     }
-}
 
-pub(super) fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
-    let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
-        .help("check masses, inertias and the equations of the elements");
-    SessionError::one(Exit::Integration, &scene.source, diagnostic)
-}
-
-fn code_of(reason: &StopReason) -> &'static str {
-    match reason {
-        StopReason::Requested => codes::INTERRUPTED,
-        StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
-        StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
-        StopReason::NotFinite { .. } | StopReason::Failed { not_finite: true, .. } => codes::MOTION_NOT_FINITE,
-        StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
-        StopReason::Failed { .. } => codes::PROJECTION_FAILED,
+    fn find_input(&self, name: &str) -> Result<usize, SessionError> {
+        let place = self.inputs().position(|input| input == name);
+        place.ok_or_else(|| self.unknown("input", name, self.inputs()))
     }
-}
 
-/// Whether joints that contradict each other ended the run.
-fn is_contradiction(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
-    matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::Contradiction { .. }))
+    /// There is nothing of that name.
+    fn unknown<'n>(&self, what: &str, name: &str, known: impl Iterator<Item = &'n str>) -> SessionError {
+        let names: Vec<&str> = known.collect();
+        let help = match suggest(name, names.iter().copied()) {
+            Some(nearest) => format!("did you mean `{nearest}`?"),
+            None if names.is_empty() => format!("the scene has no [[{what}]]"),
+            None => format!("known are {}", names.join(", ")),
+        };
+        self.refuse(Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no {what} `{name}`")).help(help))
+    }
+
+    fn refuse(&self, diagnostic: Diagnostic) -> SessionError {
+        SessionError::one(Exit::Scene, &self.session.scene.source, diagnostic)
+    }
+
+    /// Something could not be evaluated at this time.
+    fn failed(&self, error: AnalysisError) -> SessionError {
+        let error = IntegrateError::System { t: self.time, cause: Box::new(error) };
+        self.session.integration_error(&error)
+    }
 }

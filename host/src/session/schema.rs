@@ -2,13 +2,12 @@
 
 use serde_json::Value;
 
-use super::formulation::FORMULATIONS;
-use super::open::{ISLANDS, KERNELS};
-use super::run::ENGINES;
+use super::options::{DEFAULT_METHOD, DEFAULT_TOLERANCE, ENGINES, FORMULATIONS, ISLANDS, KERNELS};
 use crate::catalog::Catalog;
-use crate::integrate::Methods;
+use crate::integrate::{Methods, Options};
 use crate::model::schema::{self, replace};
 use crate::plan::SAVINGS;
+use crate::scene::page::page;
 use crate::scene::schema::{one_of, schema as of_records};
 
 /// The schema (JSON Schema, draft 2020-12) of scenes that use the elements of a catalog and these methods of integration.
@@ -27,5 +26,24 @@ pub fn scene_schema(catalog: &Catalog, methods: &Methods) -> Value {
     replace(&mut simulation["kernels"], one_of(KERNELS.iter().map(|(word, _)| (*word, ""))));
     replace(&mut simulation["islands"], one_of(ISLANDS.iter().map(|(word, _)| (*word, ""))));
     replace(&mut simulation["without"]["items"], one_of(SAVINGS.iter().copied()));
+    let defaults = [
+        ("tolerance", DEFAULT_TOLERANCE.into()),
+        ("method", DEFAULT_METHOD.into()),
+        ("engine", ENGINES[0].0.into()),
+        ("formulation", FORMULATIONS[0].0.into()),
+        ("kernels", KERNELS[0].0.into()),
+        ("islands", ISLANDS[0].0.into()),
+        ("max_steps", Options::default().max_steps.into()),
+    ];
+    for (key, default) in defaults {
+        simulation[key]["default"] = default;
+    }
     schema
+}
+
+/// The reference of the scene format, Markdown, with the elements of a catalog and these methods of integration: what
+/// [`scene_schema`] has, for people.
+#[must_use]
+pub fn scene_page(catalog: &Catalog, methods: &Methods) -> String {
+    page(&scene_schema(catalog, methods))
 }

@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use super::error::SessionError;
-use super::open::Session;
-use super::run::{DEFAULT_METHOD, RunReport};
+use super::opened::Session;
+use super::options::DEFAULT_METHOD;
+use super::outcome::RunReport;
 use crate::diagnostics::codes;
 use crate::results::{Samples, Verified, significant};
 use crate::scene::{Dimension, OutputTimes, Spanned};
@@ -38,7 +39,6 @@ impl Session {
     /// As for [`Session::open`].
     pub fn sharper(&self) -> Result<(Self, Sharper), SessionError> {
         let mut scene = self.scene.clone();
-        scene.simulation.t_start = self.opened_at;
         let name = scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |method| method.value.as_str()).to_owned();
         let needs_step = self.options.methods.make(&name).is_some_and(|method| method.needs_fixed_step());
         let settings = &mut scene.simulation;
@@ -71,8 +71,8 @@ impl Session {
         let method = OTHER_METHODS.iter().find(known).map_or(name.as_str(), |other| *other);
         settings.method = Some(Spanned::new(method.to_owned(), 0..0));
         let how = format!("{method} instead of {}, {steps}", if self.determined { "kinematic" } else { &name });
-        let mut sharper = Self::prepare(scene, Vec::new(), &self.catalog, &self.options, None, Instant::now())?;
-        if let Some(state) = &self.gone_on_from {
+        let mut sharper = Self::of_scene(scene, Vec::new(), &self.catalog, &self.options, None, Instant::now())?;
+        if let Some(state) = &self.begins.state {
             sharper.go_on_from(state.clone())?;
         }
         let comparing = Sharper {

@@ -1,6 +1,7 @@
 //! How a mechanism starts: which velocities are given, which were chosen, and by what rule.
 
-use super::open::{Session, place_of_body};
+use super::objections::place_of_body;
+use super::opened::Session;
 use crate::analysis::{Assembly, Chosen};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::StartVelocity;

@@ -14,6 +14,7 @@ mod particles;
 mod pruning;
 mod recoveries;
 mod restarts;
+mod runs;
 mod signals;
 #[cfg(feature = "jit")]
 mod tiers;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::libraries::{requests, search_path};
-use super::open::RunOptions;
+use super::options::RunOptions;
 use crate::catalog::{Request, SearchPath, read_manifest, sha256_of};
 use crate::scene::read;
 

@@ -1,7 +1,7 @@
 //! The Newton-Euler balance of every body, from what a run reports.
 
 use super::case::Balance;
-use crate::model::{Axes, Channel, Level, Quantity};
+use crate::model::{Axes, Channel, Level, Model, Quantity};
 use crate::scene::Dimension;
 use crate::session::{RunReport, Session};
 
@@ -34,53 +34,60 @@ enum Kind {
     Spin { inertia: f64 },
 }
 
-impl Reports {
-    /// Adds what is needed to the channels of a scene: the imbalance of every body, and all loads to judge it by.
-    pub(super) fn request(session: &mut Session) -> Self {
-        let length = session.assembly.scales.length;
-        let model = &mut session.model;
-        let mut wanted: Vec<(Kind, Quantity)> = Vec::new();
-        for (body, own) in model.bodies.iter().enumerate() {
-            let inertia = own.inertia.diagonal().max();
+/// What a balance needs of a scene: the imbalance of every body, and all loads to judge it by.
+fn wanted(model: &Model) -> Vec<(Kind, Quantity)> {
+    let mut wanted: Vec<(Kind, Quantity)> = Vec::new();
+    for (body, own) in model.bodies.iter().enumerate() {
+        let inertia = own.inertia.diagonal().max();
+        for component in 0..3 {
+            for torque in [false, true] {
+                let quantity = Quantity::Balance { body, torque, component };
+                wanted.push((Kind::Left { body, torque }, quantity));
+            }
+            let level = Level::Velocity;
+            wanted.push((Kind::Spin { inertia }, Quantity::Angular { body, level, axes: Axes::Ground, component }));
+        }
+    }
+    let loaded =
+        model.elements.iter().enumerate().filter(|(_, instance)| instance.class.kind != element_api::Kind::Control);
+    for (element, instance) in loaded {
+        for (frame, _) in instance.markers.iter().enumerate().filter(|(_, marker)| marker.body.is_some()) {
             for component in 0..3 {
                 for torque in [false, true] {
-                    let quantity = Quantity::Balance { body, torque, component };
-                    wanted.push((Kind::Left { body, torque }, quantity));
-                }
-                let level = Level::Velocity;
-                wanted.push((Kind::Spin { inertia }, Quantity::Angular { body, level, axes: Axes::Ground, component }));
-            }
-        }
-        let loaded =
-            model.elements.iter().enumerate().filter(|(_, instance)| instance.class.kind != element_api::Kind::Control);
-        for (element, instance) in loaded {
-            for (frame, _) in instance.markers.iter().enumerate().filter(|(_, marker)| marker.body.is_some()) {
-                for component in 0..3 {
-                    for torque in [false, true] {
-                        let quantity = Quantity::Load { element, frame, torque, axes: Axes::Ground, component };
-                        wanted.push((Kind::Load { torque }, quantity));
-                    }
+                    let quantity = Quantity::Load { element, frame, torque, axes: Axes::Ground, component };
+                    wanted.push((Kind::Load { torque }, quantity));
                 }
             }
         }
-        let first = model.channels.len();
-        let kinds = wanted.iter().map(|(kind, _)| *kind).collect();
-        let channel = |(k, (_, quantity)): (usize, (Kind, Quantity))| Channel {
-            name: format!("balance {k}"),
-            quantity,
-            unit: String::new(),
-            factor: 1.0,
-            dimension: Dimension::DIMENSIONLESS,
-            place: String::new(),
-        };
-        model.channels.extend(wanted.into_iter().enumerate().map(channel));
+    }
+    wanted
+}
+
+/// The channels that a balance needs behind those of a scene, for [`crate::session::RunOptions::further_channels`].
+pub(super) fn channels(model: &Model) -> Vec<Channel> {
+    let channel = |(k, (_, quantity)): (usize, (Kind, Quantity))| Channel {
+        name: format!("balance {k}"),
+        quantity,
+        unit: String::new(),
+        factor: 1.0,
+        dimension: Dimension::DIMENSIONLESS,
+        place: String::new(),
+    };
+    wanted(model).into_iter().enumerate().map(channel).collect()
+}
+
+impl Reports {
+    /// Those of a session with the [`channels`] that are needed.
+    pub(super) fn of(session: &Session) -> Self {
+        let model = &session.model;
+        let kinds: Vec<Kind> = wanted(model).into_iter().map(|(kind, _)| kind).collect();
         let heaviest = model.bodies.iter().map(|body| body.mass).fold(0.0, f64::max);
         Self {
-            first,
+            first: model.channels.len() - kinds.len(),
             kinds,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             weight: heaviest * model.gravity.norm(),
-            length,
+            length: session.assembly.scales.length,
         }
     }
 

@@ -6,16 +6,17 @@ use std::sync::Arc;
 
 use element_api::{Descriptor, Kind};
 
-use super::balance::Reports;
+use super::balance::{Reports, channels};
 use super::*;
 use crate::session::{RunOptions, RunReport, Session};
 use crate::tests::{catalog, scene, scenes};
 
 /// A run of a scene with the reports for its balance.
 fn reported(text: &str) -> (Reports, RunReport) {
-    let session = Session::with_catalog(scene(text), Vec::new(), &catalog(), &RunOptions::default());
-    let mut session = session.unwrap_or_else(|error| panic!("{error}"));
-    let reports = Reports::request(&mut session);
+    let options = RunOptions { further_channels: Some(channels), ..RunOptions::default() };
+    let session = Session::with_catalog(scene(text), Vec::new(), &catalog(), &options);
+    let session = session.unwrap_or_else(|error| panic!("{error}"));
+    let reports = Reports::of(&session);
     let report = session.run(None, Box::new(|_| ()), &Arc::default()).unwrap_or_else(|error| panic!("{error}"));
     (reports, report)
 }

@@ -4,11 +4,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::balance::Reports;
+use super::balance::{self, Reports};
 use super::case::{Case, Checked, Measured, Rung, Work};
 use super::coverage::{Element, collect};
 use crate::catalog::{Catalog, Request, SearchPath};
 use crate::diagnostics::{Diagnostic, render};
+use crate::model::{Channel, Model};
 use crate::results::{CheckResult, Status, Summary};
 use crate::scene::{AuditTolerance, CheckRecord, Reference, Scene, read};
 use crate::session::{RunOptions, RunReport, Session, requests, search_path};
@@ -198,8 +199,8 @@ fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Meas
         ladder: Vec::new(),
     };
     // A run of its own: what it reports in addition would be counted as work.
-    let mut session = open(scene, catalog)?;
-    let reports = Reports::request(&mut session);
+    let session = open_with(scene, catalog, Some(balance::channels))?;
+    let reports = Reports::of(&session);
     measured.balance = reports.judge(&run(session)?);
     if settings.ladder {
         let at = |tolerance| rung(scene, catalog, tolerance);
@@ -210,7 +211,16 @@ fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Meas
 }
 
 fn open(scene: &Scene, catalog: &Catalog) -> Result<Session, String> {
-    let options = RunOptions { jobs: 1, ..RunOptions::default() };
+    open_with(scene, catalog, None)
+}
+
+/// With channels behind those that the scene asks for.
+fn open_with(
+    scene: &Scene,
+    catalog: &Catalog,
+    further_channels: Option<fn(&Model) -> Vec<Channel>>,
+) -> Result<Session, String> {
+    let options = RunOptions { jobs: 1, further_channels, ..RunOptions::default() };
     Session::with_catalog(scene.clone(), Vec::new(), catalog, &options).map_err(|error| error.render(false))
 }
 

@@ -184,7 +184,7 @@ fn what_is_solved_for_balances_and_what_is_not_names_its_body() {
             Constraints::new(&stand.equations, &stand.model, &rows, &[gamma], &stand.equations.loads).unwrap();
         dynamics.evaluate(&inputs, stand.form.sets()).unwrap();
         let (a, lambda) = inputs[stand.layout.acceleration_slot()..].split_at(stand.layout.velocities());
-        let mut balance = Balance::new(mass_values(&stand.model), a.len(), lambda.len());
+        let mut balance = Balance::new(mass_values(&stand.model), [a.len(), lambda.len()], stand.length);
         let loads = dynamics.further(1).to_vec();
         balance.take(&dynamics, &loads, a, lambda);
         assert!(balance.of_bodies().share < 1e-13 && balance.of_all() < 1e-13);

@@ -51,6 +51,13 @@ fn all_scenes() -> Vec<String> {
     vec![scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1), branches(), driven(), tied()]
 }
 
+/// A state of the bodies in the coordinates of joints.
+fn in_joints(form: &mut JointForm, working: &[f64]) -> Vec<f64> {
+    let mut state = vec![f64::NAN; form.groups().len()];
+    form.state_of(working, &mut state);
+    state
+}
+
 /// A scene in the coordinates of joints, planned.
 pub(super) fn joint_plan(text: &str) -> (Prepared, JointPlan) {
     let prepared = prepared(text);
@@ -92,8 +99,7 @@ fn bodies_come_back_from_the_coordinates_of_their_joints() {
         let mut stand = stand(&text);
         for _ in 0..10 {
             let working = stand.consistent(&mut random, 0.2);
-            let mut state = vec![f64::NAN; form.groups().len()];
-            form.state_of(&working, &mut state);
+            let state = in_joints(&mut form, &working);
             let bodies = stand.layout.bodies;
             let mut found = bodies_at(&mut form, &state, bodies, &stand.layout);
             same_sign(&mut found, &working[..13 * bodies]);
@@ -114,8 +120,7 @@ fn the_bodies_accelerate_as_in_their_own_coordinates() {
             let working = stand.consistent(&mut random, 0.1);
             let inputs = stand.inputs(&working);
             let expected = stand.accelerations(&inputs);
-            let mut state = vec![f64::NAN; form.groups().len()];
-            form.state_of(&working, &mut state);
+            let state = in_joints(&mut form, &working);
             let mut rates = vec![f64::NAN; state.len()];
             form.rates(TIME, &state, &mut rates).unwrap();
             // Velocities of the bodies a little later and a little earlier.
@@ -173,8 +178,7 @@ fn derivatives_of_the_rates_are_what_differences_say() {
         let n = form.groups().len();
         for _ in 0..5 {
             let working = stand.consistent(&mut random, 0.05);
-            let mut state = vec![f64::NAN; n];
-            form.state_of(&working, &mut state);
+            let state = in_joints(&mut form, &working);
             let mut matrix = vec![f64::NAN; n * n];
             assert!(form.jacobian(TIME, &state, &mut matrix).unwrap());
             for _ in 0..5 {
@@ -331,8 +335,7 @@ fn rows_without_their_frame_are_shorter_and_vanish_with_those_in_it() {
     let mut random = Random(413);
     for _ in 0..5 {
         let working = stand.consistent(&mut random, 0.1);
-        let mut state = vec![f64::NAN; form.groups().len()];
-        form.state_of(&working, &mut state);
+        let state = in_joints(&mut form, &working);
         let coordinates = &straight.coordinates;
         let mut inputs = vec![0.0; coordinates.input_count];
         (0..coordinates.motion).for_each(|k| inputs[coordinates.slot_of(k)] = state[k]);
@@ -372,14 +375,58 @@ fn quantities_are_the_same_with_and_without_the_bodies() {
         let mut by_bodies = Evaluator::new(&equations.graph, &nodes);
         for _ in 0..10 {
             let working = stand.consistent(&mut random, 0.1);
-            let mut state = vec![f64::NAN; form.groups().len()];
-            form.state_of(&working, &mut state);
+            let state = in_joints(&mut form, &working);
             let inputs = form.observe(TIME, &state, false).unwrap().inputs.to_vec();
             let expected = by_bodies.run(&inputs, form.sets()).unwrap();
             let off = difference(form.run_own(TIME, &state, &mut own).unwrap(), expected);
             assert!(off < 1e-11, "{off:e}");
         }
     }
+}
+
+#[test]
+fn accelerations_and_reactions_along_the_tree_are_those_of_the_bodies() {
+    let mut random = Random(1307);
+    let mut along_the_tree = 0;
+    for text in all_scenes() {
+        let mut form = joint_form(&text);
+        let mut stand = stand(&text);
+        let Prepared { mut equations, plan, .. } = prepared(&text);
+        let layout = plan.layout.clone();
+        let mut nodes: Vec<Node> =
+            (layout.acceleration_slot()..layout.multiplier_slot()).map(|slot| equations.graph.input(slot)).collect();
+        let multipliers: Vec<Node> =
+            (layout.multiplier_slot()..layout.inputs()).map(|slot| equations.graph.input(slot)).collect();
+        // What the reactions do to each body is unique even where they are not.
+        let mut on_bodies = vec![equations.graph.constant(0.0); layout.velocities()];
+        for (row, multiplier) in equations.rows.iter().zip(&multipliers) {
+            for (column, slope) in &row.jacobian {
+                let term = equations.graph.mul(*slope, *multiplier);
+                on_bodies[*column] = equations.graph.add(on_bodies[*column], term);
+            }
+        }
+        nodes.extend(on_bodies);
+        if plan.redundant_rows.is_empty() {
+            nodes.extend(multipliers);
+        }
+        let Some(mut solved) = form.solved_program(&equations, &nodes) else {
+            assert!(!equations.graph.calls.is_empty());
+            continue;
+        };
+        let mut by_bodies = Evaluator::new(&equations.graph, &nodes);
+        for _ in 0..10 {
+            let working = stand.consistent(&mut random, 0.1);
+            let state = in_joints(&mut form, &working);
+            let inputs = form.observe(TIME, &state, true).unwrap().inputs.to_vec();
+            let expected = by_bodies.run(&inputs, form.sets()).unwrap();
+            let size = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+            let Some(imbalance) = form.run_solved(TIME, &state, &mut solved).unwrap() else { continue };
+            along_the_tree += 1;
+            let off = difference(solved.outputs(), expected) / size;
+            assert!(off < 1e-11 && imbalance.share < 1e-12, "{off:e} {imbalance:?}");
+        }
+    }
+    assert!(along_the_tree >= 40, "{along_the_tree}");
 }
 
 #[test]

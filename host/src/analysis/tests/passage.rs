@@ -1,6 +1,6 @@
 //! Interpolation through a singular position against the functions it goes through.
 
-use super::super::passage::{Passage, Passing};
+use super::super::passage::{Passage, Passing, Refusing};
 use super::*;
 
 /// A point on a line, `(x, v)`, singular at `x = 0.02`. Remembers how near it was asked.
@@ -78,6 +78,16 @@ fn a_flat_four_bar_accelerates_as_its_neighbours_do() {
         for at in [12, 25] {
             let off = (rates[at] - expected).abs();
             assert!(off < bound, "{angle}: {} is off by {off:e}", rates[at]);
+        }
+        stand.form.certify(TIME, &state).unwrap();
+        // Accelerations that no constraint speaks against, but the power does; and those of one crank.
+        let along: Vec<usize> = (0..3).flat_map(|body| (13 * body + 7)..(13 * body + 13)).collect();
+        for (entries, blamed) in [(&along[..], "power"), (&[12][..], "joint")] {
+            let mut wrong = rates.clone();
+            entries.iter().for_each(|at| wrong[*at] += 1e-5 * state[*at]);
+            let error = stand.form.try_rates(TIME, &state, &wrong).unwrap_err();
+            let AnalysisError::Uncertified { what, share, .. } = &error else { panic!("{error}") };
+            assert!((1e-7..1e-4).contains(share) && (blamed == "power") == what.contains("power"), "{angle}: {error}");
         }
         let inputs = stand.inputs(&state);
         let off = (stand.accelerations(&inputs)[5] - expected).abs();

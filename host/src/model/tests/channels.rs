@@ -16,7 +16,7 @@ fn scene(outputs: &str) -> String {
         + &joint("screw", "screw")
         + "[[joint]]\nname = \"hinge\"\ntype = \"hinge\"\nbodies = [\"a\", \"ground\"]\n"
         + "[[force]]\nname = \"strut\"\ntype = \"strut\"\nbodies = [\"a\", \"ground\"]\npoints = [[1, 0, 0], [0, 0, 0]]\n\
-           params = { stiffness = 1 }\n"
+           params = { stiffness = 1 }\n[[input]]\nname = \"gust\"\nunit = \"kN\"\n"
         + outputs
 }
 
@@ -64,6 +64,7 @@ fn every_quantity_has_a_channel_with_its_unit() {
         ("quantity = \"coordinate_rate\"; of = \"screw\"; channel = \"advance\"", "mm/s"),
         ("quantity = \"coordinate_acceleration\"; of = \"hinge\"", "rad/s^2"),
         ("quantity = \"value\"; of = \"strut\"; channel = \"rate\"", "mm/s"),
+        ("quantity = \"input\"; of = \"gust\"", "kN"),
         ("quantity = \"balance_force\"; of = \"a\"; component = \"x\"", "mN"),
         ("quantity = \"balance_torque\"; of = \"a\"; component = \"x\"", "uN m"),
     ] {
@@ -75,7 +76,7 @@ fn every_quantity_has_a_channel_with_its_unit() {
         energies.map(|c| c.quantity),
         [Quantity::KineticEnergy, Quantity::PotentialEnergy, Quantity::TotalEnergy]
     );
-    assert_eq!(super::super::channels::QUANTITIES.len(), 19, "a new quantity needs a line here");
+    assert_eq!(super::super::channels::QUANTITIES.len(), 20, "a new quantity needs a line here");
 }
 
 #[test]

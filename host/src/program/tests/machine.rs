@@ -1,108 +1,11 @@
-//! Machine code: the interpreter's numbers, bit for bit, whatever the lists are cut into.
+//! Machine code of the equations of scenes: the interpreter's numbers, bit for bit, opaque calls between stages included.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+#[path = "../../../testing/machine.rs"]
+mod twins;
 
 use super::*;
 use crate::tests::{Prepared, prepared, scenes};
-
-/// Equal bits, or both not a number: which of the many is nobody's business.
-#[track_caller]
-fn assert_same(machine: &[f64], interpreted: &[f64]) {
-    for (k, (a, b)) in machine.iter().zip(interpreted).enumerate() {
-        assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "output {k}: {a:e} instead of {b:e}");
-    }
-}
-
-/// Who makes the machine code.
-#[derive(Debug, Clone, Copy)]
-enum By {
-    Assembler,
-    /// Cranelift, in pieces of so many operations.
-    Cranelift(usize),
-}
-
-/// Those that there are here: Cranelift with the feature `cranelift`, or where there is no assembler.
-fn makers(pieces: &[usize]) -> Vec<By> {
-    let assembler = MachineCode::can_assemble().then_some(By::Assembler);
-    let compiler = pieces.iter().filter(|_| MachineCode::can_compile()).map(|piece| By::Cranelift(*piece));
-    assembler.into_iter().chain(compiler).collect()
-}
-
-/// A program of the same outputs that runs as machine code.
-fn by_machine(program: &Program, maker: By) -> Program {
-    let mut program = program.clone();
-    let never = AtomicBool::new(false);
-    let code = match maker {
-        By::Assembler => MachineCode::compile(&program, Maker::Assembler, &never),
-        By::Cranelift(piece) => MachineCode::in_pieces(&program, &never, piece),
-    };
-    let code = code.unwrap();
-    assert!(code.bytes() > 0 || program.operations() == 0);
-    program.install(Arc::new(code));
-    assert!(program.is_machine_code());
-    program
-}
-
-#[test]
-fn random_programs_give_the_same_bits() {
-    let mut random = Random(23);
-    for round in 0..40 {
-        let (graph, nodes) = tape::random_graph(&mut random, 5, 40 + 20 * round);
-        let outputs: Vec<Node> = (0..12).map(|_| nodes[random.below(nodes.len())]).collect();
-        let program = Program::compile(&graph, &outputs);
-        for maker in makers(&[1 + random.below(120)]) {
-            let machine = by_machine(&program, maker);
-            let (mut a, mut b) = (program.workspace(), machine.workspace());
-            let (mut expected, mut found) = (vec![0.0; outputs.len()], vec![0.0; outputs.len()]);
-            for _ in 0..5 {
-                let inputs: Vec<f64> = random.vector(5).iter().map(|x| 3.0 * x).collect();
-                program.run(&inputs, &[], &mut a, &mut expected).unwrap();
-                machine.run(&inputs, &[], &mut b, &mut found).unwrap();
-                assert_same(&found, &expected);
-            }
-        }
-    }
-}
-
-#[test]
-fn every_operation_gives_the_same_bits_at_every_kind_of_number() {
-    let kinds = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.0,
-        0.3,
-        -2.7,
-        1e-310,
-        -1e308,
-        f64::MIN_POSITIVE,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::NAN,
-    ];
-    let mut g = Graph::default();
-    g.tables.push(element_api::Table::clamped(&[[-1.0, 0.0], [0.2, 1.0], [1.0, 0.5]]).unwrap());
-    let (a, b) = (g.input(0), g.input(1));
-    let (c, d) = (g.input(2), g.input(3));
-    let mut nodes = vec![g.add(a, b), g.sub(a, b), g.mul(a, b), g.div(a, b), g.neg(a), g.sqrt(a), g.sin(a), g.cos(a)];
-    nodes.extend([g.atan2(a, b), g.exp(a), g.ln(a), g.tanh(a), g.powf(a, 1.5), g.powf(a, -0.5), g.select(a, b, c, d)]);
-    nodes.extend((-11..=11).map(|n| g.powi(a, n)));
-    nodes.extend((0..4).map(|order| g.table(0, order, a)));
-    let program = Program::compile(&g, &nodes);
-    for maker in makers(&[7]) {
-        let machine = by_machine(&program, maker);
-        let (mut expected, mut found) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
-        for x in kinds {
-            for y in kinds {
-                let inputs = [x, y, 5.0, 7.0];
-                program.run(&inputs, &[], &mut program.workspace(), &mut expected).unwrap();
-                machine.run(&inputs, &[], &mut machine.workspace(), &mut found).unwrap();
-                assert_same(&found, &expected);
-            }
-        }
-    }
-}
+use twins::{assert_same, by_machine, makers};
 
 /// Everything the equations of a scene contain, opaque calls between stages included.
 #[test]
@@ -132,21 +35,5 @@ fn programs_of_scenes_give_the_same_bits() {
             }
             assert_eq!((a.runs(), b.runs()), (3, 3));
         }
-    }
-}
-
-#[test]
-fn what_is_no_longer_wanted_is_not_made() {
-    let mut g = Graph::default();
-    let a = g.input(0);
-    let node = g.sin(a);
-    let program = Program::compile(&g, &[node]);
-    let told = AtomicBool::new(true);
-    for maker in makers(&[7]) {
-        let made = match maker {
-            By::Assembler => MachineCode::compile(&program, Maker::Assembler, &told),
-            By::Cranelift(piece) => MachineCode::in_pieces(&program, &told, piece),
-        };
-        assert!(matches!(made, Err(MachineError::Cancelled)));
     }
 }

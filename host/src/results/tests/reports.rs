@@ -254,7 +254,10 @@ fn every_remedy_has_a_name_of_its_own_and_is_explained() {
     for (k, remedy) in Remedy::ALL.into_iter().enumerate() {
         assert_eq!((remedy as usize, Remedy::named(remedy.name())), (k, Some(remedy)));
         assert!(remedy.name().chars().all(|letter| letter == '-' || letter.is_ascii_lowercase()), "{remedy:?}");
-        assert!(include_str!("../../../../README.md").contains(&format!("\n| `{}` |", remedy.name())), "{remedy:?}");
+        assert!(
+            include_str!("../../../../docs/book/src/trouble.md").contains(&format!("\n| `{}` |", remedy.name())),
+            "{remedy:?}"
+        );
         for sentence in [remedy.meaning(), remedy.advice()] {
             assert!(sentence.ends_with('.') && sentence.len() > 20, "{remedy:?}");
         }

@@ -1,5 +1,7 @@
 //! Memory between steps, stopping, sinks, exit codes.
 
+use super::super::samplings::Rows;
+use super::super::simulation::Simulation;
 use super::*;
 use crate::analysis::WorkingForm;
 use crate::integrate::{self, IntegrateError, Options, Span};
@@ -54,28 +56,25 @@ fn progress_ends_at_one() {
     assert_eq!(told, 1.0);
 }
 
+/// Full after three rows.
+struct Disk<'a>(&'a mut Vec<(usize, usize)>);
+
+impl Sink for Disk<'_> {
+    fn sample(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
+        self.0.push((number, values.len()));
+        if number == 3 { Err(std::io::Error::other("the disk is full")) } else { Ok(()) }
+    }
+}
+
 #[test]
 fn a_sink_that_fails_ends_the_run() {
     let Session { mut model, mut equations, plan, assembly, start_health, .. } = open(&thrown());
     let length = assembly.scales.length;
     let form = WorkingForm::new(&equations, &mut model, &plan, length, start_health).unwrap();
     let mut taken = Vec::new();
-    let sink: Sink<'_> = Box::new(|number, values: &[f64]| {
-        taken.push((number, values.len()));
-        if number == 3 { Err(std::io::Error::other("the disk is full")) } else { Ok(()) }
-    });
-    let mut system = Simulation::new(
-        &mut equations,
-        &model,
-        &plan.layout,
-        &assembly,
-        Box::new(form),
-        1e-8,
-        sink,
-        Box::new(|_| ()),
-        Arc::default(),
-    )
-    .unwrap();
+    let rows = Rows::Sent(Box::new(Disk(&mut taken)));
+    let mut system =
+        Simulation::new(&mut equations, &model, &plan.layout, &assembly, Box::new(form), 1e-8, rows).unwrap();
     let mut state = system.start(0.0, &assembly).unwrap();
     system.watch(0.0, &state).unwrap();
     let times: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();

@@ -27,7 +27,7 @@ impl Drop for Scratch {
 }
 
 /// Continuous and discrete states, an angle over many turns, friction that switches, a loop-free and a merged body.
-fn machine(keys: &str) -> String {
+pub(super) fn machine(keys: &str) -> String {
     settings(&format!("gravity = [0, -9.81, 0]; t_end = 4; output_step = 0.13; checkpoint_every = 0.5; {keys}"))
         + "[[body]]\nname = \"wheel\"\nmass = 1\ninertia = [0.1, 0.1, 0.2]\nangular_velocity = [0, 0, 30]\n\
            [[body]]\nname = \"arm\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [0.5, 0, 0]\n\

@@ -149,7 +149,7 @@ fn an_island_that_ends_early_leaves_the_results_up_to_there() {
     let text = settings("t_end = 2; output_step = 0.1; method = \"dop853\"")
         + &oscillator("good", 5.0, 3.0)
         + &driven_too_far();
-    for text in [parted(&text), text] {
+    for (text, apart) in [(parted(&text), true), (text, false)] {
         let report = run(&text);
         let summary = &report.summary;
         assert_eq!((summary.status, report.exit_code()), (Status::StoppedEarly, Exit::Integration as i32));
@@ -157,6 +157,7 @@ fn an_island_that_ends_early_leaves_the_results_up_to_there() {
         assert!((summary.t_end_reached - end).abs() < 1e-3, "{} of {end}", summary.t_end_reached);
         assert_eq!((report.times.len(), summary.rows), (12, 12), "{:?}", report.times);
         assert!(off(&report, "phi", |t| t) < 1e-9 && off(&report, "x_good", |t| 1.0 + 0.1 * (3.0 * t).cos()) < 1e-9);
+        assert_eq!(summary.islands.len(), if apart { 2 } else { 0 });
         let Some([good, bad]) = summary.islands.first_chunk() else { continue };
         assert!(summary.reason.starts_with("the island of `crank`: "), "{}", summary.reason);
         assert_eq!((good.status, good.t_end_reached, bad.status), (Status::Completed, 2.0, Status::StoppedEarly));

@@ -1,0 +1,154 @@
+//! The last words of a program that a library breaks: [`tell_crashes`].
+//!
+//! An invalid access, a stack that overflows or `abort` in foreign code ends the process; nothing can be repaired then. But
+//! whose code it was can be told: each watched call leaves a pointer to its [`Post`] for its thread, and a handler of the
+//! signals that end a process reads it.
+//!
+//! The handler runs in the middle of anything, on the alternate stack that the standard library gives each of its threads. So
+//! it does nothing but reading atomic numbers, trying one lock, and writing bytes.
+
+// Signals can't be handled safely; each use says why it holds.
+#![allow(unsafe_code)]
+
+use std::cell::Cell;
+use std::ffi::{c_int, c_void};
+use std::marker::PhantomData;
+use std::mem::MaybeUninit;
+use std::ptr;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::watchdog::Post;
+use odyn_diagnostics::codes;
+
+/// A signal, and what it says to a user.
+struct Signal {
+    number: c_int,
+    words: &'static str,
+    /// What was to be done before, and is done after the last words.
+    before: OnceLock<libc::sigaction>,
+}
+
+impl Signal {
+    const fn new(number: c_int, words: &'static str) -> Self {
+        Self { number, words, before: OnceLock::new() }
+    }
+}
+
+/// What ends a process from inside.
+static SIGNALS: [Signal; 5] = [
+    Signal::new(libc::SIGSEGV, "SIGSEGV: an invalid access to memory, or recursion without end"),
+    Signal::new(libc::SIGBUS, "SIGBUS: an invalid access to memory"),
+    Signal::new(libc::SIGILL, "SIGILL: an instruction that this processor does not know"),
+    Signal::new(libc::SIGFPE, "SIGFPE: a division of integers by zero"),
+    Signal::new(libc::SIGABRT, "SIGABRT: it ended itself"),
+];
+
+thread_local! {
+    // Without a destructor and with a constant at the start, so that reading it is nothing but reading memory.
+    static HERE: Cell<*const Post> = const { Cell::new(ptr::null()) };
+}
+
+/// While it lives, the thread works in a library for this post.
+pub(super) struct Here<'a> {
+    before: *const Post,
+    post: PhantomData<&'a Post>,
+}
+
+impl<'a> Here<'a> {
+    /// `[hot, no allocation]`
+    pub(super) fn enter(post: &'a Post) -> Self {
+        Self { before: HERE.replace(post), post: PhantomData }
+    }
+}
+
+impl Drop for Here<'_> {
+    fn drop(&mut self) {
+        HERE.set(self.before);
+    }
+}
+
+/// From now on, a crash of this process (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT) while a watched call into a library is under
+/// way is told on standard error, with library, element, instance and function. What happens then is what happened before: the
+/// process ends by that signal.
+///
+/// For programs, which own the signals of their process; a library that uses O-DYN does not call this. A second call changes
+/// nothing.
+pub fn tell_crashes() {
+    for signal in &SIGNALS {
+        let mut before = MaybeUninit::uninit();
+        // SAFETY: asks only; the second pointer is to memory for an answer.
+        if unsafe { libc::sigaction(signal.number, ptr::null(), before.as_mut_ptr()) } != 0 {
+            continue;
+        }
+        // SAFETY: the call above wrote it. It is kept before the handler, which reads it, can be called.
+        if signal.before.set(unsafe { before.assume_init() }).is_err() {
+            continue;
+        }
+        // SAFETY: a `sigaction` of zeros is one without flags and with an empty mask.
+        let mut action: libc::sigaction = unsafe { MaybeUninit::zeroed().assume_init() };
+        let handler: extern "C" fn(c_int, *mut libc::siginfo_t, *mut c_void) = last_words;
+        action.sa_sigaction = handler as usize;
+        action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
+        // SAFETY: the handler has the form that SA_SIGINFO asks for and does only what a handler may do.
+        unsafe { libc::sigaction(signal.number, &action, ptr::null_mut()) };
+    }
+}
+
+/// The handler.
+extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_void) {
+    // An overflow of the stack becomes an `abort` in the standard library's handler: once is enough.
+    static TOLD: AtomicBool = AtomicBool::new(false);
+    let Some(signal) = SIGNALS.iter().find(|signal| signal.number == number) else { return };
+    // SAFETY: set by a call that is under way on this very thread and borrows the post.
+    let post = unsafe { HERE.get().as_ref() };
+    if let Some(post) = post
+        && !TOLD.swap(true, Ordering::Relaxed)
+    {
+        tell(post, signal.words);
+    }
+    if let Some(before) = signal.before.get() {
+        // SAFETY: gives back what the system gave.
+        unsafe { libc::sigaction(number, before, ptr::null_mut()) };
+    }
+    // A fault happens again when this returns, and is then treated as before. A signal that was sent does not.
+    // SAFETY: the system hands over a valid description; raising a signal is allowed here, it is delivered when this returns.
+    unsafe {
+        if (*info).si_code <= 0 {
+            libc::raise(number);
+        }
+    }
+}
+
+/// Writes who was called, for what, and what came of it, piece by piece.
+fn tell(post: &Post, what: &str) {
+    let (function, instance) = post.at();
+    write(b"\nerror[");
+    write(codes::PLUGIN_CRASHED.as_bytes());
+    write(b"]: `");
+    // Who holds this lock holds it for a moment only; but nothing may be waited for here.
+    let names = post.names.try_lock().ok();
+    let name = names.as_ref().and_then(|names| names.get(instance)).filter(|name| !name.is_empty());
+    if let Some(name) = name {
+        write(name.as_bytes());
+        write(b"` (");
+    }
+    write(post.library.as_bytes());
+    if !post.element.is_empty() {
+        write(b"/");
+        write(post.element.as_bytes());
+    }
+    write(if name.is_some() { b")" } else { b"`" });
+    write(b" crashed in `");
+    write(function.as_bytes());
+    write(b"`, ");
+    write(what.as_bytes());
+    write(b"\n  = help: the code of the library broke the program; report it to the author of the library");
+    write(b"\n  = help: rows of results up to there are on disk, but for the last moments\n");
+}
+
+/// To standard error, whether that works or not.
+fn write(bytes: &[u8]) {
+    // SAFETY: pointer and length are those of a slice.
+    let _ = unsafe { libc::write(libc::STDERR_FILENO, bytes.as_ptr().cast(), bytes.len()) };
+}

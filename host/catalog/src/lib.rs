@@ -1,0 +1,367 @@
+//! The catalog: which element types there are, and which library provides each.
+//!
+//! - **Takes**: names of libraries with a [`SearchPath`], or libraries that are linked in.
+//! - **Gives**: [`Catalog::find`]: the class behind a type name, and which library it is from.
+//! - **May touch**: files of libraries, the user's cache folder, the loader of the system. `loader.rs` is the only file
+//!   of the host that loads foreign code, `c_library` the one that calls into libraries in C; a library's text
+//!   ([`Manifest`]) is read and judged before its code runs.
+//! - **Must not know**: scenes, equations, bodies.
+//!
+//! Full names are `package/element`. The short name, the part behind the slash, is enough while it is unique among the
+//! loaded libraries.
+//!
+//! | file | content |
+//! |---|---|
+//! | `request.rs`, `search.rs` | what is asked for, where it is looked for, which one is taken |
+//! | `hash.rs` | SHA-256 |
+//! | `file.rs`, `loader.rs`, `private_copy.rs`, `watchdog.rs` | a file judged, loaded, kept, watched |
+//! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
+//! | `error.rs` | why a library or an element type can't be had |
+//!
+//! Without the feature `abi` a catalog holds linked-in libraries only. With the feature `crashes` a program can tell whose code
+//! broke it (`tell_crashes`).
+
+#[cfg(feature = "abi")]
+mod archive;
+#[cfg(feature = "abi")]
+mod c_library;
+#[cfg(all(unix, feature = "crashes"))]
+mod crash;
+mod error;
+#[cfg(feature = "abi")]
+mod file;
+mod hash;
+#[cfg(feature = "abi")]
+mod loader;
+#[cfg(feature = "abi")]
+mod package;
+#[cfg(feature = "abi")]
+mod private_copy;
+mod request;
+mod search;
+#[cfg(feature = "abi")]
+mod store;
+mod watchdog;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use element_api::descriptor::{Descriptor, Kind};
+use element_api::fence;
+use element_api::manifest::{ABI, CONVENTIONS, INTERFACE, Library, ManifestElement, Profile};
+use element_api::set::ElementClass;
+
+use odyn_diagnostics::{Diagnostic, suggest};
+
+#[cfg(feature = "abi")]
+pub use archive::Package;
+#[cfg(all(unix, feature = "crashes"))]
+pub use crash::tell_crashes;
+pub use element_api::manifest::Manifest;
+pub use error::CatalogError;
+#[cfg(feature = "abi")]
+pub use file::{read_manifest, scan};
+pub use hash::{sha256, sha256_of};
+#[cfg(feature = "abi")]
+pub use package::{ENDING, INFO_FILE, PackageInfo, target};
+pub use request::Request;
+pub use search::{Choice, ENVIRONMENT, Found, Origin, Place, SearchPath};
+#[cfg(feature = "abi")]
+pub use store::{Installed, Store};
+pub use watchdog::{Late, Watchdog};
+
+/// The element types that a scene may use.
+#[derive(Clone, Default)]
+pub struct Catalog {
+    libraries: Vec<Entry>,
+    warnings: Vec<Diagnostic>,
+    /// Where the libraries were looked for; also the place to look for the one a scene forgot to name.
+    search: SearchPath,
+    /// Where private copies of libraries go; `None`: the user's cache folder.
+    copies: Option<PathBuf>,
+    /// Who watches the calls into them.
+    watchdog: Option<Watchdog>,
+}
+
+/// One library of a catalog.
+#[derive(Clone)]
+struct Entry {
+    info: Arc<LibraryInfo>,
+    classes: Vec<Arc<dyn ElementClass>>,
+}
+
+/// What is known of a library.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LibraryInfo {
+    /// Name of its crate; the part before the slash in full element names.
+    pub package: String,
+    /// Version of its crate.
+    pub version: String,
+    /// One sentence for the user.
+    pub about: String,
+    /// The file it was loaded from; `None` when it is linked in.
+    pub path: Option<PathBuf>,
+    /// SHA-256 of that file, 64 hexadecimal digits; `None` when it is linked in.
+    pub sha256: Option<String>,
+    /// Version of the binary interface.
+    pub abi: u32,
+    /// Number of its conventions (axes, units, signs).
+    pub conventions: u32,
+    /// Version of `element-api` it was built with.
+    pub interface: String,
+    /// How it was compiled.
+    pub profile: Profile,
+    /// Processor features its compiler was allowed to use.
+    pub features: Vec<String>,
+    /// What it provides.
+    pub elements: Vec<ManifestElement>,
+}
+
+/// An element type of a catalog.
+#[derive(Clone)]
+pub struct ElementHandle {
+    /// The class.
+    pub class: Arc<dyn ElementClass>,
+    /// The library it is from.
+    pub library: Arc<LibraryInfo>,
+}
+
+impl ElementHandle {
+    /// Names, parameters, sizes.
+    #[must_use]
+    pub fn descriptor(&self) -> &Descriptor {
+        self.class.descriptor()
+    }
+
+    /// `package/element`.
+    #[must_use]
+    pub fn full_name(&self) -> String {
+        format!("{}/{}", self.library.package, self.descriptor().name)
+    }
+}
+
+impl std::fmt::Debug for ElementHandle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ElementHandle({})", self.full_name())
+    }
+}
+
+impl std::fmt::Debug for Catalog {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.elements()).finish()
+    }
+}
+
+impl Catalog {
+    /// A catalog without libraries.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The same catalog, keeping the private copies of libraries that are loaded from now on in this folder instead of the
+    /// user's cache folder. Nobody else must be able to write there.
+    #[must_use]
+    pub fn with_copies_in(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.copies = Some(folder.into());
+        self
+    }
+
+    /// The same catalog, the calls into libraries that are added from now on watched.
+    #[must_use]
+    pub fn watched_by(mut self, watchdog: Watchdog) -> Self {
+        self.watchdog = Some(watchdog);
+        self
+    }
+
+    /// A catalog of the requested libraries, each a name such as `"joints"` or the path of a file.
+    ///
+    /// # Errors
+    /// Every request that failed, by its number, in their order.
+    pub fn load<S: AsRef<str>>(requests: &[S], search: &SearchPath) -> Result<Self, Vec<(usize, CatalogError)>> {
+        let mut catalog = Self::new();
+        let mut errors = Vec::new();
+        for (k, request) in requests.iter().enumerate() {
+            if let Err(error) = catalog.add(request.as_ref(), search) {
+                errors.push((k, error));
+            }
+        }
+        if errors.is_empty() { Ok(catalog) } else { Err(errors) }
+    }
+
+    /// Adds a library that is looked for on the search path; `request` is a name or the path of a file. A file that is
+    /// already in the catalog is not added again.
+    ///
+    /// # Errors
+    /// See [`CatalogError`]; the catalog is then as before.
+    pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+        self.add_request(&Request::named(request), search)
+    }
+
+    /// The same for a request that may be pinned to versions or to a content. A choice between different libraries of
+    /// the same name adds a note to [`Catalog::warnings`].
+    ///
+    /// # Errors
+    /// See [`CatalogError`]; the catalog is then as before.
+    #[cfg(feature = "abi")]
+    pub fn add_request(&mut self, request: &Request, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+        self.search = search.clone();
+        let choice = search.choose(request)?;
+        let path = choice.found.path.clone();
+        let expected = request.sha256.as_deref().or(choice.found.sha256.as_deref());
+        let load = || loader::load(&path, self.copies.as_deref(), expected);
+        let opened = match &self.watchdog {
+            Some(watchdog) => watchdog.load(&path.display().to_string(), load),
+            None => load(),
+        }?;
+        let same = |entry: &&Entry| entry.info.sha256.is_some() && entry.info.sha256 == opened.info.sha256;
+        if let Some(known) = self.libraries.iter().find(same) {
+            return Ok(Arc::clone(&known.info));
+        }
+        let info = self.insert(opened.info, opened.classes)?;
+        self.warnings.extend(opened.warnings);
+        self.warnings.extend(choice.note(request));
+        Ok(info)
+    }
+
+    /// Without the feature `abi` nothing can be loaded.
+    ///
+    /// # Errors
+    /// [`CatalogError::NoLoader`], always.
+    #[cfg(not(feature = "abi"))]
+    pub fn add_request(&mut self, request: &Request, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
+        self.search = search.clone();
+        Err(CatalogError::NoLoader { request: request.name.clone() })
+    }
+
+    /// Adds a library that is linked into this program. Panics of its elements are caught as for a loaded one.
+    ///
+    /// # Errors
+    /// [`CatalogError::DuplicatePackage`].
+    pub fn add_library(&mut self, library: Library) -> Result<Arc<LibraryInfo>, CatalogError> {
+        let elements = library.classes.iter().map(|class| {
+            let descriptor = class.descriptor();
+            ManifestElement { kind: descriptor.kind.word().into(), name: descriptor.name.clone() }
+        });
+        let info = LibraryInfo {
+            elements: elements.collect(),
+            package: library.package,
+            version: library.version,
+            about: library.about,
+            path: None,
+            sha256: None,
+            abi: ABI,
+            conventions: CONVENTIONS,
+            interface: INTERFACE.into(),
+            profile: Profile::OWN,
+            features: Vec::new(),
+        };
+        self.insert(info, library.classes.into_iter().map(|class| Arc::from(fence::class(class))).collect())
+    }
+
+    fn insert(
+        &mut self,
+        info: LibraryInfo,
+        classes: Vec<Arc<dyn ElementClass>>,
+    ) -> Result<Arc<LibraryInfo>, CatalogError> {
+        if let Some(known) = self.libraries.iter().find(|entry| entry.info.package == info.package) {
+            return Err(CatalogError::DuplicatePackage {
+                package: info.package.clone(),
+                first: known.info.origin(),
+                second: info.origin(),
+            });
+        }
+        let classes = match &self.watchdog {
+            Some(watchdog) => classes.into_iter().map(|class| watchdog.class(&info.package, class)).collect(),
+            None => classes,
+        };
+        let info = Arc::new(info);
+        self.libraries.push(Entry { info: Arc::clone(&info), classes });
+        Ok(info)
+    }
+
+    /// The element type of this name, full or short. With `kind`, only types of this kind are meant.
+    ///
+    /// # Errors
+    /// [`CatalogError::UnknownType`], [`CatalogError::AmbiguousType`] or [`CatalogError::WrongKind`].
+    pub fn find(&self, name: &str, kind: Option<Kind>) -> Result<ElementHandle, CatalogError> {
+        let (package, short) = match name.split_once('/') {
+            Some((package, short)) => (Some(package), short),
+            None => (None, name),
+        };
+        let named: Vec<ElementHandle> = self
+            .elements()
+            .filter(|e| e.descriptor().name == short && package.is_none_or(|p| e.library.package == p))
+            .collect();
+        let mut fitting = named.iter().filter(|e| kind.is_none_or(|k| e.descriptor().kind == k));
+        match (fitting.next(), fitting.next()) {
+            (Some(only), None) => Ok(only.clone()),
+            (Some(_), Some(_)) => Err(CatalogError::AmbiguousType {
+                name: name.into(),
+                candidates: named
+                    .iter()
+                    .filter(|e| kind.is_none_or(|k| e.descriptor().kind == k))
+                    .map(ElementHandle::full_name)
+                    .collect(),
+            }),
+            (None, _) => Err(match named.first() {
+                Some(other) => CatalogError::WrongKind {
+                    name: name.into(),
+                    expected: kind.map_or("element", Kind::word),
+                    found: other.descriptor().kind.word(),
+                },
+                None => self.unknown(name, package, short, kind),
+            }),
+        }
+    }
+
+    /// Why a name may be unknown: mistyped, or from a library that isn't loaded.
+    fn unknown(&self, name: &str, package: Option<&str>, short: &str, kind: Option<Kind>) -> CatalogError {
+        let known: Vec<ElementHandle> =
+            self.elements().filter(|e| kind.is_none_or(|k| e.descriptor().kind == k)).collect();
+        let mut words: Vec<String> = known.iter().map(|e| e.descriptor().name.clone()).collect();
+        words.sort();
+        words.dedup();
+        let provider = self.search.provider(package, short).filter(|(manifest, _)| !self.has(&manifest.package));
+        CatalogError::UnknownType {
+            name: name.into(),
+            nearest: suggest(short, words.iter().map(String::as_str)),
+            provided_by: provider.map(|(manifest, path)| (manifest.package, path)),
+            known: words,
+        }
+    }
+
+    fn has(&self, package: &str) -> bool {
+        self.libraries.iter().any(|entry| entry.info.package == package)
+    }
+
+    /// All element types, library after library in the order of loading.
+    pub fn elements(&self) -> impl Iterator<Item = ElementHandle> + '_ {
+        self.libraries.iter().flat_map(|entry| {
+            let handle = |class| ElementHandle { class: Arc::clone(class), library: Arc::clone(&entry.info) };
+            entry.classes.iter().map(handle)
+        })
+    }
+
+    /// The libraries in the order of loading.
+    pub fn libraries(&self) -> impl Iterator<Item = &LibraryInfo> + '_ {
+        self.libraries.iter().map(|entry| &*entry.info)
+    }
+
+    /// What the user should know about the loaded libraries.
+    #[must_use]
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+}
+
+impl LibraryInfo {
+    /// The file, or `linked into this program`.
+    #[must_use]
+    pub fn origin(&self) -> String {
+        self.path.as_ref().map_or_else(|| "linked into this program".into(), |path| path.display().to_string())
+    }
+}

@@ -1,0 +1,243 @@
+//! Loading a library: everything that can be checked before its code runs is checked before.
+//!
+//! Order: bytes -> manifest -> interface, conventions, processor -> private copy -> system loader -> layout -> elements.
+//! A library is never unloaded: what it once gave may still be in use anywhere.
+
+// Loading foreign code and reading the floating-point control register can't be expressed safely.
+#![allow(unsafe_code)]
+
+use std::collections::HashMap;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use element_api::abi::{self, OpenError};
+use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, Profile};
+use element_api::set::ElementClass;
+
+use super::c_library;
+use super::file::manifest;
+use super::hash::sha256;
+use super::private_copy::private_copy;
+use super::{CatalogError, LibraryInfo};
+use odyn_diagnostics::{Diagnostic, codes};
+
+/// A library that has been loaded.
+pub(super) struct Opened {
+    pub info: LibraryInfo,
+    pub classes: Classes,
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// The libraries of this process by the hash of their content; a second load gives the same classes.
+static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
+
+type Classes = Vec<Arc<dyn ElementClass>>;
+
+/// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`,
+/// only a file with this SHA-256.
+pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Opened, CatalogError> {
+    let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
+    let bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+    let manifest = manifest(path, bytes.as_slice())?;
+    check(path, &manifest)?;
+    let sha256 = sha256(&bytes);
+    if let Some(expected) = expected.filter(|expected| *expected != sha256) {
+        return Err(CatalogError::Changed { path: path.into(), found: sha256, expected: expected.into() });
+    }
+    let mut warnings = Vec::new();
+    if manifest.profile == Profile::Debug && Profile::OWN == Profile::Release {
+        let text = format!("`{}` ({}) is a debug build", manifest.package, path.display());
+        warnings.push(
+            Diagnostic::warning(codes::DEBUG_PLUGIN, text)
+                .help("elements that are called at run time are a hundred times slower; build it with `--release`"),
+        );
+    }
+    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+    let loaded = loaded.get_or_insert_with(HashMap::new);
+    let classes = match loaded.get(&sha256) {
+        Some(classes) => classes.clone(),
+        None => {
+            let copy = private_copy(&bytes, &sha256, copies)
+                .map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
+            let classes = open(path, &copy, &manifest, &mut warnings)?;
+            loaded.insert(sha256.clone(), classes.clone());
+            classes
+        }
+    };
+    let info = LibraryInfo {
+        package: manifest.package,
+        version: manifest.version,
+        about: manifest.about,
+        path: Some(path.into()),
+        sha256: Some(sha256),
+        abi: manifest.abi,
+        conventions: manifest.conventions,
+        interface: manifest.interface,
+        profile: manifest.profile,
+        features: manifest.features,
+        elements: manifest.elements,
+    };
+    Ok(Opened { info, classes, warnings })
+}
+
+/// What the manifest alone tells.
+pub(super) fn check(path: &Path, manifest: &Manifest) -> Result<(), CatalogError> {
+    let (path, package) = (path.to_path_buf(), manifest.package.clone());
+    let (prefix, expected) = match manifest.table {
+        EntryTable::Rust => ("", ABI),
+        EntryTable::C => ("c", C_ABI),
+    };
+    if manifest.abi != expected {
+        let [found, expected] = [manifest.abi, expected].map(|version| format!("{prefix}{version}"));
+        return Err(CatalogError::AbiVersion { path, package, found, expected });
+    }
+    if manifest.conventions != CONVENTIONS {
+        return Err(CatalogError::Conventions { path, package, found: manifest.conventions, expected: CONVENTIONS });
+    }
+    let missing: Vec<String> = manifest.features.iter().filter(|f| !processor_has(f)).cloned().collect();
+    if !missing.is_empty() {
+        return Err(CatalogError::Processor { path, package, missing });
+    }
+    Ok(())
+}
+
+/// Whether this processor can do what the feature stands for; features this host doesn't know are taken on trust.
+#[cfg(target_arch = "x86_64")]
+fn processor_has(feature: &str) -> bool {
+    match feature {
+        "sse4.2" => is_x86_feature_detected!("sse4.2"),
+        "avx" => is_x86_feature_detected!("avx"),
+        "avx2" => is_x86_feature_detected!("avx2"),
+        "fma" => is_x86_feature_detected!("fma"),
+        "avx512f" => is_x86_feature_detected!("avx512f"),
+        "neon" => false,
+        _ => true,
+    }
+}
+
+/// Whether this processor can do what the feature stands for. 64-bit ARM processors always have `neon`.
+#[cfg(not(target_arch = "x86_64"))]
+fn processor_has(_: &str) -> bool {
+    true
+}
+
+/// Opens the private copy of a checked file.
+fn open(
+    path: &Path,
+    copy: &Path,
+    manifest: &Manifest,
+    warnings: &mut Vec<Diagnostic>,
+) -> Result<Classes, CatalogError> {
+    let package = || manifest.package.clone();
+    let before = floating_point_control();
+    let entry = entry(copy, &manifest.entry);
+    let after = floating_point_control();
+    if after != before {
+        set_floating_point_control(before);
+        let text = format!(
+            "`{}` ({}) changed the rounding or denormal mode of the processor while it was loaded",
+            manifest.package,
+            path.display()
+        );
+        warnings.push(
+            Diagnostic::warning(codes::PLUGIN_MISBEHAVED, text)
+                .help("the mode was restored; the library, or one it uses, was built with -Ofast or -ffast-math"),
+        );
+    }
+    let failed = |message: String| CatalogError::Failed { path: path.into(), package: package(), message };
+    let entry = entry.map_err(|error| failed(with_cause(&error)))?;
+    let classes = match manifest.table {
+        // SAFETY: the symbol that the manifest of an O-DYN library names is its header, and `entry` never unloads.
+        EntryTable::Rust => unsafe { abi::open(entry) },
+        // SAFETY: as above; the manifest says that it is the function of the C header.
+        EntryTable::C => unsafe { c_library::open(entry) },
+    };
+    let classes = classes.map_err(|error| match error {
+        OpenError::Layout(differences) => CatalogError::Layout { path: path.into(), package: package(), differences },
+        OpenError::Version { host, library } => {
+            CatalogError::AbiVersion { path: path.into(), package: package(), found: library, expected: host }
+        }
+        OpenError::Conventions(found) => {
+            CatalogError::Conventions { path: path.into(), package: package(), found, expected: CONVENTIONS }
+        }
+        OpenError::Root(message) => failed(message),
+        other => failed(other.to_string()),
+    })?;
+    let announced = |class: &dyn ElementClass| {
+        let descriptor = class.descriptor();
+        manifest.elements.iter().any(|element| element.is(descriptor.kind, &descriptor.name))
+    };
+    if classes.len() != manifest.elements.len() || !classes.iter().all(|class| announced(&**class)) {
+        return Err(failed("its elements are not the ones that its manifest names".into()));
+    }
+    Ok(classes.into_iter().map(Arc::from).collect())
+}
+
+/// The system's own words are in the cause.
+fn with_cause(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), |cause| format!("{error}: {cause}"))
+}
+
+/// The address of a symbol in a library that stays loaded.
+fn entry(copy: &Path, symbol: &str) -> Result<*const (), libloading::Error> {
+    // SAFETY: runs the initialisers of the library. That is what loading means; the file was checked as far as it can be.
+    let library = unsafe { open_now(copy.as_os_str()) }?;
+    // SAFETY: only the address is taken.
+    let address = unsafe { library.get::<*const ()>(symbol.as_bytes()).map(|symbol| *symbol) };
+    std::mem::forget(library);
+    address
+}
+
+/// Resolves all symbols at once: one that is missing is an error now and not a crash later.
+#[cfg(unix)]
+unsafe fn open_now(path: &OsStr) -> Result<libloading::Library, libloading::Error> {
+    use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+    // SAFETY: as the caller's.
+    unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
+}
+
+#[cfg(not(unix))]
+unsafe fn open_now(path: &OsStr) -> Result<libloading::Library, libloading::Error> {
+    // SAFETY: as the caller's.
+    unsafe { libloading::Library::new(path) }
+}
+
+/// The bits of MXCSR that decide results: masks, rounding, denormals; not the sticky flags.
+#[cfg(target_arch = "x86_64")]
+pub(super) fn floating_point_control() -> u64 {
+    let mut value = 0_u32;
+    // SAFETY: writes the register to the variable.
+    unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags)) };
+    u64::from(value & !0x3f)
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) fn set_floating_point_control(value: u64) {
+    let value = value as u32;
+    // SAFETY: a value that the register had before.
+    unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags)) };
+}
+
+#[cfg(target_arch = "aarch64")]
+pub(super) fn floating_point_control() -> u64 {
+    let value: u64;
+    // SAFETY: reads a register.
+    unsafe { std::arch::asm!("mrs {}, fpcr", out(reg) value, options(nostack, nomem, preserves_flags)) };
+    value
+}
+
+#[cfg(target_arch = "aarch64")]
+pub(super) fn set_floating_point_control(value: u64) {
+    // SAFETY: a value that the register had before.
+    unsafe { std::arch::asm!("msr fpcr, {}", in(reg) value, options(nostack, nomem, preserves_flags)) };
+}
+
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub(super) fn floating_point_control() -> u64 {
+    0
+}
+
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub(super) fn set_floating_point_control(_: u64) {}

@@ -1,0 +1,62 @@
+//! Graphs of operations, and programs that evaluate parts of them.
+//!
+//! - **Takes**: operations on numbers, one by one or as a checked recording.
+//! - **Gives**: a [`Graph`] in which every operation exists once, [`derivatives`] as further nodes of it, [`Program`]s (operations
+//!   in running order), [`MachineCode`] for them.
+//! - **May touch**: executable memory of its own; what a program calls while it runs, by [`element_api::set::ElementSet`].
+//! - **Must not know**: bodies, joints, scenes, integrators, files.
+//!
+//! Constants are folded; whatever an output does not depend on is not in its program. However a program is run, its results are
+//! the same, bit for bit.
+//!
+//! | file | content |
+//! |---|---|
+//! | `graph.rs` | nodes, simplified while they are made |
+//! | `derivative.rs` | exact derivatives along a direction |
+//! | `vector.rs` | vectors and matrices of nodes |
+//! | `import.rs` | recordings to nodes |
+//! | `rewrite.rs` | nodes of one graph carried over to another |
+//! | `condense.rs` | the same numbers by fewer operations |
+//! | `eliminate.rs` | linear systems solved operation by operation |
+//! | `ranges.rs` | what nodes can be while their inputs run through ranges |
+//! | `tape.rs` | programs |
+//! | `interpreter.rs` | what runs them without machine code |
+//! | `turn.rs` | sine and cosine of an angle at once |
+//! | `lanes.rs` | programs for several instances at once |
+//! | `kernels.rs` | operations that many places of a graph repeat, looped over them |
+//! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
+//! | `costs.rs` | what programs cost |
+
+mod condense;
+pub mod costs;
+mod derivative;
+mod eliminate;
+mod graph;
+mod import;
+mod interpreter;
+mod kernels;
+mod lanes;
+#[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
+mod machine;
+mod ranges;
+mod rewrite;
+mod tape;
+mod turn;
+mod vector;
+
+#[cfg(test)]
+mod tests;
+
+pub use condense::condense;
+pub use costs::{MachineError, Maker};
+pub use derivative::{Seeds, derivatives, derivatives_among};
+pub use eliminate::Elimination;
+pub use graph::{Call, Expr, Graph, Node};
+pub use import::{import, operation};
+pub use kernels::{NO_PLACE, Place, Writing};
+pub use lanes::Lanes;
+pub use machine::MachineCode;
+pub use ranges::Ranges;
+pub use rewrite::Rewriting;
+pub use tape::{Program, Sets, Used, Workspace};
+pub use vector::{M3, M6, V3, V6};

@@ -1,0 +1,110 @@
+//! [`MachineCode`]: a program as functions of the processor, made while the program runs.
+//!
+//! The same operations in the same order as the interpreter, none fused, and the same Rust functions for what is no single
+//! instruction: the results are the interpreter's, bit for bit. There are two makers:
+//!
+//! - the [`assembler`], for x86-64 with AVX on systems with the System V calling convention: a list of operations without
+//!   branches becomes instructions in one pass, at about a fortieth of the cost of a compiler;
+//! - [`cranelift`] elsewhere, and as the twin in the tests (feature `cranelift`).
+//!
+//! With x the registers of the workspace, an operation reads a register from x only where the function has not computed it
+//! itself, and writes one back only if it is read after the function ends, or meanwhile, where the processor's registers
+//! do not suffice.
+
+#![allow(unsafe_code, reason = "the only way to call machine code; each use says why it holds")]
+
+mod assembler;
+mod calls;
+#[cfg_attr(all(not(feature = "cranelift"), target_arch = "x86_64", unix), path = "no_cranelift.rs")]
+mod cranelift;
+mod liveness;
+
+use std::sync::atomic::AtomicBool;
+
+use element_api::Table;
+
+use super::costs::{MachineError, Maker};
+use super::tape::Program;
+
+/// A list of instructions, or a part of one, as a function: takes the registers and the tables.
+type Piece = unsafe extern "C" fn(*mut f64, *const Table);
+
+/// Functions that do what the lists of instructions of one program do.
+pub struct MachineCode {
+    /// For each list (one per stage, then the one after all calls) its functions in running order.
+    lists: Vec<Vec<Piece>>,
+    registers: usize,
+    tables: usize,
+    /// Size of the code, bytes.
+    bytes: usize,
+    _memory: Memory,
+}
+
+/// What the functions lie in; given back when it is dropped.
+#[expect(dead_code, reason = "held, not read")]
+enum Memory {
+    Assembled(assembler::Memory),
+    Cranelift(Box<cranelift::Memory>),
+}
+
+/// Functions by list, the size of their code in bytes, and what they lie in.
+type Made<M> = (Vec<Vec<Piece>>, usize, M);
+
+impl MachineCode {
+    /// Makes the functions of a program. `cancel` is looked at now and then.
+    ///
+    /// # Errors
+    /// See [`MachineError`]; the program can always be interpreted instead.
+    pub fn compile(program: &Program, maker: Maker, cancel: &AtomicBool) -> Result<Self, MachineError> {
+        if maker == Maker::Compiler {
+            return Self::in_pieces(program, cancel, cranelift::PIECE);
+        }
+        let (lists, bytes, memory) = assembler::make(program, cancel)?;
+        Ok(Self::new(program, lists, bytes, Memory::Assembled(memory)))
+    }
+
+    /// Whether this machine runs what the assembler makes.
+    #[must_use]
+    pub fn can_assemble() -> bool {
+        assembler::is_available()
+    }
+
+    /// Whether Cranelift is built in and knows this machine.
+    #[must_use]
+    pub fn can_compile() -> bool {
+        cranelift::is_available()
+    }
+
+    /// By Cranelift, with functions of `piece` operations.
+    pub fn in_pieces(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Self, MachineError> {
+        let (lists, bytes, memory) = cranelift::make(program, cancel, piece)?;
+        Ok(Self::new(program, lists, bytes, Memory::Cranelift(Box::new(memory))))
+    }
+
+    fn new(program: &Program, lists: Vec<Vec<Piece>>, bytes: usize, memory: Memory) -> Self {
+        Self { lists, registers: program.registers, tables: program.tables.len(), bytes, _memory: memory }
+    }
+
+    /// Size of the code, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// Runs list number `list` of the program that this was made from. `[hot, no allocation]`
+    pub(super) fn run(&self, list: usize, tables: &[Table], x: &mut [f64]) {
+        assert!(x.len() >= self.registers && tables.len() >= self.tables, "registers and tables of another program");
+        for piece in &self.lists[list] {
+            // SAFETY: the functions read and write registers below `self.registers` and pass table numbers below
+            // `self.tables`, which `liveness::check` found for every instruction and the assertion above finds within the
+            // slices; `x` is borrowed mutably, and nothing keeps the pointers.
+            unsafe { piece(x.as_mut_ptr(), tables.as_ptr()) };
+        }
+    }
+}
+
+impl std::fmt::Debug for MachineCode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MachineCode").field("bytes", &self.bytes).finish_non_exhaustive()
+    }
+}

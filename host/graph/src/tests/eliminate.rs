@@ -1,0 +1,79 @@
+//! Elimination operation by operation against dense factorisations.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::*;
+
+/// M = A A^T + I of a random band, rows with few entries; all numbers are inputs of the program.
+fn system(random: &mut Random, n: usize, m: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    let band = DMatrix::from_fn(n, n, |i, j| if i >= j && i - j < 3 { random.next() } else { 0.0 });
+    let mass = &band * band.transpose() + DMatrix::identity(n, n);
+    let rows = DMatrix::from_fn(m, n, |_, _| if random.next() > -0.6 { random.next() } else { 0.0 });
+    (mass, rows)
+}
+
+#[test]
+fn solutions_and_pivots_are_those_of_dense_matrices() {
+    let mut random = Random(501);
+    for (n, m) in [(1, 0), (3, 1), (6, 0), (7, 4), (12, 6)] {
+        let (mass, rows) = system(&mut random, n, m);
+        let mut graph = Graph::default();
+        let mut numbers: Vec<f64> = Vec::new();
+        let mut input = |graph: &mut Graph, value: f64| {
+            numbers.push(value);
+            graph.input(numbers.len() - 1)
+        };
+        let mut entries = Vec::new();
+        for column in 0..n {
+            for row in column..n {
+                if mass[(row, column)] != 0.0 {
+                    entries.push((row, column, input(&mut graph, mass[(row, column)])));
+                }
+            }
+        }
+        let jacobian: Vec<Vec<(usize, Node)>> = (0..m)
+            .map(|k| (0..n).filter(|j| rows[(k, *j)] != 0.0).map(|j| (j, input(&mut graph, rows[(k, j)]))).collect())
+            .collect();
+        let right: Vec<f64> = random.vector(n + m);
+        let nodes: Vec<Node> = right.iter().map(|value| input(&mut graph, *value)).collect();
+        let elimination = Elimination::new(&mut graph, n, &entries, &jacobian);
+        let (a, lambda) = elimination.solve(&mut graph, &nodes[..n], &nodes[n..]);
+        let outputs: Vec<Node> = a.into_iter().chain(lambda).chain(elimination.row_pivots.clone()).collect();
+        let program = Program::compile(&graph, &outputs);
+        let mut found = vec![f64::NAN; outputs.len()];
+        program.run(&numbers, &[], &mut program.workspace(), &mut found).unwrap();
+
+        let mut whole = DMatrix::zeros(n + m, n + m);
+        whole.view_mut((0, 0), (n, n)).copy_from(&mass);
+        whole.view_mut((n, 0), (m, n)).copy_from(&rows);
+        whole.view_mut((0, n), (n, m)).copy_from(&rows.transpose());
+        let expected = whole.lu().solve(&DVector::from_vec(right)).unwrap();
+        for (ours, theirs) in found.iter().zip(&expected) {
+            assert!((ours - theirs).abs() < 1e-11 * expected.amax(), "{ours} {theirs}");
+        }
+        // The product of the pivots of the rows is the determinant of J M^-1 J^T.
+        let schur = &rows * mass.try_inverse().unwrap() * rows.transpose();
+        let product: f64 = found[n + m..].iter().product();
+        assert!((product - schur.determinant()).abs() < 1e-10 * product.abs());
+    }
+}
+
+#[test]
+fn a_band_is_eliminated_without_fill() {
+    // A chain: entries next to the diagonal only. Operations per unknown stay the same.
+    let count = |n: usize| {
+        let mut graph = Graph::default();
+        let mut entries = Vec::new();
+        for k in 0..n {
+            entries.push((k, k, graph.input(3 * k)));
+            if k + 1 < n {
+                entries.push((k + 1, k, graph.input(3 * k + 1)));
+            }
+        }
+        let right: Vec<Node> = (0..n).map(|k| graph.input(3 * k + 2)).collect();
+        let elimination = Elimination::new(&mut graph, n, &entries, &[]);
+        let (a, _) = elimination.solve(&mut graph, &right, &[]);
+        Program::compile(&graph, &a).operations()
+    };
+    assert_eq!(count(40) - count(30), count(30) - count(20));
+}

@@ -1,0 +1,85 @@
+//! Machine code: the interpreter's numbers, bit for bit, whatever the lists are cut into.
+
+#[path = "../../../testing/machine.rs"]
+mod twins;
+
+use std::sync::atomic::AtomicBool;
+
+use super::*;
+use twins::{By, assert_same, by_machine, makers};
+
+#[test]
+fn random_programs_give_the_same_bits() {
+    let mut random = Random(23);
+    for round in 0..40 {
+        let (graph, nodes) = tape::random_graph(&mut random, 5, 40 + 20 * round);
+        let outputs: Vec<Node> = (0..12).map(|_| nodes[random.below(nodes.len())]).collect();
+        let program = Program::compile(&graph, &outputs);
+        for maker in makers(&[1 + random.below(120)]) {
+            let machine = by_machine(&program, maker);
+            let (mut a, mut b) = (program.workspace(), machine.workspace());
+            let (mut expected, mut found) = (vec![0.0; outputs.len()], vec![0.0; outputs.len()]);
+            for _ in 0..5 {
+                let inputs: Vec<f64> = random.vector(5).iter().map(|x| 3.0 * x).collect();
+                program.run(&inputs, &[], &mut a, &mut expected).unwrap();
+                machine.run(&inputs, &[], &mut b, &mut found).unwrap();
+                assert_same(&found, &expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_operation_gives_the_same_bits_at_every_kind_of_number() {
+    let kinds = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.3,
+        -2.7,
+        1e-310,
+        -1e308,
+        f64::MIN_POSITIVE,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    let mut g = Graph::default();
+    g.tables.push(element_api::Table::clamped(&[[-1.0, 0.0], [0.2, 1.0], [1.0, 0.5]]).unwrap());
+    let (a, b) = (g.input(0), g.input(1));
+    let (c, d) = (g.input(2), g.input(3));
+    let mut nodes = vec![g.add(a, b), g.sub(a, b), g.mul(a, b), g.div(a, b), g.neg(a), g.sqrt(a), g.sin(a), g.cos(a)];
+    nodes.extend([g.atan2(a, b), g.exp(a), g.ln(a), g.tanh(a), g.powf(a, 1.5), g.powf(a, -0.5), g.select(a, b, c, d)]);
+    nodes.extend((-11..=11).map(|n| g.powi(a, n)));
+    nodes.extend((0..4).map(|order| g.table(0, order, a)));
+    let program = Program::compile(&g, &nodes);
+    for maker in makers(&[7]) {
+        let machine = by_machine(&program, maker);
+        let (mut expected, mut found) = (vec![0.0; nodes.len()], vec![0.0; nodes.len()]);
+        for x in kinds {
+            for y in kinds {
+                let inputs = [x, y, 5.0, 7.0];
+                program.run(&inputs, &[], &mut program.workspace(), &mut expected).unwrap();
+                machine.run(&inputs, &[], &mut machine.workspace(), &mut found).unwrap();
+                assert_same(&found, &expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_longer_wanted_is_not_made() {
+    let mut g = Graph::default();
+    let a = g.input(0);
+    let node = g.sin(a);
+    let program = Program::compile(&g, &[node]);
+    let told = AtomicBool::new(true);
+    for maker in makers(&[7]) {
+        let made = match maker {
+            By::Assembler => MachineCode::compile(&program, Maker::Assembler, &told),
+            By::Cranelift(piece) => MachineCode::in_pieces(&program, &told, piece),
+        };
+        assert!(matches!(made, Err(MachineError::Cancelled)));
+    }
+}

@@ -1,0 +1,324 @@
+//! Scene: from the text of a scene file to plain records.
+//!
+//! - **Takes**: a TOML text and the `--set` texts of the command line.
+//! - **Gives**: a [`Scene`] with units converted to SI, expressions computed, directions normalised, and a byte range
+//!   wherever a later room may have to point; or all mistakes of the text at once.
+//! - **May touch**: the scene file ([`read`]) and nothing else.
+//! - **Must not know**: plugins (types and parameters of elements are passed on as written), bodies by index,
+//!   mathematics beyond arithmetic and rotations.
+//!
+//! The format, in short (every number may also be a text with a unit or an expression):
+//! ```toml
+//! title = "Pendulum"
+//! [units]
+//! length = "mm"                           # also mass, time, angle; force, torque, energy, pressure
+//! [plugins]
+//! libraries = ["joints"]                  # or { name = "joints", version = "^0.1", sha256 = "..." }
+//! [parameters]
+//! rod.length = "0.4 m"
+//! [simulation]
+//! gravity = [0, "-9.81 m/s^2", 0]
+//! t_end = 2
+//! output_step = 0.01
+//! [[body]]
+//! name = "rod"
+//! mass = 0.3
+//! inertia = [1, 1, 1]
+//! position = ["rod.length/2", 0, 0]
+//! [[joint]]
+//! name = "pivot"
+//! type = "revolute"
+//! bodies = ["ground", "rod"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//! [[force]]                               # and [[control]]
+//! name = "motor"
+//! type = "torque"
+//! bodies = ["ground", "rod"]
+//! inputs = { command = "pid.output" }     # a signal by name, or a constant
+//! [[input]]                               # a signal that a program gives while the scene runs
+//! name = "gust"
+//! unit = "N"                              # of its values
+//! value = 0                               # until another is given
+//! [[output]]
+//! name = "x"
+//! quantity = "position"
+//! of = "rod"
+//! component = "x"
+//! [[check]]                               # fails the run where it does not hold
+//! name = "swing"
+//! kind = "position"
+//! value = "x"
+//! reference = "rod.length/2 cos(3 t)"
+//! tolerance = 1e-9
+//! ```
+
+mod bodies;
+mod dimension;
+mod elements;
+mod expression;
+mod formula;
+mod function;
+mod inputs;
+mod outputs;
+mod overrides;
+pub mod page;
+mod parameters;
+mod quantity;
+mod raw;
+mod reader;
+mod record;
+mod rotation;
+pub mod schema;
+mod settings;
+mod unit_system;
+mod units;
+mod verification;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
+mod tests;
+
+pub use bodies::GROUND;
+pub use dimension::Dimension;
+pub use formula::Formula;
+pub use overrides::Override;
+pub use parameters::{Parameter, Parameters};
+pub use quantity::Quantity;
+pub use raw::{RawKind, RawTable, RawValue, Spanned};
+pub use record::{
+    AuditTolerance, BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, ExternalInput,
+    FigureRecord, InputRecord, InputSource, LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement,
+    PluginRequest, PointMass, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
+};
+pub use unit_system::UnitSystem;
+pub use units::{UnitError, parse_unit};
+
+use odyn_diagnostics::{Diagnostic, Source, codes};
+use reader::{NamesTaken, Reader, Record, Scope};
+use std::io::Read;
+use std::path::Path;
+
+/// Keys of a scene.
+const KEYS: &[&str] = &[
+    "title",
+    "units",
+    "plugins",
+    "parameters",
+    "simulation",
+    "body",
+    "joint",
+    "force",
+    "control",
+    "input",
+    "output",
+    "figure",
+    "check",
+    "verification",
+];
+
+/// Longest scene that is read, bytes. Ten thousand bodies with their joints take six million.
+const LONGEST: u64 = 64 << 20;
+
+/// A scene that could not be read: its text and everything that is wrong with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejected {
+    /// The text that the diagnostics point into, with the command-line texts.
+    pub source: Source,
+    /// Errors, and warnings found on the way.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads a scene file; the path as given becomes the name of the source. See [`parse`].
+///
+/// # Errors
+/// The file cannot be read or is not UTF-8 (then the source is empty), or as [`parse`].
+pub fn read(path: &Path, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
+    let name = path.display().to_string();
+    let unreadable = |message: String| {
+        Box::new(Rejected {
+            source: Source::new(name.clone(), ""),
+            diagnostics: vec![Diagnostic::error(codes::UNREADABLE, message)],
+        })
+    };
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+    file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(unreadable(format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20)));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
+        unreadable(format!("`{name}` is not UTF-8 text, line {line} has other bytes"))
+    })?;
+    parse(Source::new(name, text), overrides)
+}
+
+/// Reads the text of a scene: the scene with warnings, or everything that is wrong with it.
+///
+/// Overrides are applied in their order before anything is read; their texts are added to the source.
+///
+/// # Errors
+/// One diagnostic per mistake. If the text is not TOML, only that is reported, at all places.
+pub fn parse(mut source: Source, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
+    let mut diagnostics = Vec::new();
+    let mut root = match raw::parse_document(&source, &mut diagnostics) {
+        Ok(root) => root,
+        Err(diagnostics) => {
+            return Err(Box::new(Rejected { source, diagnostics }));
+        }
+    };
+    overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
+    let parts = read_parts(&root, &source, diagnostics);
+    let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
+        return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
+    };
+    let scene = Scene {
+        source,
+        title: parts.title,
+        units: parts.units,
+        parameters: parts.parameters,
+        plugins: parts.plugins,
+        simulation,
+        bodies: parts.bodies,
+        elements: parts.elements,
+        inputs: parts.inputs,
+        outputs: parts.outputs,
+        figures: parts.figures,
+        checks: parts.checks,
+        verification: parts.verification,
+    };
+    Ok((scene, parts.diagnostics))
+}
+
+/// Everything that was read, usable or not.
+struct Parts {
+    diagnostics: Vec<Diagnostic>,
+    title: String,
+    units: UnitSystem,
+    parameters: Parameters,
+    plugins: PluginRequest,
+    simulation: Option<Simulation>,
+    bodies: Vec<BodyRecord>,
+    elements: Vec<ElementRecord>,
+    inputs: Vec<ExternalInput>,
+    outputs: Vec<OutputRecord>,
+    figures: Vec<FigureRecord>,
+    checks: Vec<CheckRecord>,
+    verification: Option<VerificationRecord>,
+}
+
+fn read_parts(root: &RawTable, source: &Source, mut diagnostics: Vec<Diagnostic>) -> Parts {
+    let units = settings::read_units(root, source, &mut diagnostics);
+    let parameters = match root.get("parameters").map(|raw| (raw, raw.as_table())) {
+        None => Parameters::default(),
+        Some((_, Some(table))) => parameters::read(table, &units, source, &mut diagnostics),
+        Some((raw, None)) => {
+            diagnostics.push(
+                Diagnostic::error(codes::WRONG_TYPE, "`parameters` must be a table `[parameters]`")
+                    .at(raw.span.clone(), format!("this is {}", raw.kind.describe())),
+            );
+            Parameters::default()
+        }
+    };
+    let scope = Scope { source, units: &units, parameters: &parameters };
+    let mut reader = Reader { scope, diagnostics };
+    let whole = Record { table: root, what: String::new() };
+    reader.check_keys(&whole, KEYS);
+    let title = reader.text(&whole, "title");
+    let plugins = settings::read_plugins(root, &mut reader);
+    let simulation = settings::read_simulation(root, &mut reader);
+    let mut names = NamesTaken::default();
+    let bodies = bodies::read(root, &mut names, &mut reader);
+    let elements = elements::read(root, &mut names, &mut reader);
+    // Elements take both by their names.
+    let mut signals = NamesTaken::default();
+    let inputs = inputs::read(root, &mut signals, &mut reader);
+    let outputs = outputs::read_outputs(root, &mut signals, &mut reader);
+    let figures = outputs::read_figures(root, &mut reader);
+    let checks = verification::read_checks(root, &outputs, &mut reader);
+    let verification = verification::read_verification(root, &mut reader);
+    let mut diagnostics = reader.diagnostics;
+    // In the order of the text; what points nowhere comes first.
+    diagnostics.sort_by_key(|diagnostic| diagnostic.span().map(|span| span.start));
+    Parts {
+        diagnostics,
+        title: title.map(|text| text.value).unwrap_or_default(),
+        units,
+        parameters,
+        plugins,
+        simulation,
+        bodies,
+        elements,
+        inputs,
+        outputs,
+        figures,
+        checks,
+        verification,
+    }
+}
+
+impl Scene {
+    /// The value of a raw value in SI, as a quantity of dimension `expected`: a plain number is taken in scene
+    /// units, a text as an expression.
+    ///
+    /// # Errors
+    /// The value is neither, has another dimension, or its expression is wrong.
+    pub fn quantity(&self, raw: &RawValue, expected: Dimension) -> Result<f64, Diagnostic> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        scope
+            .quantity(raw, expected)
+            .map_err(|diagnostic| diagnostic.expect("the parameters of a scene that was accepted have values"))
+    }
+    /// The value of a raw value in SI with the dimension it has; a plain number is dimensionless.
+    ///
+    /// # Errors
+    /// The value is neither a number nor a text, or its expression is wrong.
+    pub fn any_quantity(&self, raw: &RawValue) -> Result<(f64, Dimension), Box<Diagnostic>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        let found = scope
+            .any_quantity(raw)
+            .map_err(|diagnostic| diagnostic.expect("the parameters of a scene that was accepted have values"))?;
+        Ok((found.si, found.dimension))
+    }
+    /// A function of one variable as `element_api::Function` reads it, in SI: a float, pairs, a table with `points` (and
+    /// `interpolation` where the scene names one), or `{ postfix = [...] }`. `argument` and `value` are the dimensions of the variable and of the values.
+    ///
+    /// An expression in which nothing has a dimension is in scene units throughout, with radians in trigonometric
+    /// functions; in any other one the variable is a quantity.
+    ///
+    /// # Errors
+    /// The value is none of these, an expression is wrong, or arguments don't increase.
+    pub fn function(
+        &self,
+        raw: &RawValue,
+        variable: &str,
+        argument: Dimension,
+        value: Dimension,
+    ) -> Result<toml::Value, Box<Diagnostic>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        function::read(raw, function::Wanted { variable, argument, value }, &scope).map_err(|diagnostic| {
+            Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
+        })
+    }
+
+    /// Points with their interpolation as `element_api::Curve` reads them, in SI: a table with `points`, and `interpolation`
+    /// where the scene names one. `None` if the value is no table.
+    ///
+    /// # Errors
+    /// There are no points, arguments don't increase, or a key or word is unknown.
+    pub fn curve(
+        &self,
+        raw: &RawValue,
+        argument: Dimension,
+        value: Dimension,
+    ) -> Option<Result<toml::Value, Box<Diagnostic>>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        let wanted = function::Wanted { variable: "x", argument, value };
+        let curve = function::read_curve(raw, raw.as_table()?, wanted, &scope);
+        Some(curve.map_err(|diagnostic| {
+            Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
+        }))
+    }
+}

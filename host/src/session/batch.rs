@@ -1,0 +1,87 @@
+//! [`Session::run`]: a scene by itself, from its start to results and their files.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::crew::Crew;
+use super::error::SessionError;
+use super::keeper::Keeper;
+use super::leg::{Leg, Told};
+use super::opened::Session;
+use super::outcome::RunReport;
+use crate::results::Status;
+
+impl Session {
+    /// Runs the scene. With a folder, results are written there as they come; `progress` is told the share done; `stop`
+    /// ends the run after the step under way, with valid results. With checkpoints (`checkpoint_every` in `[simulation]`), a
+    /// run into a folder can be resumed if it is killed: [`super::Checkpoint`].
+    ///
+    /// # Errors
+    /// An unknown method or engine, files that can't be written, an element that fails. A run that merely stops early is
+    /// not an error: the report says so.
+    pub fn run(
+        mut self,
+        folder: Option<&Path>,
+        mut progress: Box<dyn FnMut(f64) + Send + '_>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<RunReport, SessionError> {
+        let started = Instant::now();
+        let mut keeper = Keeper::of(&mut self, folder)?;
+        let before = keeper.as_ref().map_or(0.0, |keeper| keeper.point.work.wall_time_s);
+        let span =
+            [keeper.as_ref().map_or(self.begins.time, |keeper| keeper.point.t_start), self.scene.simulation.t_end];
+        if let Some(keeper) = &keeper {
+            self.place_at(&keeper.point)?;
+        }
+        let mut crew = Crew::new(self)?;
+        let mut base = crew.summary();
+        let mut samplings = match &mut keeper {
+            Some(keeper) => keeper.open(crew.session(), &mut base)?,
+            None => crew.session().samplings(folder, &base)?,
+        };
+        let mut since = started;
+        let mut end = loop {
+            let to = keeper.as_ref().map_or(span[1], Keeper::next);
+            let carried = keeper.as_ref().and_then(|keeper| keeper.point.carried.clone());
+            let leg = Leg { to, first_sample: samplings.taken.len(), carried };
+            let told = Told { samplings: &mut samplings, span, progress: &mut progress, stop };
+            let mut end = crew.go(leg, base.clone(), since, told)?;
+            let Some(keeper) = &mut keeper else { break end };
+            keeper.point.work.add(&mut end.summary);
+            if end.summary.status != Status::Completed || to == span[1] {
+                break end;
+            }
+            keeper.point.work.wall_time_s = before + started.elapsed().as_secs_f64();
+            if let Err((code, error)) = keeper.keep(&mut end, &mut samplings) {
+                end.summary.status = Status::Failed;
+                end.summary.reason = error.diagnostics.first().map(|first| first.message.clone()).unwrap_or_default();
+                end.summary.code = Some(code);
+                end.failed = Some(error);
+                break end;
+            }
+            since = Instant::now();
+            let mut again = end.session.again()?;
+            again.place_at(&keeper.point)?;
+            crew = Crew::new(again)?;
+        };
+        let (session, summary) = (&end.session, &mut end.summary);
+        if let Some(keeper) = &keeper {
+            keeper.point.work.tell(summary);
+            summary.checkpoints = keeper.point.taken;
+        }
+        match end.islands.as_slice() {
+            [] => session.judge(summary),
+            islands => session.judge_apart(summary, islands),
+        }
+        let checks = session.evaluate(summary, &samplings);
+        summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();
+        let closed = samplings.close(folder, summary, end.state.as_ref().ok());
+        if let Some(error) = end.failed {
+            return Err(error);
+        }
+        closed.map_err(|error| session.files_error(&error))?;
+        Ok(samplings.report(end.summary, checks))
+    }
+}

@@ -1,0 +1,64 @@
+//! What is decided from the numbers at one place of the motion.
+
+use nalgebra::Matrix3;
+
+use super::error::{Exit, SessionError};
+use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::linalg::KktSolver;
+use crate::model::{Model, rotation};
+use crate::plan::{Layout, Plan, Probe, body_scales};
+use crate::program::Equations;
+use crate::scene::Scene;
+
+/// Why the rank-safe engine is used throughout where a choice of rows is switched off.
+pub(super) const ALL_ROWS: &str = "no choice of rows is wanted";
+
+/// Decides what to compute, from the numbers at a time and assembled position.
+pub(super) fn decide(
+    scene: &Scene,
+    model: &Model,
+    equations: &Equations,
+    layout: &Layout,
+    (t, assembly): (f64, &Assembly),
+    start_health: &mut f64,
+) -> Result<Plan, SessionError> {
+    let broken = |error: &dyn std::fmt::Display| {
+        SessionError::one(
+            Exit::Assembly,
+            &scene.source,
+            Diagnostic::error(codes::SINGULAR_MASS, format!("the equations of motion have no solution: {error}")),
+        )
+    };
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let inputs = crate::analysis::start_inputs(layout, t, assembly);
+    let mut rows = Constraints::new(equations, model, &all, &[], &[]).map_err(|e| broken(&e))?;
+    rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
+    let rotations: Vec<Matrix3<f64>> = (0..layout.bodies)
+        .map(|body| {
+            let y = &assembly.working[13 * body..];
+            rotation(&[y[3], y[4], y[5], y[6]])
+        })
+        .collect();
+    let mass = mass_values(model);
+    let probe = Probe {
+        structure: &rows.structure,
+        mass: &mass,
+        jacobian: rows.jacobian(),
+        rotations: &rotations,
+        length: assembly.scales.length,
+        scales: &body_scales(model, assembly.scales.length),
+    };
+    Plan::decide(model, layout, &probe, |chosen, mass| {
+        let mut solver = sparse_engine(equations, model, chosen, layout)?;
+        solver.set_mass(mass)?;
+        // The values of the chosen rows, picked from those of all.
+        let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
+        let picked: Vec<f64> =
+            entries.filter(|((row, _), _)| chosen.binary_search(row).is_ok()).map(|(_, value)| *value).collect();
+        let health = solver.refactor(&picked)?;
+        *start_health = health.smallest_pivot_ratio;
+        Ok(health)
+    })
+    .map_err(|e| broken(&e))
+}

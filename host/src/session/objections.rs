@@ -1,0 +1,218 @@
+//! What is wrong with the start of a scene, or worth a warning.
+
+use element_api::recording::Input;
+
+use super::error::{Exit, SessionError};
+use super::options::tolerance;
+use crate::analysis::{Assembly, AssemblyError, Gap};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::model::Model;
+use crate::plan::Plan;
+use crate::results::significant;
+use crate::scene::{Dimension, Scene};
+
+/// A scene with a body that assembly moves further than this share of the scene's size is refused.
+const LARGEST_JUMP: f64 = 0.2;
+/// Joints that are named where they contradict each other.
+const MOST_JOINTS: usize = 12;
+
+pub(super) fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
+    match error {
+        AssemblyError::Impossible { rows } => impossible(rows, scene),
+        AssemblyError::Contradiction { rows } => contradiction(rows, scene),
+        AssemblyError::Undefined { joint, row } => undefined(joint, row, scene),
+        AssemblyError::Analysis(error) => {
+            let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+            SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+        }
+    }
+}
+
+/// A joint whose equation has no value where the bodies are.
+fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
+    let message = format!("`{joint}` is not defined where its bodies are");
+    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
+    if let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) {
+        diagnostic = diagnostic.at(record.name.span.clone(), format!("row `{row}` or its derivative is not finite"));
+        let kind = &record.type_name.value;
+        diagnostic = diagnostic.help(format!("`odyn elements describe {kind}` tells where it is singular"));
+    }
+    let diagnostic = diagnostic
+        .help("check positions, points and axes, of this joint and of those that pull its bodies there: without `point` or `frames`, a joint connects the origins of its bodies");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+}
+
+/// Joints that no position meets, each with the rows that contradict others.
+fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
+    let size = |gap: &Gap| {
+        let dimension = if gap.angular { Dimension::ANGLE } else { Dimension::LENGTH };
+        format!("{} {}", significant(gap.size / scene.units.factor(dimension), 4), scene.units.label(dimension))
+    };
+    // Worst first, and so are the joints.
+    let mut joints: Vec<(&str, Vec<String>)> = Vec::new();
+    for gap in gaps {
+        let text = format!("row `{}` misses by {}", gap.row, size(gap));
+        match joints.iter_mut().find(|(joint, _)| *joint == gap.joint) {
+            Some((_, texts)) => texts.push(text),
+            None => joints.push((&gap.joint, vec![text])),
+        }
+    }
+    let names: Vec<String> = joints.iter().take(MOST_JOINTS).map(|(joint, _)| format!("`{joint}`")).collect();
+    let more = match joints.len().saturating_sub(MOST_JOINTS) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let verb = if joints.len() == 1 { "cannot be met" } else { "contradict each other" };
+    let message = format!("the joints cannot be assembled: {}{more} {verb}", names.join(", "));
+    let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
+    for (k, (joint, texts)) in joints.iter().take(MOST_JOINTS).enumerate() {
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == *joint) else { continue };
+        let (span, text) = (record.name.span.clone(), texts.join(", "));
+        diagnostic = if k == 0 { diagnostic.at(span, text) } else { diagnostic.context(span, text) };
+    }
+    let diagnostic = diagnostic
+        .help("the gaps are those where the bodies miss least; other joints are not part of the conflict")
+        .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+}
+
+/// Joints whose velocities cannot all be had.
+fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
+    let unit = scene.units.factor(Dimension::VELOCITY);
+    let label = scene.units.label(Dimension::VELOCITY);
+    let message = "the joints ask for velocities that contradict each other";
+    let mut diagnostic = Diagnostic::error(codes::CONFLICTING_CONSTRAINTS, message);
+    let mut seen: Vec<&str> = Vec::new();
+    for (name, off) in rows {
+        let joint = name.split(':').next().unwrap_or(name);
+        if seen.contains(&joint) || seen.len() == 6 {
+            continue;
+        }
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) else { continue };
+        let row = name.split(": ").nth(1).unwrap_or(name);
+        let text = format!("row `{row}` stays off by {} {label}", significant(off / unit, 4));
+        diagnostic = if seen.is_empty() {
+            diagnostic.at(record.name.span.clone(), text)
+        } else {
+            diagnostic.context(record.name.span.clone(), text)
+        };
+        seen.push(joint);
+    }
+    let diagnostic = diagnostic
+        .help("at this position, what is driven cannot move as it is told without breaking another joint")
+        .help("take one of them away, or drive what the others leave free");
+    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+}
+
+/// What assembly had to change; an error when a body jumped.
+pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnostic>, SessionError> {
+    let mut warnings = Vec::new();
+    let factor = scene.units.factor(Dimension::LENGTH);
+    let label = scene.units.label(Dimension::LENGTH);
+    for moved in &assembly.moves {
+        let share = (moved.distance / assembly.scales.length).max(moved.angle);
+        if share < 1e-9 {
+            continue;
+        }
+        let text = format!(
+            "moved by {} {label} and {} deg to meet the joints",
+            significant(moved.distance / factor, 4),
+            significant(moved.angle.to_degrees(), 4)
+        );
+        let span = place_of_body(scene, &moved.body);
+        if share > LARGEST_JUMP {
+            let diagnostic = Diagnostic::error(
+                codes::ASSEMBLY_JUMP,
+                format!("assembly would move `{}` far from where the scene puts it", moved.body),
+            )
+            .at(span, text)
+            .help(
+                "give positions and orientations nearer to an assembled state, or correct the joint that pulls it away",
+            );
+            return Err(SessionError::one(Exit::Assembly, &scene.source, diagnostic));
+        }
+        warnings.push(
+            Diagnostic::warning(codes::ASSEMBLY_JUMP, format!("`{}` was not where its joints need it", moved.body))
+                .at(span, text),
+        );
+    }
+    for miss in &assembly.velocity_misses {
+        let (what, dimension) = match miss.angular {
+            true => ("angular velocity", Dimension::ANGULAR_VELOCITY),
+            false => ("velocity", Dimension::VELOCITY),
+        };
+        let number = |value: f64| significant(value / scene.units.factor(dimension), 6);
+        let text = format!("{} as given, {} as the joints make it", number(miss.given), number(miss.found));
+        let component = ["x", "y", "z"][miss.component];
+        let message = format!("the joints do not allow the {what} {component} of `{}`", miss.body);
+        warnings.push(
+            Diagnostic::warning(codes::INCONSISTENT_VELOCITIES, message)
+                .at(place_of_body(scene, &miss.body), format!("{text}, {}", scene.units.label(dimension)))
+                .help("leave velocities out that follow from others; assembly finds them"),
+        );
+    }
+    Ok(warnings)
+}
+
+/// The body furthest from the origin, if its position is known less exactly than the tolerance asks for.
+pub(super) fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model) -> Option<Diagnostic> {
+    let norm = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let distances = assembly.working.chunks_exact(13).map(|y| norm(&y[..3]));
+    let (distance, body) = distances.zip(&model.bodies).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let tolerance = tolerance(scene);
+    let (length, unknown) = (assembly.scales.length, distance * f64::EPSILON);
+    if unknown <= tolerance * length {
+        return None;
+    }
+    let number = |value: f64| significant(value / scene.units.factor(Dimension::LENGTH), 3);
+    let label = scene.units.label(Dimension::LENGTH);
+    let message = format!("`{}` is too far from the origin for a tolerance of {tolerance:e}", body.name);
+    let text = format!(
+        "{} {label} away, where numbers are {} {label} apart; the scene is {} {label} large",
+        number(distance),
+        number(unknown),
+        number(length)
+    );
+    let help = format!("put the origin near the bodies, or raise `tolerance` to {:.0e}", unknown / length * 2.0);
+    let diagnostic = Diagnostic::warning(codes::FAR_FROM_ORIGIN, message).at(place_of_body(scene, &body.name), text);
+    Some(diagnostic.help(help))
+}
+
+/// Elements that depend on reactions which redundant rows leave open.
+pub(super) fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    for element in &model.elements {
+        for (k, joint) in element.joints.iter().enumerate() {
+            let last = model.elements[*joint].markers.len() - 1;
+            let open = |torque: bool| {
+                let used = |input: Input| match input {
+                    Input::ReactionForce { joint, .. } => !torque && joint as usize == k,
+                    Input::ReactionTorque { joint, .. } => torque && joint as usize == k,
+                    _ => false,
+                };
+                !plan.is_unique(*joint, last, torque, None) && element.uses_input(used)
+            };
+            let what = match (open(false), open(true)) {
+                (false, false) => continue,
+                (true, false) => "force",
+                (false, true) => "torque",
+                (true, true) => "force and torque",
+            };
+            let record = scene.elements.iter().find(|record| record.name.value == element.name);
+            let place = record.and_then(|record| record.joints.get(k)).map_or(0..0, |name| name.span.clone());
+            let joint = &model.elements[*joint].name;
+            let message = format!("`{}` depends on the reaction of `{joint}`, which is not unique", element.name);
+            warnings.push(
+                Diagnostic::warning(codes::REACTION_NOT_UNIQUE, message)
+                    .at(place, format!("redundant joint equations leave its {what} open; one of many is used"))
+                    .help("`odyn check` lists the redundant rows: free them with less restrictive joints"),
+            );
+        }
+    }
+    warnings
+}
+
+/// Where a body's name is written.
+pub(super) fn place_of_body(scene: &Scene, name: &str) -> std::ops::Range<usize> {
+    scene.bodies.iter().find(|body| body.name.value == name).map_or(0..0, |body| body.name.span.clone())
+}

@@ -1,0 +1,143 @@
+//! [`Session`]: a scene that was opened, with all that was found out and decided about it.
+
+use super::checkpoint::{Checkpoint, Origin};
+use super::error::{Exit, SessionError};
+use super::options::{ENGINES, RunOptions, tolerance};
+use super::restart::Restart;
+use crate::analysis::Assembly;
+use crate::catalog::{Catalog, LibraryInfo};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::model::Model;
+use crate::plan::{Merging, Plan, Pruning};
+use crate::program::{Equations, Planar};
+use crate::results::ResultsError;
+use crate::scene::Scene;
+
+/// A scene ready to run.
+pub struct Session {
+    /// The scene as written.
+    pub scene: Scene,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
+    /// Libraries in use.
+    pub libraries: Vec<LibraryInfo>,
+    /// The resolved scene.
+    pub model: Model,
+    /// The equations, in working coordinates.
+    pub equations: Equations,
+    /// What was decided.
+    pub plan: Plan,
+    /// The start.
+    pub assembly: Assembly,
+    /// Where the start is a singular position, or next to one: time and state of the place ahead where ranks were found.
+    pub(super) ahead: Option<(f64, Assembly)>,
+    /// Pivot ratio of the sparse engine at the start.
+    pub(super) start_health: f64,
+    pub(super) options: RunOptions,
+    /// Where the elements come from, for the islands.
+    pub(super) catalog: Catalog,
+    /// Islands take steps of their own.
+    pub(super) apart: bool,
+    /// Where its run begins.
+    pub(super) begins: Beginning,
+    /// The scene file and the options, where it was opened from a file.
+    pub(super) origin: Option<Origin>,
+    /// Savings that are allowed.
+    pub(super) pruning: Pruning,
+    /// The time determines the motion: it is found, not integrated.
+    pub(super) determined: bool,
+    /// Bodies held together by joints without freedom as one, if there are any.
+    pub(super) merged: Option<MergedCase>,
+    /// The motion's plane, if one was found, with the equations of the merged bodies.
+    pub(super) planar: Option<PlanarCase>,
+    /// Reading, loading, resolving, s.
+    pub load_time: f64,
+    /// Writing the equations, planning, assembling, s.
+    pub compile_time: f64,
+}
+
+/// Where a run begins.
+pub(super) struct Beginning {
+    /// s.
+    pub(super) time: f64,
+    /// The time from which samples are counted, s: of a run in legs, the start of the first.
+    pub(super) sampled_from: f64,
+    /// The state that it goes on from; none at the start of the scene.
+    pub(super) state: Option<Restart>,
+    /// The checkpoint that it is resumed from.
+    pub(super) checkpoint: Option<Checkpoint>,
+}
+
+/// The merged scene with all that is known about it.
+pub(super) struct MergedCase {
+    pub(super) merging: Merging,
+    pub(super) equations: Equations,
+    pub(super) plan: Plan,
+    pub(super) assembly: Assembly,
+    /// Pivot ratio of the sparse engine at the start.
+    pub(super) start_health: f64,
+}
+
+/// A planar motion with the plan of its rows.
+pub(super) struct PlanarCase {
+    pub(super) planar: Planar,
+    pub(super) plan: Plan,
+    /// Pivot ratio of the sparse engine at the start.
+    pub(super) start_health: f64,
+}
+
+impl Session {
+    /// Time and state where ranks are found.
+    pub(super) fn place_of_ranks(&self) -> (f64, &Assembly) {
+        match &self.ahead {
+            Some((t, place)) => (*t, place),
+            None => (self.begins.time, &self.assembly),
+        }
+    }
+
+    /// Relative tolerance.
+    pub(super) fn tolerance(&self) -> f64 {
+        tolerance(&self.scene)
+    }
+
+    pub(super) fn unknown_word(&self, word: &str, method: bool) -> SessionError {
+        let (what, names, written): (_, Vec<&str>, _) = if method {
+            (
+                "method",
+                self.options.methods.list().iter().map(|method| method.name).collect(),
+                &self.scene.simulation.method,
+            )
+        } else {
+            ("engine", ENGINES.iter().map(|(name, _)| *name).collect(), &self.scene.simulation.engine)
+        };
+        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no {what} `{word}`"));
+        if let Some(written) = written {
+            diagnostic = diagnostic.at(written.span.clone(), "unknown");
+        }
+        let nearest = suggest(word, names.iter().copied()).map(|nearest| format!("did you mean `{nearest}`?"));
+        let known = format!("known are {}", names.join(", "));
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
+    }
+
+    pub(super) fn no_step(&self, method: &str) -> SessionError {
+        let mut diagnostic =
+            Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{method}` needs a step size"));
+        if let Some(written) = &self.scene.simulation.method {
+            diagnostic = diagnostic.at(written.span.clone(), "has no error control");
+        }
+        let help = "give it as `fixed_step` in [simulation], or use a method that chooses its steps: auto";
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help(help))
+    }
+
+    pub(super) fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
+        let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no engine `compiled`: {error}"));
+        if let Some(written) = &self.scene.simulation.engine {
+            diagnostic = diagnostic.at(written.span.clone(), "asked for here");
+        }
+        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
+    }
+
+    pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
+        SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
+    }
+}

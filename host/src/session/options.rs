@@ -1,0 +1,84 @@
+//! [`RunOptions`]: what the command line adds to a scene; and the words that scenes choose by.
+
+use std::path::PathBuf;
+
+use super::error::{Exit, SessionError};
+use crate::catalog::Watchdog;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::integrate::Methods;
+use crate::model::{Channel, Model};
+use crate::program::Writing;
+use crate::scene::{AuditTolerance, Override, Scene, Spanned};
+
+/// What the command line adds to a scene.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// `--set` texts, and options that stand for them.
+    pub overrides: Vec<Override>,
+    /// Files and folders of `--plugin`.
+    pub plugins: Vec<PathBuf>,
+    /// What the audit may find; the scene's own where absent.
+    pub audit_tolerance: Option<AuditTolerance>,
+    /// Folder for private copies of libraries; the user's cache folder where absent.
+    pub library_copies: Option<PathBuf>,
+    /// The methods of integration that scenes may ask for.
+    pub methods: Methods,
+    /// Threads for islands that run apart; 0 = as many as the machine has processors. Results do not depend on it.
+    pub jobs: usize,
+    /// Channels to take besides those that a scene asks for, behind them.
+    pub further_channels: Option<fn(&Model) -> Vec<Channel>>,
+    /// Who watches the calls into libraries that are loaded.
+    pub watchdog: Option<Watchdog>,
+}
+
+/// Relative tolerance where the scene gives none.
+pub(super) const DEFAULT_TOLERANCE: f64 = 1e-10;
+
+/// Relative tolerance of a scene.
+pub(super) fn tolerance(scene: &Scene) -> f64 {
+    scene.simulation.tolerance.unwrap_or(DEFAULT_TOLERANCE)
+}
+
+/// Engines and what each does.
+pub const ENGINES: &[(&str, &str)] = &[
+    ("auto", "interpreted at first, machine code as soon as that pays; the same results, bit for bit"),
+    ("compiled", "machine code from the first step on: six velocities per body, pruned operations, sparse elimination"),
+    ("interpreted", "the same without machine code"),
+    ("reference", "the paper's Eq. (6): seven coordinates per body, dense; slow, for comparison"),
+];
+
+/// Method where the scene gives none. `auto` costs no more, and much less on stiff scenes, but there keeps to the tolerance
+/// only, while some scenes check the far smaller errors that the explicit method's tiny steps happen to have.
+pub const DEFAULT_METHOD: &str = "dop853";
+
+/// Formulations and what each does.
+pub const FORMULATIONS: &[(&str, &str)] = &[
+    ("auto", "the one with fewer operations per evaluation, as predicted"),
+    ("cartesian", "six velocities per body, every joint as constraint rows, sparse elimination"),
+    ("joint", "the joints' own coordinates along a spanning tree; rows only for what closes loops"),
+];
+
+/// The words for `kernels` of `[simulation]`.
+pub(super) const KERNELS: [(&str, Writing); 3] =
+    [("auto", Writing::Automatic), ("always", Writing::Kernels), ("never", Writing::Straight)];
+
+/// The words for `islands` of `[simulation]`.
+pub(super) const ISLANDS: [(&str, bool); 2] = [("together", false), ("apart", true)];
+
+/// What the word of a setting stands for; the first of all where none is given.
+pub(super) fn one_of<T: Copy>(
+    key: &str,
+    word: Option<&Spanned<String>>,
+    known: &[(&str, T)],
+    scene: &Scene,
+) -> Result<T, SessionError> {
+    let Some(word) = word else { return Ok(known[0].1) };
+    if let Some((_, meant)) = known.iter().find(|(name, _)| *name == word.value) {
+        return Ok(*meant);
+    }
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{key}` cannot be `{}`", word.value))
+        .at(word.span.clone(), "unknown")
+        .help(format!("known are {}", names.join(", ")));
+    Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
+}

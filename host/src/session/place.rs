@@ -1,0 +1,129 @@
+//! Where the run of a session begins: at the end of another, or at a checkpoint of its own.
+
+use std::time::Instant;
+
+use super::checkpoint::{Checkpoint, Identity};
+use super::error::{Exit, SessionError};
+use super::opened::Session;
+use super::restart::Restart;
+use crate::catalog::sha256;
+use crate::diagnostics::{Diagnostic, codes};
+
+impl Session {
+    /// Goes on from where another run of the scene ended, instead of from the scene's start.
+    ///
+    /// # Errors
+    /// A state of other bodies or elements; one that is not before the scene's end; an opaque element that refuses its
+    /// memory.
+    pub fn go_on_from(&mut self, state: Restart) -> Result<(), SessionError> {
+        let names: Vec<&str> = self.model.elements.iter().map(|element| element.name.as_str()).collect();
+        let bodies: Vec<&str> = self.model.bodies.iter().map(|body| body.name.as_str()).collect();
+        let layout = &self.plan.layout;
+        let same = state.bodies == bodies
+            && state.elements == names
+            && state.working.len() == self.assembly.working.len()
+            && (state.references.len(), state.discrete.len()) == (layout.references, layout.discrete);
+        let refuse = |message: String, help: &str| {
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help(help);
+            Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic))
+        };
+        if !same {
+            let found = format!("{} bodies and {} elements", state.bodies.len(), state.elements.len());
+            let message = format!("the state to go on from belongs to another scene ({found})");
+            return refuse(message, "bodies and elements must be the same, in the same order");
+        }
+        let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
+        if !(finite(&state.working) && finite(&state.references) && finite(&state.discrete) && state.time.is_finite()) {
+            return refuse("the state to go on from contains numbers that are not finite".into(), "start anew");
+        }
+        if state.time >= self.scene.simulation.t_end {
+            let message = format!("the run to go on from ended at {} s, not before this scene's end", state.time);
+            return refuse(message, "give a later end: --t-end");
+        }
+        self.load_memories(&state.memories)?;
+        self.assembly.chosen.clear();
+        (self.begins.time, self.begins.sampled_from) = (state.time, state.time);
+        self.assembly.working.clone_from(&state.working);
+        let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);
+        let working = merged.as_ref().unwrap_or(&self.assembly.working);
+        if self.planar.as_ref().is_some_and(|case| !case.planar.contains(working, self.assembly.scales.length)) {
+            self.planar = None;
+        }
+        // The audit begins anew.
+        if let Some(work) = self.assembly.working.last_mut() {
+            *work = 0.0;
+        }
+        self.assembly.references.clone_from(&state.references);
+        self.assembly.discrete.clone_from(&state.discrete);
+        self.begins.state = Some(state);
+        Ok(())
+    }
+
+    /// Gives opaque elements back their private memories: names and bytes. Those of elements that are not here are left out.
+    pub(super) fn load_memories(&mut self, memories: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
+        for (name, memory) in memories {
+            let Some(element) = self.model.elements.iter().find(|element| element.name == *name) else { continue };
+            let (set, index) = (element.set, element.index as usize);
+            if let Err(fault) = self.model.sets[set].load(index, memory) {
+                let diagnostic = Diagnostic::error(
+                    codes::PLUGIN_MISBEHAVED,
+                    format!("`{name}` does not accept its memory: {}", fault.message),
+                );
+                return Err(SessionError::one(Exit::Plugin, &self.scene.source, diagnostic));
+            }
+        }
+        Ok(())
+    }
+
+    /// SHA-256 of what a run is made of: this program's version, the scene's text with all changes to it, the libraries. Runs
+    /// with the same fingerprint give the same results.
+    #[must_use]
+    pub fn fingerprint(&self) -> String {
+        sha256(format!("{:?}", Identity::of(&self.scene.source, &self.libraries)).as_bytes())
+    }
+
+    /// Makes [`Session::run`] go on from a checkpoint, in the folder that it is from.
+    ///
+    /// # Errors
+    /// A checkpoint of another scene, library or program: what differs.
+    pub fn resume(&mut self, point: Checkpoint) -> Result<(), SessionError> {
+        let differences = point.identity.differences(&Identity::of(&self.scene.source, &self.libraries));
+        if !differences.is_empty() {
+            let message = format!("the checkpoint belongs to another run: {}", differences.join("; "));
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message)
+                .help("make it as it was, or start anew; a changed scene can go on from the end of a run with --from");
+            return Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic));
+        }
+        self.begins.checkpoint = Some(point);
+        Ok(())
+    }
+
+    /// Places the session at a checkpoint.
+    ///
+    /// # Errors
+    /// As for [`Session::go_on_from`].
+    pub(super) fn place_at(&mut self, point: &Checkpoint) -> Result<(), SessionError> {
+        if let Some(state) = &point.state {
+            self.go_on_from(state.clone())?;
+            if let (Some(_), Some(work), Some(was)) =
+                (&point.carried, self.assembly.working.last_mut(), state.working.last())
+            {
+                // The audit goes on.
+                *work = *was;
+            }
+        }
+        self.begins.sampled_from = point.t_start;
+        Ok(())
+    }
+
+    /// The same scene, opened anew.
+    ///
+    /// # Errors
+    /// As for [`Session::open`].
+    pub(super) fn again(&self) -> Result<Self, SessionError> {
+        let (catalog, options) = (&self.catalog, &self.options);
+        let mut again = Self::of_scene(self.scene.clone(), Vec::new(), catalog, options, None, Instant::now())?;
+        again.origin.clone_from(&self.origin);
+        Ok(again)
+    }
+}

@@ -1,0 +1,158 @@
+//! [`Samplings`]: the rows of a run in the scene's units, kept in memory and written to its folder.
+
+use std::path::Path;
+
+use super::error::SessionError;
+use super::opened::Session;
+use super::outcome::RunReport;
+use super::restart::Restart;
+use super::sink::Sink;
+use crate::results::{ChannelInfo, CheckResult, Folder, RESULTS_FILE, ResultsError, Summary, Table, Written};
+use crate::scene::{Dimension, SampleTime, Simulation};
+
+/// The samples of a run, where they go.
+pub(super) struct Samplings {
+    folder: Option<Folder>,
+    /// All times at which rows are wanted.
+    pub(super) times: Vec<SampleTime>,
+    pub(super) channels: Vec<ChannelInfo>,
+    /// Number of the first row that was taken.
+    first: usize,
+    /// Times of the rows, scene units.
+    pub(super) taken: Vec<f64>,
+    pub(super) columns: Vec<Vec<f64>>,
+    /// Why a row could not be written.
+    pub(super) error: Option<ResultsError>,
+}
+
+impl Sink for Samplings {
+    fn sample(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
+        self.take(number, values)
+    }
+}
+
+impl Samplings {
+    /// Takes a row.
+    pub(super) fn take(&mut self, number: usize, values: &[f64]) -> Result<(), std::io::Error> {
+        let time = self.times[number].scene;
+        self.taken.push(time);
+        for ((column, channel), value) in self.columns.iter_mut().zip(&self.channels).zip(values) {
+            column.push(channel.from_si(*value));
+        }
+        let Some(folder) = &mut self.folder else { return Ok(()) };
+        folder.row(time, values).map_err(|error| {
+            let told = std::io::Error::other(error.to_string());
+            self.error = Some(error);
+            told
+        })
+    }
+
+    /// Completes the files, if there are any: the table, the summary, and the state from which another run goes on.
+    pub(super) fn close(
+        &mut self,
+        path: Option<&Path>,
+        summary: &mut Summary,
+        end: Option<&Restart>,
+    ) -> Result<(), ResultsError> {
+        let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
+        if let Some(end) = end {
+            end.write(path)?;
+        }
+        folder.finish(summary)
+    }
+
+    /// The row number `next` is the next one: drops those behind it, and all where those before it were never taken.
+    pub(super) fn go_back(&mut self, next: usize) {
+        let kept = next.checked_sub(self.first).filter(|kept| *kept <= self.taken.len());
+        if kept.is_none() {
+            self.first = next;
+        }
+        self.taken.truncate(kept.unwrap_or(0));
+        self.columns.iter_mut().for_each(|column| column.truncate(kept.unwrap_or(0)));
+    }
+
+    /// Continues a table with what was `kept` of it.
+    pub(super) fn go_on(
+        session: &Session,
+        path: &Path,
+        kept: &Written,
+        summary: &Summary,
+    ) -> Result<Self, ResultsError> {
+        let mut samplings = session.no_samplings();
+        samplings.folder = Some(Folder::go_on(path, &samplings.channels, kept, summary)?);
+        let table = Table::read(&path.join(RESULTS_FILE))?;
+        (samplings.taken, samplings.columns) = (table.times, table.columns);
+        Ok(samplings)
+    }
+
+    /// Brings all rows to the disk, then the text of a checkpoint made for what is there. Returns what else
+    /// `make` gives.
+    pub(super) fn checkpoint<T>(
+        &mut self,
+        make: impl FnOnce(Written) -> std::io::Result<(String, T)>,
+    ) -> Result<T, ResultsError> {
+        let folder = self.folder.as_mut().expect("runs with checkpoints have a folder");
+        let written = folder.sync()?;
+        let (text, made) = make(written).map_err(|cause| folder.no_checkpoint(cause))?;
+        folder.checkpoint(&text)?;
+        Ok(made)
+    }
+
+    /// The report of the run.
+    pub(super) fn report(self, summary: Summary, checks: Vec<CheckResult>) -> RunReport {
+        RunReport { summary, times: self.taken, columns: self.columns, channels: self.channels, checks }
+    }
+}
+
+impl Session {
+    /// Where the samples go, and the files that begin now.
+    pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
+        let mut samplings = self.no_samplings();
+        if let Some(path) = folder {
+            let unit = self.scene.units.factor(Dimension::TIME);
+            let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
+            let folder = Folder::create(path, &time, &samplings.channels, summary);
+            samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
+        }
+        Ok(samplings)
+    }
+
+    /// All times at which samples are wanted.
+    pub(super) fn sample_times(&self) -> Vec<SampleTime> {
+        let from = Simulation { t_start: self.begins.sampled_from, ..self.scene.simulation.clone() };
+        from.sample_times(&self.scene.units)
+    }
+
+    /// Where the samples go, without files.
+    pub(super) fn no_samplings(&self) -> Samplings {
+        let times = self.sample_times();
+        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
+        Samplings {
+            columns: vec![Vec::with_capacity(times.len()); channels.len()],
+            taken: Vec::with_capacity(times.len()),
+            error: None,
+            folder: None,
+            first: 0,
+            times,
+            channels,
+        }
+    }
+}
+
+/// Where the rows of a run go.
+pub(super) enum Rows<'a> {
+    /// They are kept.
+    Kept(Box<Samplings>),
+    /// Somebody else takes them.
+    Sent(Box<dyn Sink + 'a>),
+}
+
+impl Rows<'_> {
+    /// Who takes them.
+    pub(super) fn sink(&mut self) -> &mut dyn Sink {
+        match self {
+            Self::Kept(samplings) => samplings.as_mut(),
+            Self::Sent(sink) => sink.as_mut(),
+        }
+    }
+}

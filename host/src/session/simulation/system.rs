@@ -1,0 +1,272 @@
+//! The hooks of the integrators.
+
+use super::Simulation;
+use crate::analysis::{AnalysisError, Group, Imbalance, SecondOrderForm, place, velocities_of};
+use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System, Watched};
+use crate::interval::Range;
+use crate::linalg::LinalgError;
+use crate::program::Sets;
+
+/// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
+/// times), and it is results that a tolerance is about.
+const INTERPOLATION_MARGIN: f64 = 5.0;
+
+/// A smaller step may help against bad numbers, never against a broken element.
+fn failure(error: AnalysisError) -> Failure {
+    match &error {
+        AnalysisError::Element { .. }
+        | AnalysisError::TorqueOnParticle { .. }
+        | AnalysisError::TorqueOnThin { .. }
+        | AnalysisError::Linalg(LinalgError::Length { .. } | LinalgError::Pattern(_)) => {
+            Failure::Fatal(Box::new(error))
+        }
+        AnalysisError::NotFinite { .. } => Failure::NotFinite(Box::new(error)),
+        // Equations that contradict each other at a time do so whatever led there.
+        AnalysisError::Contradiction { .. } => Failure::Forbidden(Box::new(error)),
+        _ => Failure::Recoverable(Box::new(error)),
+    }
+}
+
+impl Simulation<'_> {
+    fn second_order_parts(&mut self) -> Result<(&mut SecondOrderForm, &Sets), Failure> {
+        let form = self.second_order.as_mut().ok_or_else(|| Failure::Fatal("no equations of second order".into()))?;
+        Ok((form, self.formulation.sets()))
+    }
+
+    /// The largest entry of a difference of states, as a share of the size of its group.
+    fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
+        let states_at = y0.len() - self.state_sizes.len() - 1;
+        let mut worst = 0.0_f64;
+        for (k, group) in self.formulation.groups().iter().enumerate() {
+            let size = match group {
+                Group::Position => length,
+                Group::Parameter => 1.0,
+                Group::Velocity => speed,
+                Group::AngularVelocity => spin,
+                Group::State => {
+                    let size = &mut self.state_sizes[k - states_at];
+                    *size = size.max(y0[k].abs()).max(y1[k].abs());
+                    if *size > 0.0 { *size } else { 1.0 }
+                }
+                Group::Work => continue,
+            };
+            let share = error[k].abs() / size;
+            if share.is_nan() || share > worst {
+                worst = share;
+            }
+        }
+        worst
+    }
+
+    /// The largest angular velocity in a state, rad/s.
+    fn fastest(&self, y: &[f64]) -> f64 {
+        let speeds = self.formulation.groups().iter().zip(y).filter(|(group, _)| **group == Group::AngularVelocity);
+        speeds.fold(0.0, |most, (_, speed)| most.max(speed.abs()))
+    }
+
+    fn take_sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
+        let mut state = std::mem::take(&mut self.sample_state);
+        state.copy_from_slice(y);
+        let result = self.sample_at(t, &mut state);
+        self.sample_state = state;
+        result
+    }
+
+    fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
+        // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
+        self.formulation.project(t, state).map_err(failure)?;
+        if self.is_driven && self.formulation.leaves_rows_out() {
+            self.check_rows_left_out(t, state).map_err(failure)?;
+        }
+        self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
+        let Imbalance { share, body } = self.report.imbalance;
+        self.audit.imbalance(t, share, body);
+        let number = self.samples;
+        self.samples += 1;
+        let (values, energies) = self.report.outputs().split_at(self.channels);
+        if let [kinetic, potential] = *energies {
+            self.audit.sample_energy(t, kinetic, potential, state.last().copied().unwrap_or(0.0));
+        }
+        self.rows_taken.sink().sample(number, values).map_err(|error| Failure::Fatal(Box::new(error)))
+    }
+}
+
+impl System for Simulation<'_> {
+    fn dim(&self) -> usize {
+        self.formulation.groups().len()
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        self.formulation.rates(t, y, dy).map_err(failure)
+    }
+
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        self.largest_share(y0, y1, error) / (self.tolerance / INTERPOLATION_MARGIN)
+    }
+
+    fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
+        self.largest_share(y, y, difference)
+    }
+
+    fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Failure> {
+        self.formulation.jacobian(t, y, matrix).map_err(failure)
+    }
+
+    fn time_derivative(&mut self, t: f64, _: &[f64], slopes: &mut [f64]) -> Result<bool, Failure> {
+        Ok(self.formulation.time_derivative(t, slopes))
+    }
+
+    fn price(&self) -> Price {
+        let price = self.formulation.price();
+        Price { evaluation: price.rates, jacobian: price.jacobian, preparation: price.preparation }
+    }
+
+    fn tolerance(&self) -> Option<f64> {
+        Some(self.tolerance / INTERPOLATION_MARGIN)
+    }
+
+    fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
+        self.formulation.project(t, y).map_err(failure)?;
+        if self.formulation.leaves_rows_out() {
+            self.check_rows_left_out(t, y).map_err(failure)?;
+        }
+        self.certify(t, y).map_err(failure)?;
+        self.formulation.next_step(t, y).map_err(failure)
+    }
+
+    fn sums_from(&self) -> usize {
+        self.dim() - 1
+    }
+
+    fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
+        if self.second_order.is_some() { Some(self) } else { None }
+    }
+
+    fn conditions(&self) -> usize {
+        self.switches.as_ref().map_or(0, |part| part.evaluator.outputs().len())
+    }
+
+    fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        let Some(part) = &mut self.switches else { return Ok(()) };
+        values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);
+        Ok(())
+    }
+
+    fn guards(&self) -> Guards {
+        self.guarded.as_ref().map_or_else(Guards::default, |guarded| guarded.guards.clone())
+    }
+
+    fn enclose(&mut self, of: Watched, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
+        let Some(guarded) = &mut self.guarded else { return };
+        guarded.bank(of).enclose(t, entry, [&self.references, &self.discrete], found);
+    }
+
+    fn values(&mut self, of: Watched, t: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
+        let Some(guarded) = &mut self.guarded else { return };
+        guarded.bank(of).values(t, entry, [&self.references, &self.discrete], found);
+    }
+
+    fn resolution(&self, entry: usize) -> f64 {
+        let size = match self.formulation.groups()[entry] {
+            Group::Position => self.scales.length,
+            Group::Parameter => 1.0,
+            Group::Velocity => self.scales.speed_scale(),
+            Group::AngularVelocity => self.scales.spin_scale(),
+            Group::State => self.state_sizes[entry + 1 + self.state_sizes.len() - self.dim()],
+            Group::Work => self.largest_kinetic,
+        };
+        self.tolerance * size
+    }
+
+    fn turning(&self, y: &[f64]) -> f64 {
+        self.formulation.turns_added() * self.fastest(y)
+    }
+
+    fn look(&mut self, of: Watched, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        let look = match of {
+            Watched::Within => &mut self.looks[0],
+            Watched::Turns => &mut self.looks[1],
+            // Its ranges are always to be had.
+            Watched::Time => return Ok(()),
+        };
+        let Some(part) = look else { return Ok(()) };
+        values.copy_from_slice(part.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?);
+        Ok(())
+    }
+
+    fn max_step_hint(&self, _: f64, y: &[f64]) -> f64 {
+        if self.references.is_empty() {
+            return f64::INFINITY;
+        }
+        // Angles must stay within half a turn of their references: at most 1 rad is used up, and two bodies may turn
+        // against each other. This looks at the speed at the start only; the step is judged when it is made.
+        let fastest = self.fastest(y);
+        if fastest > 0.0 { 1.0 / fastest } else { f64::INFINITY }
+    }
+
+    fn sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
+        self.take_sample(t, y)
+    }
+
+    fn accept(&mut self, t: f64, y: &mut [f64]) -> Result<Accepted, Failure> {
+        self.remedies = self.formulation.counters().remedies();
+        self.watch(t, y).map_err(failure)?;
+        self.remember(t, y).map_err(failure)
+    }
+
+    fn step_done(&mut self, t: f64, _: &[f64], h: f64) -> Flow {
+        self.last_steps = [self.last_steps[1], h];
+        self.now = t;
+        let flow = self.rows_taken.sink().step(t);
+        let mut tier = std::mem::take(&mut self.tier);
+        tier.between_steps(t, || self.programs());
+        self.tier = tier;
+        flow
+    }
+}
+
+/// Where the equations were offered ([`Simulation::offer_second_order`]).
+impl SecondOrder for Simulation<'_> {
+    fn velocities(&self) -> usize {
+        self.layout.velocities()
+    }
+
+    fn multipliers(&self) -> usize {
+        self.second_order.as_ref().map_or(0, |form| form.rows_in_use().len())
+    }
+
+    fn sums_from(&self) -> usize {
+        self.dim() - 1
+    }
+
+    fn velocities_of(&self, y: &[f64], velocities: &mut [f64]) {
+        velocities_of(y, velocities);
+    }
+
+    fn place(&self, y0: &[f64], increment: &[f64], velocities: &[f64], y: &mut [f64]) {
+        place(y0, increment, velocities, y);
+    }
+
+    fn residual(
+        &mut self,
+        at: &Instant<'_>,
+        forces: &mut [f64],
+        rows: &mut [f64],
+        dy: &mut [f64],
+    ) -> Result<(), Failure> {
+        let (form, sets) = self.second_order_parts()?;
+        let solution = (at.accelerations, at.multipliers);
+        form.residual((at.t, at.y), solution, sets, (forces, rows), dy).map_err(failure)
+    }
+
+    fn factor(&mut self, mass_share: f64, damping_share: f64) -> Result<(), Failure> {
+        let (form, sets) = self.second_order_parts()?;
+        form.factor(mass_share, damping_share, sets).map_err(failure)
+    }
+
+    fn solve(&mut self, forces: &[f64], rows: &[f64], moves: &mut [f64], changes: &mut [f64]) -> Result<(), Failure> {
+        let (form, _) = self.second_order_parts()?;
+        form.solve((forces, rows), (moves, changes)).map_err(failure)
+    }
+}

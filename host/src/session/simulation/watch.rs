@@ -1,0 +1,166 @@
+//! What is looked at in accepted states: energies, violations, memory that changes between steps.
+
+use super::{Heat, Simulation};
+use crate::analysis::{AnalysisError, CONTRADICTION};
+use crate::integrate::Accepted;
+use crate::plan::Layout;
+
+/// An angle that has moved this far from its reference gets a new one, rad.
+const NEW_REFERENCE: f64 = 1.0;
+
+/// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
+const PARTICLE_SPIN: f64 = 1e-6;
+
+/// Rows that are named where they are not met.
+const MOST_NAMED: usize = 4;
+
+impl Simulation<'_> {
+    /// Violations at the last accepted state, unless they are known: to be called at the end of the run.
+    pub(in crate::session) fn watch_end(&mut self, t: f64, state: &[f64]) {
+        if self.watched % self.period != 1 % self.period {
+            let known = self.formulation.observe(t, state, false).map(|observed| observed.inputs.to_vec());
+            if known.and_then(|inputs| self.watch_rows(&inputs)).is_err() {
+                self.audit.violation(t, (f64::NAN, None), (f64::NAN, None));
+            }
+        }
+    }
+
+    /// Energies, and now and then violations, at an accepted state: to be called at the start, then by the integrator.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        // Copied, since the formulation lends both its inputs and its element sets.
+        let mut inputs = std::mem::take(&mut self.observed);
+        inputs.clear();
+        inputs.extend_from_slice(self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs);
+        let result = self.watch_inputs(&inputs, state);
+        self.observed = inputs;
+        result
+    }
+
+    fn watch_inputs(&mut self, inputs: &[f64], state: &[f64]) -> Result<(), AnalysisError> {
+        let sets = self.formulation.sets();
+        let energies = self.energy.run(inputs, sets)?;
+        let (kinetic, potential) = (energies[0], energies[1]);
+        let heat: f64 = energies[2..].iter().sum();
+        for body in 0..self.layout.bodies {
+            let slot = self.layout.body_slot(body, 0);
+            self.scales.grow(&inputs[slot..slot + 13], 1);
+        }
+        for (body, name) in &self.particles {
+            let slot = self.layout.body_slot(*body, 10);
+            let spin = inputs[slot..slot + 3].iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+            if spin > PARTICLE_SPIN * self.scales.spin_scale() {
+                return Err(AnalysisError::TorqueOnParticle { body: name.clone() });
+            }
+        }
+        self.largest_kinetic = self.largest_kinetic.max(kinetic);
+        for (body, name, thin) in &self.thin {
+            let slot = self.layout.body_slot(*body, 10);
+            let about: f64 = (0..3).map(|k| inputs[slot + k] * thin.axis[k]).sum();
+            if 0.5 * thin.moment * about * about > thin.share * self.largest_kinetic {
+                return Err(AnalysisError::TorqueOnThin { body: name.clone() });
+            }
+        }
+        let work = state.last().copied().unwrap_or(0.0);
+        self.audit.energy(inputs[Layout::TIME], kinetic, potential, work);
+        match self.heat {
+            Heat::Watched => self.audit.heating(inputs[Layout::TIME], heat),
+            known => self.audit.heat_is_all(known == Heat::All),
+        }
+        let number = self.watched;
+        self.watched += 1;
+        if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
+    }
+
+    /// Where a remedy was called in since the last accepted state: fails unless the equations hold at the end of the step, and the
+    /// energies over it.
+    pub(super) fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        if self.formulation.counters().remedies() == self.remedies {
+            return Ok(());
+        }
+        self.formulation.certify(t, state)?;
+        if self.is_driven {
+            // Error control does not see how the work of driven constraints grows.
+            return Ok(());
+        }
+        let found = self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+        let share = self.audit.step_error(found[0], found[1], state.last().copied().unwrap_or(0.0));
+        if share > self.energy_limit || share.is_nan() {
+            let what = "the balance of energies over the step".into();
+            return Err(AnalysisError::Uncertified { remedy: "a passage or a rank-safe solution", what, share });
+        }
+        Ok(())
+    }
+
+    /// Fails where rows that projection leaves to themselves do not hold any more.
+    pub(super) fn check_rows_left_out(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let inputs = self.formulation.observe(t, state, false)?.inputs;
+        self.observed.clear();
+        self.observed.extend_from_slice(inputs);
+        self.rows.evaluate(&self.observed, self.formulation.sets())?;
+        let length = self.scales.length;
+        let (worst, _) = self.rows.worst(self.rows.function(0), length);
+        if worst <= CONTRADICTION * length {
+            return Ok(());
+        }
+        let mut off: Vec<&str> = Vec::new();
+        self.rows.violations(self.rows.function(0), length, |row, violation| {
+            if violation.is_nan() || violation > 0.1 * worst {
+                off.push(&self.row_names[row]);
+            }
+        });
+        off.truncate(MOST_NAMED);
+        self.contradictions += 1;
+        Err(AnalysisError::Contradiction { what: off.join(", "), violation: worst / length })
+    }
+
+    /// Violations of all rows.
+    fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
+        self.rows.evaluate(inputs, self.formulation.sets())?;
+        let (position, row) = self.rows.worst(self.rows.function(0), self.scales.length);
+        self.row_right.copy_from_slice(self.rows.function(1));
+        for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
+            self.row_right[*row] += value * inputs[self.layout.body_slot(column / 6, 7 + column % 6)];
+        }
+        let (velocity, rate) = self.rows.worst(&self.row_right, self.scales.length);
+        let (length, speed) = (self.scales.length, self.scales.speed_scale());
+        self.audit.violation(inputs[Layout::TIME], (position / length, row), (velocity / speed, rate));
+        Ok(())
+    }
+
+    /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
+    pub(super) fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
+        let mut changed = Accepted::Unchanged;
+        if !self.accept.evaluator.outputs().is_empty() {
+            let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+            let (angles, discrete) = found.split_at(self.references.len());
+            for (reference, angle) in self.references.iter_mut().zip(angles) {
+                if (angle - *reference).abs() > NEW_REFERENCE {
+                    *reference = *angle;
+                    changed = Accepted::Changed;
+                }
+            }
+            if self.discrete != discrete {
+                self.discrete.copy_from_slice(discrete);
+                changed = Accepted::Changed;
+            }
+        }
+        if !self.told.is_empty() {
+            let solve = self.told.iter().any(|told| told.inputs.needs_dynamics);
+            let inputs = self.formulation.observe(t, state, solve)?.inputs.to_vec();
+            for told in &mut self.told {
+                let arguments = told.inputs.run(&inputs, self.formulation.sets())?;
+                self.formulation.sets_mut()[told.set]
+                    .accept(told.instance, arguments)
+                    .map_err(|fault| AnalysisError::Element { set: told.set, fault })?;
+            }
+            changed = Accepted::Changed;
+        }
+        if changed == Accepted::Changed {
+            self.tell_discrete();
+        }
+        Ok(changed)
+    }
+}

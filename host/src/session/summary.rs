@@ -1,0 +1,280 @@
+//! The summary of a run: what is known before it, what was done, and how it ended.
+
+use super::checkpoint::Carried;
+use super::error::{Exit, SessionError};
+use super::opened::Session;
+use super::restart::Restart;
+use super::tier::Made;
+use crate::analysis::Counters;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::integrate::{self, IntegrateError, Outcome, StopReason};
+use crate::model::{Channel, Quantity, fault_code};
+use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, significant};
+use crate::scene::Dimension;
+
+/// What an integration leaves behind.
+pub(super) struct Ended {
+    pub(super) outcome: Result<Outcome, IntegrateError>,
+    pub(super) audit: Audit,
+    pub(super) counters: Counters,
+    pub(super) made: Made,
+    /// With its samples, s.
+    pub(super) integration_time: f64,
+    /// Where something was not finite: the inputs of the working form at the last accepted state, and behind it by the step tried
+    /// last.
+    pub(super) not_finite: Vec<Vec<f64>>,
+    /// The state at the end, or why there is none.
+    pub(super) state: Result<Restart, String>,
+    /// What another leg of the run takes over besides the state.
+    pub(super) carried: Carried,
+}
+
+impl Session {
+    /// Writes the counters and the audit of an integration into a summary; `goes_on`: it was not the first leg of its run.
+    pub(super) fn note_work(&self, summary: &mut Summary, ended: &Ended, goes_on: bool) {
+        let counters = &ended.counters;
+        summary.audit = ended.audit;
+        summary.evaluations = counters.evaluations;
+        summary.factorisations = counters.factorisations;
+        summary.position_corrections = counters.position_corrections;
+        summary.coupling_iterations = counters.coupling_iterations;
+        summary.integration_time_s = ended.integration_time;
+        let taken = [
+            (Remedy::RankSafe, counters.rank_safe),
+            (Remedy::StageProjection, counters.stage_projections),
+            (Remedy::Passage, counters.interpolated),
+            (Remedy::PlaceAhead, u64::from(self.ahead.is_some() && !goes_on)),
+            (Remedy::Contradiction, counters.contradictions),
+        ];
+        taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
+        // Before the outcome is told, which has no more to say than that something is none.
+        summary.reason = ended.not_finite.iter().find_map(|inputs| self.culprit(inputs)).unwrap_or_default();
+        note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
+    }
+
+    pub(super) fn channel_info(&self, channel: &Channel) -> ChannelInfo {
+        let unique = match &channel.quantity {
+            Quantity::Load { element, frame, torque, axes, component } => {
+                let component = matches!(axes, crate::model::Axes::Ground).then_some(*component);
+                self.plan.is_unique(*element, *frame, *torque, component)
+            }
+            _ => true,
+        };
+        let record = self.scene.outputs.iter().find(|record| record.name.value == channel.name);
+        ChannelInfo {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            quantity: record.map_or(String::new(), |record| record.quantity.value.clone()),
+            place: channel.place.clone(),
+            factor: channel.factor,
+            unique,
+        }
+    }
+
+    /// What is known before the first step.
+    pub(super) fn summary(&self, method: &str, engine: &str) -> Summary {
+        let units = &self.scene.units;
+        Summary {
+            status: Status::Running,
+            scene: self.scene.source.name.clone(),
+            title: self.scene.title.clone(),
+            odyn_version: env!("CARGO_PKG_VERSION").into(),
+            method: method.into(),
+            engine: engine.into(),
+            tolerance: self.tolerance(),
+            t_end: self.scene.simulation.t_end / units.factor(Dimension::TIME),
+            time_unit: units.label(Dimension::TIME),
+            load_time_s: self.load_time,
+            compile_time_s: self.compile_time,
+            mobility: self.plan.mobility as u64,
+            redundant_rows: self.plan.redundant_rows.len() as u64,
+            not_unique: self
+                .model
+                .channels
+                .iter()
+                .map(|channel| self.channel_info(channel))
+                .filter(|info| !info.unique)
+                .map(|info| info.name)
+                .collect(),
+            redundant_row_names: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
+            audit_limits: self.audit_limits(),
+            chosen_velocities: self.chosen_velocities(),
+            libraries: self
+                .libraries
+                .iter()
+                .map(|library| LibraryUsed {
+                    package: library.package.clone(),
+                    version: library.version.clone(),
+                    sha256: library.sha256.clone(),
+                })
+                .collect(),
+            warnings: self.warnings.iter().map(|w| format!("{}: {}", w.code, w.message)).collect(),
+            ..Summary::default()
+        }
+    }
+
+    /// Writes the end of the integration into the summary; an error where there is more to say than that it stopped.
+    pub(super) fn conclude(
+        &self,
+        summary: &mut Summary,
+        outcome: Result<Outcome, IntegrateError>,
+        files: &mut Option<ResultsError>,
+    ) -> Option<SessionError> {
+        match outcome {
+            Ok(outcome) => {
+                let counters = &outcome.counters;
+                summary.steps = counters.steps as u64;
+                summary.rejected = counters.rejected as u64;
+                summary.projections = counters.projections as u64;
+                summary.jacobians = counters.jacobians as u64;
+                summary.newton_iterations = counters.newton_iterations as u64;
+                summary.enclosures = counters.enclosed as u64;
+                summary.unproven = counters.unproven as u64;
+                summary.newton_factorisations = counters.factorisations as u64;
+                let recoveries = &counters.recoveries;
+                let taken = [
+                    (Remedy::SmallerStep, recoveries.smaller_step),
+                    (Remedy::NotFinite, recoveries.not_finite),
+                    (Remedy::NoConvergence, recoveries.no_convergence),
+                    (Remedy::SampleStep, recoveries.sample_step),
+                    (Remedy::FreshJacobian, recoveries.fresh_jacobian),
+                    (Remedy::MethodSwitch, counters.switches),
+                    (Remedy::Event, counters.events),
+                    (Remedy::Chatter, counters.chatters),
+                    (Remedy::WithinStep, counters.stepped_over),
+                    (Remedy::Missed, counters.missed),
+                ];
+                taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count as u64);
+                summary.stiff_from = counters.stiff_from.map(|t| t / self.scene.units.factor(Dimension::TIME));
+                match outcome.status {
+                    integrate::Status::Completed => summary.status = Status::Completed,
+                    integrate::Status::StoppedEarly { reason, .. } => {
+                        summary.status = Status::StoppedEarly;
+                        // That of a user who interrupts is no remedy.
+                        let forced = !matches!(reason, StopReason::Requested);
+                        summary.recoveries[Remedy::EarlyEnd] = u64::from(forced);
+                        summary.code = Some(code_of(&reason));
+                        let culprit = std::mem::take(&mut summary.reason);
+                        summary.reason = match culprit.is_empty() {
+                            true => reason.to_string(),
+                            false => format!("{culprit}: {reason}"),
+                        };
+                        if summary.code == Some(codes::PROJECTION_FAILED)
+                            && let Some(masses) = self.masses_far_apart()
+                        {
+                            summary.reason.push_str(&masses);
+                        }
+                    }
+                }
+                None
+            }
+            Err(error) => {
+                summary.status = Status::Failed;
+                summary.reason = error.to_string();
+                if let Some(error) = files.take() {
+                    summary.code = Some(error.code());
+                    return Some(self.files_error(&error));
+                }
+                let error = self.integration_error(&error);
+                summary.code = error.diagnostics.first().map(|diagnostic| diagnostic.code);
+                Some(error)
+            }
+        }
+    }
+
+    /// What ended an integration, in words.
+    pub(super) fn integration_error(&self, error: &IntegrateError) -> SessionError {
+        let diagnostic = self
+            .element_fault(error)
+            .or_else(|| self.particle_fault(error))
+            .unwrap_or_else(|| Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string()));
+        let exit = if diagnostic.code.starts_with("ODY04") { Exit::Plugin } else { Exit::Integration };
+        SessionError::one(exit, &self.scene.source, diagnostic.help("results up to this time are valid"))
+    }
+
+    /// A particle that was made to turn, or a thin rod about its axis.
+    fn particle_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
+        let IntegrateError::System { cause, .. } = error else { return None };
+        let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
+        use crate::analysis::AnalysisError::{TorqueOnParticle, TorqueOnThin};
+        let (body, place, help) = match cause {
+            TorqueOnParticle { body } => (
+                body,
+                "has no rotation and no inertia",
+                "attach joints and forces at its position and so that they only push, or give it an inertia",
+            ),
+            TorqueOnThin { body } => (
+                body,
+                "has a principal moment of inertia that is zero",
+                "give the body the moment of inertia about this axis that it has, however small, or hold it by a joint that takes \
+                 the torque",
+            ),
+            _ => return None,
+        };
+        let record = self.scene.bodies.iter().find(|record| record.name.value == *body)?;
+        let diagnostic = Diagnostic::error(codes::TORQUE_ON_PARTICLE, cause.to_string());
+        Some(diagnostic.at(record.name.span.clone(), place).help(help))
+    }
+
+    /// The element behind a failure, with its place in the scene.
+    fn element_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
+        let IntegrateError::System { t, cause } = error else { return None };
+        let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
+        let crate::analysis::AnalysisError::Element { set, fault } = cause else { return None };
+        let unit = self.scene.units.factor(Dimension::TIME);
+        let label = self.scene.units.label(Dimension::TIME);
+        let mut diagnostic = Diagnostic::error(
+            fault_code(&fault.message),
+            format!("an element failed at t = {} {label}: {}", significant(t / unit, 6), fault.message),
+        );
+        let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
+        let record = self.scene.elements.iter().find(|record| record.name.value == instance.name)?;
+        let text = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
+        diagnostic = diagnostic.at(record.name.span.clone(), text);
+        Some(diagnostic.help("this is a defect of the library; its author will want this message"))
+    }
+}
+
+/// Writes into the summary what was compiled. `unit` is the scene's unit of time, s.
+fn note_machine_code(summary: &mut Summary, made: &Made, unit: f64) {
+    summary.machine_code_programs = made.programs;
+    summary.machine_code_bytes = made.bytes;
+    summary.machine_code_time_s = made.seconds;
+    summary.machine_code_from = made.since.map(|t| t / unit);
+    // The reference form's name says what counts there.
+    if !summary.engine.starts_with("reference") {
+        let how = if made.programs > 0 { "compiled" } else { "interpreted" };
+        summary.engine = format!("{how}, {}", summary.engine);
+    }
+}
+
+/// Why an integration did not reach the time that it was to reach, if it did not.
+pub(super) fn stopped(session: &Session, outcome: &Result<integrate::Status, IntegrateError>) -> Option<SessionError> {
+    match outcome {
+        Ok(integrate::Status::Completed) => None,
+        Ok(integrate::Status::StoppedEarly { t, reason }) => {
+            let units = &session.scene.units;
+            let (time, label) = (t / units.factor(Dimension::TIME), units.label(Dimension::TIME));
+            let message = format!("the run stops at {} {label}: {reason}", significant(time, 6));
+            let diagnostic = Diagnostic::error(code_of(reason), message).help("results up to this time are valid");
+            Some(SessionError::one(Exit::Integration, &session.scene.source, diagnostic))
+        }
+        Err(error) => Some(session.integration_error(error)),
+    }
+}
+
+fn code_of(reason: &StopReason) -> &'static str {
+    match reason {
+        StopReason::Requested => codes::INTERRUPTED,
+        StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
+        StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
+        StopReason::NotFinite { .. } | StopReason::Failed { not_finite: true, .. } => codes::MOTION_NOT_FINITE,
+        StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
+        StopReason::Failed { .. } => codes::PROJECTION_FAILED,
+    }
+}
+
+/// Whether joints that contradict each other ended the run.
+fn is_contradiction(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
+    matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::Contradiction { .. }))
+}
