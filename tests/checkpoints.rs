@@ -166,7 +166,7 @@ fn kill_and_resume(text: &str, seed: u64) {
     let mut resumed = 0;
     for _ in 0..20 * wanted.max(1) {
         let mut run = process(killed);
-        if kills < wanted {
+        if kills < wanted || (wanted > 0 && resumed == 0) {
             // Marsaglia 2003, "Xorshift RNGs".
             bits ^= bits << 13;
             bits ^= bits >> 7;
@@ -183,12 +183,11 @@ fn kill_and_resume(text: &str, seed: u64) {
             continue;
         }
         assert!(fs::read(killed.join(RESULTS_FILE)).unwrap() == expected, "after {kills} kills");
-        if kills >= wanted {
-            assert!(wanted == 0 || resumed > 0, "no kill left a checkpoint");
+        if kills >= wanted && (wanted == 0 || resumed > 0) {
             return;
         }
     }
-    panic!("{kills} of {wanted} kills, and the run does not get to its end");
+    panic!("{kills} of {wanted} kills, {resumed} with a checkpoint, and the run does not get to its end");
 }
 
 #[test]

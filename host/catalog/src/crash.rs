@@ -98,14 +98,27 @@ pub fn tell_crashes() {
 /// The handler.
 extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_void) {
     // An overflow of the stack becomes an `abort` in the standard library's handler: once is enough.
+    static BEGUN: AtomicBool = AtomicBool::new(false);
     static TOLD: AtomicBool = AtomicBool::new(false);
     let Some(signal) = SIGNALS.iter().find(|signal| signal.number == number) else { return };
     // SAFETY: set by a call that is under way on this very thread and borrows the post.
     let post = unsafe { HERE.get().as_ref() };
     if let Some(post) = post
-        && !TOLD.swap(true, Ordering::Relaxed)
+        && !BEGUN.swap(true, Ordering::Relaxed)
     {
         tell(post, signal.words);
+        TOLD.store(true, Ordering::Release);
+    } else if BEGUN.load(Ordering::Relaxed) {
+        // Another thread crashed at the same time: what it reports is not cut short by the end of this one. A crash of the
+        // report itself ends here, too, after the last wait.
+        for _ in 0..200 {
+            if TOLD.load(Ordering::Acquire) {
+                break;
+            }
+            let wait = libc::timespec { tv_sec: 0, tv_nsec: 5_000_000 };
+            // SAFETY: allowed in a handler; the time is read, none is written.
+            unsafe { libc::nanosleep(&wait, ptr::null_mut()) };
+        }
     }
     if let Some(before) = signal.before.get() {
         // SAFETY: gives back what the system gave.
