@@ -45,10 +45,11 @@ pub struct JointPlan {
 
 impl JointPlan {
     /// The tree for a model at its assembled position; `None` where the equations of motion can't be written on one: forces
-    /// depend on accelerations or reactions, or something might turn a particle.
+    /// or rates of states depend on accelerations or reactions, or something might turn a particle.
     #[must_use]
     pub fn tree(equations: &Equations, model: &Model, assembly: &Assembly) -> Option<SpanningTree> {
-        if !equations.coupling.is_empty() || turns_particles(equations, model) {
+        let solved = !equations.coupling.is_empty() || equations.rates_need_solution(&Layout::new(model));
+        if solved || turns_particles(equations, model) {
             return None;
         }
         let mut refused: Vec<usize> = Vec::new();

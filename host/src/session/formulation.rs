@@ -64,7 +64,7 @@ impl Session {
         }
         let tree = JointPlan::tree(&self.equations, &self.model, &self.assembly);
         let Some(tree) = tree else {
-            let why = "forces depend on accelerations or on reactions, or turn a particle";
+            let why = "forces or states depend on accelerations or on reactions, or forces turn a particle";
             if name == "joint" {
                 let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no formulation `joint`: {why}"));
                 if let Some(written) = written {
