@@ -142,6 +142,12 @@ fn mass_pattern(bodies: usize) -> Vec<(usize, usize)> {
     pattern
 }
 
+/// The lower triangle of the mass matrix: (row, column, value).
+pub(super) fn mass_entries(model: &Model) -> Vec<(usize, usize, f64)> {
+    let pattern = mass_pattern(model.bodies.len());
+    pattern.into_iter().zip(mass_values(model)).map(|((row, column), value)| (row, column, value)).collect()
+}
+
 /// Values of the mass matrix, aligned with the pattern.
 #[must_use]
 pub fn mass_values(model: &Model) -> Vec<f64> {

@@ -2,10 +2,11 @@
 //!
 //! With z the accelerations and multipliers that the loads Q depend on, and P the choice of them among all,
 //!
-//! z = P S(Q(z), gamma),  S the solution of [M Phi_q^T; Phi_q 0],
+//! z = F(z) = P S(Q(z), gamma),  S the solution of [M Phi_q^T; Phi_q 0],
 //!
-//! is solved by Newton's method with the exact derivatives Q_z: (I - P S(Q_z, 0)) dz = P S(Q(z), gamma) - z. The reference
-//! engine iterates z <- P S(Q(z), gamma) instead: the twin.
+//! is solved by Newton's method with the exact derivatives: (I - F_z) dz = F(z) - z. In coordinates of bodies F_z = P S(Q_z, 0)
+//! column by column ([`BodyCoupling`]); in those of joints it is written down. The reference engine iterates z <- F(z) instead:
+//! the twin.
 
 use std::ops::Range;
 
@@ -45,33 +46,154 @@ struct Change {
     whole: f64,
 }
 
-/// See the module documentation.
+/// Newton's method for z. Whoever uses it solves the equations of motion between [`Coupling::begin`] and the calls of
+/// [`Coupling::advance`], until these agree.
 pub(super) struct Coupling {
     slots: Vec<usize>,
     /// The slots of the body's accelerations or the joint's multipliers that each of `slots` belongs to.
     peers: Vec<Range<usize>>,
-    acceleration_slot: usize,
-    multiplier_slot: usize,
+    accelerations: Range<usize>,
+    multipliers: Range<usize>,
+    z: Vec<f64>,
+    step: Vec<f64>,
+    matrix: FullPivLu,
+    /// Whether `z` holds a solution to start from.
+    started: bool,
+    iteration: usize,
+    /// The smallest change so far.
+    best: f64,
+}
+
+impl Coupling {
+    /// For inputs at these slots.
+    pub(super) fn new(slots: Vec<usize>, layout: &Layout) -> Self {
+        let n = slots.len();
+        Self {
+            peers: slots.iter().map(|slot| layout.solved_peers(*slot)).collect(),
+            slots,
+            accelerations: layout.acceleration_slot()..layout.multiplier_slot(),
+            multipliers: layout.multiplier_slot()..layout.inputs(),
+            z: vec![0.0; n],
+            step: vec![0.0; n],
+            matrix: FullPivLu::new(n, 1e-14),
+            started: false,
+            iteration: 0,
+            best: f64::INFINITY,
+        }
+    }
+
+    /// Starts from nothing next time.
+    pub(super) fn forget(&mut self) {
+        self.started = false;
+    }
+
+    /// Writes the first guess of z into the inputs.
+    pub(super) fn begin(&mut self, inputs: &mut [f64]) {
+        if !self.started {
+            self.z.fill(0.0);
+        }
+        (self.iteration, self.best) = (0, f64::INFINITY);
+        self.write(inputs);
+    }
+
+    fn write(&self, inputs: &mut [f64]) {
+        self.slots.iter().zip(&self.z).for_each(|(slot, value)| inputs[*slot] = *value);
+    }
+
+    /// Compares z with F(z), which the inputs hold with the rest of the solution for z; `true` where they agree. Otherwise the next
+    /// guess is written into the inputs. `slopes` gives F_z, column by column, for inputs with F(z).
+    pub(super) fn advance(
+        &mut self,
+        inputs: &mut [f64],
+        counters: &mut Counters,
+        slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
+    ) -> Result<bool, AnalysisError> {
+        let Change { own: change, whole } = self.change(inputs);
+        if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) {
+            self.started = true;
+            return Ok(true);
+        }
+        self.best = self.best.min(change);
+        self.iteration += 1;
+        if change.is_nan() || self.iteration == MOST_ITERATIONS {
+            self.started = false;
+            return Err(AnalysisError::NoCommonSolution);
+        }
+        counters.coupling_iterations += 1;
+        let found = self.slots.iter().map(|slot| inputs[*slot]);
+        if !self.started && self.iteration == 1 {
+            self.z.iter_mut().zip(found).for_each(|(z, found)| *z = found);
+        } else {
+            self.step.iter_mut().zip(found.zip(&self.z)).for_each(|(step, (found, z))| *step = found - z);
+            self.newton(inputs, slopes)?;
+        }
+        self.write(inputs);
+        Ok(false)
+    }
+
+    /// One step of Newton's method from `z`, for the difference that `step` holds.
+    fn newton(
+        &mut self,
+        inputs: &mut [f64],
+        slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
+    ) -> Result<(), AnalysisError> {
+        let n = self.slots.len();
+        slopes(inputs, self.matrix.entries_mut())?;
+        let entries = self.matrix.entries_mut();
+        entries.iter_mut().for_each(|entry| *entry = -*entry);
+        entries.iter_mut().step_by(n + 1).for_each(|entry| *entry += 1.0);
+        if entries.iter().all(|x| x.is_finite()) {
+            let difference = self.step.clone();
+            self.matrix.factor()?;
+            self.matrix.solve(&difference, &mut self.step)?;
+        }
+        self.z.iter_mut().zip(&self.step).for_each(|(z, step)| *z += step);
+        Ok(())
+    }
+
+    /// Largest difference of F(z) from z; `inputs` hold the solution.
+    fn change(&self, inputs: &[f64]) -> Change {
+        let most = [&self.accelerations, &self.multipliers].map(|slots| largest(&inputs[slots.clone()]));
+        let mut change = Change { own: 0.0, whole: 0.0 };
+        for (k, (slot, z)) in self.slots.iter().zip(&self.z).enumerate() {
+            let difference = (inputs[*slot] - z).abs();
+            if difference == 0.0 {
+                continue;
+            }
+            let own = difference / largest(&inputs[self.peers[k].clone()]);
+            let whole = difference / most[usize::from(*slot >= self.multipliers.start)];
+            if own.is_nan() {
+                return Change { own, whole };
+            }
+            change = Change { own: change.own.max(own), whole: change.whole.max(whole) };
+        }
+        change
+    }
+}
+
+fn largest(list: &[f64]) -> f64 {
+    list.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()))
+}
+
+/// [`Coupling`] in coordinates of bodies.
+pub(super) struct BodyCoupling {
+    coupling: Coupling,
     loads: usize,
     program: Program,
     workspace: Workspace,
     /// Loads; state rates; power; then the loads' derivatives, input by input.
     outputs: Vec<f64>,
     rates: usize,
-    z: Vec<f64>,
-    found: Vec<f64>,
-    step: Vec<f64>,
-    matrix: FullPivLu,
     side_accelerations: Vec<f64>,
     side_multipliers: Vec<f64>,
-    /// Whether `z` holds a solution to start from.
-    started: bool,
+    /// Whether state rates and power may use more of the solution than the loads.
+    more_in_rates: bool,
 }
 
-impl Coupling {
+impl BodyCoupling {
     /// What must be solved together; `None` when the loads, state rates and power depend on nothing that is solved for.
     pub(super) fn new(equations: &Equations, layout: &Layout) -> Option<Self> {
-        if equations.coupling.is_empty() && !equations.rates_need_solution(layout) {
+        if !equations.needs_solution(layout) {
             return None;
         }
         let mut nodes: Vec<Node> = equations.loads.clone();
@@ -79,31 +201,23 @@ impl Coupling {
         nodes.push(equations.power);
         nodes.extend(equations.coupling.iter().flat_map(|input| input.slopes.iter().copied()));
         let program = Program::compile(&equations.graph, &nodes);
-        let n = equations.coupling.len();
-        let peers = equations.coupling.iter().map(|input| layout.solved_peers(input.slot));
+        let slots: Vec<usize> = equations.coupling.iter().map(|input| input.slot).collect();
         Some(Self {
-            peers: peers.collect(),
-            slots: equations.coupling.iter().map(|input| input.slot).collect(),
-            acceleration_slot: layout.acceleration_slot(),
-            multiplier_slot: layout.multiplier_slot(),
+            more_in_rates: slots.len() < program.input_count(layout.acceleration_slot()..usize::MAX),
+            coupling: Coupling::new(slots, layout),
             loads: equations.loads.len(),
             workspace: program.workspace(),
             outputs: vec![0.0; nodes.len()],
             program,
             rates: equations.state_rates.len() + 1,
-            z: vec![0.0; n],
-            found: vec![0.0; n],
-            step: vec![0.0; n],
-            matrix: FullPivLu::new(n, 1e-14),
             side_accelerations: vec![0.0; layout.velocities()],
             side_multipliers: vec![0.0; layout.rows],
-            started: false,
         })
     }
 
     /// Starts from nothing next time.
     pub(super) fn forget(&mut self) {
-        self.started = false;
+        self.coupling.forget();
     }
 
     /// The program, with how often it was run.
@@ -127,68 +241,36 @@ impl Coupling {
         multipliers: &mut [f64],
         counters: &mut Counters,
     ) -> Result<(), AnalysisError> {
-        let n = self.slots.len();
-        if !self.started {
-            self.z.fill(0.0);
-        }
-        let mut best = f64::INFINITY;
-        for iteration in 0..MOST_ITERATIONS {
-            self.slots.iter().zip(&self.z).for_each(|(slot, value)| inputs[*slot] = *value);
+        self.coupling.begin(inputs);
+        loop {
             self.run(inputs, sets)?;
             engine.solve(&self.outputs[..self.loads], true, accelerations, multipliers)?;
-            for (k, slot) in self.slots.iter().enumerate() {
-                self.found[k] = self.pick(*slot, engine.rows(), accelerations, multipliers);
-            }
             self.publish(inputs, engine.rows(), accelerations, multipliers);
-            let Change { own: change, whole } = self.change(inputs);
-            if change.is_nan() {
+            let Self { coupling, outputs, loads, rates, side_accelerations, side_multipliers, .. } = self;
+            let slots = coupling.slots.clone();
+            let (first, rows) = (coupling.accelerations.start, coupling.multipliers.start);
+            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                let lambda = &mut side_multipliers[..engine.rows().len()];
+                let of_loads = outputs[*loads + *rates..].chunks_exact(*loads);
+                for (slopes, column) in of_loads.zip(matrix.chunks_exact_mut(slots.len())) {
+                    engine.solve(slopes, false, side_accelerations, lambda)?;
+                    for (slot, entry) in slots.iter().zip(column) {
+                        *entry = match slot.checked_sub(rows) {
+                            None => side_accelerations[slot - first],
+                            // A row that is not in use has the multiplier zero.
+                            Some(row) => engine.rows().binary_search(&row).map_or(0.0, |k| lambda[k]),
+                        };
+                    }
+                }
+                Ok(())
+            };
+            if coupling.advance(inputs, counters, slopes)? {
                 break;
             }
-            if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= best) {
-                self.started = true;
-                if n < self.solved_inputs_in_rates() {
-                    // State rates and power may use more of the solution than the loads.
-                    self.run(inputs, sets)?;
-                }
-                return Ok(());
-            }
-            best = best.min(change);
-            counters.coupling_iterations += 1;
-            if !self.started && iteration == 0 {
-                self.z.copy_from_slice(&self.found);
-                continue;
-            }
-            self.newton(engine)?;
         }
-        self.started = false;
-        Err(AnalysisError::NoCommonSolution)
-    }
-
-    /// One step of Newton's method from `z`.
-    fn newton(&mut self, engine: &mut dyn Solve) -> Result<(), AnalysisError> {
-        let n = self.slots.len();
-        let slopes_at = self.loads + self.rates;
-        for k in 0..n {
-            let slopes = &self.outputs[slopes_at + k * self.loads..slopes_at + (k + 1) * self.loads];
-            let multipliers = &mut self.side_multipliers[..engine.rows().len()];
-            engine.solve(slopes, false, &mut self.side_accelerations, multipliers)?;
-            for i in 0..n {
-                let multipliers = &self.side_multipliers[..engine.rows().len()];
-                let response = self.pick(self.slots[i], engine.rows(), &self.side_accelerations, multipliers);
-                self.matrix.entries_mut()[i + n * k] = f64::from(u8::from(i == k)) - response;
-            }
+        if self.more_in_rates {
+            self.run(inputs, sets)?;
         }
-        for k in 0..n {
-            self.found[k] -= self.z[k];
-        }
-        let finite = self.matrix.entries_mut().iter().all(|x| x.is_finite());
-        if finite {
-            self.matrix.factor()?;
-            self.matrix.solve(&self.found, &mut self.step)?;
-        } else {
-            self.step.copy_from_slice(&self.found);
-        }
-        self.z.iter_mut().zip(&self.step).for_each(|(z, step)| *z += step);
         Ok(())
     }
 
@@ -204,45 +286,12 @@ impl Coupling {
             .map_err(|(set, fault)| AnalysisError::Element { set, fault })
     }
 
-    fn pick(&self, slot: usize, rows: &[usize], accelerations: &[f64], multipliers: &[f64]) -> f64 {
-        if slot < self.multiplier_slot {
-            return accelerations[slot - self.acceleration_slot];
-        }
-        // A row that is not in use has the multiplier zero.
-        rows.binary_search(&(slot - self.multiplier_slot)).map_or(0.0, |k| multipliers[k])
-    }
-
-    /// Largest difference of `found` from `z`; `inputs` hold the solution.
-    fn change(&self, inputs: &[f64]) -> Change {
-        let most = [self.acceleration_slot..self.multiplier_slot, self.multiplier_slot..inputs.len()]
-            .map(|slots| largest(&inputs[slots]));
-        let mut change = Change { own: 0.0, whole: 0.0 };
-        for (k, (found, z)) in self.found.iter().zip(&self.z).enumerate().filter(|(_, (found, z))| found != z) {
-            let difference = (found - z).abs();
-            let own = difference / largest(&inputs[self.peers[k].clone()]);
-            let whole = difference / most[usize::from(self.slots[k] >= self.multiplier_slot)];
-            if own.is_nan() {
-                return Change { own, whole };
-            }
-            change = Change { own: change.own.max(own), whole: change.whole.max(whole) };
-        }
-        change
-    }
-
     fn publish(&self, inputs: &mut [f64], rows: &[usize], accelerations: &[f64], multipliers: &[f64]) {
-        inputs[self.acceleration_slot..self.multiplier_slot].copy_from_slice(accelerations);
-        inputs[self.multiplier_slot..].fill(0.0);
+        inputs[self.coupling.accelerations.clone()].copy_from_slice(accelerations);
+        let slots = self.coupling.multipliers.clone();
+        inputs[slots.clone()].fill(0.0);
         for (row, value) in rows.iter().zip(multipliers) {
-            inputs[self.multiplier_slot + row] = *value;
+            inputs[slots.start + row] = *value;
         }
     }
-
-    /// Number of solved inputs that the program uses.
-    fn solved_inputs_in_rates(&self) -> usize {
-        self.program.input_count(self.acceleration_slot..usize::MAX)
-    }
-}
-
-fn largest(list: &[f64]) -> f64 {
-    list.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()))
 }

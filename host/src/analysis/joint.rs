@@ -5,6 +5,8 @@ use element_api::ElementSet;
 use nalgebra::Matrix3;
 
 use super::balance::{Imbalance, Trial};
+use super::constraints::mass_entries;
+use super::coupling::Coupling;
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
@@ -28,6 +30,9 @@ pub const STATES_PER_AUDIT: u64 = 8;
 /// Coordinates of a tree beyond which its mass matrix is not written down for a factorisation of the whole, where elimination
 /// body by body comes upon a pivot that is not positive: millions of entries.
 const MOST_TO_FACTOR: usize = 3000;
+
+/// Step of difference quotients, as a share of the largest of what is differentiated along.
+const DIFFERENCE: f64 = 1e-7;
 
 /// Which engine solved.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -53,6 +58,12 @@ pub struct JointForm {
     accelerations: Vec<f64>,
     /// Rates of the element states, then the power.
     rates: Vec<f64>,
+    /// Forces that depend on what is solved for.
+    coupling: Option<Coupling>,
+    /// What the equations depend on of a solution by the rank-safe engine, once that was called in.
+    dependent: Option<Evaluator>,
+    /// The lower triangle of the mass matrix in coordinates of bodies.
+    mass: Vec<(usize, usize, f64)>,
     /// Size of the gradient of each row in use, 1 for rows in metres.
     row_sizes: Vec<f64>,
     row_names: Vec<String>,
@@ -124,6 +135,9 @@ impl JointForm {
             rates: vec![0.0; layout.states + 1],
             row_names: bodies.row_names().to_vec(),
             passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
+            coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), layout)),
+            dependent: None,
+            mass: mass_entries(model),
             choice: plan.independent.len() < plan.rows.len(),
             least_health: least_health_at_start(&plan.independent, &start),
             independent: plan.independent,
@@ -165,22 +179,29 @@ impl JointForm {
     fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
         let columns = self.coordinates.columns;
         if let Some(regular) = &mut self.regular {
+            if let Some(coupling) = &mut self.coupling {
+                coupling.begin(&mut self.inputs);
+            }
             regular.motion.run(&self.inputs, self.bodies.sets())?;
             let ratio = pivot_ratio(regular.motion.outputs(), columns, &regular.squares);
-            if self.is_trusted(ratio)?
-                && let Some(regular) = &self.regular
-            {
-                let outputs = regular.motion.outputs();
-                self.accelerations.copy_from_slice(&outputs[..columns]);
-                let from = columns + regular.rows.len();
-                self.rates.copy_from_slice(&outputs[from..from + self.layout.states + 1]);
-                return Ok(Used::Regular);
+            if self.is_trusted(ratio)? {
+                self.agree()?;
+                if let Some(regular) = &self.regular {
+                    let outputs = regular.motion.outputs();
+                    self.accelerations.copy_from_slice(&outputs[..columns]);
+                    let from = columns + regular.rows.len();
+                    self.rates.copy_from_slice(&outputs[from..from + self.layout.states + 1]);
+                    return Ok(Used::Regular);
+                }
             }
         }
         self.counters.rank_safe += u64::from(self.regular.is_some());
         self.write_mass()?;
         self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
-        self.safe.solve_motion()?;
+        match &self.equations.dependence {
+            Some(_) => self.agree_safely()?,
+            None => self.safe.solve_motion()?,
+        }
         self.safe.accept()?;
         self.accelerations.copy_from_slice(&self.safe.accelerations);
         self.rates.copy_from_slice(self.safe.loads().1);
@@ -189,6 +210,76 @@ impl JointForm {
         let driven: f64 = times.zip(&self.safe.multipliers).map(|(time, lambda)| time * lambda).sum();
         self.rates[self.layout.states] += driven;
         Ok(Used::Safe)
+    }
+
+    /// Runs the regular engine until forces agree with the reactions and accelerations that they depend on. It was run once.
+    fn agree(&mut self) -> Result<(), AnalysisError> {
+        let (Some(dependence), Some(coupling), Some(regular)) =
+            (&self.equations.dependence, &mut self.coupling, &mut self.regular)
+        else {
+            return Ok(());
+        };
+        let from = self.coordinates.columns + regular.rows.len() + self.layout.states + 1;
+        let (n, solved) = (dependence.slots.len(), dependence.solved.len());
+        loop {
+            let (found, rest) = regular.motion.outputs()[from..].split_at(solved);
+            dependence.solved.iter().zip(found).for_each(|(slot, value)| self.inputs[*slot] = *value);
+            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                matrix.copy_from_slice(&rest[..n * n]);
+                Ok(())
+            };
+            if coupling.advance(&mut self.inputs, &mut self.counters, slopes)? {
+                return Ok(());
+            }
+            regular.motion.run(&self.inputs, self.bodies.sets())?;
+        }
+    }
+
+    /// The same by the rank-safe engine, with difference quotients.
+    fn agree_safely(&mut self) -> Result<(), AnalysisError> {
+        let (Some(dependence), Some(coupling)) = (&self.equations.dependence, &mut self.coupling) else {
+            return Ok(());
+        };
+        let found = &dependence.found;
+        let dependent = self.dependent.get_or_insert_with(|| Evaluator::new(&found.graph, &found.nodes));
+        let (safe, sets) = (&mut self.safe, self.bodies.sets());
+        let (first, rows) = (self.coordinates.acceleration_slot, self.layout.multiplier_slot());
+        // F(z) into the inputs, for the z that they hold.
+        let mut solve = |inputs: &mut [f64]| -> Result<(), AnalysisError> {
+            safe.terms.run(inputs, sets)?;
+            safe.solve_motion()?;
+            inputs[first..first + safe.accelerations.len()].copy_from_slice(&safe.accelerations);
+            for (row, value) in safe.rows.iter().zip(&safe.multipliers) {
+                inputs[rows + row] = *value;
+            }
+            let values = dependent.run(inputs, sets)?;
+            dependence.solved.iter().zip(values).for_each(|(slot, value)| inputs[*slot] = *value);
+            Ok(())
+        };
+        coupling.begin(&mut self.inputs);
+        loop {
+            let guess: Vec<f64> = dependence.slots.iter().map(|slot| self.inputs[*slot]).collect();
+            solve(&mut self.inputs)?;
+            let slopes = |inputs: &mut [f64], matrix: &mut [f64]| -> Result<(), AnalysisError> {
+                let mut there = inputs.to_vec();
+                let size = guess.iter().fold(0.0_f64, |size, z| size.max(z.abs()));
+                for (k, column) in matrix.chunks_exact_mut(guess.len()).enumerate() {
+                    dependence.slots.iter().zip(&guess).for_each(|(slot, z)| there[*slot] = *z);
+                    let step = if size > 0.0 { DIFFERENCE * size } else { DIFFERENCE };
+                    there[dependence.slots[k]] += step;
+                    solve(&mut there)?;
+                    for (slot, entry) in dependence.slots.iter().zip(column) {
+                        *entry = (there[*slot] - inputs[*slot]) / step;
+                    }
+                }
+                Ok(())
+            };
+            if coupling.advance(&mut self.inputs, &mut self.counters, slopes)? {
+                break;
+            }
+        }
+        // Rates of states and power may depend on more than was found in this way.
+        solve(&mut self.inputs)
     }
 
     /// Whether the regular engine's solution for a pivot ratio is trusted. Far from singular positions a ratio that has not
@@ -520,7 +611,7 @@ impl Refusing for JointForm {
             velocities: &velocities,
             accelerations: &accelerations,
             loads,
-            driven: Some(rates[self.coordinates.motion + work] - further[work]),
+            driven: self.coupling.is_none().then_some(rates[self.coordinates.motion + work] - further[work]),
         };
         trial.accept(|row| self.row_names[self.safe.rows[row]].clone())
     }
@@ -615,6 +706,9 @@ impl Formulation for JointForm {
         self.least_health = least_health_at_start(&self.independent, &self.first);
         (self.trusted, self.corrected_safely, self.careful, self.derivatives_are_paid) = (false, false, false, false);
         self.body_state.copy_from_slice(working);
+        if let Some(coupling) = &mut self.coupling {
+            coupling.forget();
+        }
         self.bodies.forget(working);
     }
 
@@ -682,9 +776,8 @@ impl Formulation for JointForm {
     }
 
     fn solved_program(&self, equations: &Equations, nodes: &[Node]) -> Option<SolvedProgram> {
-        let mass = self.bodies.mass_entries();
-        let working = Working { equations, layout: &self.layout, mass: &mass };
-        let found = self.equations.reactions(&working, &self.tree, self.length, nodes)?;
+        let working = Working { equations, layout: &self.layout, mass: &self.mass };
+        let found = self.equations.reactions(&working, &self.tree, self.length, nodes, &[])?;
         Some(SolvedProgram::new(&found))
     }
 

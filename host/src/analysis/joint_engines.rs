@@ -12,7 +12,7 @@ use crate::program::{Articulated, Elimination, Graph, JointEquations, Node};
 
 /// The equations of motion solved operation by operation.
 pub(super) struct Unrolled {
-    /// Accelerations, multipliers, rates of states, power; then pivots.
+    /// Accelerations, multipliers, rates of states, power; what [`Dependence`] has solved for with its slopes; then pivots.
     pub(super) motion: Evaluator,
     /// Correction of positions, values of the rows; then pivots.
     pub(super) position: Evaluator,
@@ -80,23 +80,16 @@ impl Unrolled {
         let elimination = Elimination::new(&mut g, columns, &joint.mass, &jacobian);
         let gammas: Vec<Node> = chosen().map(|row| row.gamma).collect();
         let (accelerations, multipliers) = elimination.solve(&mut g, &joint.loads, &gammas);
-        let mut power = joint.power;
-        for (row, multiplier) in chosen().zip(&multipliers) {
-            let driven = g.mul(row.time, *multiplier);
-            power = g.add(power, driven);
-        }
         let mut pivots = elimination.mass_pivots.clone();
         pivots.extend(&elimination.row_pivots);
-        let mut outputs = accelerations;
-        outputs.extend(multipliers);
-        outputs.extend(&joint.state_rates);
-        outputs.push(power);
-        outputs.extend(&pivots);
-        if let Some(solved) = open
-            && g.live(&tree_outputs(joint, &solved)).len() < g.live(&outputs).len()
-        {
-            return Self::of_tree(joint, g, solved);
+        if let Some(solved) = open {
+            let rates = [&joint.state_rates[..], &[joint.power]].concat();
+            let cost = |found: &[Node], pivots: &[Node]| g.live(&[found, &rates, pivots].concat()).len();
+            if cost(&solved.accelerations, &solved.pivots) < cost(&accelerations, &pivots) {
+                return Self::of_tree(joint, g, solved);
+            }
         }
+        let outputs = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &pivots);
         let motion = Evaluator::condensed(&g, &outputs);
 
         let still = vec![g.constant(0.0); columns];
@@ -130,8 +123,10 @@ impl Unrolled {
     }
 
     /// Trees that no rows close: nothing is to be corrected, and nothing is solved for that.
-    fn of_tree(joint: &JointEquations, g: Graph, solved: Articulated) -> Self {
-        let motion = Evaluator::condensed(&g, &tree_outputs(joint, &solved));
+    fn of_tree(joint: &JointEquations, mut g: Graph, solved: Articulated) -> Self {
+        let Articulated { accelerations, pivots } = solved;
+        let outputs = motion_outputs(joint, &mut g, accelerations, (&[], Vec::new()), &pivots);
+        let motion = Evaluator::condensed(&g, &outputs);
         let mut nothing = Graph::default();
         let mut outputs = vec![nothing.constant(0.0); joint.coordinates.columns];
         outputs.extend(vec![nothing.constant(1.0); joint.coordinates.columns]);
@@ -153,11 +148,30 @@ impl Unrolled {
     }
 }
 
-fn tree_outputs(joint: &JointEquations, solved: &Articulated) -> Vec<Node> {
-    let mut outputs = solved.accelerations.clone();
-    outputs.extend(&joint.state_rates);
-    outputs.push(joint.power);
-    outputs.extend(&solved.pivots);
+/// The outputs of [`Unrolled::motion`].
+fn motion_outputs(
+    joint: &JointEquations,
+    g: &mut Graph,
+    accelerations: Vec<Node>,
+    (rows, multipliers): (&[usize], Vec<Node>),
+    pivots: &[Node],
+) -> Vec<Node> {
+    let dependence = joint.dependence.as_ref();
+    let dependent = dependence.map(|found| found.write(g, joint, &accelerations, (rows, &multipliers)));
+    let (state_rates, mut power) = match &dependent {
+        Some(found) => (&found.state_rates, found.power),
+        None => (&joint.state_rates, joint.power),
+    };
+    for (row, multiplier) in rows.iter().zip(&multipliers) {
+        let driven = g.mul(joint.rows[*row].time, *multiplier);
+        power = g.add(power, driven);
+    }
+    let mut outputs = accelerations;
+    outputs.extend(multipliers);
+    outputs.extend(state_rates);
+    outputs.push(power);
+    outputs.extend(dependent.iter().flat_map(|found| found.solved.iter().chain(&found.slopes)));
+    outputs.extend(pivots);
     outputs
 }
 

@@ -1,14 +1,14 @@
 //! [`JointPlan`]: the equations of motion in the coordinates of joints, and which of their rows are needed.
 
 use super::assembly::{Assembly, start_inputs};
-use super::constraints::Constraints;
+use super::constraints::{Constraints, mass_entries};
 use super::formulation::{AnalysisError, Counters};
 use super::joint_engines::{Look, Safe, Solving, Unrolled, pivot_ratio};
 use super::joint_start::JointStart;
 use crate::linalg::Health;
 use crate::model::Model;
 use crate::plan::{Layout, Measure, SpanningTree};
-use crate::program::{Equations, JointEquations, Program};
+use crate::program::{Dependence, Equations, JointEquations, Program, Working};
 
 /// Share of its gradient along the bodies' own coordinates below which the gradient of a row along the joints' is round-off:
 /// the row holds wherever the joints are.
@@ -44,15 +44,21 @@ pub struct JointPlan {
 }
 
 impl JointPlan {
-    /// The tree for a model at its assembled position; `None` where the equations of motion can't be written on one: forces
-    /// or rates of states depend on accelerations or reactions, or something might turn a particle.
+    /// The tree for a model at its assembled position; `None` where something might turn a particle.
     #[must_use]
     pub fn tree(equations: &Equations, model: &Model, assembly: &Assembly) -> Option<SpanningTree> {
-        let solved = !equations.coupling.is_empty() || equations.rates_need_solution(&Layout::new(model));
-        if solved || turns_particles(equations, model) {
+        if turns_particles(equations, model) {
             return None;
         }
         let mut refused: Vec<usize> = Vec::new();
+        if equations.needs_solution(&Layout::new(model)) {
+            // Their reactions are found only where the coordinates make up for all rows.
+            let tree = SpanningTree::new(model, |_| true);
+            refused.extend(tree.joints.iter().filter_map(|joint| {
+                let rows = model.elements[joint.element?].rows.len();
+                (rows + joint.coordinates + 3 * usize::from(joint.rotates) != 6).then_some(joint.element?)
+            }));
+        }
         loop {
             let tree = SpanningTree::new(model, |element| !refused.contains(&element));
             let found = JointStart::new(model, &tree, assembly.scales.length).find(&assembly.working);
@@ -86,7 +92,8 @@ impl JointPlan {
     }
 
     /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
-    /// assembled position at time `t`.
+    /// assembled position at time `t`. `None` where forces or states depend on accelerations or reactions that are not found along
+    /// the tree.
     ///
     /// # Errors
     /// When the linear algebra refuses the model, or an opaque element fails.
@@ -97,7 +104,7 @@ impl JointPlan {
         tree: SpanningTree,
         assembly: &Assembly,
         t: f64,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Option<Self>, AnalysisError> {
         let build = |turned: Option<JointEquations>| {
             let joint = turned.unwrap_or_else(|| JointEquations::build(equations, model, layout, &tree));
             Self::of(equations, joint, model, layout, tree.clone(), assembly, t)
@@ -105,11 +112,14 @@ impl JointPlan {
         let turned = JointEquations::build_turned(equations, model, layout, &tree);
         let was_turned = turned.is_some();
         let plan = build(turned)?;
-        if was_turned && plan.independent.len() < plan.rows.len() {
+        if was_turned
+            && let Some(plan) = &plan
+            && plan.independent.len() < plan.rows.len()
+        {
             // A frame's axes may lie in the plane that a loop moves in where the ground's do not: then more rows hold by
             // themselves.
             let other = build(None)?;
-            if other.rows.len() < plan.rows.len() {
+            if other.as_ref().is_some_and(|other| other.rows.len() < plan.rows.len()) {
                 return Ok(other);
             }
         }
@@ -125,8 +135,16 @@ impl JointPlan {
         tree: SpanningTree,
         assembly: &Assembly,
         t: f64,
-    ) -> Result<Self, AnalysisError> {
+    ) -> Result<Option<Self>, AnalysisError> {
         let length = assembly.scales.length;
+        if equations.needs_solution(layout) {
+            let mass = mass_entries(model);
+            let working = Working { equations, layout, mass: &mass };
+            joint.dependence = Dependence::new(&joint, &working, &tree, length);
+            if joint.dependence.is_none() {
+                return Ok(None);
+            }
+        }
         let inputs = inputs_at_start(&joint, model, layout, &tree, assembly, t);
         let used = tree.used(model.elements.len());
         let of_tree = |row: usize| used[layout.element_of_row(row).0];
@@ -135,7 +153,7 @@ impl JointPlan {
             let outputs = regular.motion.run(&inputs, &model.sets)?;
             let ratio = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
             if ratio >= LEAST_HEALTH {
-                return Ok(Self {
+                return Ok(Some(Self {
                     met: Vec::new(),
                     regular,
                     start: Look { ratio, kept: ratio, independence: 1.0 },
@@ -146,7 +164,7 @@ impl JointPlan {
                     length,
                     equations: joint,
                     tree,
-                });
+                }));
             }
             joint.write_mass();
         }
@@ -177,7 +195,7 @@ impl JointPlan {
             regular.velocity.run(&inputs, &model.sets)?;
             regular.look(joint.coordinates.columns)
         };
-        Ok(Self {
+        Ok(Some(Self {
             met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),
             regular,
             start,
@@ -188,7 +206,7 @@ impl JointPlan {
             length,
             equations: joint,
             tree,
-        })
+        }))
     }
 }
 

@@ -43,9 +43,7 @@ impl<'a> Terms<'a> {
     /// In the coordinates of bodies; `None` where derivatives are not known (opaque elements, forces that depend on
     /// accelerations or reactions), or too many.
     pub(super) fn of_bodies(equations: &'a Equations, layout: &Layout) -> Option<Self> {
-        let unknown = !equations.graph.calls.is_empty()
-            || !equations.coupling.is_empty()
-            || equations.rates_need_solution(layout);
+        let unknown = !equations.graph.calls.is_empty() || equations.needs_solution(layout);
         let coordinates = Coordinates::of_bodies(layout);
         let possible = !unknown && work(&coordinates, equations.graph.len(), layout) <= MOST_WORK;
         possible.then(|| Self {
@@ -60,9 +58,11 @@ impl<'a> Terms<'a> {
         })
     }
 
-    /// In the coordinates of joints; `None` where derivatives are not known (opaque elements), or too many.
+    /// In the coordinates of joints; `None` where derivatives are not known (opaque elements, forces that depend on accelerations or
+    /// reactions), or too many.
     pub(super) fn of_joints(joint: &'a JointEquations, layout: &Layout) -> Option<Self> {
-        let possible = joint.graph.calls.is_empty() && work(&joint.coordinates, joint.size, layout) <= MOST_WORK;
+        let known = joint.graph.calls.is_empty() && joint.dependence.is_none();
+        let possible = known && work(&joint.coordinates, joint.size, layout) <= MOST_WORK;
         possible.then(|| Self {
             graph: &joint.graph,
             coordinates: joint.coordinates.clone(),

@@ -117,7 +117,7 @@ impl ReferenceForm {
             length,
             layout: layout.clone(),
             counters: Counters::default(),
-            coupled: !equations.coupling.is_empty() || equations.rates_need_solution(layout),
+            coupled: equations.needs_solution(layout),
         }
     }
 

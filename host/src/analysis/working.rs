@@ -4,7 +4,7 @@ use element_api::ElementSet;
 
 use super::balance::{Balance, Imbalance, Trial};
 use super::constraints::{Constraints, mass_values, structure};
-use super::coupling::{Coupling, Solve};
+use super::coupling::{BodyCoupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::linearisation::{Linearisation, Terms, work};
 use super::passage::{self, Passage, Passing, Refusing};
@@ -103,7 +103,7 @@ impl<S: KktSolver> Engine<S> {
     /// Accelerations, multipliers, state rates and power from the functions evaluated and the factorisation in force.
     fn solve_motion(
         &mut self,
-        coupling: Option<&mut Coupling>,
+        coupling: Option<&mut BodyCoupling>,
         inputs: &mut [f64],
         sets: &[Box<dyn ElementSet>],
         solution: Solution<'_>,
@@ -229,7 +229,7 @@ pub struct WorkingForm {
     length: f64,
     counters: Counters,
     /// Forces that depend on what is solved for.
-    coupling: Option<Coupling>,
+    coupling: Option<BodyCoupling>,
     /// Where the derivatives of the rates come from, until they are asked for; then the derivatives.
     derivatives: Derivatives,
     /// Whether they were asked for since the start, or since all was forgotten.
@@ -314,7 +314,7 @@ impl WorkingForm {
             safe,
             row_names,
             length,
-            coupling: Coupling::new(equations, &layout),
+            coupling: BodyCoupling::new(equations, &layout),
             derivatives: Derivatives::Unknown,
             derivatives_are_paid: false,
             rates: vec![0.0; layout.states + 1],
@@ -582,12 +582,6 @@ impl WorkingForm {
     /// Changes element sets with another form of the same scene: one of them has those that are opaque.
     pub(super) fn trade_sets(&mut self, other: &mut Self) {
         std::mem::swap(&mut self.sets, &mut other.sets);
-    }
-
-    /// The lower triangle of the mass matrix: (row, column, value).
-    pub(super) fn mass_entries(&self) -> Vec<(usize, usize, f64)> {
-        let pattern = &self.safe.dynamics.structure.mass;
-        pattern.iter().zip(self.balance.mass()).map(|((row, column), value)| (*row, *column, *value)).collect()
     }
 
     /// Names of all rows.
@@ -1020,7 +1014,7 @@ impl Formulation for WorkingForm {
             list.extend([engine.dynamics.used(false), engine.geometry.used(false)]);
         }
         list.extend([self.safe.dynamics.used(spare), self.safe.geometry.used(spare)]);
-        list.extend(self.coupling.as_mut().map(Coupling::used));
+        list.extend(self.coupling.as_mut().map(BodyCoupling::used));
         list
     }
 

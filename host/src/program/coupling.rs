@@ -1,10 +1,13 @@
 //! Forces that depend on accelerations and reactions: friction driven by a joint's reaction, a controller that reads an
 //! acceleration.
 
-use odyn_graph::{Expr, Node, Seeds, derivatives};
+use odyn_graph::{Expr, Graph, Node, Rewriting, Seeds, derivatives};
+use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, Form};
-use crate::plan::Layout;
+use super::joint::JointEquations;
+use super::reactions::{Reactions, Working};
+use crate::plan::{Layout, SpanningTree};
 
 /// An acceleration or multiplier that loads depend on, although it follows from them.
 #[derive(Debug, Clone)]
@@ -46,12 +49,107 @@ impl Equations {
         slots
     }
 
-    /// Whether the rates of states or the power depend on accelerations or multipliers, so that they can be evaluated only
-    /// after these are known.
-    #[must_use]
-    pub fn rates_need_solution(&self, layout: &Layout) -> bool {
+    /// The accelerations and multipliers among the inputs that the rates of states and the power depend on.
+    fn solved_in_rates(&self, layout: &Layout) -> Vec<usize> {
         let mut nodes = self.state_rates.clone();
         nodes.push(self.power);
-        !self.solved_inputs(&nodes, layout).is_empty()
+        self.solved_inputs(&nodes, layout)
+    }
+
+    /// Whether loads, rates of states or power depend on accelerations or multipliers.
+    #[must_use]
+    pub fn needs_solution(&self, layout: &Layout) -> bool {
+        !self.coupling.is_empty() || !self.solved_in_rates(layout).is_empty()
+    }
+}
+
+/// The accelerations of bodies and the multipliers that equations in joint coordinates depend on, as functions of the joints'
+/// accelerations, of the multipliers of rows that close loops, and of those among themselves that the loads depend on.
+pub struct Dependence {
+    /// The inputs that the loads depend on, ascending: z.
+    pub slots: Vec<usize>,
+    /// These, the others of the same bodies and joints, and the inputs that rates of states and power depend on, ascending.
+    pub solved: Vec<usize>,
+    /// [`Dependence::solved`] by inverse dynamics along the tree.
+    pub found: Reactions,
+    /// Inputs there that are multipliers of rows that close loops, with these rows; ascending.
+    closing: Vec<(usize, usize)>,
+}
+
+/// [`Dependence`] written behind a solution of the equations of motion.
+pub struct Dependent {
+    /// F(z): [`Dependence::solved`] of the solution for z.
+    pub solved: Vec<Node>,
+    /// Derivatives of z among F(z), for each z one after the other.
+    pub slopes: Vec<Node>,
+    /// Rates of the states, with what is solved for in place of inputs that are not z.
+    pub state_rates: Vec<Node>,
+    /// The power, likewise.
+    pub power: Node,
+}
+
+impl Dependence {
+    /// `None` where inverse dynamics along the tree does not lead to what is needed: see [`JointEquations::reactions`].
+    #[must_use]
+    pub fn new(joint: &JointEquations, working: &Working<'_>, tree: &SpanningTree, length: f64) -> Option<Self> {
+        let Working { equations, layout, .. } = working;
+        let slots: Vec<usize> = equations.coupling.iter().map(|input| input.slot).collect();
+        let mut solved: Vec<usize> = slots.iter().flat_map(|slot| layout.solved_peers(*slot)).collect();
+        solved.extend(equations.solved_in_rates(layout));
+        solved.sort_unstable();
+        solved.dedup();
+        let used = tree.used(layout.row_at.len());
+        let closing = (0..layout.rows).filter(|row| !used[layout.element_of_row(*row).0]);
+        let closing = closing.map(|row| (layout.multiplier_slot() + row, row)).collect();
+        let found = joint.reactions(working, tree, length, &[], &solved)?;
+        Some(Self { slots, solved, found, closing })
+    }
+
+    /// The places of [`Dependence::slots`] in [`Dependence::solved`].
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        self.slots.iter().map(|slot| self.solved.binary_search(slot).expect("slots are among those solved for"))
+    }
+
+    /// Writes F(z) and its derivatives behind accelerations and multipliers of `rows` that were solved for in `g`, a copy of the
+    /// graph of `joint`.
+    #[must_use]
+    pub fn write(
+        &self,
+        g: &mut Graph,
+        joint: &JointEquations,
+        accelerations: &[Node],
+        (rows, multipliers): (&[usize], &[Node]),
+    ) -> Dependent {
+        let zero = g.constant(0.0);
+        let first = joint.coordinates.acceleration_slot;
+        let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
+        for node in self.found.graph.live(&self.found.nodes) {
+            let Expr::Input(slot) = self.found.graph.expr(node) else { continue };
+            let slot = slot as usize;
+            if let Some(known) = slot.checked_sub(first).and_then(|column| accelerations.get(column)) {
+                replaced.insert(node, *known);
+            } else if let Ok(place) = self.closing.binary_search_by_key(&slot, |(slot, _)| *slot) {
+                // A row that is not in use has the multiplier zero.
+                let row = self.closing[place].1;
+                replaced.insert(node, rows.binary_search(&row).map_or(zero, |k| multipliers[k]));
+            }
+        }
+        let solved = Rewriting::new(&self.found.graph, g, replaced).carry_all(g, &self.found.nodes);
+        let of_slots: Vec<Node> = self.places().map(|place| solved[place]).collect();
+        let one = g.constant(1.0);
+        let mut slopes = Vec::with_capacity(of_slots.len() * of_slots.len());
+        for slot in &self.slots {
+            let input = g.input(*slot);
+            slopes.extend(derivatives(g, &of_slots, &Seeds::from_iter([(input, one)])));
+        }
+        let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
+        for (slot, node) in self.solved.iter().zip(&solved).filter(|(slot, _)| !self.slots.contains(slot)) {
+            replaced.insert(g.input(*slot), *node);
+        }
+        let whole = g.clone();
+        let mut rewriting = Rewriting::new(&whole, g, replaced);
+        let state_rates = rewriting.carry_all(g, &joint.state_rates);
+        let power = rewriting.carry(g, joint.power);
+        Dependent { solved, slopes, state_rates, power }
     }
 }

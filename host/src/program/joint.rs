@@ -15,6 +15,7 @@ use odyn_graph::{Graph, M3, Node, Program, Rewriting, Seeds, V3, Workspace, deri
 use rustc_hash::FxHashMap;
 
 use super::articulated::{Articulated, articulated};
+use super::coupling::Dependence;
 use super::equations::{Equations, Form, Row};
 use super::kinematics::{BodyNodes, entries, rotation_nodes};
 use super::projection::{Projecting, composite_loads, composite_mass, project};
@@ -56,6 +57,8 @@ pub struct JointEquations {
     pub(super) row_slopes: Vec<Vec<(usize, Node)>>,
     /// Whether some of these rows are in ground axes, see [`JointEquations::build_turned`].
     pub(super) turned: bool,
+    /// Accelerations of bodies and multipliers that loads, rates of states or power depend on.
+    pub dependence: Option<Dependence>,
 }
 
 /// Twelve numbers that tell how a body moves with one velocity: along (ground axes) and about (body axes).
@@ -105,7 +108,8 @@ impl JointEquations {
     /// where there are none. Their multipliers are in ground axes, too.
     #[must_use]
     pub fn build_turned(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Option<Self> {
-        if closes_no_loop(&tree.used(model.elements.len()), layout) {
+        // What depends on multipliers takes them in the axes that their rows are written in.
+        if closes_no_loop(&tree.used(model.elements.len()), layout) || cartesian.needs_solution(layout) {
             return None;
         }
         let mut turned = cartesian.clone();
@@ -205,6 +209,7 @@ impl JointEquations {
             body_loads,
             row_slopes,
             turned: false,
+            dependence: None,
         }
     }
 

@@ -58,7 +58,8 @@ impl Balance {
 impl JointEquations {
     /// Nodes of the working form that may depend on accelerations and multipliers; `None` where they depend on more than these
     /// and what [`JointEquations::carry`] takes, or where a joint of the tree has rows that its coordinates do not make up for.
-    /// `length` makes torques comparable with forces.
+    /// `length` makes torques comparable with forces. Accelerations and multipliers that are inputs at `slots` of the working form
+    /// follow the nodes.
     #[must_use]
     pub fn reactions(
         &self,
@@ -66,6 +67,7 @@ impl JointEquations {
         tree: &SpanningTree,
         length: f64,
         nodes: &[Node],
+        slots: &[usize],
     ) -> Option<Reactions> {
         let Working { equations, layout, mass } = working;
         let mut g = Graph::default();
@@ -150,25 +152,27 @@ impl JointEquations {
                 rows.zip(found).for_each(|(row, multiplier)| multipliers[row] = multiplier);
             }
         }
+        let solved = |slot: usize| {
+            let acceleration = slot.checked_sub(layout.acceleration_slot()).and_then(|k| accelerations.get(k));
+            acceleration.or_else(|| multipliers.get(slot.checked_sub(layout.multiplier_slot())?)).copied()
+        };
         for node in equations.graph.live(nodes) {
-            if let Expr::Input(slot) = equations.graph.expr(node) {
-                let slot = slot as usize;
-                if let Some(new) = slot.checked_sub(layout.acceleration_slot()).and_then(|k| accelerations.get(k)) {
-                    rewriting.replace(node, *new);
-                } else if let Some(new) =
-                    slot.checked_sub(layout.multiplier_slot()).and_then(|row| multipliers.get(row))
-                {
-                    rewriting.replace(node, *new);
-                }
+            if let Expr::Input(slot) = equations.graph.expr(node)
+                && let Some(new) = solved(slot as usize)
+            {
+                rewriting.replace(node, new);
             }
         }
-        let nodes = rewriting.carry_all(&mut g, nodes);
+        let mut nodes = rewriting.carry_all(&mut g, nodes);
+        nodes.extend(slots.iter().filter_map(|slot| solved(*slot)));
         let reactions = Reactions { nodes, left: balance.left, squares: balance.squares, pivots, graph: g };
         let mut all = reactions.nodes.clone();
         all.extend(reactions.left.iter().chain(&reactions.squares).chain(reactions.pivots.iter().flatten()));
         let of_bodies = 1..layout.state_slot();
         let of_accelerations = layout.acceleration_slot()..layout.multiplier_slot();
-        let foreign = |slot: usize| of_bodies.contains(&slot) || of_accelerations.contains(&slot);
+        // What loads depend on is given.
+        let given = |slot: usize| equations.coupling.iter().any(|input| input.slot == slot);
+        let foreign = |slot: usize| of_bodies.contains(&slot) || of_accelerations.contains(&slot) && !given(slot);
         (!is_open(&reactions.graph, &all, foreign)).then_some(reactions)
     }
 

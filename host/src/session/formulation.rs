@@ -21,6 +21,8 @@ const JOINT_BODY: usize = 150;
 /// Operations per velocity where no rows close the tree and bodies are taken one by one, besides those of [`JOINT_BODY`]: both
 /// together are 100 in a plane, 514 in space as counted on chains of hinges.
 const ARTICULATED: usize = 150;
+/// Operations per body for each acceleration or multiplier that forces depend on.
+const COUPLED: usize = 150;
 /// Operations beyond which nothing is written down as one program.
 const LARGEST_PROGRAM: usize = 200_000;
 /// The same for trees that no rows close: they need no large graphs on the way, and a chain of 1000 links takes a tenth of the time
@@ -42,7 +44,14 @@ impl Session {
     /// As for [`Session::choose_tree`]; a model that the linear algebra refuses.
     pub(super) fn choose_formulation(&self) -> Result<Choice, SessionError> {
         let (tree, why) = self.choose_tree()?;
-        Ok(Choice { joint: tree.map(|tree| self.joint_plan(tree)).transpose()?, why })
+        let Some(tree) = tree else { return Ok(Choice { joint: None, why }) };
+        match self.joint_plan(tree)? {
+            Some(plan) => Ok(Choice { joint: Some(plan), why }),
+            None => Ok(Choice {
+                joint: None,
+                why: self.no_tree("forces or states depend on reactions that are not found along the tree")?,
+            }),
+        }
     }
 
     /// The tree, if the coordinates of joints are to be used; and why, or why not.
@@ -64,16 +73,7 @@ impl Session {
         }
         let tree = JointPlan::tree(&self.equations, &self.model, &self.assembly);
         let Some(tree) = tree else {
-            let why = "forces or states depend on accelerations or on reactions, or forces turn a particle";
-            if name == "joint" {
-                let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no formulation `joint`: {why}"));
-                if let Some(written) = written {
-                    diagnostic = diagnostic.at(written.span.clone(), "asked for here");
-                }
-                let diagnostic = diagnostic.help("`auto` chooses what the scene allows");
-                return Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic));
-            }
-            return Ok(cartesian(why));
+            return Ok((None, self.no_tree("something may turn a particle")?));
         };
         if name == "joint" {
             return Ok((Some(tree), "asked for".into()));
@@ -81,13 +81,30 @@ impl Session {
         let used = tree.used(self.model.elements.len());
         let layout = &self.plan.layout;
         let open = (0..layout.rows).all(|row| used[layout.element_of_row(row).0]);
-        let bodies = CARTESIAN_BODY * self.model.bodies.len();
-        let joint = predicted(&tree, self.model.bodies.len(), open);
+        let coupled = self.equations.coupling.len();
+        let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
+        let joint = predicted(&tree, self.model.bodies.len(), open) + COUPLED * coupled * self.model.bodies.len();
         if joint <= bodies && joint <= if open { LARGEST_TREE } else { LARGEST_PROGRAM } {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
             return Ok((Some(tree), why));
         }
         Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
+    }
+
+    /// Why there are no joint coordinates.
+    ///
+    /// # Errors
+    /// Where they were asked for.
+    fn no_tree(&self, why: &str) -> Result<String, SessionError> {
+        match &self.scene.simulation.formulation {
+            Some(written) if written.value == "joint" => {
+                let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no formulation `joint`: {why}"))
+                    .at(written.span.clone(), "asked for here")
+                    .help("`auto` chooses what the scene allows");
+                Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic))
+            }
+            _ => Ok(why.to_string()),
+        }
     }
 
     /// The name of the method, if it asks for the equations with constraints on positions.
@@ -118,11 +135,13 @@ impl Session {
         Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic))
     }
 
-    fn joint_plan(&self, tree: SpanningTree) -> Result<JointPlan, SessionError> {
+    fn joint_plan(&self, tree: SpanningTree) -> Result<Option<JointPlan>, SessionError> {
         let (t, place) = self.place_of_ranks();
         let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, place, t);
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
-        if !self.pruning.row_choice {
+        if !self.pruning.row_choice
+            && let Some(plan) = &mut plan
+        {
             plan.use_all_rows();
         }
         Ok(plan)

@@ -63,7 +63,7 @@ pub(super) fn joint_plan(text: &str) -> (Prepared, JointPlan) {
     let prepared = prepared(text);
     let Prepared { model, equations, assembly, plan, .. } = &prepared;
     let tree = JointPlan::tree(equations, model, assembly).unwrap();
-    let planned = JointPlan::new(equations, model, &plan.layout, tree, assembly, 0.0).unwrap();
+    let planned = JointPlan::new(equations, model, &plan.layout, tree, assembly, 0.0).unwrap().unwrap();
     (prepared, planned)
 }
 
