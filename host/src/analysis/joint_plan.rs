@@ -92,8 +92,8 @@ impl JointPlan {
     }
 
     /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
-    /// assembled position at time `t`. `None` where forces or states depend on accelerations or reactions that are not found along
-    /// the tree.
+    /// assembled position at time `t`. `None` where forces or states depend on what the coordinates of joints do not tell: on Euler
+    /// parameters, or on accelerations or reactions that are not found along the tree.
     ///
     /// # Errors
     /// When the linear algebra refuses the model, or an opaque element fails.
@@ -137,6 +137,9 @@ impl JointPlan {
         t: f64,
     ) -> Result<Option<Self>, AnalysisError> {
         let length = assembly.scales.length;
+        if joint.take_parameters(layout) {
+            return Ok(None);
+        }
         if equations.needs_solution(layout) {
             let mass = mass_entries(model);
             let working = Working { equations, layout, mass: &mass };

@@ -9,6 +9,23 @@ use super::kinematics::entries;
 use crate::plan::Layout;
 
 impl JointEquations {
+    /// Whether the equations depend on what the coordinates of joints do not tell of bodies: on Euler parameters.
+    #[must_use]
+    pub fn take_parameters(&self, layout: &Layout) -> bool {
+        let mut nodes = [&self.body_loads[..], &self.state_rates].concat();
+        nodes.push(self.power);
+        for row in &self.rows {
+            nodes.extend([row.value, row.time, row.gamma]);
+            nodes.extend(row.jacobian.iter().map(|(_, slope)| *slope));
+        }
+        let of_bodies = 1..layout.state_slot();
+        let inputs = self.graph.live(&nodes).into_iter().filter_map(|node| match self.graph.expr(node) {
+            Expr::Input(slot) => Some(slot as usize),
+            _ => None,
+        });
+        inputs.into_iter().any(|slot| of_bodies.contains(&slot))
+    }
+
     /// Nodes of the working form in a graph of their own, which takes the inputs of this form. `None` where one of them
     /// depends on more than positions, rotation matrices and velocities of bodies: on Euler parameters, accelerations or
     /// multipliers, or on an opaque element.

@@ -45,13 +45,14 @@ impl Session {
     pub(super) fn choose_formulation(&self) -> Result<Choice, SessionError> {
         let (tree, why) = self.choose_tree()?;
         let Some(tree) = tree else { return Ok(Choice { joint: None, why }) };
-        match self.joint_plan(tree)? {
-            Some(plan) => Ok(Choice { joint: Some(plan), why }),
-            None => Ok(Choice {
-                joint: None,
-                why: self.no_tree("forces or states depend on reactions that are not found along the tree")?,
-            }),
-        }
+        let joint = self.joint_plan(tree)?;
+        let why = match joint {
+            Some(_) => why,
+            None => self.no_tree(
+                "forces or states depend on Euler parameters, or on reactions that are not found along the tree",
+            )?,
+        };
+        Ok(Choice { joint, why })
     }
 
     /// The tree, if the coordinates of joints are to be used; and why, or why not.

@@ -8,7 +8,6 @@ mod checks;
 mod curves;
 mod islands;
 mod judged;
-mod merged;
 mod motions;
 mod particles;
 mod pruning;
@@ -18,6 +17,7 @@ mod runs;
 mod signals;
 #[cfg(feature = "jit")]
 mod tiers;
+mod welded;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

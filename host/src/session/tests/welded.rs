@@ -1,8 +1,8 @@
-//! Bodies that joints without freedom hold, merged and not: the same results, in the paper's coordinates too.
+//! Bodies that joints without freedom hold, in all formulations: the same results.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::pruning::{apart, in_bodies, saved, without};
+use super::pruning::{apart, in_bodies};
 use super::*;
 use crate::tests::WELD_STEP;
 
@@ -86,7 +86,7 @@ fn clump(text: &str, form: &str, off: f64) -> String {
     let d = c * from_c * pose().inverse() * on_d.inverse();
     let e = on_ground * pose() * on_e.inverse();
     let moved = Translation3::new(off, -off, 0.5 * off) * c;
-    in_bodies(text)
+    text.to_string()
         + &body("c", &moved, "[[body.point_masses]]\nmass = 0.1\nposition = [0.1, 0, 0.2]\n")
         + &body("d", &d, "")
         + &body("e", &e, "")
@@ -111,64 +111,52 @@ fn by(text: &str, engine: &str) -> String {
     text.replacen("t_end = ", &format!("engine = \"{engine}\"\nt_end = "), 1)
 }
 
-/// Runs with and without, and compares; gives both.
+/// Runs in coordinates of joints and of bodies, and compares; gives both.
 #[track_caller]
 fn both(text: &str, tolerance: f64) -> [RunReport; 2] {
-    let [merged, twin] = [run(text), run(&without(text, "\"merged\""))];
-    assert!(merged.summary.engine.contains("merged"), "{}", merged.summary.engine);
-    assert!(!twin.summary.engine.contains("merged"), "{}", twin.summary.engine);
-    let off = apart(&merged, &twin);
+    let [joint, twin] = [run(text), run(&in_bodies(text))];
+    assert!(joint.summary.engine.contains("joint"), "{}", joint.summary.engine);
+    assert!(!twin.summary.engine.contains("joint"), "{}", twin.summary.engine);
+    let off = apart(&joint, &twin);
     assert!(off < tolerance, "{off:e}");
-    let audit = &merged.summary.audit;
-    assert!(audit.position_violation < 1e-12 && audit.energy_error_relative < 1e-8, "{audit:?}");
-    [merged, twin]
+    for report in [&joint, &twin] {
+        let audit = &report.summary.audit;
+        assert!(audit.position_violation < 1e-12 && audit.energy_error_relative < 1e-8, "{audit:?}");
+    }
+    [joint, twin]
 }
 
 #[test]
 fn bodies_held_out_of_every_plane_move_as_one() {
     let text = clump(&scenes::tangle(), "", 0.0);
-    let [merged, _] = both(&text, 1e-9);
+    let [joint, _] = both(&text, 1e-9);
     let reference = run(&by(&text, "reference"));
     assert!(reference.summary.engine.contains("reference"), "{}", reference.summary.engine);
-    let off = apart(&merged, &reference);
+    let off = apart(&joint, &reference);
     assert!(off < 1e-9, "{off:e}");
     for name in ["gap_first", "gap_third", "balance_force_c_x", "balance_torque_d_y", "velocity_e_x"] {
-        assert!(super::off(&merged, name, |_| 0.0) < 1e-11, "{name}");
+        assert!(super::off(&joint, name, |_| 0.0) < 1e-11, "{name}");
     }
-    let told = saved(&text, "merged").unwrap_or_default();
-    assert!(told.starts_with("39 of 65 states, 18 of 28 rows, "), "{told}");
-    assert_eq!(saved(&without(&text, "\"merged\""), "merged"), None);
-    let plan = format!("{}", open(&text).plan_report());
-    assert!(plan.contains("the motion of 3 bodies (`e` on `ground` by `third`, `c` on `b` by `first`, "), "{plan}");
 }
 
 #[test]
-fn opaque_elements_see_their_own_frames_on_merged_bodies() {
+fn opaque_elements_see_their_own_frames() {
     both(&clump(&scenes::opaque_tangle(), "opaque-", 0.0), 1e-9);
 }
 
 #[test]
-fn bodies_are_merged_where_assembly_put_them() {
+fn bodies_are_where_assembly_put_them() {
     let text = clump(&scenes::tangle(), "", 0.01);
     assert!(open(&text).assembly.moves.iter().any(|moved| moved.body == "c"));
     both(&text, 1e-9);
 }
 
 #[test]
-fn implicit_steps_see_the_jacobian_of_the_merged_bodies() {
+fn implicit_steps_see_the_same_jacobian() {
     let settings = "t_end = 0.3\noutput_step = 0.05\nmethod = \"radau5\"\ntolerance = 1e-8\n";
     let text = clump(&scenes::tangle(), "", 0.0).replacen("t_end = 1\noutput_step = 0.1\n", settings, 1);
-    let [merged, twin] = both(&text, 1e-8);
-    assert!(merged.summary.newton_iterations <= twin.summary.newton_iterations + 20);
-}
-
-#[test]
-fn all_rows_of_merged_bodies_may_stay_in_use() {
-    let text = without(&clump(&scenes::tangle(), "", 0.0), "\"row-choice\"");
-    let safe = run(&text);
-    assert_eq!(safe.summary.engine.split(", ").skip(1).collect::<Vec<_>>(), ["merged", "rank-safe"]);
-    let off = apart(&safe, &run(&clump(&scenes::tangle(), "", 0.0)));
-    assert!(off < 1e-9, "{off:e}");
+    let [joint, twin] = both(&text, 1e-8);
+    assert!(joint.summary.newton_iterations <= twin.summary.newton_iterations + 20);
 }
 
 /// The four-bar with a load on its coupler and its ground link a body.
@@ -181,7 +169,7 @@ fn loaded_four_bar() -> String {
         text.replace("[0.02, 0.03, 0.04, 0.002, -0.003, 0.004]", "[0.02, 0.03, 0.04]")
             .replace("-0.05, 0.03]", "-0.05, 0]")
     };
-    in_bodies(&scenes::four_bar(1.1)).replace("[\"ground\", \"right\"]", "[\"base\", \"right\"]")
+    scenes::four_bar(1.1).replace("[\"ground\", \"right\"]", "[\"base\", \"right\"]")
         + &flat(body("base", &identity, ""))
         + &flat(body("load", &frame([0.5 + c, s, 0.0], [0.0, 0.0, 1.0], 0.0), ""))
         + &weld("foot", ["ground", "base"], [&identity, &on_load])
@@ -191,21 +179,12 @@ fn loaded_four_bar() -> String {
 }
 
 #[test]
-fn merged_bodies_move_in_a_plane() {
-    let text = loaded_four_bar();
-    // The weld's quarter turn is one but for round-off, so that without merging no plane can be proved.
-    let [merged, _] = both(&text, 1e-9);
-    assert!(merged.summary.engine.contains("merged, planar"), "{}", merged.summary.engine);
-    let told = saved(&text, "planar").unwrap_or_default();
-    assert!(told.ends_with("operations per evaluation, 9 of 17 rows, 9 of 18 velocities"), "{told}");
-    let spatial = run(&without(&text, "\"planar\""));
-    assert!(!spatial.summary.engine.contains("planar") && spatial.summary.engine.contains("merged"));
-    let off = apart(&merged, &spatial);
-    assert!(off < 1e-9, "{off:e}");
+fn loads_move_with_a_mechanism_in_a_plane() {
+    both(&loaded_four_bar(), 1e-9);
 }
 
 #[test]
-fn a_driven_mechanism_with_merged_bodies_is_found() {
+fn a_driven_mechanism_is_found() {
     let text = loaded_four_bar()
         + "[[joint]]\nname = \"motor\"\ntype = \"drive\"\nbodies = [\"ground\", \"left\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
            params = { speed = 2 }\n";
@@ -215,8 +194,8 @@ fn a_driven_mechanism_with_merged_bodies_is_found() {
 }
 
 #[test]
-fn a_run_with_merged_bodies_goes_on() {
-    let folder = std::env::temp_dir().join(format!("odyn-merged-{}", std::process::id()));
+fn a_run_goes_on() {
+    let folder = std::env::temp_dir().join(format!("odyn-welded-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let text = loaded_four_bar();
     let half = text.replacen("t_end = 1", "t_end = 0.5", 1);
@@ -225,7 +204,6 @@ fn a_run_with_merged_bodies_goes_on() {
     second.go_on_from(Restart::read(&folder).unwrap()).unwrap();
     let second = second.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
     std::fs::remove_dir_all(folder).unwrap();
-    assert!(second.summary.engine.contains("merged, planar"), "{}", second.summary.engine);
     let whole = run(&text);
     for name in ["position_load_x", "velocity_load_y", "reaction_torque_bolts_z"] {
         let (one, two) = (column(&whole, name).last().unwrap(), column(&second, name).last().unwrap());
@@ -233,29 +211,23 @@ fn a_run_with_merged_bodies_goes_on() {
     }
 }
 
-/// What the plan says of merging that is not done.
-fn refused(text: &str) -> Vec<String> {
-    let list = open(text).plan_report().impossible;
-    list.into_iter().filter(|text| text.starts_with("merged: ")).collect()
-}
-
 #[test]
-fn bodies_held_twice_are_merged_once_and_their_reactions_stay_open() {
+fn reactions_of_bodies_held_twice_stay_open() {
     let at = frame([0.1, 0.2, -0.1], [1.0, 2.0, -1.0], 0.8);
     let b = frame([0.9, 0.1, 0.4], [-1.0, 1.0, 0.5], 1.9);
-    let text = in_bodies(&scenes::tangle())
+    let text = scenes::tangle()
         + &body("c", &(b * at * pose()), "")
         + &weld("first", ["b", "c"], [&at, &Isometry3::identity()])
         + &weld("again", ["b", "c"], [&at, &Isometry3::identity()])
         + &told("c", "first");
-    let [merged, _] = both(&text, 1e-9);
-    assert_eq!(merged.summary.redundant_rows, 6);
-    let open_ones = merged.channels.iter().filter(|channel| !channel.unique).count();
-    assert_eq!(open_ones, 6);
+    for report in both(&text, 1e-9) {
+        assert_eq!(report.summary.redundant_rows, 6);
+        assert_eq!(report.channels.iter().filter(|channel| !channel.unique).count(), 6);
+    }
 }
 
 #[test]
-fn what_elements_ask_for_keeps_bodies_apart() {
+fn forces_follow_any_quantity() {
     let base = clump(&scenes::tangle(), "", 0.0);
     let push = |more: &str| {
         format!(
@@ -263,27 +235,12 @@ fn what_elements_ask_for_keeps_bodies_apart() {
              params.factor = 0.4\ninputs.signal = \"{more}\"\n"
         )
     };
-    // A reaction of the merging joint: that one stays.
     let rub = "[[force]]\nname = \"rub\"\ntype = \"rub\"\njoints = [\"second\"]\nparams.factor = 0.1\n";
-    let text = base.clone() + rub;
-    assert_eq!(refused(&text), ["merged: by `second`: `rub` takes the reaction of `second`"]);
-    both(&text, 1e-9);
-    let text = base.clone() + &push("reaction_force_second_x");
-    assert_eq!(refused(&text), ["merged: by `second`: `push` takes the reaction of `second`"]);
-    both(&text, 1e-9);
-    // The axes of a body that would be gone.
-    let text = base.clone() + &push("angular_velocity_c_y");
-    assert_eq!(refused(&text), ["merged: by `first`: `push` takes a quantity in the axes of `c`"]);
-    both(&text, 1e-9);
-    let text = base.clone() + &push("orientation_d_e1");
-    assert_eq!(refused(&text), ["merged: by `second`: `push` takes a quantity in the axes of `d`"]);
-    both(&text, 1e-9);
-    // The height of what stands on the ground.
-    let text = base.clone() + &push("V");
-    assert_eq!(refused(&text), ["merged: by `third`: `push` takes the potential energy"]);
-    both(&text, 1e-9);
-    // All else is told of merged bodies as well; accelerations are found together with forces.
+    both(&(base.clone() + rub), 1e-9);
     for name in [
+        "reaction_force_second_x",
+        "angular_velocity_c_y",
+        "V",
         "position_c_x",
         "velocity_d_y",
         "acceleration_c_z",
@@ -293,14 +250,19 @@ fn what_elements_ask_for_keeps_bodies_apart() {
         "T",
         "gap_first",
     ] {
-        let text = base.clone() + &push(name);
-        assert_eq!(refused(&text), Vec::<String>::new(), "{name}");
-        both(&text, 1e-9);
+        println!("{name}");
+        both(&(base.clone() + &push(name)), 1e-9);
     }
+    // Joints do not tell Euler parameters.
+    let text = base.clone() + &push("orientation_d_e1");
+    let [chosen, reference] = [run(&text), run(&by(&text, "reference"))];
+    assert!(!chosen.summary.engine.contains("joint"));
+    let off = apart(&chosen, &reference);
+    assert!(off < 1e-9, "{off:e}");
 }
 
 #[test]
-fn friction_presses_with_the_reaction_of_a_merged_body() {
+fn friction_presses_with_the_weight_of_a_held_body() {
     let rail = "[[body]]\nname = \"cart\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\nvelocity = [2, 0, 0]\n\
                 [[joint]]\nname = \"rail\"\ntype = \"slide\"\nbodies = [\"ground\", \"cart\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
                 [[force]]\nname = \"friction\"\ntype = \"rub\"\njoints = [\"rail\"]\nparams.factor = 0.3\n";
@@ -311,25 +273,8 @@ fn friction_presses_with_the_reaction_of_a_merged_body() {
         + &weld("bolts", ["cart", "load"], [&at, &Isometry3::identity()])
         + &told("load", "bolts")
         + &output("v", "quantity = \"velocity\"; of = \"cart\"; component = \"x\"");
-    let [merged, _] = both(&text, 1e-9);
-    assert!(merged.summary.coupling_iterations > 0);
-    assert!(off(&merged, "v", |t| 2.0 - 3.0 * t) < 1e-9);
-}
-
-#[test]
-fn what_would_leave_nothing_or_a_wrong_place_is_not_merged() {
-    let at = frame([0.2, 0.0, 0.1], [1.0, 2.0, 3.0], 0.4);
-    let alone = in_bodies(&settings("t_end = 1; output_step = 0.5"))
-        + &body("post", &pose(), "")
-        + &weld("foot", ["ground", "post"], [&Isometry3::identity(), &Isometry3::identity()]);
-    assert_eq!(refused(&alone), ["merged: by `foot`: nothing would be left that moves"]);
-    // The rows of a weld are met by the turn the other way, too, which its mobility does not tell.
-    let other = frame([0.0, 0.0, WELD_STEP], [0.0, 0.0, 1.0], -std::f64::consts::FRAC_PI_2);
-    let text = scenes::pendulum(&in_bodies(&settings("gravity = [0, -9.81, 0]; t_end = 1; output_step = 0.5")))
-        + &body("load", &(frame([0.5, 0.0, 0.0], [0.0, 0.0, 1.0], 0.0) * at * other), "")
-        + &weld("bolts", ["rod", "load"], [&at, &Isometry3::identity()]);
-    assert_eq!(refused(&text), ["merged: by `bolts`: its mobility does not tell the position that its rows ask for"]);
-    assert!(!run(&text).summary.engine.contains("merged"));
-    // Joints in coordinates of their own need no merging.
-    assert_eq!(saved(&loaded_four_bar().replacen("cartesian", "joint", 1), "merged"), None);
+    for report in both(&text, 1e-9) {
+        assert!(report.summary.coupling_iterations > 0);
+        assert!(off(&report, "v", |t| 2.0 - 3.0 * t) < 1e-9);
+    }
 }
