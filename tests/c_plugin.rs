@@ -262,7 +262,7 @@ title = "Elements in C"
 [plugins]
 libraries = ["c-plugin"]
 [simulation]
-without = ["planar", "kinematic"]
+without = ["kinematic"]
 gravity = [0, -9.81, 0]
 t_end = 1
 output_step = 0.05

@@ -1,4 +1,4 @@
-//! Joint coordinates and the coordinates of bodies, merged or not, describe the same motion, in every scene of the tree.
+//! Joint coordinates and the coordinates of bodies describe the same motion, in every scene of the tree.
 
 use std::path::{Path, PathBuf};
 
@@ -70,28 +70,6 @@ fn difference(path: &Path, ours: &RunReport, theirs: &RunReport) -> String {
 }
 
 #[test]
-fn bodies_held_together_give_the_same_results_as_one() {
-    let mut merged = 0;
-    let mut failed = String::new();
-    for path in scenes() {
-        let in_bodies = "formulation=cartesian";
-        let session = open(&path, &[in_bodies]);
-        if !session.plan_report().skipped.iter().any(|skip| skip.without == Some("merged")) {
-            continue;
-        }
-        merged += 1;
-        let ours = run(session);
-        assert!(ours.summary.engine.contains("merged"), "{}", ours.summary.engine);
-        for other in ["without=[\"merged\"]", "engine=reference"] {
-            failed += &difference(&path, &ours, &run(open(&path, &[in_bodies, other])));
-        }
-    }
-    assert!(failed.is_empty(), "\n{failed}");
-    // Brackets and foundations of the scenes.
-    assert!(merged >= 5, "{merged}");
-}
-
-#[test]
 fn joint_coordinates_and_those_of_bodies_give_the_same_results() {
     let mut in_joints = 0;
     let mut failed = String::new();
@@ -104,6 +82,5 @@ fn joint_coordinates_and_those_of_bodies_give_the_same_results() {
         failed += &difference(&path, &ours, &theirs);
     }
     assert!(failed.is_empty(), "\n{failed}");
-    // Most scenes; the others depend on reactions or accelerations.
     assert!(in_joints > 50, "{in_joints}");
 }

@@ -47,12 +47,11 @@ const LOST: f64 = 1e-7;
 const UNBALANCED: f64 = 1e-8;
 
 /// Settings whose runs must agree.
-const ALIKE: [&[&str]; 6] = [
+const ALIKE: [&[&str]; 5] = [
     &["formulation=joint"],
     &["formulation=cartesian"],
     &["formulation=joint", "without=[\"row-choice\", \"events\", \"audit\", \"on-demand\"]"],
-    &["formulation=cartesian", "without=[\"planar\", \"merged\"]"],
-    &["formulation=cartesian", "without=[\"planar\", \"row-choice\", \"kinematic\"]"],
+    &["formulation=cartesian", "without=[\"row-choice\", \"kinematic\"]"],
     &["engine=reference"],
 ];
 
@@ -155,7 +154,6 @@ impl Checks {
         let ours = self.start(&text, &["formulation=cartesian"])?;
         for (name, other) in [
             ("the reference", reference),
-            ("nothing pruned", self.start(&text, &["formulation=cartesian", "without=[\"planar\", \"merged\"]"])?),
             ("all rows", self.start(&text, &["formulation=cartesian", "without=[\"row-choice\"]"])?),
             ("joint coordinates", self.start(&text, &["formulation=joint"])?),
         ] {

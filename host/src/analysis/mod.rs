@@ -16,8 +16,6 @@
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
 //! | `passage.rs` | through positions where the constraints lose rank |
-//! | `planar.rs` | the working form of motions parallel to a plane |
-//! | `merged.rs` | bodies that joints without freedom hold together, as one |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `conflict.rs` | which joints contradict each other, where not all can be met |
@@ -39,9 +37,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
-mod merged;
 mod passage;
-mod planar;
 mod reference;
 mod scales;
 mod second_order;
@@ -59,8 +55,6 @@ pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
-pub use merged::{MergedForm, MergedMotion, merge};
-pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use second_order::{SecondOrderForm, place, velocities_of};

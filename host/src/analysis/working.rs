@@ -579,11 +579,6 @@ impl WorkingForm {
         }
     }
 
-    /// Changes element sets with another form of the same scene: one of them has those that are opaque.
-    pub(super) fn trade_sets(&mut self, other: &mut Self) {
-        std::mem::swap(&mut self.sets, &mut other.sets);
-    }
-
     /// Names of all rows.
     pub(super) fn row_names(&self) -> &[String] {
         &self.row_names

@@ -343,7 +343,7 @@ pub(super) struct SceneArgs {
     /// coordinates; errors up to the tolerance in each)
     #[arg(long, value_name = "NAME")]
     pub(super) islands: Option<String>,
-    /// Do without these savings, in place of the scene's own list: merged, planar, kinematic, row-choice,
+    /// Do without these savings, in place of the scene's own list: kinematic, row-choice,
     /// on-demand, audit, events. Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,

@@ -9,7 +9,6 @@
 mod coordinates;
 mod decide;
 mod layout;
-mod merging;
 mod pruning;
 mod topology;
 mod tree;
@@ -20,7 +19,6 @@ mod tests;
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip, close_to_dependent};
 pub use layout::Layout;
-pub use merging::{Merging, Refused};
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};
 pub use tree::{SpanningTree, TreeJoint};

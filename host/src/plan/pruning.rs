@@ -2,32 +2,23 @@
 
 /// Savings that can be switched off: name, and what is done without it.
 pub const SAVINGS: &[(&str, &str)] = &[
-    ("merged", "in coordinates of bodies, those that joints without freedom hold keep states and rows of their own"),
-    ("planar", "motions that stay parallel to a plane are computed in space all the same"),
     ("kinematic", "mechanisms driven in all their freedoms are integrated"),
     ("row-choice", "dependent rows stay in use: rank-safe elimination for every evaluation"),
     ("on-demand", "accelerations and reactions are solved for at output times even if no output asks for them"),
-    (
-        "audit",
-        "the violation of all rows is looked at in every accepted state, in joint coordinates and with merged bodies too",
-    ),
+    ("audit", "the violation of all rows is looked at in every accepted state, in joint coordinates too"),
     ("events", "steps are not made to end where equations switch (contact, friction, limits)"),
 ];
 
 /// What is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pruning {
-    /// Bodies held rigidly together as one, in coordinates of bodies.
-    pub merged: bool,
-    /// Planar equations for motions proved to be planar.
-    pub planar: bool,
     /// No integration of motions that the time determines.
     pub kinematic: bool,
     /// A choice of independent rows, and the rank-safe engine only where the rank falls.
     pub row_choice: bool,
     /// Accelerations and reactions at output times only where an output asks for them.
     pub on_demand: bool,
-    /// In joint coordinates and with merged bodies, looks at the violation of all rows in some accepted states only.
+    /// In joint coordinates, looks at the violation of all rows in some accepted states only.
     pub audit: bool,
     /// Steps that end where equations switch, instead of many that approach it.
     pub events: bool,
@@ -35,15 +26,7 @@ pub struct Pruning {
 
 impl Default for Pruning {
     fn default() -> Self {
-        Self {
-            merged: true,
-            planar: true,
-            kinematic: true,
-            row_choice: true,
-            on_demand: true,
-            audit: true,
-            events: true,
-        }
+        Self { kinematic: true, row_choice: true, on_demand: true, audit: true, events: true }
     }
 }
 
@@ -56,8 +39,6 @@ impl Pruning {
         let mut allowed = Self::default();
         for (k, name) in names.into_iter().enumerate() {
             let switch = match name {
-                "merged" => &mut allowed.merged,
-                "planar" => &mut allowed.planar,
                 "kinematic" => &mut allowed.kinematic,
                 "row-choice" => &mut allowed.row_choice,
                 "on-demand" => &mut allowed.on_demand,

@@ -25,7 +25,6 @@
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
 //! | `sharp.rs` | functions of time, and functions that rise and fall on a short stretch |
-//! | `planar.rs` | the equations of a motion that stays parallel to a plane |
 
 mod acting;
 mod articulated;
@@ -36,7 +35,6 @@ mod joint;
 mod kinematics;
 mod observe;
 mod opaque;
-mod planar;
 mod projection;
 mod reactions;
 mod sharp;
@@ -57,7 +55,6 @@ pub use coupling::{CoupledInput, Dependence};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
-pub use planar::{NotPlanar, Planar};
 pub use projection::Projecting;
 pub use reactions::{Reactions, Working};
 pub use sharp::{Knots, Sharp};

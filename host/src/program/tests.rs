@@ -7,7 +7,6 @@ mod kernels;
 mod lanes;
 #[cfg(feature = "jit")]
 mod machine;
-mod planar;
 mod reports;
 mod sharp;
 mod switches;

@@ -3,9 +3,7 @@
 use super::error::{Exit, SessionError, start_error};
 use super::opened::Session;
 use super::options::FORMULATIONS;
-use crate::analysis::{
-    AnalysisError, Formulation, JointForm, JointPlan, MergedForm, MergedMotion, PlanarForm, ReferenceForm, WorkingForm,
-};
+use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
 use crate::scene::Spanned;
@@ -157,44 +155,15 @@ impl Session {
         match engine {
             "auto" | "compiled" | "interpreted" => {
                 let choice = self.choose_formulation()?;
-                let Some(joint) = choice.joint else {
-                    return self.in_bodies().map_err(|e| start_error(&self.scene, &e));
-                };
                 let bodies = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
                     .map_err(|e| start_error(&self.scene, &e))?;
+                let Some(joint) = choice.joint else { return Ok(Box::new(bodies)) };
                 let form = JointForm::new(joint, &self.model, &self.plan.layout, bodies);
                 Ok(Box::new(form.map_err(|e| start_error(&self.scene, &e))?))
             }
             "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
             other => Err(self.unknown_word(other, false)),
         }
-    }
-
-    /// The equations of motion in the coordinates of bodies, with what was found to be saved there.
-    fn in_bodies(&mut self) -> Result<Box<dyn Formulation>, AnalysisError> {
-        let Self { model, equations, plan, start_health, merged, planar, assembly, .. } = self;
-        let length = assembly.scales.length;
-        if let Some(case) = merged {
-            let scene = &mut case.merging.model;
-            scene.sets = std::mem::take(&mut model.sets);
-            let motion = match planar {
-                Some(flat) => {
-                    let form = PlanarForm::new(&flat.planar, scene, &flat.plan, length, flat.start_health)?;
-                    MergedMotion::Plane(form)
-                }
-                None => {
-                    let form = WorkingForm::new(&case.equations, scene, &case.plan, length, case.start_health)?;
-                    MergedMotion::Space(form)
-                }
-            };
-            let bodies = WorkingForm::new(equations, model, plan, length, *start_health)?;
-            return Ok(Box::new(MergedForm::new(motion, bodies, &case.merging)));
-        }
-        if let Some(flat) = planar {
-            let form = PlanarForm::new(&flat.planar, model, &flat.plan, length, flat.start_health)?;
-            return Ok(Box::new(form));
-        }
-        Ok(Box::new(WorkingForm::new(equations, model, plan, length, *start_health)?))
     }
 
     fn unknown_formulation(&self, word: &str) -> SessionError {

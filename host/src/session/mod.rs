@@ -14,7 +14,7 @@
 //! | `opened.rs` | a scene that was opened: all that was found out and decided about it |
 //! | `open.rs` | from a scene file to that |
 //! | `decide.rs` | what is decided from the numbers at one place |
-//! | `prune.rs` | which savings are allowed; merged bodies; motions parallel to a plane |
+//! | `prune.rs` | which savings are allowed |
 //! | `savings.rs` | what the plan says of them |
 //! | `objections.rs` | what is wrong with the start, or worth a warning |
 //! | `started.rs` | which velocities are given at the start, which were chosen |

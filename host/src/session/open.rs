@@ -139,8 +139,6 @@ impl Session {
             start_health,
             pruning,
             determined,
-            merged: None,
-            planar: None,
             options: options.clone(),
             catalog: catalog.clone(),
             apart,
@@ -150,14 +148,8 @@ impl Session {
             compile_time: 0.0,
             scene,
         };
-        // In the coordinates of joints, what lies across the plane of a planar mechanism folds away by itself.
-        // Methods of second order take the equations as they are, in space.
-        let whole = session.method_of_second_order()?.is_some();
-        let wanted = session.pruning.planar || session.pruning.merged;
-        if wanted && !whole && session.choose_tree()?.0.is_none() {
-            session.merge_bodies()?;
-            session.find_plane();
-        }
+        // A method or a formulation that the scene does not allow is refused here.
+        session.choose_tree()?;
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
     }

@@ -8,8 +8,8 @@ use crate::analysis::Assembly;
 use crate::catalog::{Catalog, LibraryInfo};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::model::Model;
-use crate::plan::{Merging, Plan, Pruning};
-use crate::program::{Equations, Planar};
+use crate::plan::{Plan, Pruning};
+use crate::program::Equations;
 use crate::results::ResultsError;
 use crate::scene::Scene;
 
@@ -46,10 +46,6 @@ pub struct Session {
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
     pub(super) determined: bool,
-    /// Bodies held together by joints without freedom as one, if there are any.
-    pub(super) merged: Option<MergedCase>,
-    /// The motion's plane, if one was found, with the equations of the merged bodies.
-    pub(super) planar: Option<PlanarCase>,
     /// Reading, loading, resolving, s.
     pub load_time: f64,
     /// Writing the equations, planning, assembling, s.
@@ -66,24 +62,6 @@ pub(super) struct Beginning {
     pub(super) state: Option<Restart>,
     /// The checkpoint that it is resumed from.
     pub(super) checkpoint: Option<Checkpoint>,
-}
-
-/// The merged scene with all that is known about it.
-pub(super) struct MergedCase {
-    pub(super) merging: Merging,
-    pub(super) equations: Equations,
-    pub(super) plan: Plan,
-    pub(super) assembly: Assembly,
-    /// Pivot ratio of the sparse engine at the start.
-    pub(super) start_health: f64,
-}
-
-/// A planar motion with the plan of its rows.
-pub(super) struct PlanarCase {
-    pub(super) planar: Planar,
-    pub(super) plan: Plan,
-    /// Pivot ratio of the sparse engine at the start.
-    pub(super) start_health: f64,
 }
 
 impl Session {

@@ -44,11 +44,6 @@ impl Session {
         self.assembly.chosen.clear();
         (self.begins.time, self.begins.sampled_from) = (state.time, state.time);
         self.assembly.working.clone_from(&state.working);
-        let merged = self.merged.as_ref().map(|case| self.assembly.merged(&case.merging).working);
-        let working = merged.as_ref().unwrap_or(&self.assembly.working);
-        if self.planar.as_ref().is_some_and(|case| !case.planar.contains(working, self.assembly.scales.length)) {
-            self.planar = None;
-        }
         // The audit begins anew.
         if let Some(work) = self.assembly.working.last_mut() {
             *work = 0.0;

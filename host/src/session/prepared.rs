@@ -61,7 +61,7 @@ impl Session {
         let engine = self.engine().to_string();
         let mut formulation = self.formulation(&engine)?;
         if method.may_use_jacobian() {
-            formulation.offer_jacobian(self.merged.as_ref().map_or(&self.equations, |case| &case.equations));
+            formulation.offer_jacobian(&self.equations);
         }
         let second_order = match self.method_of_second_order()? {
             Some(_) => Some(SecondOrderForm::new(&self.equations, &self.model, &self.plan)),
@@ -134,12 +134,6 @@ impl Prepared {
         let Session { equations, model, assembly, scene, .. } = &mut session;
         let mut system = Simulation::new(equations, model, &layout, assembly, formulation, tolerance, rows)
             .map_err(|e| start_error(scene, &e))?;
-        // Merged bodies are watched as the scene has them.
-        if let Some(case) = session.planar.as_ref().filter(|_| engine != "reference" && session.merged.is_none()) {
-            system
-                .watch_these(&case.planar.equations, &session.model, &case.planar.rows)
-                .map_err(|e| start_error(&session.scene, &e))?;
-        }
         let mut watching = Watching::find(&mut session.equations, &layout);
         if session.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&session.equations, watching.conditions());

@@ -222,13 +222,8 @@ impl Session {
                 skips: self.joint_skips(&joint),
             };
         }
-        let (equations, plan) = match (&self.planar, &self.merged) {
-            (Some(case), _) => (&case.planar.equations, &case.plan),
-            (None, Some(case)) => (&case.equations, &case.plan),
-            (None, None) => (&self.equations, &self.plan),
-        };
-        let across = if self.planar.is_some() { plan.layout.velocities() / 2 } else { 0 };
-        let velocities = plan.layout.velocities() - across;
+        let plan = &self.plan;
+        let velocities = plan.layout.velocities();
         Solving {
             engine: match &plan.always_rank_safe {
                 None => "sparse elimination along the topology; rank-safe where the rank falls".into(),
@@ -241,7 +236,7 @@ impl Session {
             unknowns: velocities + plan.independent_rows.len(),
             rows_met: 0,
             skips: Vec::new(),
-            counts: Counts::of(&right_side(equations, &plan.independent_rows)),
+            counts: Counts::of(&right_side(&self.equations, &plan.independent_rows)),
         }
     }
 

@@ -2,16 +2,10 @@
 
 use element_api::Kind;
 
-use super::opened::{MergedCase, PlanarCase};
 use crate::model::Model;
-use crate::plan::{Plan, Skip};
+use crate::plan::Plan;
 use crate::program::{Equations, Node, Program};
-use crate::scene::{GROUND, Scene};
-
-/// Operations per evaluation of the right side with a choice of rows.
-fn operations(equations: &Equations, rows: &[usize]) -> usize {
-    right_side(equations, rows).operations()
-}
+use crate::scene::Scene;
 
 /// The right side with a choice of rows.
 pub(super) fn right_side(equations: &Equations, rows: &[usize]) -> Program {
@@ -35,57 +29,6 @@ pub(super) fn note_determined(plan: &mut Plan, determined: bool) {
         plan.saving(format!("the error control of {states} states: 5 evaluations a step, 12 with the default method"));
         plan.switched_by("kinematic");
     }
-}
-
-/// Adds to the plan what joints without freedom hold together.
-pub(super) fn note_merged(plan: &mut Plan, case: &MergedCase, model: &Model, equations: &Equations) {
-    let body = |number: usize| model.bodies[number].name.as_str();
-    let merging = &case.merging;
-    let held = merging.joints.iter().map(|joint| {
-        let parent = joint.parent.map_or(GROUND, body);
-        let by = joint.element.map_or("", |element| &model.elements[element].name);
-        format!("`{}` on `{parent}` by `{by}`", body(joint.child))
-    });
-    let held: Vec<String> = held.collect();
-    let held: Vec<&str> = held.iter().map(String::as_str).collect();
-    let (before, after) =
-        (operations(equations, &plan.independent_rows), operations(&case.equations, &case.plan.independent_rows));
-    let (rows, left) = (plan.independent_rows.len(), case.plan.independent_rows.len());
-    let states = 13 * plan.layout.bodies;
-    plan.skip(
-        format!("the motion of {} ({})", plural(held.len(), "body", "bodies"), some(&held)),
-        "joints without freedom hold them: merged; reactions are found where asked for",
-    );
-    plan.saving(format!(
-        "{} of {states} states, {} of {rows} rows, {} of {before} operations per evaluation",
-        states - 13 * case.plan.layout.bodies,
-        rows.saturating_sub(left),
-        before.saturating_sub(after)
-    ));
-    plan.switched_by("merged");
-}
-
-/// What is known about motions parallel to a plane: what is saved, or why nothing is. `plan` is that of the equations in space.
-pub(super) fn planar_skip(
-    found: &Result<PlanarCase, String>,
-    equations: &Equations,
-    plan: &Plan,
-) -> Result<Skip, String> {
-    let case = found.as_ref().map_err(String::clone)?;
-    let (before, rows) = (operations(equations, &plan.independent_rows), plan.independent_rows.len());
-    let after = operations(&case.planar.equations, &case.plan.independent_rows);
-    let dropped = rows - case.plan.independent_rows.len();
-    let velocities = plan.layout.velocities();
-    Ok(Skip {
-        what: format!("everything across the {} plane", case.planar.plane()),
-        why: "no load, constraint or velocity leaves it: proved from the equations".into(),
-        saved: format!(
-            "{} of {before} operations per evaluation, {dropped} of {rows} rows, {} of {velocities} velocities",
-            before.saturating_sub(after),
-            velocities / 2
-        ),
-        switch: Some("planar"),
-    })
 }
 
 /// Adds to the plan what the equations and the requested outputs make unnecessary.

@@ -323,22 +323,6 @@ impl<'a> Simulation<'a> {
         self.scales.widen(whole);
     }
 
-    /// Watches the rows and energies of other equations of the same motion instead: those that were pruned.
-    ///
-    /// # Errors
-    /// When the patterns are inconsistent, which would be a defect of the equations.
-    pub(super) fn watch_these(
-        &mut self,
-        equations: &Equations,
-        model: &Model,
-        rows: &[usize],
-    ) -> Result<(), AnalysisError> {
-        self.rows = Constraints::new(equations, model, rows, &[|row| row.value, |row| row.time], &[])?;
-        self.row_right = vec![0.0; rows.len()];
-        self.energy = Part::new(equations, &self.heat.energies(equations), &self.layout);
-        Ok(())
-    }
-
     /// Offers functions that change their sign where steps had better end.
     pub(super) fn end_steps_at(&mut self, equations: &Equations, conditions: &[Node]) {
         if !conditions.is_empty() {

@@ -146,7 +146,7 @@ fn a_flat_four_bar_leaves_its_singular_position() {
     }
     text += &output("left", "quantity = \"coordinate\"; of = \"A\"");
     text += &output("right", "quantity = \"coordinate\"; of = \"B\"");
-    for keys in ["", "formulation = \"cartesian\"", "formulation = \"cartesian\"\nwithout = [\"planar\"]"] {
+    for keys in ["", "formulation = \"cartesian\""] {
         let report = run(&text.replace("t_end = 1", &format!("t_end = 1\n{keys}")));
         assert_eq!(report.summary.status, Status::Completed, "{keys}: {}", report.summary.reason);
         // It is one mechanism in which one crank moves the other.
@@ -182,7 +182,6 @@ fn drives_that_come_to_contradict_each_other_stop_the_run() {
         "method = \"dop853\"",
         "method = \"radau5\"",
         "method = \"dop853\"; formulation = \"cartesian\"",
-        "method = \"dop853\"; formulation = \"cartesian\"; without = [\"planar\"]",
         "method = \"dop853\"; without = [\"row-choice\"]",
         "method = \"dop853\"; engine = \"reference\"",
         "engine = \"reference\"",

@@ -48,49 +48,6 @@ fn four_bar() -> String {
 }
 
 #[test]
-fn planar_motion_is_the_same_in_space() {
-    let text = four_bar();
-    let (planar, spatial) = (run(&text), run(&without(&text, "\"planar\"")));
-    assert!(planar.summary.engine.contains("planar") && !spatial.summary.engine.contains("planar"));
-    let off = apart(&planar, &spatial);
-    assert!(off < 1e-9, "{off:e}");
-    for across in ["v_z", "a_z", "F_z"] {
-        assert!(column(&planar, across).iter().all(|x| *x == 0.0), "{across}");
-        assert!(column(&spatial, across).iter().all(|x| x.abs() < 1e-9), "{across}");
-    }
-    assert!(planar.summary.audit.worst() < 1e-9, "{:?}", planar.summary.audit);
-    let told = saved(&text, "planar").unwrap_or_default();
-    assert!(told.ends_with("operations per evaluation, 9 of 17 rows, 9 of 18 velocities"), "{told}");
-    assert_eq!(saved(&without(&text, "\"planar\""), "planar"), None);
-}
-
-#[test]
-fn a_scene_that_is_not_planar_says_why() {
-    let report = open(&in_bodies(&scenes::tangle())).plan_report();
-    let named = report
-        .impossible
-        .iter()
-        .any(|text| text.starts_with("planar: x-y: `a` is turned out of it at the start; y-z: "));
-    assert!(named, "{:?}", report.impossible);
-    assert!(format!("{report}").contains("not possible: planar: "));
-    let quiet = open(&without(&scenes::tangle(), "\"planar\"")).plan_report();
-    assert!(quiet.impossible.iter().all(|text| !text.starts_with("planar")), "{:?}", quiet.impossible);
-}
-
-#[test]
-fn implicit_steps_see_the_same_jacobian_in_the_plane() {
-    let text = four_bar().replace(
-        "t_end = 1\noutput_step = 0.1\n",
-        "t_end = 0.3\noutput_step = 0.05\nmethod = \"radau5\"\ntolerance = 1e-8\n",
-    );
-    let (planar, spatial) = (run(&text), run(&without(&text, "\"planar\"")));
-    let off = apart(&planar, &spatial);
-    assert!(off < 1e-6, "{off:e}");
-    let iterations = |report: &RunReport| report.summary.newton_iterations as f64;
-    assert!(iterations(&planar) < 1.2 * iterations(&spatial), "{} {}", iterations(&planar), iterations(&spatial));
-}
-
-#[test]
 fn rows_may_stay_all_in_use_in_the_coordinates_of_joints() {
     let text = four_bar().replacen("cartesian", "joint", 1);
     let (chosen, safe) = (run(&text), run(&without(&text, "\"row-choice\"")));
@@ -101,32 +58,25 @@ fn rows_may_stay_all_in_use_in_the_coordinates_of_joints() {
 
 #[test]
 fn rows_may_stay_all_in_use() {
-    let text = without(&four_bar(), "\"planar\"");
-    let all = without(&four_bar(), "\"planar\", \"row-choice\"");
+    let text = four_bar();
+    let all = without(&four_bar(), "\"row-choice\"");
     let (chosen, safe) = (run(&text), run(&all));
     assert!(safe.summary.engine.contains("rank-safe") && !chosen.summary.engine.contains("rank-safe"));
     let off = apart(&chosen, &safe);
     assert!(off < 1e-9, "{off:e}");
     assert_eq!(saved(&text, "row-choice").as_deref(), Some("3 of 20 unknown multipliers"));
-    let both = run(&without(&four_bar(), "\"row-choice\""));
-    assert!(both.summary.engine.contains("planar, rank-safe"), "{}", both.summary.engine);
 }
 
 #[test]
 fn unknown_savings_are_refused_with_the_nearest_name() {
-    let text = without(&four_bar(), "\"kinematic\", \"plenar\"");
+    let text = without(&four_bar(), "\"kinematic\", \"rowchoice\"");
     let refused = Session::with_catalog(scene(&text), Vec::new(), &catalog(), &RunOptions::default());
     let error = refused.err().unwrap();
     assert_eq!(error.exit, Exit::Scene);
     let diagnostic = &error.diagnostics[0];
-    assert_eq!(diagnostic.message, "there is no saving `plenar`");
-    assert!(diagnostic.help.iter().any(|line| line == "did you mean `planar`?"), "{:?}", diagnostic.help);
-    assert!(
-        diagnostic
-            .help
-            .iter()
-            .any(|line| line.contains("merged, planar, kinematic, row-choice, on-demand, audit, events"))
-    );
+    assert_eq!(diagnostic.message, "there is no saving `rowchoice`");
+    assert!(diagnostic.help.iter().any(|line| line == "did you mean `row-choice`?"), "{:?}", diagnostic.help);
+    assert!(diagnostic.help.iter().any(|line| line.contains("kinematic, row-choice, on-demand, audit, events")));
 }
 
 /// A driven slider-crank: crank 0.3 m, rod 0.8 m, a strut that the slider pushes.
