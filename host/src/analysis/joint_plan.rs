@@ -105,38 +105,12 @@ impl JointPlan {
         assembly: &Assembly,
         t: f64,
     ) -> Result<Option<Self>, AnalysisError> {
-        let build = |turned: Option<JointEquations>| {
-            let joint = turned.unwrap_or_else(|| JointEquations::build(equations, model, layout, &tree));
-            Self::of(equations, joint, model, layout, tree.clone(), assembly, t)
-        };
+        let length = assembly.scales.length;
+        let choose = |joint: JointEquations| Chosen::new(equations, joint, model, (layout, &tree), assembly, t);
+        let plain = || JointEquations::build(equations, model, layout, &tree);
         let turned = JointEquations::build_turned(equations, model, layout, &tree);
         let was_turned = turned.is_some();
-        let plan = build(turned)?;
-        if was_turned
-            && let Some(plan) = &plan
-            && plan.independent.len() < plan.rows.len()
-        {
-            // A frame's axes may lie in the plane that a loop moves in where the ground's do not: then more rows hold by
-            // themselves.
-            let other = build(None)?;
-            if other.as_ref().is_some_and(|other| other.rows.len() < plan.rows.len()) {
-                return Ok(other);
-            }
-        }
-        Ok(plan)
-    }
-
-    /// The plan for equations that are written.
-    fn of(
-        equations: &Equations,
-        mut joint: JointEquations,
-        model: &Model,
-        layout: &Layout,
-        tree: SpanningTree,
-        assembly: &Assembly,
-        t: f64,
-    ) -> Result<Option<Self>, AnalysisError> {
-        let length = assembly.scales.length;
+        let mut joint = turned.unwrap_or_else(plain);
         if joint.take_parameters(layout) {
             return Ok(None);
         }
@@ -148,26 +122,55 @@ impl JointPlan {
                 return Ok(None);
             }
         }
-        let inputs = inputs_at_start(&joint, model, layout, &tree, assembly, t);
-        let used = tree.used(model.elements.len());
-        let of_tree = |row: usize| used[layout.element_of_row(row).0];
+        let mut chosen = choose(joint)?;
+        if was_turned && chosen.independent.len() < chosen.rows.len() {
+            // A frame's axes may lie in the plane that a loop moves in where the ground's do not: then more rows hold by
+            // themselves.
+            let other = choose(plain())?;
+            if other.rows.len() < chosen.rows.len() {
+                chosen = other;
+            }
+        }
+        chosen.plan(model, layout, tree).map(Some)
+    }
+}
+
+/// Equations in joint coordinates, with the rows that are needed.
+struct Chosen {
+    equations: JointEquations,
+    /// The inputs of their programs at the start.
+    inputs: Vec<f64>,
+    rows: Vec<usize>,
+    independent: Vec<usize>,
+    /// As [`JointPlan::sizes`].
+    sizes: Vec<f64>,
+    /// The gradients' lengths in the metric of M^-1.
+    lengths: Vec<f64>,
+    at_start: Health,
+    /// Accelerations body by body, where nothing else is written.
+    regular: Option<Unrolled>,
+    length: f64,
+}
+
+impl Chosen {
+    fn new(
+        equations: &Equations,
+        mut joint: JointEquations,
+        model: &Model,
+        (layout, tree): (&Layout, &SpanningTree),
+        assembly: &Assembly,
+        t: f64,
+    ) -> Result<Self, AnalysisError> {
+        let length = assembly.scales.length;
+        let inputs = inputs_at_start(&joint, model, layout, tree, assembly, t);
         if !joint.mass_is_written() {
             let mut regular = Unrolled::new(&joint, &[], Default::default(), length, Solving::Articulated);
             let outputs = regular.motion.run(&inputs, &model.sets)?;
-            let ratio = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
-            if ratio >= LEAST_HEALTH {
-                return Ok(Some(Self {
-                    met: Vec::new(),
-                    regular,
-                    start: Look { ratio, kept: ratio, independence: 1.0 },
-                    at_start: Health { rank: 0, smallest_pivot_ratio: 1.0 },
-                    independent: Vec::new(),
-                    sizes: Vec::new(),
-                    rows: Vec::new(),
-                    length,
-                    equations: joint,
-                    tree,
-                }));
+            if pivot_ratio(outputs, joint.coordinates.columns, &regular.squares) >= LEAST_HEALTH {
+                let (rows, independent, sizes, lengths) = Default::default();
+                let at_start = Health { rank: 0, smallest_pivot_ratio: 1.0 };
+                let (equations, regular) = (joint, Some(regular));
+                return Ok(Self { equations, inputs, rows, independent, sizes, lengths, at_start, regular, length });
             }
             joint.write_mass();
         }
@@ -180,36 +183,38 @@ impl JointPlan {
         let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
         let sizes: Vec<f64> = kept.iter().map(|k| sizes[*k]).collect();
         let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
-
         let mut all = Safe::new(&joint, &rows, &sizes, length, RANK_TOLERANCE)?;
         let at_start = all.factor(&inputs, &model.sets, &mut Counters::default())?;
         let mut independent = all.rows_to_keep(&lengths)?;
         independent.sort_unstable();
-        let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
-        let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
-        let chosen_sizes: Vec<f64> = independent.iter().map(|k| sizes[*k]).collect();
-        let mut regular = Unrolled::new(&joint, &chosen, (squares, &chosen_sizes), length, Solving::Fewest);
+        let (equations, regular) = (joint, None);
+        Ok(Self { equations, inputs, rows, independent, sizes, lengths, at_start, regular, length })
+    }
+
+    /// The plan, with the equations of the independent rows solved.
+    fn plan(self, model: &Model, layout: &Layout, tree: SpanningTree) -> Result<JointPlan, AnalysisError> {
+        let Self { equations, inputs, rows, independent, sizes, lengths, at_start, regular, length } = self;
+        let eliminated = || {
+            let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
+            let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
+            let sizes: Vec<f64> = independent.iter().map(|k| sizes[*k]).collect();
+            Unrolled::new(&equations, &chosen, (squares, &sizes), length, Solving::Fewest)
+        };
+        let mut regular = regular.unwrap_or_else(eliminated);
+        let columns = equations.coordinates.columns;
         let start = if regular.by_bodies {
             // Where nothing is to be corrected, the pivots are those of the motion.
             let outputs = regular.motion.run(&inputs, &model.sets)?;
-            let ratio = pivot_ratio(outputs, joint.coordinates.columns, &regular.squares);
+            let ratio = pivot_ratio(outputs, columns, &regular.squares);
             Look { ratio, kept: ratio, independence: 1.0 }
         } else {
             regular.velocity.run(&inputs, &model.sets)?;
-            regular.look(joint.coordinates.columns)
+            regular.look(columns)
         };
-        Ok(Some(Self {
-            met: (0..joint.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect(),
-            regular,
-            start,
-            at_start,
-            independent,
-            sizes,
-            rows,
-            length,
-            equations: joint,
-            tree,
-        }))
+        let used = tree.used(model.elements.len());
+        let of_tree = |row: usize| used[layout.element_of_row(row).0];
+        let met = (0..equations.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect();
+        Ok(JointPlan { met, regular, start, at_start, independent, sizes, rows, length, equations, tree })
     }
 }
 
