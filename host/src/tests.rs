@@ -121,7 +121,7 @@ pub fn prepared(text: &str) -> Prepared {
     let equations = Equations::build(&model, &layout, Form::Working);
     let assembly = assemble(&equations, &model, &layout, 0.0).unwrap_or_else(|error| panic!("{error}"));
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(&equations, &model, &all, &[], &[]).unwrap();
+    let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
     rows.evaluate(&start_inputs(&layout, 0.0, &assembly), &model.sets).unwrap();
     let body = |k: usize| &assembly.working[13 * k..];
     let rotations: Vec<Matrix3<f64>> =
@@ -137,7 +137,7 @@ pub fn prepared(text: &str) -> Prepared {
     };
     let mut start_health = 0.0;
     let plan = Plan::decide(&model, &layout, &probe, |chosen, mass| {
-        let mut solver = sparse_engine(&equations, &model, chosen, &layout)?;
+        let mut solver = sparse_engine(&equations, chosen, &layout)?;
         solver.set_mass(mass)?;
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
         let picked: Vec<f64> = entries.filter(|((row, _), _)| chosen.contains(row)).map(|(_, value)| *value).collect();

@@ -1,6 +1,7 @@
 //! [`Program`]: a part of the graph in running order, and the interpreter that runs it.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use element_api::Table;
 use element_api::set::{Batch, ElementSet, Fault, Wanted};
@@ -96,6 +97,7 @@ pub(super) struct Stage {
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
 #[derive(Debug, Clone)]
 pub struct Program {
+    id: u64,
     pub(super) constants: Vec<f64>,
     /// Slot of each input in use, ascending, and its register.
     pub(super) inputs: Vec<(u32, Register)>,
@@ -107,6 +109,9 @@ pub struct Program {
     /// What runs instead of the interpreter, once there is any.
     code: Option<Arc<MachineCode>>,
 }
+
+/// Programs that were made so far.
+static PROGRAMS: AtomicU64 = AtomicU64::new(0);
 
 /// The scratch numbers of one program.
 #[derive(Debug, Clone)]
@@ -203,6 +208,12 @@ impl Program {
     /// The lists of operations: one per stage, then the one after all calls.
     pub(super) fn lists(&self) -> impl Iterator<Item = &[Instruction]> {
         self.stages.iter().map(|stage| &stage.operations[..]).chain([&self.after_calls[..]])
+    }
+
+    /// Tells it and its copies from all other programs.
+    #[must_use]
+    pub fn id(&self) -> u64 {
+        self.id
     }
 
     /// Runs machine code that was made from this program from now on, instead of interpreting it. Results stay the same,
@@ -459,6 +470,7 @@ impl<'g> Builder<'g> {
     /// The finished program.
     fn program(self, outputs: &[Node], stages: Vec<Stage>, after_calls: Vec<Instruction>) -> Program {
         Program {
+            id: PROGRAMS.fetch_add(1, Ordering::Relaxed),
             outputs: outputs.iter().map(|node| self.register_of[node.0 as usize]).collect(),
             constants: self.constants,
             inputs: self.inputs,

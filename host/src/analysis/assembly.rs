@@ -143,7 +143,7 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length) {
         Err(AssemblyError::Impossible { rows: left }) => {
             let all: Vec<usize> = (0..layout.rows).collect();
-            let mut rows = Constraints::new(equations, model, &all, &[|row| row.value], &[])?;
+            let mut rows = Constraints::new(equations, &all, &[|row| row.value], &[])?;
             let found = conflict(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
             return Err(AssemblyError::Impossible { rows: if found.is_empty() { left } else { found } });
         }
@@ -266,7 +266,7 @@ fn positions(
         return Ok(0);
     }
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, model, &all, &[|row| row.value], &[])?;
+    let mut rows = Constraints::new(equations, &all, &[|row| row.value], &[])?;
     let clusters = clusters(layout, &all);
     let mut solver =
         SparseFirst::new(&rows.structure, &clusters, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
@@ -362,7 +362,7 @@ pub fn idle_axes(
         return Ok(idle);
     }
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, model, &all, &[], &[])?;
+    let mut rows = Constraints::new(equations, &all, &[], &[])?;
     rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
     for (index, body) in model.bodies.iter().enumerate() {
         let spin = nalgebra::Vector3::from_column_slice(&assembly.working[13 * index + 10..13 * index + 13]);
@@ -413,7 +413,7 @@ fn velocities(
 ) -> Result<Vec<VelocityMiss>, AssemblyError> {
     load(layout, t, state, inputs);
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, model, &all, &[|row| row.time], &[])?;
+    let mut rows = Constraints::new(equations, &all, &[|row| row.time], &[])?;
     rows.evaluate(inputs, &model.sets)?;
     let mut pattern = rows.structure.jacobian.clone();
     let mut values = rows.jacobian().to_vec();

@@ -24,7 +24,6 @@ impl Constraints {
     /// When the patterns are inconsistent, which would be a defect of the equations.
     pub fn new(
         equations: &Equations,
-        model: &Model,
         rows: &[usize],
         functions: &[fn(&crate::program::Row) -> Node],
         further: &[Node],
@@ -35,7 +34,7 @@ impl Constraints {
             nodes.extend(rows.iter().map(|row| function(&equations.rows[*row])));
         }
         nodes.extend_from_slice(further);
-        let structure = structure(equations, model, rows)?;
+        let structure = structure(equations, rows)?;
         let program = Program::compile(&equations.graph, &nodes);
         Ok(Self {
             structure,
@@ -119,13 +118,13 @@ impl Constraints {
 }
 
 /// Patterns of the mass matrix and of the Jacobian of a choice of rows.
-pub(super) fn structure(equations: &Equations, model: &Model, rows: &[usize]) -> Result<KktStructure, LinalgError> {
+pub(super) fn structure(equations: &Equations, rows: &[usize]) -> Result<KktStructure, LinalgError> {
     let jacobian = rows
         .iter()
         .enumerate()
         .flat_map(|(k, row)| equations.rows[*row].jacobian.iter().map(move |(column, _)| (k, *column)))
         .collect();
-    let bodies = model.bodies.len();
+    let bodies = equations.bodies.len();
     KktStructure::new(6 * bodies, rows.len(), mass_pattern(bodies), jacobian)
 }
 

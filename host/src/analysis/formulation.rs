@@ -30,7 +30,7 @@ pub enum Group {
 pub struct Counters {
     /// Evaluations of the right side.
     pub evaluations: u64,
-    /// Factorisations of the system for accelerations and multipliers; those for samples, in the coordinates of bodies, included.
+    /// Factorisations of the system for accelerations and multipliers; those for samples included.
     pub factorisations: u64,
     /// Factorisations reused because position and time had not changed.
     pub reused: u64,
@@ -250,6 +250,14 @@ pub trait Formulation: Send {
         let _ = (t, state, program);
         Ok(None)
     }
+    /// The accelerations of the bodies at a state, six each; `None` where that is better done by way of [`Formulation::observe`].
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn accelerations(&mut self, t: f64, state: &[f64]) -> Result<Option<Vec<f64>>, AnalysisError> {
+        let _ = (t, state);
+        Ok(None)
+    }
     /// The entry of the state that an input of programs is a copy of, if it is one; see [`Formulation::written_in_state`].
     fn entry_of(&self, slot: usize) -> Option<usize> {
         let _ = slot;
@@ -273,7 +281,7 @@ pub trait Formulation: Send {
         let inputs = self.observe(t, state, false)?.inputs.to_vec();
         own.run(&inputs, self.sets())
     }
-    /// The programs that are run, for machine code to be made of them; always in the same order.
+    /// The programs that are run, for machine code to be made of them.
     fn programs(&mut self) -> Vec<Used<'_>> {
         Vec::new()
     }

@@ -9,6 +9,7 @@ use super::constraints::mass_entries;
 use super::coupling::Coupling;
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
+use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
@@ -17,7 +18,7 @@ use super::passage::{self, Passage, Passing, Refusing};
 use super::solved::SolvedProgram;
 use super::working::{
     ACCURATE, APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE,
-    SICK_TREE, WorkingForm, normalise, parameter_rates,
+    SICK_TREE, WorkingParts, normalise, parameter_rates,
 };
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
@@ -49,7 +50,7 @@ pub struct JointForm {
     start: JointStart,
     tree: SpanningTree,
     /// The same scene in the coordinates of the bodies, for what is reported.
-    bodies: WorkingForm,
+    bodies: InBodies,
     kinematics: Evaluator,
     body_state: Vec<f64>,
     inputs: Vec<f64>,
@@ -108,11 +109,16 @@ enum Derivatives {
 }
 
 impl JointForm {
-    /// Prepares programs and engines around the form in the coordinates of bodies, which holds the opaque elements.
+    /// Prepares programs and engines. The opaque elements of the model move in; `bodies` is the same in coordinates of bodies.
     ///
     /// # Errors
     /// When the linear algebra refuses the model.
-    pub fn new(plan: JointPlan, model: &Model, layout: &Layout, bodies: WorkingForm) -> Result<Self, AnalysisError> {
+    pub fn new(
+        plan: JointPlan,
+        model: &mut Model,
+        layout: &Layout,
+        bodies: WorkingParts,
+    ) -> Result<Self, AnalysisError> {
         let mut joint = plan.equations;
         joint.graph.rest();
         let coordinates = joint.coordinates.clone();
@@ -133,7 +139,7 @@ impl JointForm {
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             accelerations: vec![0.0; coordinates.columns],
             rates: vec![0.0; layout.states + 1],
-            row_names: bodies.row_names().to_vec(),
+            row_names: bodies.row_names.clone(),
             passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
             coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), layout)),
             dependent: None,
@@ -161,7 +167,7 @@ impl JointForm {
             coordinates,
             regular,
             safe,
-            bodies,
+            bodies: InBodies::new(bodies, layout, std::mem::take(&mut model.sets)),
         })
     }
 
@@ -182,7 +188,7 @@ impl JointForm {
             if let Some(coupling) = &mut self.coupling {
                 coupling.begin(&mut self.inputs);
             }
-            regular.motion.run(&self.inputs, self.bodies.sets())?;
+            regular.motion.run(&self.inputs, &self.bodies.sets)?;
             let ratio = pivot_ratio(regular.motion.outputs(), columns, &regular.squares);
             if self.is_trusted(ratio)? {
                 self.agree()?;
@@ -197,7 +203,7 @@ impl JointForm {
         }
         self.counters.rank_safe += u64::from(self.regular.is_some());
         self.write_mass()?;
-        self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+        self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
         match &self.equations.dependence {
             Some(_) => self.agree_safely()?,
             None => self.safe.solve_motion()?,
@@ -231,7 +237,7 @@ impl JointForm {
             if coupling.advance(&mut self.inputs, &mut self.counters, slopes)? {
                 return Ok(());
             }
-            regular.motion.run(&self.inputs, self.bodies.sets())?;
+            regular.motion.run(&self.inputs, &self.bodies.sets)?;
         }
     }
 
@@ -242,7 +248,7 @@ impl JointForm {
         };
         let found = &dependence.found;
         let dependent = self.dependent.get_or_insert_with(|| Evaluator::new(&found.graph, &found.nodes));
-        let (safe, sets) = (&mut self.safe, self.bodies.sets());
+        let (safe, sets) = (&mut self.safe, &self.bodies.sets);
         let (first, rows) = (self.coordinates.acceleration_slot, self.layout.multiplier_slot());
         // F(z) into the inputs, for the z that they hold.
         let mut solve = |inputs: &mut [f64]| -> Result<(), AnalysisError> {
@@ -295,7 +301,7 @@ impl JointForm {
     /// Looks at the regular engine in the position of the inputs; gives whether it is to be trusted there.
     fn look(&mut self) -> Result<bool, AnalysisError> {
         let Some(regular) = &mut self.regular else { return Ok(false) };
-        regular.velocity.run(&self.inputs, self.bodies.sets())?;
+        regular.velocity.run(&self.inputs, &self.bodies.sets)?;
         self.take_look();
         Ok(self.trusted)
     }
@@ -327,7 +333,7 @@ impl JointForm {
     fn correct_positions(&mut self, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
         let columns = self.coordinates.columns;
         if let Some(regular) = &mut self.regular {
-            regular.position.run(&self.inputs, self.bodies.sets())?;
+            regular.position.run(&self.inputs, &self.bodies.sets)?;
             let outputs = regular.position.outputs();
             let worst =
                 worst(&outputs[columns..columns + regular.rows.len()], &regular.rows, &self.safe.rows, &self.row_sizes);
@@ -344,7 +350,7 @@ impl JointForm {
             }
         }
         self.corrected_safely = true;
-        self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+        self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
         let worst = worst(self.safe.function(Function::Value), &self.safe.rows, &self.safe.rows, &self.row_sizes);
         if !worst.0.is_finite() {
             return Ok(worst);
@@ -361,7 +367,7 @@ impl JointForm {
     fn correct_velocities(&mut self) -> Result<(), AnalysisError> {
         let columns = self.coordinates.columns;
         if let Some(regular) = &mut self.regular {
-            let outputs = regular.velocity.run(&self.inputs, self.bodies.sets())?;
+            let outputs = regular.velocity.run(&self.inputs, &self.bodies.sets)?;
             self.accelerations.copy_from_slice(&outputs[..columns]);
             self.take_look();
             if self.trusted || !self.careful && self.last.ratio >= self.least_health {
@@ -370,7 +376,7 @@ impl JointForm {
             }
         }
         self.corrected_safely = true;
-        self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+        self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
         let mut right = std::mem::take(&mut self.safe.right);
         right.copy_from_slice(self.safe.function(Function::Time));
         for ((row, column), slope) in self.safe.structure.jacobian.iter().zip(self.safe.jacobian()) {
@@ -465,7 +471,7 @@ impl JointForm {
     /// The state of the bodies.
     fn move_bodies(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         self.load(t, state);
-        let outputs = self.kinematics.run(&self.inputs, self.bodies.sets())?;
+        let outputs = self.kinematics.run(&self.inputs, &self.bodies.sets)?;
         for (body, found) in outputs.chunks_exact(18).enumerate() {
             let y = &mut self.body_state[BODY_STATES * body..BODY_STATES * (body + 1)];
             y[..3].copy_from_slice(&found[..3]);
@@ -584,7 +590,7 @@ impl Refusing for JointForm {
 
     fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError> {
         self.load(t, state);
-        self.safe.terms.run(&self.inputs, self.bodies.sets())?;
+        self.safe.terms.run(&self.inputs, &self.bodies.sets)?;
         let (violation, row) =
             worst(self.safe.function(Function::Value), &self.safe.rows, &self.safe.rows, &self.row_sizes);
         Ok((violation / self.length, self.row_name(row)))
@@ -592,7 +598,7 @@ impl Refusing for JointForm {
 
     fn try_rates(&mut self, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError> {
         self.load(t, state);
-        self.safe.terms.run(&self.inputs, self.bodies.sets())?;
+        self.safe.terms.run(&self.inputs, &self.bodies.sets)?;
         let mut accelerations = vec![0.0; self.coordinates.columns];
         for line in &self.coordinates.lines {
             accelerations[line.column] = rates[line.velocity];
@@ -669,7 +675,7 @@ impl Passing for JointForm {
 
     fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
         self.load(t, state);
-        let health = self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+        let health = self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
         let lost = health.rank < self.at_start.rank;
         Ok(if lost { 0.0 } else { health.smallest_pivot_ratio / self.at_start.smallest_pivot_ratio })
     }
@@ -751,7 +757,7 @@ impl Formulation for JointForm {
         if self.careful {
             // On the constraints the rank is what it is; a scene that starts in a singular position may gain some.
             self.safe.solver.set_rank_limit(usize::MAX);
-            self.safe.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+            self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
             self.at_start.rank = self.at_start.rank.max(self.safe.health.rank);
             self.safe.solver.set_rank_limit(self.at_start.rank);
             if !self.choice && !self.is_singular(APPROACH) && self.last.independence > SICK_TREE {
@@ -792,8 +798,19 @@ impl Formulation for JointForm {
             return Ok(None);
         }
         self.publish();
-        program.evaluator.run(&self.inputs, self.bodies.sets())?;
+        program.evaluator.run(&self.inputs, &self.bodies.sets)?;
         Ok(program.judge(self.length))
+    }
+
+    fn accelerations(&mut self, t: f64, state: &[f64]) -> Result<Option<Vec<f64>>, AnalysisError> {
+        self.load(t, state);
+        if self.solve_dynamics()? != Used::Regular {
+            return Ok(None);
+        }
+        self.publish();
+        let (graph, nodes) = self.equations.body_accelerations();
+        let mut program = Evaluator::new(&graph, &nodes);
+        Ok(Some(program.run(&self.inputs, &self.bodies.sets)?.to_vec()))
     }
 
     fn turns_added(&self) -> f64 {
@@ -806,7 +823,7 @@ impl Formulation for JointForm {
 
     fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
         self.load(t, state);
-        own.run(&self.inputs, self.bodies.sets())
+        own.run(&self.inputs, &self.bodies.sets)
     }
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
@@ -839,12 +856,12 @@ impl Formulation for JointForm {
         }
         self.publish();
         let Derivatives::Known(known, solver) = &mut self.derivatives else { return Ok(false) };
-        solver.factor(&self.inputs, self.bodies.sets(), &mut self.counters)?;
+        solver.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
         let times: Vec<f64> = solver.function(Function::Time).to_vec();
         let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
             Ok(solver.solver.solve(loads, gammas, accelerations, multipliers)?)
         };
-        known.fill(&self.inputs, self.bodies.sets(), state, &times, &mut solve, matrix)?;
+        known.fill(&self.inputs, &self.bodies.sets, state, &times, &mut solve, matrix)?;
         Ok(true)
     }
 
@@ -887,7 +904,6 @@ impl Formulation for JointForm {
         list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));
         list.extend(self.bodies.programs());
-        // They come into being during the run, so they must be the last ones.
         if let Derivatives::Known(known, solver) = &mut self.derivatives {
             list.extend([known.used(), solver.terms.used(true)]);
         }
@@ -900,10 +916,10 @@ impl Formulation for JointForm {
     }
 
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {
-        self.bodies.sets_mut()
+        &mut self.bodies.sets
     }
 
     fn sets(&self) -> &[Box<dyn ElementSet>] {
-        self.bodies.sets()
+        &self.bodies.sets
     }
 }

@@ -267,7 +267,7 @@ fn gradients(
     inputs: &[f64],
     length: f64,
 ) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
-    let mut constraints = Constraints::new(equations, model, rows, &[], &[])?;
+    let mut constraints = Constraints::new(equations, rows, &[], &[])?;
     constraints.evaluate(inputs, &model.sets)?;
     let (mut sizes, mut lengths) = (vec![0.0_f64; rows.len()], vec![0.0_f64; rows.len()]);
     for ((row, column), slope) in constraints.structure.jacobian.iter().zip(constraints.jacobian()) {

@@ -14,6 +14,7 @@
 //! | `joint_plan.rs` | which rows are needed in the coordinates of joints |
 //! | `joint_engines.rs` | their elimination, and the rank-safe factorisation |
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
+//! | `in_bodies.rs` | a scene in coordinates of bodies, beside its form in those of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
 //! | `passage.rs` | through positions where the constraints lose rank |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
@@ -32,6 +33,7 @@ mod constraints;
 mod coupling;
 mod evaluator;
 mod formulation;
+mod in_bodies;
 mod joint;
 mod joint_engines;
 mod joint_plan;
@@ -59,4 +61,4 @@ pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use second_order::{SecondOrderForm, place, velocities_of};
 pub use solved::SolvedProgram;
-pub use working::{WorkingForm, sparse_engine};
+pub use working::{WorkingForm, WorkingParts, sparse_engine};

@@ -75,13 +75,13 @@ impl SecondOrderForm {
         let time: fn(&Row) -> Node = |row| row.time;
         let mut further = equations.loads.clone();
         further.push(equations.power);
-        let functions = Constraints::new(equations, model, rows, &[value, time], &further)?;
+        let functions = Constraints::new(equations, rows, &[value, time], &further)?;
         let mass = mass_values(model);
         let unknowns = layout.velocities() + rows.len();
         let terms = Terms::of_bodies(equations, &layout).filter(|_| unknowns <= MOST_UNKNOWNS);
         let engine = match (terms, &plan.always_rank_safe) {
             (Some(terms), _) => Engine::Exact(Box::new(Exact::new(equations, &terms, &layout, rows))),
-            (None, None) => Engine::Structure(Box::new(sparse_engine(equations, model, rows, &layout)?)),
+            (None, None) => Engine::Structure(Box::new(sparse_engine(equations, rows, &layout)?)),
             (None, Some(_)) => Engine::Structure(Box::new(DenseQr::new(&functions.structure, MOTION_RANK_TOLERANCE)?)),
         };
         let mut form = Self {

@@ -65,7 +65,7 @@ struct Engine<S> {
 const FUNCTIONS: usize = 2;
 
 impl<S: KktSolver> Engine<S> {
-    fn new(equations: &Equations, model: &Model, rows: &[usize], solver: S) -> Result<Self, AnalysisError> {
+    fn new(equations: &Equations, masses: &[f64], rows: &[usize], solver: S) -> Result<Self, AnalysisError> {
         let gamma: fn(&Row) -> _ = |row| row.gamma;
         let time: fn(&Row) -> _ = |row| row.time;
         let value: fn(&Row) -> _ = |row| row.value;
@@ -73,20 +73,20 @@ impl<S: KktSolver> Engine<S> {
         further.extend(&equations.state_rates);
         further.push(equations.power);
         let mut engine = Self {
-            dynamics: Constraints::new(equations, model, rows, &[gamma, time], &further)?,
-            geometry: Constraints::new(equations, model, rows, &[value, time], &[])?,
+            dynamics: Constraints::new(equations, rows, &[gamma, time], &further)?,
+            geometry: Constraints::new(equations, rows, &[value, time], &[])?,
             solver,
             multipliers: vec![0.0; rows.len()],
             right: vec![0.0; rows.len()],
             factored_at: Vec::new(),
             health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
         };
-        engine.solver.set_mass(&mass_values(model))?;
+        engine.solver.set_mass(masses)?;
         Ok(engine)
     }
 
     /// The same rows by another solver.
-    fn with<T: KktSolver>(&self, model: &Model, solver: T) -> Result<Engine<T>, AnalysisError> {
+    fn with<T: KktSolver>(&self, masses: &[f64], solver: T) -> Result<Engine<T>, AnalysisError> {
         let mut engine = Engine {
             dynamics: self.dynamics.clone(),
             geometry: self.geometry.clone(),
@@ -96,7 +96,7 @@ impl<S: KktSolver> Engine<S> {
             health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
             solver,
         };
-        engine.solver.set_mass(&mass_values(model))?;
+        engine.solver.set_mass(masses)?;
         Ok(engine)
     }
 
@@ -238,6 +238,42 @@ pub struct WorkingForm {
     rates: Vec<f64>,
 }
 
+/// What the form in coordinates of bodies is made of.
+pub struct WorkingParts {
+    equations: Equations,
+    plan: Plan,
+    masses: Vec<f64>,
+    /// As [`body_scales`].
+    scales: Vec<f64>,
+    /// Joint and row of every row.
+    pub(super) row_names: Vec<String>,
+    length: f64,
+    start_health: f64,
+}
+
+impl WorkingParts {
+    /// The equations of a planned model. `start_health`: the pivot ratio of the sparse engine at the start; `length`: that of the
+    /// scene, m.
+    #[must_use]
+    pub fn new(equations: &Equations, model: &Model, plan: &Plan, length: f64, start_health: f64) -> Self {
+        let mut equations = equations.clone();
+        equations.graph.rest();
+        let row_name = |row: usize| {
+            let (element, k) = plan.layout.element_of_row(row);
+            model.elements[element].row_name(k)
+        };
+        Self {
+            equations,
+            plan: plan.clone(),
+            masses: mass_values(model),
+            scales: body_scales(model, length),
+            row_names: (0..plan.layout.rows).map(row_name).collect(),
+            length,
+            start_health,
+        }
+    }
+}
+
 impl WorkingForm {
     /// Prepares programs and engines. The opaque elements of the model move in.
     ///
@@ -250,22 +286,32 @@ impl WorkingForm {
         length: f64,
         start_health: f64,
     ) -> Result<Self, AnalysisError> {
+        let sets = std::mem::take(&mut model.sets);
+        Self::of(&WorkingParts::new(equations, model, plan, length, start_health), sets)
+    }
+
+    /// The same from its parts, with the opaque elements.
+    ///
+    /// # Errors
+    /// As for [`WorkingForm::new`].
+    pub(super) fn of(parts: &WorkingParts, sets: Vec<Box<dyn ElementSet>>) -> Result<Self, AnalysisError> {
+        let WorkingParts { equations, plan, masses, scales, row_names, length, start_health } = parts;
+        let (length, start_health) = (*length, *start_health);
         let layout = plan.layout.clone();
         let all: Vec<usize> = (0..layout.rows).collect();
         let regular = match plan.always_rank_safe {
             Some(_) => None,
             None => {
-                let solver = sparse_engine(equations, model, &plan.independent_rows, &layout)?;
-                Some(Engine::new(equations, model, &plan.independent_rows, solver)?)
+                let solver = sparse_engine(equations, &plan.independent_rows, &layout)?;
+                Some(Engine::new(equations, masses, &plan.independent_rows, solver)?)
             }
         };
-        let structure = structure(equations, model, &all)?;
-        let scales = body_scales(model, length);
+        let structure = structure(equations, &all)?;
         let mut solver = DenseQr::new(&structure, MOTION_RANK_TOLERANCE)?;
-        solver.set_measure(&scales)?;
+        solver.set_measure(scales)?;
         let mut safe = match &regular {
-            Some(engine) if engine.dynamics.rows == all => engine.with(model, solver)?,
-            _ => Engine::new(equations, model, &all, solver)?,
+            Some(engine) if engine.dynamics.rows == all => engine.with(masses, solver)?,
+            _ => Engine::new(equations, masses, &all, solver)?,
         };
         safe.solver.set_rank_limit(plan.health.rank);
         let watch = if !plan.redundant_rows.is_empty() {
@@ -277,19 +323,13 @@ impl WorkingForm {
         };
         let alike = match &regular {
             Some(engine) if watch != Watch::Nothing => {
-                let mut alike = sparse_engine(equations, model, &engine.dynamics.rows, &layout)?;
-                alike.set_mass(&engine.dynamics.structure.metric(&scales))?;
+                let mut alike = sparse_engine(equations, &engine.dynamics.rows, &layout)?;
+                alike.set_mass(&engine.dynamics.structure.metric(scales))?;
                 Some(alike)
             }
             _ => None,
         };
         let dim = BODY_STATES * layout.bodies + layout.states + 1;
-        let row_names = (0..layout.rows)
-            .map(|row| {
-                let (element, k) = layout.element_of_row(row);
-                model.elements[element].row_name(k)
-            })
-            .collect();
         Ok(Self {
             groups: groups(&layout),
             inputs: vec![0.0; layout.inputs()],
@@ -298,11 +338,11 @@ impl WorkingForm {
             careful: false,
             passage: Passage::new(dim, dim.max(layout.velocities() + layout.rows)),
             forces: vec![0.0; layout.velocities() + layout.rows],
-            balance: Balance::new(mass_values(model), [layout.velocities(), layout.rows], length),
+            balance: Balance::new(masses.clone(), [layout.velocities(), layout.rows], length),
             key: Vec::with_capacity(7 * layout.bodies + 1),
             least_health: start_health * SICK_SHARE,
             watch,
-            sets: std::mem::take(&mut model.sets),
+            sets,
             start_health,
             start_independence: plan.independence,
             alike,
@@ -312,7 +352,7 @@ impl WorkingForm {
             corrected_safely: false,
             regular,
             safe,
-            row_names,
+            row_names: row_names.clone(),
             length,
             coupling: BodyCoupling::new(equations, &layout),
             derivatives: Derivatives::Unknown,
@@ -579,9 +619,9 @@ impl WorkingForm {
         }
     }
 
-    /// Names of all rows.
-    pub(super) fn row_names(&self) -> &[String] {
-        &self.row_names
+    /// Changes the opaque elements for others.
+    pub(super) fn trade_sets(&mut self, sets: &mut Vec<Box<dyn ElementSet>>) {
+        std::mem::swap(&mut self.sets, sets);
     }
 
     fn row_name(&self, row: Option<usize>) -> String {
@@ -706,13 +746,8 @@ pub(super) fn clusters(layout: &Layout, rows: &[usize]) -> Clusters {
 ///
 /// # Errors
 /// When the patterns are inconsistent, which would be a defect of the equations.
-pub fn sparse_engine(
-    equations: &Equations,
-    model: &Model,
-    rows: &[usize],
-    layout: &Layout,
-) -> Result<SparseLdl, LinalgError> {
-    let structure = structure(equations, model, rows)?;
+pub fn sparse_engine(equations: &Equations, rows: &[usize], layout: &Layout) -> Result<SparseLdl, LinalgError> {
+    let structure = structure(equations, rows)?;
     SparseLdl::with_computed_order(&structure, Some(&clusters(layout, rows)))
 }
 

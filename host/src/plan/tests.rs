@@ -255,7 +255,7 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
         let Prepared { model, equations, assembly, plan, .. } = prepared(&text);
         let layout = &plan.layout;
         let all: Vec<usize> = (0..layout.rows).collect();
-        let mut rows = Constraints::new(&equations, &model, &all, &[], &[]).unwrap();
+        let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
         rows.evaluate(&start_inputs(layout, 0.0, &assembly), &model.sets).unwrap();
         let body = |k: usize| &assembly.working[13 * k..];
         let rotations: Vec<Matrix3<f64>> =

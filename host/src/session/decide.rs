@@ -32,7 +32,7 @@ pub(super) fn decide(
     };
     let all: Vec<usize> = (0..layout.rows).collect();
     let inputs = crate::analysis::start_inputs(layout, t, assembly);
-    let mut rows = Constraints::new(equations, model, &all, &[], &[]).map_err(|e| broken(&e))?;
+    let mut rows = Constraints::new(equations, &all, &[], &[]).map_err(|e| broken(&e))?;
     rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
     let rotations: Vec<Matrix3<f64>> = (0..layout.bodies)
         .map(|body| {
@@ -50,7 +50,7 @@ pub(super) fn decide(
         scales: &body_scales(model, assembly.scales.length),
     };
     Plan::decide(model, layout, &probe, |chosen, mass| {
-        let mut solver = sparse_engine(equations, model, chosen, layout)?;
+        let mut solver = sparse_engine(equations, chosen, layout)?;
         solver.set_mass(mass)?;
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());

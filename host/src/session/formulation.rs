@@ -3,7 +3,7 @@
 use super::error::{Exit, SessionError, start_error};
 use super::opened::Session;
 use super::options::FORMULATIONS;
-use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm};
+use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm, WorkingParts};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
 use crate::scene::Spanned;
@@ -155,11 +155,14 @@ impl Session {
         match engine {
             "auto" | "compiled" | "interpreted" => {
                 let choice = self.choose_formulation()?;
-                let bodies = WorkingForm::new(&self.equations, &mut self.model, &self.plan, length, self.start_health)
-                    .map_err(|e| start_error(&self.scene, &e))?;
-                let Some(joint) = choice.joint else { return Ok(Box::new(bodies)) };
-                let form = JointForm::new(joint, &self.model, &self.plan.layout, bodies);
-                Ok(Box::new(form.map_err(|e| start_error(&self.scene, &e))?))
+                let Self { equations, model, plan, start_health, scene, .. } = self;
+                let refused = |e| start_error(scene, &e);
+                let Some(joint) = choice.joint else {
+                    let form = WorkingForm::new(equations, model, plan, length, *start_health).map_err(refused)?;
+                    return Ok(Box::new(form));
+                };
+                let bodies = WorkingParts::new(equations, model, plan, length, *start_health);
+                Ok(Box::new(JointForm::new(joint, model, &plan.layout, bodies).map_err(refused)?))
             }
             "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
             other => Err(self.unknown_word(other, false)),

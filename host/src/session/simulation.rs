@@ -241,11 +241,11 @@ impl<'a> Simulation<'a> {
             })
             .collect();
         let all: Vec<usize> = (0..layout.rows).collect();
-        let rows = Constraints::new(equations, model, &all, &[|row| row.value, |row| row.time], &[])?;
+        let rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time], &[])?;
         let heat = Heat::of(equations);
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
-            energy: Part::new(equations, &heat.energies(equations), layout),
+            energy: Part::near(formulation.as_ref(), equations, &heat.energies(equations), layout),
             heat,
             switches: None,
             guarded: None,
@@ -299,9 +299,13 @@ impl<'a> Simulation<'a> {
         let mut state = vec![0.0; self.formulation.groups().len()];
         self.formulation.state_of(&assembly.working, &mut state);
         self.sample_state = state.clone();
-        let slot = self.layout.acceleration_slot();
-        let inputs = self.formulation.observe(t, &state, true)?.inputs;
-        let accelerations = inputs[slot..slot + self.layout.velocities()].to_vec();
+        let accelerations = match self.formulation.accelerations(t, &state)? {
+            Some(found) => found,
+            None => {
+                let slot = self.layout.acceleration_slot();
+                self.formulation.observe(t, &state, true)?.inputs[slot..slot + self.layout.velocities()].to_vec()
+            }
+        };
         self.scales.anticipate(&accelerations);
         self.formulation.next_step(t, &state)?;
         Ok(state)

@@ -35,8 +35,8 @@ pub struct Made {
     pub since: Option<f64>,
 }
 
-/// Programs, by number, with their code; and the time that took, s.
-type Codes = (Vec<(usize, MachineCode)>, f64);
+/// The code of programs, by their ids; and the time that took, s.
+type Codes = (Vec<(u64, MachineCode)>, f64);
 
 /// A thread that compiles.
 struct Job {
@@ -113,7 +113,7 @@ impl Tier {
     }
 
     /// To be called between steps, at time `t` (s) of an accepted state. `programs` are asked for when something is to be
-    /// decided; their order must not change.
+    /// decided.
     pub fn between_steps<'p>(&mut self, t: f64, programs: impl FnOnce() -> Vec<Used<'p>>) {
         let Some((start, end)) = self.span else { return };
         self.steps += 1;
@@ -130,10 +130,10 @@ impl Tier {
         let to_come = (end - t) / (t - start);
         let mut programs = programs();
         let maker = self.maker;
-        let paying = programs.iter_mut().enumerate().filter(|(_, used)| is_open(used) && pays(maker, used, to_come));
+        let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come));
         if maker == Maker::Assembler {
             let never = AtomicBool::new(false);
-            for (_, used) in paying {
+            for used in paying {
                 let started = Instant::now();
                 match MachineCode::compile(used.program, maker, &never) {
                     Ok(code) => self.install(t, used, code),
@@ -144,7 +144,7 @@ impl Tier {
             }
             return;
         }
-        let list: Vec<(usize, Program)> = paying.map(|(number, used)| (number, used.program.clone())).collect();
+        let list: Vec<Program> = paying.map(|used| used.program.clone()).collect();
         if !list.is_empty() {
             self.job = begin(maker, list);
             self.span = self.span.filter(|_| self.job.is_some());
@@ -160,8 +160,10 @@ impl Tier {
             // A compiler that fails is a reason to go on without it.
             self.span = None;
         }
-        for (number, code) in codes {
-            self.install(t, &mut programs[number], code);
+        for (id, code) in codes {
+            if let Some(used) = programs.iter_mut().find(|used| used.program.id() == id) {
+                self.install(t, used, code);
+            }
         }
     }
 
@@ -198,14 +200,13 @@ fn pays(maker: Maker, used: &Used<'_>, to_come: f64) -> bool {
 }
 
 /// Starts a thread that compiles; none where there are no threads.
-fn begin(maker: Maker, list: Vec<(usize, Program)>) -> Option<Job> {
+fn begin(maker: Maker, list: Vec<Program>) -> Option<Job> {
     let cancel = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&cancel);
     let work = move || {
         let started = Instant::now();
-        let codes = list
-            .iter()
-            .map_while(|(number, program)| Some((*number, MachineCode::compile(program, maker, &told).ok()?)));
+        let codes =
+            list.iter().map_while(|program| Some((program.id(), MachineCode::compile(program, maker, &told).ok()?)));
         let codes: Vec<_> = codes.collect();
         (codes, started.elapsed().as_secs_f64())
     };

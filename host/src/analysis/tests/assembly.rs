@@ -23,7 +23,7 @@ fn violation(text: &str, assembly: &Assembly) -> f64 {
     let layout = Layout::new(&model);
     let equations = Equations::build(&model, &layout, Form::Working);
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(&equations, &model, &all, &[|row| row.value], &[]).unwrap();
+    let mut rows = Constraints::new(&equations, &all, &[|row| row.value], &[]).unwrap();
     rows.evaluate(&start_inputs(&layout, 0.0, assembly), &model.sets).unwrap();
     amax(rows.function(0))
 }
@@ -308,7 +308,7 @@ fn velocities_that_fit_are_taken_as_they_are() {
     model.bodies[0].angular_velocity = [Some(0.0), Some(0.0), Some(0.7)];
     let solved = assemble(&equations, &model, &layout, 0.0).unwrap();
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(&equations, &model, &all, &[|row| row.time], &[]).unwrap();
+    let mut rows = Constraints::new(&equations, &all, &[|row| row.time], &[]).unwrap();
     rows.evaluate(&start_inputs(&layout, 0.0, &solved), &model.sets).unwrap();
     assert!(as_asked(&rows, &model, &solved.working).is_none(), "some velocities are not given");
     for (body, y) in model.bodies.iter_mut().zip(solved.working.chunks_exact(13)) {

@@ -180,8 +180,7 @@ fn what_is_solved_for_balances_and_what_is_not_names_its_body() {
         let inputs = stand.inputs(&state);
         let rows: Vec<usize> = (0..stand.layout.rows).collect();
         let gamma: fn(&Row) -> Node = |row| row.gamma;
-        let mut dynamics =
-            Constraints::new(&stand.equations, &stand.model, &rows, &[gamma], &stand.equations.loads).unwrap();
+        let mut dynamics = Constraints::new(&stand.equations, &rows, &[gamma], &stand.equations.loads).unwrap();
         dynamics.evaluate(&inputs, stand.form.sets()).unwrap();
         let (a, lambda) = inputs[stand.layout.acceleration_slot()..].split_at(stand.layout.velocities());
         let mut balance = Balance::new(mass_values(&stand.model), [a.len(), lambda.len()], stand.length);

@@ -70,8 +70,8 @@ pub(super) fn joint_plan(text: &str) -> (Prepared, JointPlan) {
 fn joint_form(text: &str) -> JointForm {
     let (Prepared { mut model, equations, assembly, plan, start_health }, planned) = joint_plan(text);
     let length = assembly.scales.length;
-    let bodies = WorkingForm::new(&equations, &mut model, &plan, length, start_health).unwrap();
-    let mut form = JointForm::new(planned, &model, &plan.layout, bodies).unwrap();
+    let bodies = WorkingParts::new(&equations, &model, &plan, length, start_health);
+    let mut form = JointForm::new(planned, &mut model, &plan.layout, bodies).unwrap();
     form.set_discrete(&assembly.references, &assembly.discrete);
     form
 }

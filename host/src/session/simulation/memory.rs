@@ -178,8 +178,7 @@ impl<'a> Simulation<'a> {
 
     /// Potential energy, J.
     fn potential(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
-        let inputs = self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs.to_vec();
-        Ok(self.energy.run(&inputs, self.formulation.sets())?[1])
+        Ok(self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?[1])
     }
 
     /// The formulations hear of references, discrete states and signals from outside.

@@ -33,15 +33,16 @@ impl Simulation<'_> {
         // Copied, since the formulation lends both its inputs and its element sets.
         let mut inputs = std::mem::take(&mut self.observed);
         inputs.clear();
-        inputs.extend_from_slice(self.formulation.observe(t, state, self.energy.needs_dynamics)?.inputs);
+        self.energy.at(self.formulation.as_mut(), &mut inputs, t, state)?;
+        inputs.clear();
+        inputs.extend_from_slice(self.formulation.observe(t, state, false)?.inputs);
         let result = self.watch_inputs(&inputs, state);
         self.observed = inputs;
         result
     }
 
     fn watch_inputs(&mut self, inputs: &[f64], state: &[f64]) -> Result<(), AnalysisError> {
-        let sets = self.formulation.sets();
-        let energies = self.energy.run(inputs, sets)?;
+        let energies = self.energy.outputs();
         let (kinetic, potential) = (energies[0], energies[1]);
         let heat: f64 = energies[2..].iter().sum();
         for body in 0..self.layout.bodies {
