@@ -32,7 +32,6 @@
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
 //! | `soak.rs` | many runs in one process take no more memory than one |
-//! | `lanes.rs` | programs of scenes give the same bits in every lane |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `schema.rs` | the JSON schema takes the scenes, and refuses mistakes |
@@ -59,7 +58,6 @@ mod formulations;
 mod hostile;
 mod interleaved;
 mod judged;
-mod lanes;
 mod limit;
 mod masses;
 mod methods;

@@ -4,7 +4,7 @@
 //! | group | what is measured |
 //! |---|---|
 //! | `right_side` | one evaluation of the equations of motion of a scene: the paper's form, interpreted, machine code |
-//! | `programs` | everything that the equations of a scene contain, per instance: alone, in lanes, as machine code |
+//! | `programs` | everything that the equations of a scene contain, interpreted and as machine code |
 //! | `runs` | a whole run of an opened scene: programs, start, integration with samples, audit |
 //! | `limits` | the same mechanisms by hand: an evaluation, a run at the same tolerance |
 //! | `plugin` | the right side with elements from a library that was loaded, and from the same crate linked in |
@@ -135,31 +135,10 @@ mod programs {
         });
     }
 
-    fn lanes<const L: usize>(bencher: Bencher<'_, '_>, scene: &str) {
-        let (program, inputs) = program(scene);
-        let inputs: Vec<[f64; L]> = inputs.iter().map(|value| [*value; L]).collect();
-        let mut lanes = program.lanes::<L>().expect("no opaque elements");
-        let mut outputs = vec![[0.0; L]; program.output_count()];
-        bencher.counter(ItemsCount::new(L)).bench_local(|| {
-            program.run_lanes(&inputs, &mut lanes, &mut outputs);
-            outputs[0]
-        });
-    }
-
     #[divan::bench(args = SCENES)]
     fn interpreted(bencher: Bencher<'_, '_>, scene: &str) {
         let (program, inputs) = program(scene);
         alone(bencher, &program, &inputs);
-    }
-
-    #[divan::bench(args = SCENES)]
-    fn lanes_4(bencher: Bencher<'_, '_>, scene: &str) {
-        lanes::<4>(bencher, scene);
-    }
-
-    #[divan::bench(args = SCENES)]
-    fn lanes_8(bencher: Bencher<'_, '_>, scene: &str) {
-        lanes::<8>(bencher, scene);
     }
 
     #[divan::bench(args = SCENES)]

@@ -155,8 +155,7 @@ struct Term {
 /// Equal terms collected, common factors taken out of sums.
 fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let wholes = Wholes::new(graph, outputs);
-    let mut g = Graph::with_places(graph.places.clone());
-    g.writing = graph.writing;
+    let mut g = Graph::default();
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     for node in &wholes.live {
         let made = match kind(graph, *node) {
@@ -390,8 +389,7 @@ fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     }
     sums.make();
     products.make();
-    let mut g = Graph::with_places(graph.places.clone());
-    g.writing = graph.writing;
+    let mut g = Graph::default();
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     let (mut known_sums, mut known_products) = (vec![None; sums.made.len()], vec![None; products.made.len()]);
     for node in &wholes.live {

@@ -3,7 +3,6 @@
 //! Measured on the right sides of the benchmark scenes (20 to 2300 operations) on a 2-core x86-64 machine: interpreted
 //! 2.0 to 2.7 ns per operation, as machine code 0.3 to 0.4 ns; to make it see [`Maker`].
 
-use super::kernels::Writing;
 use super::machine::MachineCode;
 
 /// Time to interpret an operation, s.
@@ -54,10 +53,6 @@ impl Maker {
     }
 }
 
-/// Nodes of a program from which on it is written with kernels. As one line it would be a megabyte of machine code, which
-/// takes half a second to make and is read from memory again and again; below, machine code is faster in long runs.
-const LOOPS_FROM: usize = 100_000;
-
 /// Why there is no machine code.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MachineError {
@@ -70,22 +65,4 @@ pub enum MachineError {
     /// The compiler, or the system when asked for memory that may be run.
     #[error("{0}")]
     Refused(String),
-}
-
-/// Whether to look for kernels in a program of `live` nodes.
-pub(super) fn may_loop(writing: Writing, live: usize) -> bool {
-    match writing {
-        Writing::Automatic => live >= LOOPS_FROM,
-        Writing::Straight => false,
-        Writing::Kernels => true,
-    }
-}
-
-/// Whether kernels that do `looped` operations make a program of `live` nodes faster.
-pub(super) fn loops_pay(writing: Writing, looped: usize, live: usize) -> bool {
-    match writing {
-        Writing::Automatic => 2 * looped >= live,
-        Writing::Straight => false,
-        Writing::Kernels => looped > 0,
-    }
 }

@@ -5,8 +5,6 @@ use std::hash::BuildHasher;
 use element_api::Table;
 use rustc_hash::FxBuildHasher;
 
-use super::kernels::{Place, Writing};
-
 /// A value in the graph. Operands of a node always have smaller numbers than the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Node(
@@ -112,10 +110,6 @@ pub struct Graph {
     pub calls: Vec<Call>,
     /// How many operations were asked for, before simplification.
     pub requested: usize,
-    /// The place each input belongs to, see `kernels.rs`; without places there are no kernels.
-    pub places: Vec<Place>,
-    /// How programs of this graph are written.
-    pub writing: Writing,
 }
 
 /// The best bits of the hash of an expression: those below number 26, the highest first, then the highest of all.
@@ -154,17 +148,6 @@ impl Expr {
 }
 
 impl Graph {
-    /// An empty graph whose inputs belong to these places.
-    #[must_use]
-    pub fn with_places(places: Vec<Place>) -> Self {
-        Self { places, ..Self::default() }
-    }
-
-    /// The graph of these operations as they are, operands before what uses them.
-    pub(super) fn of(exprs: Vec<Expr>) -> Self {
-        Self { exprs, ..Self::default() }
-    }
-
     /// The number of distinct nodes.
     #[must_use]
     pub fn len(&self) -> usize {

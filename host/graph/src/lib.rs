@@ -22,8 +22,6 @@
 //! | `tape.rs` | programs |
 //! | `interpreter.rs` | what runs them without machine code |
 //! | `turn.rs` | sine and cosine of an angle at once |
-//! | `lanes.rs` | programs for several instances at once |
-//! | `kernels.rs` | operations that many places of a graph repeat, looped over them |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
@@ -34,8 +32,6 @@ mod eliminate;
 mod graph;
 mod import;
 mod interpreter;
-mod kernels;
-mod lanes;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
 mod ranges;
@@ -53,8 +49,6 @@ pub use derivative::{Seeds, derivatives, derivatives_among};
 pub use eliminate::Elimination;
 pub use graph::{Call, Expr, Graph, Node};
 pub use import::{import, operation};
-pub use kernels::{NO_PLACE, Place, Writing};
-pub use lanes::Lanes;
 pub use machine::MachineCode;
 pub use ranges::Ranges;
 pub use rewrite::Rewriting;

@@ -7,10 +7,8 @@ use element_api::Table;
 use element_api::set::{Batch, ElementSet, Fault, Wanted};
 use rustc_hash::FxHashMap;
 
-use super::costs;
 use super::graph::{Expr, Graph, Node};
 use super::interpreter::interpret;
-use super::kernels::{self, Kernel, LANES, Shape};
 use super::machine::MachineCode;
 use super::turn::pairs_together;
 
@@ -86,12 +84,11 @@ pub(super) struct BatchPlan {
     pub(super) results: Vec<Option<Register>>,
 }
 
-/// Operations, then calls or kernels that need them and none of which needs another.
+/// Operations, then calls that need them and none of which needs another.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
     operations: Vec<Instruction>,
     pub(super) batches: Vec<BatchPlan>,
-    pub(super) kernels: Vec<Kernel>,
 }
 
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
@@ -119,8 +116,6 @@ pub struct Workspace {
     numbers: Vec<f64>,
     call_inputs: Vec<f64>,
     call_results: Vec<f64>,
-    /// Registers of the kernels, one number per cell that runs at the same time.
-    lanes: Vec<[f64; LANES]>,
     runs: u64,
 }
 
@@ -146,47 +141,25 @@ pub struct Used<'a> {
 pub type Sets = [Box<dyn ElementSet>];
 
 impl Program {
-    /// Brings everything `outputs` depend on into running order and drops the rest. How it is written, as one line or with
-    /// kernels (see `kernels.rs`), changes no bit of the results.
-    #[must_use]
-    pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
-        let live = graph.live(outputs);
-        let called = live.iter().any(|node| matches!(graph.expr(*node), Expr::Call { .. }));
-        if called || graph.places.is_empty() || !costs::may_loop(graph.writing, live.len()) {
-            return Self::straight(graph, &live, outputs);
-        }
-        let levels = kernels::levels(graph, &live, outputs);
-        let looped = levels.iter().flat_map(|level| &level.shapes).map(Shape::operations).sum::<usize>();
-        if !costs::loops_pay(graph.writing, looped, live.len()) {
-            return Self::straight(graph, &live, outputs);
-        }
-        let mut builder = Builder::new(graph, &live, outputs, &[]);
-        let stage = |level: kernels::Level| Stage {
-            operations: builder.instructions(&level.straight),
-            batches: Vec::new(),
-            kernels: level.shapes.iter().map(|shape| builder.kernel(shape)).collect(),
-        };
-        let stages = levels.into_iter().map(stage).collect();
-        builder.program(outputs, stages, Vec::new())
-    }
-
-    /// One line of operations.
+    /// Brings everything `outputs` depend on into running order and drops the rest.
     ///
     /// Registers are reused once their last user has run. Calls run in stages: together with all that need the results of
     /// equally many calls one after the other, between the operations that feed them and the operations that use them.
-    pub(super) fn straight(graph: &Graph, live: &[Node], outputs: &[Node]) -> Self {
-        let calls = used_calls(graph, live);
+    #[must_use]
+    pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
+        let live = graph.live(outputs);
+        let calls = used_calls(graph, &live);
         let arguments: Vec<Node> =
             calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
-        let mut builder = Builder::new(graph, live, outputs, &arguments);
+        let mut builder = Builder::new(graph, &live, outputs, &arguments);
         let mut stages = Vec::new();
         for level in by_level(graph, calls) {
             let given = |(call, _): &UsedCall| graph.calls[*call].arguments.iter().copied();
             let arguments: Vec<Node> = level.iter().flat_map(given).collect();
             let operations = builder.instructions(&graph.ancestors(&arguments, |_| false));
-            stages.push(Stage { operations, batches: builder.batches(&level), kernels: Vec::new() });
+            stages.push(Stage { operations, batches: builder.batches(&level) });
         }
-        let after_calls = builder.instructions(live);
+        let after_calls = builder.instructions(&live);
         builder.program(outputs, stages, after_calls)
     }
 
@@ -200,7 +173,6 @@ impl Program {
             numbers,
             call_inputs: vec![0.0; largest(|b| b.arguments.len())],
             call_results: vec![0.0; largest(|b| b.results.len())],
-            lanes: vec![[0.0; LANES]; self.kernels().map(|kernel| kernel.program.registers).max().unwrap_or(0)],
             runs: 0,
         }
     }
@@ -240,37 +212,9 @@ impl Program {
         self.stages.iter().flat_map(|stage| &stage.batches)
     }
 
-    fn kernels(&self) -> impl Iterator<Item = &Kernel> {
-        self.stages.iter().flat_map(|stage| &stage.kernels)
-    }
-
-    /// The operations of a program without stages.
-    pub(super) fn instructions(&self) -> &[Instruction] {
-        &self.after_calls
-    }
-
     /// Number of operations run per evaluation.
     #[must_use]
     pub fn operations(&self) -> usize {
-        let looped: usize = self.kernels().map(|kernel| kernel.cells * kernel.operations()).sum();
-        self.straight_operations() + looped
-    }
-
-    /// Number of operations written down: those of a kernel once.
-    #[must_use]
-    pub fn written_operations(&self) -> usize {
-        self.straight_operations() + self.kernels().map(Kernel::operations).sum::<usize>()
-    }
-
-    /// Number of kernels.
-    #[must_use]
-    pub fn kernel_count(&self) -> usize {
-        self.kernels().count()
-    }
-
-    /// Number of operations outside of kernels; these may become machine code.
-    #[must_use]
-    pub fn straight_operations(&self) -> usize {
         self.stages.iter().map(|stage| stage.operations.len()).sum::<usize>() + self.after_calls.len()
     }
 
@@ -316,9 +260,6 @@ impl Program {
         }
         for (list, stage) in self.stages.iter().enumerate() {
             self.run_list(list, &stage.operations, numbers);
-            for kernel in &stage.kernels {
-                kernel.run(&self.tables, numbers, &mut workspace.lanes);
-            }
             for batch in &stage.batches {
                 let given = &mut workspace.call_inputs[..batch.arguments.len()];
                 for (slot, register) in given.iter_mut().zip(&batch.arguments) {
@@ -480,21 +421,6 @@ impl<'g> Builder<'g> {
             tables: self.graph.tables.clone(),
             code: None,
         }
-    }
-
-    /// A kernel, whose inputs and outputs live in registers of the whole program for good: the operations inside, which
-    /// use the inputs, are counted among their users and never taken off.
-    fn kernel(&mut self, shape: &Shape) -> Kernel {
-        let gather = shape.imports.iter().map(|node| self.register_of[node.0 as usize]).collect();
-        let mut scatter = Vec::with_capacity(shape.exports.len());
-        for node in &shape.exports {
-            let register = self.fresh();
-            self.register_of[node.0 as usize] = register;
-            self.users[node.0 as usize] += 1;
-            scatter.push(register);
-        }
-        let program = Program::straight(&shape.graph, &shape.graph.live(&shape.outputs), &shape.outputs);
-        Kernel { program, gather, scatter, cells: shape.cells }
     }
 
     fn fresh(&mut self) -> Register {

@@ -10,8 +10,6 @@ mod condense;
 mod derivatives;
 mod eliminate;
 mod graph;
-mod kernels;
-mod lanes;
 #[cfg(feature = "jit")]
 mod machine;
 mod ranges;

@@ -23,12 +23,6 @@ pub(super) fn cos(angle: f64) -> f64 {
     sin_cos(angle).1
 }
 
-/// [`sin_cos`] on every lane.
-pub(super) fn turn<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L]) {
-    let pairs = angles.map(sin_cos);
-    (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1))
-}
-
 /// Nodes in their order, but a sine and a cosine of the same number one right after the other, where the first of them was;
 /// these with `true`.
 pub(super) fn pairs_together(graph: &Graph, nodes: &[Node]) -> Vec<(Node, bool)> {

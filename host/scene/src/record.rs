@@ -82,8 +82,6 @@ pub struct Simulation {
     pub engine: Option<Spanned<String>>,
     /// Which coordinates the equations of motion are written in.
     pub formulation: Option<Spanned<String>>,
-    /// Whether what many bodies or joints repeat is written once and looped over them: `auto`, `always`, `never`.
-    pub kernels: Option<Spanned<String>>,
     /// Whether parts that share nothing take common steps or each its own: `together`, `apart`.
     pub islands: Option<Spanned<String>>,
     /// Largest step, s, positive.

@@ -197,7 +197,6 @@ pub(super) fn simulation_keys() -> Vec<Key> {
         ("method", word(), "Method of integration."),
         ("engine", word(), "How the equations are evaluated."),
         ("formulation", word(), "Coordinates of the equations of motion."),
-        ("kernels", word(), "Whether what many bodies or joints repeat is written once and looped over."),
         ("islands", word(), "Whether parts that share nothing take common steps or each its own."),
         ("max_step", positive(Dimension::TIME), "Largest step."),
         ("fixed_step", positive(Dimension::TIME), "Steps of this size, without error control."),

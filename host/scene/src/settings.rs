@@ -140,7 +140,6 @@ pub(super) const SIMULATION_KEYS: &[&str] = &[
     "method",
     "engine",
     "formulation",
-    "kernels",
     "islands",
     "max_step",
     "fixed_step",
@@ -189,7 +188,6 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let method = reader.word(&record, "method");
     let engine = reader.word(&record, "engine");
     let formulation = reader.word(&record, "formulation");
-    let kernels = reader.word(&record, "kernels");
     let islands = reader.word(&record, "islands");
     let max_step = reader.positive(&record, "max_step", Dimension::TIME);
     let first_step = reader.positive(&record, "first_step", Dimension::TIME);
@@ -213,7 +211,6 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         method,
         engine,
         formulation,
-        kernels,
         islands,
         max_step,
         fixed_step,

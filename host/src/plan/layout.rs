@@ -163,23 +163,6 @@ impl Layout {
     pub fn inputs(&self) -> usize {
         self.multiplier_slot() + self.rows
     }
-
-    /// What each input belongs to: the number of its body, then those of the elements; `none` for the time and for
-    /// what comes from outside.
-    #[must_use]
-    pub fn places(&self, none: u32) -> Vec<u32> {
-        let body = |k: usize, size: usize| (k / size) as u32;
-        let element = |k: usize, first: &[usize]| (self.bodies + first.partition_point(|at| *at <= k) - 1) as u32;
-        let mut places = vec![none];
-        places.extend((0..BODY_SLOTS * self.bodies).map(|k| body(k, BODY_SLOTS)));
-        places.extend((0..self.states).map(|k| element(k, &self.state_at)));
-        places.extend((0..self.references).map(|k| element(k, &self.reference_at)));
-        places.extend((0..self.given_at).map(|k| element(k, &self.discrete_at)));
-        places.extend((self.given_at..self.discrete).map(|_| none));
-        places.extend((0..self.velocities()).map(|k| body(k, 6)));
-        places.extend((0..self.rows).map(|k| element(k, &self.row_at)));
-        places
-    }
 }
 
 /// From the place of an element in a list of firsts to that of the next one.

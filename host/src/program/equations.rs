@@ -6,7 +6,7 @@
 
 use element_api::Kind;
 use element_api::recording::{Input, Role};
-use odyn_graph::{Graph, NO_PLACE, Node, Seeds, V3, derivatives, derivatives_among, import};
+use odyn_graph::{Graph, Node, Seeds, V3, derivatives, derivatives_among, import};
 
 use super::acting::Stored;
 use super::coupling::CoupledInput;
@@ -109,7 +109,7 @@ impl Equations {
     /// Writes down the equations of a model.
     #[must_use]
     pub fn build(model: &Model, layout: &Layout, form: Form) -> Self {
-        let mut graph = Graph::with_places(layout.places(NO_PLACE));
+        let mut graph = Graph::default();
         let zero = graph.constant(0.0);
         let bodies: Vec<BodyNodes> = (0..layout.bodies).map(|b| body_nodes(&mut graph, layout, b, form)).collect();
         let columns = form.columns();

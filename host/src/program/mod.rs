@@ -46,8 +46,8 @@ mod turned_rows;
 mod tests;
 
 pub use odyn_graph::{
-    Call, Elimination, Expr, Graph, Lanes, MachineCode, MachineError, Maker, NO_PLACE, Node, Place, Program, Ranges,
-    Seeds, Sets, Used, Workspace, Writing, condense, costs, derivatives, import,
+    Call, Elimination, Expr, Graph, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets, Used,
+    Workspace, condense, costs, derivatives, import,
 };
 
 pub use articulated::Articulated;

@@ -3,8 +3,6 @@
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
 mod equations;
-mod kernels;
-mod lanes;
 #[cfg(feature = "jit")]
 mod machine;
 mod reports;

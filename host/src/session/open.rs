@@ -9,7 +9,7 @@ use super::error::{Exit, SessionError};
 use super::libraries::{load_libraries, refused};
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
 use super::opened::{Beginning, Session};
-use super::options::{ISLANDS, KERNELS, RunOptions, one_of};
+use super::options::{ISLANDS, RunOptions, one_of};
 use super::prune::{allowed, is_determined};
 use super::savings::{note_determined, note_skips};
 use crate::analysis::{self, Assembly, AssemblyError, assemble, idle_axes};
@@ -17,7 +17,7 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::{Model, resolve};
 use crate::plan::Layout;
-use crate::program::{Equations, Form, Writing};
+use crate::program::{Equations, Form};
 use crate::scene::{Scene, read};
 
 /// Ratio of pivots below which constraints of full rank may be next to a singular position.
@@ -80,7 +80,6 @@ impl Session {
         let compiling = Instant::now();
         let layout = Layout::new(&model);
         let mut equations = Equations::build(&model, &layout, Form::Working);
-        equations.graph.writing = writing(&scene)?;
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
         let t = start.as_ref().map_or(scene.simulation.t_start, |(t, _)| *t);
         let assembled = |equations: &Equations, model: &Model| match &start {
@@ -92,7 +91,6 @@ impl Session {
         if !idle.is_empty() {
             idle.iter().for_each(|(body, axis)| model.bodies[*body].calm(*axis));
             equations = Equations::build(&model, &layout, Form::Working);
-            equations.graph.writing = writing(&scene)?;
             assembly = assembled(&equations, &model)?;
         }
         warnings.extend(assembly_warnings(&assembly, &scene)?);
@@ -153,11 +151,6 @@ impl Session {
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
     }
-}
-
-/// How programs are written, by `kernels` of `[simulation]`.
-fn writing(scene: &Scene) -> Result<Writing, SessionError> {
-    one_of("kernels", scene.simulation.kernels.as_ref(), &KERNELS, scene)
 }
 
 /// Whether islands take steps of their own, by `islands` of `[simulation]`.

@@ -7,7 +7,6 @@ use crate::catalog::Watchdog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
 use crate::model::{Channel, Model};
-use crate::program::Writing;
 use crate::scene::{AuditTolerance, Override, Scene, Spanned};
 
 /// What the command line adds to a scene.
@@ -57,10 +56,6 @@ pub const FORMULATIONS: &[(&str, &str)] = &[
     ("cartesian", "six velocities per body, every joint as constraint rows, sparse elimination"),
     ("joint", "the joints' own coordinates along a spanning tree; rows only for what closes loops"),
 ];
-
-/// The words for `kernels` of `[simulation]`.
-pub(super) const KERNELS: [(&str, Writing); 3] =
-    [("auto", Writing::Automatic), ("always", Writing::Kernels), ("never", Writing::Straight)];
 
 /// The words for `islands` of `[simulation]`.
 pub(super) const ISLANDS: [(&str, bool); 2] = [("together", false), ("apart", true)];

@@ -91,10 +91,6 @@ pub struct PlanReport {
     pub operations_distinct: usize,
     /// Operations per evaluation of the right side.
     pub operations_per_evaluation: usize,
-    /// Kernels among them: what many bodies or joints repeat, written once.
-    pub kernels: usize,
-    /// Operations written down for the right side, those of a kernel once.
-    pub operations_written: usize,
     /// Size of the machine code for the right side, if it is made, bytes (predicted).
     pub machine_code_bytes: u64,
     /// Time to make it, s (predicted).
@@ -138,21 +134,11 @@ pub(super) struct Solving {
 pub(super) struct Counts {
     /// Run per evaluation.
     pub(super) operations: usize,
-    kernels: usize,
-    /// Written, those of a kernel once.
-    written: usize,
-    /// To be compiled.
-    compiled: usize,
 }
 
 impl Counts {
     fn of(program: &Program) -> Self {
-        Self {
-            operations: program.operations(),
-            kernels: program.kernel_count(),
-            written: program.written_operations(),
-            compiled: program.straight_operations(),
-        }
+        Self { operations: program.operations() }
     }
 }
 
@@ -317,11 +303,9 @@ impl Session {
             operations_requested: self.equations.graph.requested,
             operations_distinct: self.equations.graph.len(),
             operations_per_evaluation: counts.operations,
-            kernels: counts.kernels,
-            operations_written: counts.written,
-            machine_code_bytes: maker.bytes(counts.compiled) as u64,
-            machine_code_time_s: maker.time(counts.compiled),
-            machine_code_pays_after: maker.runs_that_pay(counts.compiled) as u64,
+            machine_code_bytes: maker.bytes(counts.operations) as u64,
+            machine_code_time_s: maker.time(counts.operations),
+            machine_code_pays_after: maker.runs_that_pay(counts.operations) as u64,
             opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
             skipped: solving
                 .skips
@@ -405,13 +389,6 @@ impl std::fmt::Display for PlanReport {
             "operations: {} written, {} distinct after folding and sharing, {} per evaluation",
             self.operations_requested, self.operations_distinct, self.operations_per_evaluation
         )?;
-        if self.kernels > 0 {
-            writeln!(
-                f,
-                "kernels: {} hold what bodies and joints repeat, so that {} operations are written for one evaluation",
-                self.kernels, self.operations_written
-            )?;
-        }
         writeln!(
             f,
             "machine code: about {:.0} kB in {} ms, which pays after {} evaluations; until then interpreted",

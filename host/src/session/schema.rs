@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::options::{DEFAULT_METHOD, DEFAULT_TOLERANCE, ENGINES, FORMULATIONS, ISLANDS, KERNELS};
+use super::options::{DEFAULT_METHOD, DEFAULT_TOLERANCE, ENGINES, FORMULATIONS, ISLANDS};
 use crate::catalog::Catalog;
 use crate::integrate::{Methods, Options};
 use crate::model::schema::{self, replace};
@@ -23,7 +23,6 @@ pub fn scene_schema(catalog: &Catalog, methods: &Methods) -> Value {
     replace(&mut simulation["method"], one_of(methods.list().iter().map(|method| (method.name, method.summary))));
     replace(&mut simulation["engine"], one_of(ENGINES.iter().copied()));
     replace(&mut simulation["formulation"], one_of(FORMULATIONS.iter().copied()));
-    replace(&mut simulation["kernels"], one_of(KERNELS.iter().map(|(word, _)| (*word, ""))));
     replace(&mut simulation["islands"], one_of(ISLANDS.iter().map(|(word, _)| (*word, ""))));
     replace(&mut simulation["without"]["items"], one_of(SAVINGS.iter().copied()));
     let defaults = [
@@ -31,7 +30,6 @@ pub fn scene_schema(catalog: &Catalog, methods: &Methods) -> Value {
         ("method", DEFAULT_METHOD.into()),
         ("engine", ENGINES[0].0.into()),
         ("formulation", FORMULATIONS[0].0.into()),
-        ("kernels", KERNELS[0].0.into()),
         ("islands", ISLANDS[0].0.into()),
         ("max_steps", Options::default().max_steps.into()),
     ];

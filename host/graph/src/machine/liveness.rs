@@ -27,14 +27,8 @@ pub(super) fn backwards<E>(
     let mut live = vec![false; program.registers];
     program.outputs.iter().for_each(|register| live[*register as usize] = true);
     for (number, list) in lists.iter().enumerate().rev() {
-        // A stage's list is followed by its calls and kernels.
+        // A stage's list is followed by its calls.
         if let Some(stage) = program.stages.get(number) {
-            for kernel in &stage.kernels {
-                kernel.scatter.iter().for_each(|register| live[*register as usize] = false);
-            }
-            for kernel in &stage.kernels {
-                kernel.gather.iter().for_each(|register| live[*register as usize] = true);
-            }
             for batch in &stage.batches {
                 batch.results.iter().flatten().for_each(|register| live[*register as usize] = false);
             }
