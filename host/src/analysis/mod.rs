@@ -24,7 +24,6 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
-//! | `second_order.rs` | the equations with constraints on positions, for methods that solve them as they are |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -44,7 +43,6 @@ mod passage;
 mod planar;
 mod reference;
 mod scales;
-mod second_order;
 mod solved;
 mod working;
 
@@ -63,6 +61,5 @@ pub use merged::{MergedForm, MergedMotion, merge};
 pub use planar::PlanarForm;
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
-pub use second_order::{SecondOrderForm, place, velocities_of};
 pub use solved::SolvedProgram;
 pub use working::{WorkingForm, sparse_engine};

@@ -151,10 +151,8 @@ impl Session {
             scene,
         };
         // In the coordinates of joints, what lies across the plane of a planar mechanism folds away by itself.
-        // Methods of second order take the equations as they are, in space.
-        let whole = session.method_of_second_order()?.is_some();
         let wanted = session.pruning.planar || session.pruning.merged;
-        if wanted && !whole && session.choose_tree()?.0.is_none() {
+        if wanted && session.choose_tree()?.0.is_none() {
             session.merge_bodies()?;
             session.find_plane();
         }

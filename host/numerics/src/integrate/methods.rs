@@ -1,6 +1,6 @@
 //! [`Methods`]: the methods of integration by name.
 
-use super::{Auto, GeneralizedAlpha, Integrator, Radau5, Rk4, Rodas5p, dop853, dopri5};
+use super::{Auto, Integrator, Radau5, Rk4, Rodas5p, dop853, dopri5};
 
 /// A method of integration that can be asked for by name.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Method {
 }
 
 /// Those of this library.
-const STANDARD: [Method; 7] = [
+const STANDARD: [Method; 6] = [
     Method {
         name: "auto",
         summary: "dop853 or radau5, whichever gets on at less cost; changes on the way",
@@ -25,11 +25,6 @@ const STANDARD: [Method; 7] = [
         name: "dopri5",
         summary: "explicit, Dormand & Prince 5(4), for loose tolerances",
         make: || Box::new(dopri5()),
-    },
-    Method {
-        name: "generalized-alpha",
-        summary: "implicit, of second order in time, steps of one size; constraints on positions only (index 3)",
-        make: || Box::new(GeneralizedAlpha::default()),
     },
     Method {
         name: "radau5",

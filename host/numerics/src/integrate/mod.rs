@@ -23,9 +23,6 @@
 //! 4. `accept`: the only place where discrete memory may change.
 //! 5. `step_done`: progress, audit, the wish to stop.
 //!
-//! Methods that solve for constraints on positions themselves ([`SecondOrder`]) leave the evaluations and `project` of 1 and 2
-//! out.
-//!
 //! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
 //! Steps are not shortened to hit samples, only to hit `t_end`; except where the interpolation is known to be bad: where
 //! stability limits an explicit method, and where an implicit method's error test says so. A step that is rejected because
@@ -38,7 +35,6 @@ mod dopri5;
 mod enclosure;
 mod events;
 mod explicit;
-mod generalized_alpha;
 mod jacobian;
 mod kinematic;
 mod lu;
@@ -48,7 +44,6 @@ mod rivals;
 mod rk4;
 mod rodas5p;
 mod run;
-mod second_order;
 mod stiffness;
 
 #[cfg(test)]
@@ -62,14 +57,12 @@ pub use auto::Auto;
 pub use dop853::dop853;
 pub use dopri5::dopri5;
 pub use explicit::{Estimate, Explicit, Pair, Row};
-pub use generalized_alpha::GeneralizedAlpha;
 pub use kinematic::Kinematic;
 pub use methods::{Method, Methods, by_name, names};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
 pub use rodas5p::Rodas5p;
 pub use run::{Run, Trouble};
-pub use second_order::{Instant, SecondOrder};
 
 /// A method of integration.
 pub trait Integrator: Send {
@@ -78,11 +71,6 @@ pub trait Integrator: Send {
 
     /// Whether the method has no error control, so that [`Options::fixed_step`] must be given.
     fn needs_fixed_step(&self) -> bool {
-        false
-    }
-
-    /// Whether the method asks for [`System::second_order`].
-    fn needs_second_order(&self) -> bool {
         false
     }
 
@@ -166,11 +154,6 @@ pub trait System {
     /// Entries of the state from here on are sums that nothing depends on and error control does not look at (work done).
     fn sums_from(&self) -> usize {
         self.dim()
-    }
-
-    /// The system as one of second order with constraints, if it is written so.
-    fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
-        None
     }
 
     /// Brings a new state back to its manifold. `[hot]`
