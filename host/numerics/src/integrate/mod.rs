@@ -42,7 +42,6 @@ mod methods;
 mod radau5;
 mod rivals;
 mod rk4;
-mod rodas5p;
 mod run;
 mod stiffness;
 
@@ -61,7 +60,6 @@ pub use kinematic::Kinematic;
 pub use methods::{Method, Methods, by_name, names};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
-pub use rodas5p::Rodas5p;
 pub use run::{Run, Trouble};
 
 /// A method of integration.
@@ -139,15 +137,6 @@ pub trait System {
     /// # Errors
     /// See [`Failure`].
     fn jacobian(&mut self, _t: f64, _y: &[f64], _matrix: &mut [f64]) -> Result<bool, Failure> {
-        Ok(false)
-    }
-
-    /// The exact derivatives of `rhs` with respect to `t` at fixed `y`, every entry, where [`System::jacobian`] was asked for
-    /// just before. `false` if they are not known; methods that need them then take a difference of `rhs`.
-    ///
-    /// # Errors
-    /// See [`Failure`].
-    fn time_derivative(&mut self, _t: f64, _y: &[f64], _slopes: &mut [f64]) -> Result<bool, Failure> {
         Ok(false)
     }
 

@@ -171,14 +171,6 @@ impl<'a> Run<'a> {
         self.system.jacobian(t, y, matrix).map_err(|failure| trouble_of(failure, t, 0.0))
     }
 
-    /// `f_t(t, y)` at an accepted state whose Jacobian was asked for just before, if the system offers it.
-    ///
-    /// # Errors
-    /// [`Trouble`], as the system says.
-    pub fn time_derivative(&mut self, t: f64, y: &[f64], slopes: &mut [f64]) -> Result<bool, Trouble> {
-        self.system.time_derivative(t, y, slopes).map_err(|failure| trouble_of(failure, t, 0.0))
-    }
-
     /// The values of all conditions; false where they are not to be had, or not finite.
     ///
     /// # Errors

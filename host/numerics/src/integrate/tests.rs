@@ -5,7 +5,6 @@
 mod events;
 mod fixtures;
 mod kinematic;
-mod rosenbrock;
 mod stiff;
 
 use super::*;

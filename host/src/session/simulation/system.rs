@@ -107,10 +107,6 @@ impl System for Simulation<'_> {
         self.formulation.jacobian(t, y, matrix).map_err(failure)
     }
 
-    fn time_derivative(&mut self, t: f64, _: &[f64], slopes: &mut [f64]) -> Result<bool, Failure> {
-        Ok(self.formulation.time_derivative(t, slopes))
-    }
-
     fn price(&self) -> Price {
         let price = self.formulation.price();
         Price { evaluation: price.rates, jacobian: price.jacobian, preparation: price.preparation }
