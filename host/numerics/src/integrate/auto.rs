@@ -1,7 +1,7 @@
 //! The choice between an explicit and an implicit method, made while integrating.
 
 use super::dop853::dop853;
-use super::explicit::{End, Explicit};
+use super::explicit::Explicit;
 use super::radau5::Radau5;
 use super::rivals::{Defender, FEWEST_HITS, Stint, Suspicion};
 use super::run::{Run, Trouble};
@@ -54,14 +54,14 @@ impl Auto {
         let mut first_step = run.options.first_step;
         loop {
             let suspicion = Suspicion::new(run, hits);
-            let End::Suspected(suspect) = self.explicit.whole_run(run, y, first_step, Some(suspicion))? else {
+            let Some(suspect) = self.explicit.whole_run(run, y, first_step, Some(suspicion))? else {
                 return Ok(());
             };
             run.counters.stiff_from.get_or_insert(run.t);
             run.counters.switches += 1;
             let defender = Defender::new(run, suspect);
             let stint = Stint::new(run, suspect);
-            let Some(step) = self.implicit.continue_run(run, y, Some(suspect.step), Some(defender))? else {
+            let Some(step) = self.implicit.whole_run(run, y, Some(suspect.step), Some(defender))? else {
                 return Ok(());
             };
             run.counters.switches += 1;

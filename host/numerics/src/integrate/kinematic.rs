@@ -13,7 +13,9 @@
 
 use super::enclosure::Interpolation;
 use super::events::Events;
+use super::rk4::hermite;
 use super::run::{Run, Trouble, all_finite};
+use super::steps::RECOVERY_FACTOR;
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
 
 /// Nodes of a step, both ends included.
@@ -43,10 +45,9 @@ const ROUGH_OF_RESOLUTION: f64 = 1e5;
 const ERROR_ORDER: f64 = 11.0;
 /// Share of the interval that is tried first, unless told.
 const FIRST_SHARE: f64 = 0.01;
-/// Ratio of step sizes after a step in which the projection failed.
-const RECOVERY_FACTOR: f64 = 0.25;
 
-/// See the module documentation. It has no use for [`Options::fixed_step`]: the step size then is the largest one.
+/// See the module documentation. Steps are looked at from node to node and do not end at switches, so that their loop is not
+/// that of the methods that integrate (`steps.rs`). It has no use for [`Options::fixed_step`]: the step size then is the largest one.
 #[derive(Debug, Clone, Default)]
 pub struct Kinematic {
     /// States at the nodes.
@@ -237,13 +238,4 @@ impl Kinematic {
 fn factor(options: &Options, error: f64) -> f64 {
     let ratio = options.safety * error.powf(-1.0 / ERROR_ORDER);
     ratio.clamp(options.min_factor, options.max_factor)
-}
-
-/// Cubic that has the values and derivatives of both ends of an interval of size `h`, at the share `s` of it, also outside.
-fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
-    for (i, value) in out.iter_mut().enumerate() {
-        let rise = y[1][i] - y[0][i];
-        let (start_bend, end_bend) = (h * f[0][i] - rise, rise - h * f[1][i]);
-        *value = y[0][i] + s * (rise + (1.0 - s) * ((1.0 - s) * start_bend + s * end_bend));
-    }
 }

@@ -8,8 +8,8 @@
 //! - **Must not know**: mechanics, plugins, channels, files.
 //!
 //! A method is one file with one implementation of [`Integrator`] and one line in [`Methods`], where programs that use this
-//! library may add their own. What all methods share (sampling, counting, the end of a step) is in [`Run`], what explicit
-//! pairs share in [`Explicit`]: a further pair is a table.
+//! library may add their own. What all methods share (sampling, counting, the end of a step) is in [`Run`], the loop over
+//! steps with its error control in `steps.rs`, what explicit pairs share in [`Explicit`]: a further pair is a table.
 //!
 //! # Life of a step
 //! In this order, and in no other:
@@ -43,6 +43,7 @@ mod radau5;
 mod rivals;
 mod rk4;
 mod run;
+mod steps;
 mod stiffness;
 
 #[cfg(test)]

@@ -105,6 +105,15 @@ impl<'a> Run<'a> {
         self.system.rhs(t, y, dy).map_err(|failure| trouble_of(failure, t, h))
     }
 
+    /// `f(t, y)` at the last accepted state, from which steps are to start.
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says; [`Trouble::Stop`] where an entry is not finite.
+    pub fn start_rates(&mut self, y: &[f64], dy: &mut [f64]) -> Result<(), Trouble> {
+        self.rhs(self.t, y, dy, 0.0)?;
+        if all_finite(dy) { Ok(()) } else { Err(Trouble::Stop(StopReason::NotFinite { step: 0.0 })) }
+    }
+
     /// Brings the new state of a step of size `h` back to its manifold.
     ///
     /// # Errors
