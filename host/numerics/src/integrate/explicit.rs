@@ -1,14 +1,12 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
-use super::enclosure::ascending;
+use super::interpolation::ascending;
+use super::pair::{Estimate, Pair, Row};
 use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, RECOVERY_FACTOR, Stepper};
 use super::stiffness::Stiffness;
 use super::{IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
-
-/// A row of a tableau: `(stage, coefficient)`, without the zeros.
-pub type Row = &'static [(usize, f64)];
 
 /// Least error that the PI control remembers.
 const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
@@ -19,47 +17,6 @@ const NEAR_BORDER: f64 = 0.75;
 /// Share of a step by which its interpolation may be continued: its error, which goes at least with the square of the distance
 /// from the end, is a few percent there of what it is inside.
 const REACH: f64 = 0.08;
-
-/// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
-/// those after it serve the dense output.
-#[derive(Debug)]
-pub struct Pair {
-    /// Abscissae of all stages.
-    pub c: &'static [f64],
-    /// Arguments of the stages of the step: `y + h sum_j a_ij k_j`.
-    pub a: &'static [Row],
-    /// Weights of the step.
-    pub b: Row,
-    /// The error estimate.
-    pub error: Estimate,
-    /// Arguments of the stages for the dense output.
-    pub a_dense: &'static [Row],
-    /// Coefficients of the interpolation polynomial from the fourth power on.
-    pub d: &'static [Row],
-    /// The error estimate goes with `h^order`.
-    pub order: f64,
-    /// Weight of the previous error in the step control where the options give none.
-    pub beta: f64,
-    /// How much the exponent of the error falls by that weight.
-    pub beta_share: f64,
-    /// `h |lambda|` at the border of the region of stability.
-    pub stability: f64,
-}
-
-/// Differences of the weights from those of lower-order methods.
-#[derive(Debug)]
-pub enum Estimate {
-    /// One, which uses the derivative at the end of the step.
-    Single(Row),
-    /// Orders 5 and 3, see `Explicit::error_of_step`.
-    FiveAndThree(Row, Row),
-}
-
-impl Estimate {
-    fn uses_end(&self) -> bool {
-        matches!(self, Self::Single(_))
-    }
-}
 
 /// The method of a [`Pair`]. With [`Options::fixed_step`] the error is not looked at. Deviations from the book: see
 /// [`super::dop853()`].

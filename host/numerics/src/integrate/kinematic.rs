@@ -11,9 +11,8 @@
 //! node jumped to another branch of the motion, and how long the next step may be. Errors do not add up over steps, other
 //! than those of the sums.
 
-use super::enclosure::Interpolation;
 use super::events::Events;
-use super::rk4::hermite;
+use super::interpolation::{Interpolation, hermite};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::RECOVERY_FACTOR;
 use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};

@@ -1,5 +1,6 @@
 //! The classical method of Runge and Kutta, order 4, with steps of one size.
 
+use super::interpolation::hermite;
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{Fault, Stepper, steps_of_one_size};
 use super::{IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
@@ -99,16 +100,5 @@ impl Stepper for Rk4 {
 
     fn interpolate(&self, share: f64, out: &mut [f64]) {
         hermite(share, self.h, [&self.y_old, &self.y_new], self.rates(), out);
-    }
-}
-
-/// Cubic that has the values and derivatives of both ends of a step of size `h`, at the share `s` of it, also outside.
-pub(super) fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
-    for (i, value) in out.iter_mut().enumerate() {
-        let rise = y[1][i] - y[0][i];
-        let start_bend = h * f[0][i] - rise;
-        let end_bend = rise - h * f[1][i];
-        let bend = (1.0 - s) * start_bend + s * end_bend;
-        *value = y[0][i] + s * (rise + (1.0 - s) * bend);
     }
 }

@@ -3,9 +3,8 @@
 //! A method makes single steps ([`Stepper`]), and says how large the next one may be ([`Adaptive`]). When a step is accepted,
 //! where it had better end, what becomes of one that failed, and when the run is given up are decided here.
 
-use super::enclosure::{Interpolation, is_continuous};
 use super::events::{Again, Events, Next};
-use super::rk4::hermite;
+use super::interpolation::{Interpolation, hermite};
 use super::run::{Run, Trouble};
 use super::{Accepted, StopReason};
 
@@ -261,6 +260,12 @@ pub(super) fn adaptive_steps(
         }
     }
     Ok(End::Completed)
+}
+
+/// Whether two derivatives at one state differ by less than the tolerance over a step of this size.
+fn is_continuous(run: &mut Run<'_>, y: &[f64], h: f64, before: &[f64], after: &[f64]) -> bool {
+    let difference: Vec<f64> = before.iter().zip(after).map(|(before, after)| h * (after - before)).collect();
+    run.system.error_norm(y, y, &difference) <= 1.0
 }
 
 /// Whether the step just made missed something; then how it is to be tried again.
