@@ -1,10 +1,7 @@
 //! Methods of integration that the host does not have, written here against its public interface.
 
 use nalgebra::{DMatrix, DVector};
-use odyn::integrate::{
-    Accepted, Estimate, Explicit, IntegrateError, Integrator, Method, Options, Outcome, Pair, Row, Run, Span,
-    StopReason, System, Trouble,
-};
+use odyn::integrate::{Accepted, Estimate, Explicit, Integrator, Method, Pair, Row, Run, StopReason, Trouble};
 use odyn::results::Remedy;
 use odyn::session::{RunReport, Session};
 
@@ -46,20 +43,6 @@ impl Integrator for Heun {
         "heun"
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = self.steps(&mut run, y);
-        run.end(result)
-    }
-}
-
-impl Heun {
     fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
         for vector in [&mut self.start, &mut self.end, &mut self.y_new, &mut self.work] {
             vector.resize(y.len(), 0.0);
@@ -133,27 +116,14 @@ impl Integrator for GeneralizedAlpha {
         true
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        let fixed = options.fixed_step.ok_or_else(|| IntegrateError::Invalid("a step size is needed".into()))?;
-        Run::through(system, y, span, options, |run, y| self.steps(run, y, fixed))
-    }
-}
-
-impl GeneralizedAlpha {
-    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64], fixed: f64) -> Result<(), Trouble> {
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
         let n = y.len();
         for vector in [&mut self.rates, &mut self.rates_new, &mut self.y_new, &mut self.work, &mut self.found] {
             vector.resize(n, 0.0);
         }
         run.sample_start(y)?;
         run.rhs(run.t, y, &mut self.rates, 0.0)?;
-        let count = run.fixed_steps(fixed);
+        let count = run.options.fixed_step.map_or(0, |h| run.fixed_steps(h));
         for k in 0..count {
             run.check_step_limit()?;
             let (t, t_new) = (run.t, run.fixed_step_end(k, count));
@@ -177,7 +147,9 @@ impl GeneralizedAlpha {
         }
         Ok(())
     }
+}
 
+impl GeneralizedAlpha {
     /// The rates and the state at the end of a step of size `h`. Without a Jacobian, the iterations are plain ones.
     fn solve(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<(), Trouble> {
         let n = y.len();
@@ -189,9 +161,9 @@ impl GeneralizedAlpha {
         self.rates_new.copy_from_slice(&self.rates);
         for _ in 0..20 {
             run.counters.newton_iterations += 1;
-            for k in 0..n {
-                self.y_new[k] = y[k] + h * (self.rates[k] + GAMMA * (self.rates_new[k] - self.rates[k]));
-                self.work[k] = y[k] + A_F * (self.y_new[k] - y[k]);
+            for (k, old) in y.iter().enumerate() {
+                self.y_new[k] = old + h * (self.rates[k] + GAMMA * (self.rates_new[k] - self.rates[k]));
+                self.work[k] = old + A_F * (self.y_new[k] - old);
             }
             run.rhs(run.t + A_F * h, &self.work, &mut self.found, h)?;
             let rest = |k: usize| self.found[k] - self.rates[k] - A_M * (self.rates_new[k] - self.rates[k]);

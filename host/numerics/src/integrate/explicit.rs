@@ -6,7 +6,7 @@ use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, RECOVERY_FACTOR, Stepper};
 use super::stiffness::Stiffness;
-use super::{IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
+use super::{Integrator, Options, StopReason};
 
 /// Least error that the PI control remembers.
 const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
@@ -49,14 +49,8 @@ impl Integrator for Explicit {
         self.name
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        Run::through(system, y, span, options, |run, y| self.whole_run(run, y, options.first_step, None).map(|_| ()))
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        self.whole_run(run, y, run.options.first_step, None).map(|_| ())
     }
 }
 

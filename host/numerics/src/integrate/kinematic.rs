@@ -15,7 +15,7 @@ use super::events::Events;
 use super::interpolation::{Interpolation, hermite};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::RECOVERY_FACTOR;
-use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
+use super::{Accepted, Integrator, Options, StopReason};
 
 /// Nodes of a step, both ends included.
 const NODES: usize = 6;
@@ -64,27 +64,13 @@ impl Integrator for Kinematic {
         "kinematic"
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        Run::through(system, y, span, options, |run, y| {
-            let scratch = [&mut self.y_new, &mut self.error];
-            for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
-                work.clear();
-                work.resize(y.len(), 0.0);
-            }
-            self.sums = vec![0.0; y.len() - run.system.sums_from()];
-            self.steps(run, y)
-        })
-    }
-}
-
-impl Kinematic {
     fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        let scratch = [&mut self.y_new, &mut self.error];
+        for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
+            work.clear();
+            work.resize(y.len(), 0.0);
+        }
+        self.sums = vec![0.0; y.len() - run.system.sums_from()];
         run.sample_start(y)?;
         if run.t == run.span.t_end {
             return Ok(());
@@ -132,7 +118,9 @@ impl Kinematic {
         }
         Ok(())
     }
+}
 
+impl Kinematic {
     /// A step up to, but not including, what makes it final. Returns its error, 1 = tolerance.
     fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
         let (t, h) = (run.t, t_new - run.t);

@@ -97,6 +97,13 @@ pub trait Integrator: Send {
         false
     }
 
+    /// Takes the samples at the start and makes all steps, from the state `y` at `run.t`; [`Integrator::integrate`] does what comes
+    /// before and after.
+    ///
+    /// # Errors
+    /// [`Trouble`]: why the run ends before `span.t_end`.
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble>;
+
     /// Integrates from `span.t_start` to `span.t_end`. `y` is the state at the start, already
     /// on its manifold, and holds the last accepted state on return, whatever the result.
     ///
@@ -112,7 +119,14 @@ pub trait Integrator: Send {
         y: &mut [f64],
         span: &Span<'_>,
         options: &Options,
-    ) -> Result<Outcome, IntegrateError>;
+    ) -> Result<Outcome, IntegrateError> {
+        let mut run = Run::new(system, y, span, options)?;
+        if self.needs_fixed_step() && options.fixed_step.is_none() {
+            return Err(IntegrateError::Invalid(format!("the method {} needs a fixed step", self.name())));
+        }
+        let result = self.steps(&mut run, y);
+        run.end(result)
+    }
 }
 
 /// Interval of integration, `t_start <= t_end`, and the times at which samples are taken:

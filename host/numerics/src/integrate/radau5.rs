@@ -12,7 +12,7 @@ use super::lu::Lu;
 use super::rivals::Defender;
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, Stepper};
-use super::{IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
+use super::{Integrator, StopReason};
 
 /// Relative change of the state by the last iteration up to which it does for sums, too: their rates bend more than the others,
 /// and where one iteration solves all the rest, it does not solve these.
@@ -70,14 +70,8 @@ impl Integrator for Radau5 {
         true
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        Run::through(system, y, span, options, |run, y| self.whole_run(run, y, options.first_step, None).map(|_| ()))
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        self.whole_run(run, y, run.options.first_step, None).map(|_| ())
     }
 }
 

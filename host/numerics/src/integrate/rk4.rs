@@ -3,7 +3,7 @@
 use super::interpolation::hermite;
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{Fault, Stepper, steps_of_one_size};
-use super::{IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
+use super::{Integrator, StopReason};
 
 /// Classical Runge-Kutta method (Kutta 1901), order 4, without error control; samples by cubic
 /// Hermite interpolation. Needs [`Options::fixed_step`]. For comparisons and tests.
@@ -26,24 +26,13 @@ impl Integrator for Rk4 {
         true
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        let Some(fixed_step) = options.fixed_step else {
-            return Err(IntegrateError::Invalid("the method rk4 needs a fixed step".to_string()));
-        };
-        Run::through(system, y, span, options, |run, y| {
-            let single = [&mut self.argument, &mut self.y_old, &mut self.y_new];
-            for work in self.stages.iter_mut().chain(single) {
-                work.clear();
-                work.resize(y.len(), 0.0);
-            }
-            steps_of_one_size(self, run, y, fixed_step)
-        })
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        let single = [&mut self.argument, &mut self.y_old, &mut self.y_new];
+        for work in self.stages.iter_mut().chain(single) {
+            work.clear();
+            work.resize(y.len(), 0.0);
+        }
+        run.options.fixed_step.map_or(Ok(()), |h| steps_of_one_size(self, run, y, h))
     }
 }
 

@@ -46,7 +46,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`IntegrateError::Invalid`].
-    pub fn new(
+    pub(super) fn new(
         system: &'a mut dyn System,
         y: &[f64],
         span: &'a Span<'a>,
@@ -66,27 +66,11 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// A whole run: what all methods do before and after their steps, around `steps`.
-    ///
-    /// # Errors
-    /// [`IntegrateError`].
-    pub fn through(
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-        steps: impl FnOnce(&mut Run<'_>, &mut [f64]) -> Result<(), Trouble>,
-    ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = steps(&mut run, y);
-        run.end(result)
-    }
-
     /// Ends the run, well or in trouble.
     ///
     /// # Errors
     /// The error of [`Trouble::Abort`].
-    pub fn end(self, result: Result<(), Trouble>) -> Result<Outcome, IntegrateError> {
+    pub(super) fn end(self, result: Result<(), Trouble>) -> Result<Outcome, IntegrateError> {
         let reason = match result {
             Ok(()) => return Ok(Outcome { status: Status::Completed, counters: self.counters }),
             Err(Trouble::Retry(reason) | Trouble::Stop(reason)) => reason,
