@@ -9,7 +9,7 @@ use odyn::session::{RunReport, Session};
 
 use crate::support::{Scratch, options};
 
-const METHODS: [&str; 5] = ["dop853", "dopri5", "radau5", "rodas5p", "auto"];
+const METHODS: [&str; 4] = ["dop853", "dopri5", "radau5", "auto"];
 const COORDINATES: [&str; 2] = ["joint", "cartesian"];
 
 /// A body of 1 kg that slides along x from the origin.

@@ -1,13 +1,11 @@
 //! Methods of integration that the host does not have, written here against its public interface.
 
-use odyn::integrate::{
-    Accepted, Estimate, Explicit, IntegrateError, Integrator, Method, Options, Outcome, Pair, Row, Run, Span,
-    StopReason, System, Trouble,
-};
+use nalgebra::{DMatrix, DVector};
+use odyn::integrate::{Accepted, Estimate, Explicit, Integrator, Method, Pair, Row, Run, StopReason, Trouble};
 use odyn::results::Remedy;
 use odyn::session::{RunReport, Session};
 
-use crate::support::{assert_same_motion, options, root};
+use crate::support::{assert_same_motion, column, difference, options, root};
 
 // ANCHOR: pair
 /// Bogacki & Shampine 3(2) (1989), with cubic interpolation.
@@ -45,20 +43,6 @@ impl Integrator for Heun {
         "heun"
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = self.steps(&mut run, y);
-        run.end(result)
-    }
-}
-
-impl Heun {
     fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
         for vector in [&mut self.start, &mut self.end, &mut self.y_new, &mut self.work] {
             vector.resize(y.len(), 0.0);
@@ -98,6 +82,107 @@ impl Heun {
 }
 // ANCHOR_END: heun
 
+// ANCHOR: generalized_alpha
+/// The generalized-alpha method for y' = f(t, y) (Jansen, Whiting & Hulbert, "A generalized-alpha method for integrating the
+/// filtered Navier-Stokes equations with a stabilized finite element method", Comput. Methods Appl. Mech. Engrg. 190, 2000):
+/// order 2, implicit, with steps of one size and a spectral radius of 0.9 for what is infinitely stiff.
+///
+/// It solves `r_m = f(t + A_F h, y + A_F (y_new - y))` with `r_m = r + A_M (r_new - r)` and
+/// `y_new = y + h (r + GAMMA (r_new - r))` for the rates `r_new` by simplified Newton iterations; parabolas between its steps.
+#[derive(Default)]
+struct GeneralizedAlpha {
+    rates: Vec<f64>,
+    rates_new: Vec<f64>,
+    y_new: Vec<f64>,
+    work: Vec<f64>,
+    found: Vec<f64>,
+}
+
+const RADIUS: f64 = 0.9;
+const A_M: f64 = 0.5 * (3.0 - RADIUS) / (1.0 + RADIUS);
+const A_F: f64 = 1.0 / (1.0 + RADIUS);
+const GAMMA: f64 = 0.5 + A_M - A_F;
+
+impl Integrator for GeneralizedAlpha {
+    fn name(&self) -> &'static str {
+        "generalized-alpha"
+    }
+
+    fn needs_fixed_step(&self) -> bool {
+        true
+    }
+
+    fn may_use_jacobian(&self) -> bool {
+        true
+    }
+
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        let n = y.len();
+        for vector in [&mut self.rates, &mut self.rates_new, &mut self.y_new, &mut self.work, &mut self.found] {
+            vector.resize(n, 0.0);
+        }
+        run.sample_start(y)?;
+        run.rhs(run.t, y, &mut self.rates, 0.0)?;
+        let count = run.options.fixed_step.map_or(0, |h| run.fixed_steps(h));
+        for k in 0..count {
+            run.check_step_limit()?;
+            let (t, t_new) = (run.t, run.fixed_step_end(k, count));
+            let h = t_new - t;
+            self.solve(run, y, h)?;
+            run.project(t_new, &mut self.y_new, h)?;
+            let y_old = y.to_vec();
+            y.copy_from_slice(&self.y_new);
+            let (y_new, rates) = (&self.y_new, &self.rates);
+            let accepted = run.finish_step(t_new, y, &mut self.work, |time, out| {
+                let s = (time - t) / h;
+                for (k, value) in out.iter_mut().enumerate() {
+                    let straight = h * rates[k];
+                    *value = y_old[k] + s * (straight + s * (y_new[k] - y_old[k] - straight));
+                }
+            })?;
+            match accepted {
+                Accepted::Unchanged => std::mem::swap(&mut self.rates, &mut self.rates_new),
+                Accepted::Changed => run.rhs(t_new, y, &mut self.rates, 0.0)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl GeneralizedAlpha {
+    /// The rates and the state at the end of a step of size `h`. Without a Jacobian, the iterations are plain ones.
+    fn solve(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<(), Trouble> {
+        let n = y.len();
+        let mut jacobian = DMatrix::zeros(n, n);
+        run.counters.jacobians += 1;
+        run.jacobian(run.t, y, jacobian.as_mut_slice())?;
+        run.counters.factorisations += 1;
+        let matrix = (DMatrix::identity(n, n) * A_M - jacobian * (A_F * GAMMA * h)).lu();
+        self.rates_new.copy_from_slice(&self.rates);
+        for _ in 0..20 {
+            run.counters.newton_iterations += 1;
+            for (k, old) in y.iter().enumerate() {
+                self.y_new[k] = old + h * (self.rates[k] + GAMMA * (self.rates_new[k] - self.rates[k]));
+                self.work[k] = old + A_F * (self.y_new[k] - old);
+            }
+            run.rhs(run.t + A_F * h, &self.work, &mut self.found, h)?;
+            let rest = |k: usize| self.found[k] - self.rates[k] - A_M * (self.rates_new[k] - self.rates[k]);
+            let Some(change) = matrix.solve(&DVector::from_fn(n, |k, _| rest(k))) else { break };
+            for k in 0..n {
+                self.rates_new[k] += change[k];
+                self.work[k] = GAMMA * h * change[k];
+                self.y_new[k] += self.work[k];
+            }
+            if run.system.error_norm(y, &self.y_new, &self.work) < 0.01 {
+                return Ok(());
+            }
+        }
+        run.counters.rejected += 1;
+        Err(Trouble::Stop(StopReason::NoConvergence { step: h }))
+    }
+}
+// ANCHOR_END: generalized_alpha
+
 // ANCHOR: use
 fn with_method(scene: &str, method: &str, sets: &[&str]) -> RunReport {
     let set = format!("simulation.method={method}");
@@ -105,6 +190,8 @@ fn with_method(scene: &str, method: &str, sets: &[&str]) -> RunReport {
     let make = || -> Box<dyn Integrator> { Box::new(Explicit::new("bogacki-shampine", &BOGACKI_SHAMPINE)) };
     options.methods.add(Method { name: "bogacki-shampine", summary: "explicit, 3(2)", make });
     options.methods.add(Method { name: "heun", summary: "explicit, 2(1)", make: || Box::new(Heun::default()) });
+    let make = || -> Box<dyn Integrator> { Box::new(GeneralizedAlpha::default()) };
+    options.methods.add(Method { name: "generalized-alpha", summary: "implicit, order 2, fixed steps", make });
     let session = Session::open(&root().join("scenes").join(scene), &options).unwrap_or_else(|error| panic!("{error}"));
     session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -128,6 +215,31 @@ fn a_method_from_outside_the_host_runs_a_scene() {
     let report = with_method("compressor.toml", "heun", &sets);
     assert_eq!(report.summary.t_end_reached, 5.0);
     assert_same_motion(&report, &reference, 1e-3);
+}
+
+/// Its order, and that stiffness does not limit its steps: with those of the governor, 1 ms, explicit methods do not reach the
+/// end.
+#[test]
+fn generalized_alpha_from_outside_the_host_has_order_two_and_solves_stiff_scenes() {
+    for (scene, end, outputs, steps) in [
+        ("benchmarks/A01.toml", 2.0, ["x", "y", "xd", "yd"].as_slice(), 500),
+        ("benchmarks/A03.toml", 0.02, &["beta", "betad"], 2000),
+        ("benchmarks/A05.toml", 0.2, &["s"], 200),
+    ] {
+        let end_set = format!("simulation.t_end={end} s");
+        let exact = with_method(scene, "dop853", &[&end_set, "simulation.tolerance=1e-12"]);
+        let [coarse, fine] = [steps, 2 * steps].map(|steps| {
+            let step = format!("simulation.fixed_step={:e} s", end / f64::from(steps));
+            let report = with_method(scene, "generalized-alpha", &[&end_set, &step]);
+            assert_eq!((report.summary.steps, report.summary.rejected), (steps as u64, 0), "{scene}");
+            report
+        });
+        for name in outputs {
+            let [coarse, fine] = [&coarse, &fine].map(|run| difference(column(run, name), column(&exact, name)));
+            let order = (coarse / fine).log2();
+            assert!((order - 2.0).abs() < 0.1, "{scene} {name}: order {order}, {coarse:e} to {fine:e}");
+        }
+    }
 }
 
 /// Work of a run in evaluations: those of dense matrices, Jacobians and iterations weighed as in a scene of a few bodies.

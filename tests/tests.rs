@@ -5,7 +5,6 @@
 //! |---|---|
 //! | `benchmarks.rs` | scenes agree with references, in both formulations, and with the work pinned |
 //! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
-//! | `second_order.rs` | the generalized-alpha method on scenes: its order, what it takes and refuses |
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
@@ -67,7 +66,6 @@ mod random;
 mod rooms;
 mod runs;
 mod schema;
-mod second_order;
 mod singular;
 mod soak;
 mod speed_control;

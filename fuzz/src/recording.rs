@@ -239,7 +239,7 @@ fn scene_of(descriptor: &Descriptor, choices: u8) -> String {
     let pick = |list: [&'static str; 4], shift: u8| list[usize::from(choices >> shift) % 4];
     let engine = pick(["compiled", "interpreted", "reference", "compiled"], 0);
     let formulation = if engine == "reference" { "auto" } else { pick(["auto", "cartesian", "joint", "auto"], 2) };
-    let method = pick(["rk4", "radau5", "rodas5p", "dop853"], 4);
+    let method = pick(["rk4", "radau5", "dopri5", "dop853"], 4);
     let mut text = format!(
         "[simulation]\ngravity = [0, -9.81, 0]\nt_end = 2e-3\noutput_step = 1e-3\nfixed_step = 1e-3\n\
          engine = \"{engine}\"\nformulation = \"{formulation}\"\nmethod = \"{method}\"\n"

@@ -23,7 +23,6 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
-//! | `second_order.rs` | the equations with constraints on positions, for methods that solve them as they are |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -42,7 +41,6 @@ mod linearisation;
 mod passage;
 mod reference;
 mod scales;
-mod second_order;
 mod solved;
 mod working;
 
@@ -59,6 +57,5 @@ pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
-pub use second_order::{SecondOrderForm, place, velocities_of};
 pub use solved::SolvedProgram;
 pub use working::{WorkingForm, WorkingParts, sparse_engine};

@@ -9,7 +9,6 @@ mod linearisation;
 mod long_trees;
 mod passage;
 mod projection;
-mod second_order;
 mod twice;
 
 use nalgebra::{DMatrix, DVector};

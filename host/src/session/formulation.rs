@@ -6,7 +6,6 @@ use super::options::FORMULATIONS;
 use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm, WorkingParts};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
-use crate::scene::Spanned;
 
 /// Operations of a body's share in the working form, with its joint and its elimination: what was counted on chains.
 const CARTESIAN_BODY: usize = 1000;
@@ -64,9 +63,6 @@ impl Session {
             return Err(self.unknown_formulation(name));
         }
         let cartesian = |why: &str| (None, why.to_string());
-        if let Some(method) = self.method_of_second_order()? {
-            return Ok(cartesian(&format!("the method {method} is written in coordinates of bodies")));
-        }
         if name == "cartesian" {
             return Ok(cartesian("asked for"));
         }
@@ -104,34 +100,6 @@ impl Session {
             }
             _ => Ok(why.to_string()),
         }
-    }
-
-    /// The name of the method, if it asks for the equations with constraints on positions.
-    ///
-    /// # Errors
-    /// Where the scene or another setting does not allow that.
-    pub(super) fn method_of_second_order(&self) -> Result<Option<&str>, SessionError> {
-        let settings = &self.scene.simulation;
-        let Some(method) = &settings.method else { return Ok(None) };
-        if !self.options.methods.make(&method.value).is_some_and(|method| method.needs_second_order()) {
-            return Ok(None);
-        }
-        let word = |setting: &Option<Spanned<String>>, word: &str| setting.as_ref().is_some_and(|w| w.value == word);
-        let why = if word(&settings.formulation, "joint") {
-            "is written in coordinates of bodies: it does not go with the formulation `joint`"
-        } else if word(&settings.engine, "reference") {
-            "is written in six velocities per body: it does not go with the engine `reference`"
-        } else if self.plan.layout.states > 0 {
-            "solves for positions only, and an element here has states of its own"
-        } else if !self.equations.coupling.is_empty() {
-            "does not solve for forces that depend on accelerations or reactions (friction), and there are some"
-        } else {
-            return Ok(Some(&method.value));
-        };
-        let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("the method `{}` {why}", method.value))
-            .at(method.span.clone(), "asked for here")
-            .help("radau5 is implicit, too, and takes every scene");
-        Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic))
     }
 
     fn joint_plan(&self, tree: SpanningTree) -> Result<Option<JointPlan>, SessionError> {

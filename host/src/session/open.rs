@@ -146,7 +146,7 @@ impl Session {
             compile_time: 0.0,
             scene,
         };
-        // A method or a formulation that the scene does not allow is refused here.
+        // A formulation that the scene does not allow is refused here.
         session.choose_tree()?;
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)

@@ -10,7 +10,7 @@ use super::samplings::Rows;
 use super::simulation::Simulation;
 use super::sink::Sink;
 use super::tier::Tier;
-use crate::analysis::{Formulation, SecondOrderForm};
+use crate::analysis::Formulation;
 use crate::integrate::{Integrator, Kinematic, Options};
 use crate::results::AuditLimits;
 
@@ -19,7 +19,6 @@ struct Setup {
     engine: String,
     method: Box<dyn Integrator>,
     formulation: Box<dyn Formulation>,
-    second_order: Option<SecondOrderForm>,
     fixed_step: Option<f64>,
 }
 
@@ -63,12 +62,7 @@ impl Session {
         if method.may_use_jacobian() {
             formulation.offer_jacobian(&self.equations);
         }
-        let second_order = match self.method_of_second_order()? {
-            Some(_) => Some(SecondOrderForm::new(&self.equations, &self.model, &self.plan)),
-            None => None,
-        };
-        let second_order = second_order.transpose().map_err(|e| start_error(&self.scene, &e))?;
-        Ok(Setup { engine, method, formulation, second_order, fixed_step })
+        Ok(Setup { engine, method, formulation, fixed_step })
     }
 }
 
@@ -127,7 +121,7 @@ impl Prepared {
     /// A run before its first step; [`Run::watch_start`] follows.
     pub(super) fn begin(self, rows: Rows<'_>, leg: Leg) -> Result<Run<'_>, SessionError> {
         let Self { mut session, setup } = self;
-        let Setup { engine, method, formulation, second_order, fixed_step } = setup;
+        let Setup { engine, method, formulation, fixed_step } = setup;
         let tolerance = session.tolerance();
         let (t_start, t_end) = (session.begins.time, leg.to);
         let layout = session.plan.layout.clone();
@@ -137,9 +131,6 @@ impl Prepared {
         let mut watching = Watching::find(&mut session.equations, &layout);
         if session.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&session.equations, watching.conditions());
-        }
-        if let Some(form) = second_order {
-            system.offer_second_order(form);
         }
         let limits = AuditLimits::belonging_to(tolerance, session.has_fixed_steps());
         system.bound_energy_of_steps(limits.energy);

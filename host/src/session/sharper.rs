@@ -14,8 +14,8 @@ use crate::scene::{Dimension, OutputTimes, Spanned};
 const SHARPER: f64 = 10.0;
 /// Steps of the second run, at least. Longer ones may pass over what the first passed over.
 const LEAST_STEPS: f64 = 200.0;
-/// Methods for the second run: the first that is not the one of the first run. An implicit one is fit for every scene.
-const OTHER_METHODS: [&str; 3] = ["radau5", "rodas5p", DEFAULT_METHOD];
+/// Methods for the second run: the first that is not the one of the first run. Both are fit for every scene, stiff or not.
+const OTHER_METHODS: [&str; 2] = ["radau5", "auto"];
 
 /// How a run is compared with a second one; from [`Session::sharper`].
 #[derive(Debug, Clone)]

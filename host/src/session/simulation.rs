@@ -9,7 +9,7 @@ use super::samplings::Rows;
 use super::tier::Tier;
 use crate::analysis::{
     AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Imbalance, Scales,
-    SecondOrderForm, SolvedProgram,
+    SolvedProgram,
 };
 use crate::model::{Model, Thin};
 use crate::plan::Layout;
@@ -168,8 +168,6 @@ pub(super) struct Simulation<'a> {
     guarded: Option<Guarded>,
     /// The same at a state, where ranges cannot be had: switches and functions, and turns.
     looks: [Option<Part>; 2],
-    /// The same motion with constraints on positions, for methods that ask for it.
-    second_order: Option<SecondOrderForm>,
     rows: Constraints,
     /// Whether some of them depend on time: then those left out may contradict the others for a moment.
     is_driven: bool,
@@ -250,7 +248,6 @@ impl<'a> Simulation<'a> {
             switches: None,
             guarded: None,
             looks: [None, None],
-            second_order: None,
             report,
             told,
             is_driven,
@@ -378,12 +375,6 @@ impl<'a> Simulation<'a> {
         Ok(rows)
     }
 
-    /// Offers the equations to methods of second order.
-    pub(super) fn offer_second_order(&mut self, mut form: SecondOrderForm) {
-        form.set_discrete(&self.references, &self.discrete);
-        self.second_order = Some(form);
-    }
-
     /// Solves for accelerations and reactions at every sample, asked for or not.
     pub(super) fn solve_at_samples(&mut self) {
         self.report.needs_dynamics = true;
@@ -430,7 +421,6 @@ impl<'a> Simulation<'a> {
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),
         );
-        list.extend(self.second_order.iter_mut().flat_map(SecondOrderForm::programs));
         list
     }
 
@@ -444,9 +434,6 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub(super) fn counters(&self) -> Counters {
         let mut counters = self.formulation.counters();
-        let (evaluations, factorisations) = self.second_order.as_ref().map_or((0, 0), SecondOrderForm::work);
-        counters.evaluations += evaluations;
-        counters.factorisations += factorisations;
         counters.contradictions = self.contradictions;
         counters
     }

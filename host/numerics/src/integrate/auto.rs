@@ -1,11 +1,11 @@
 //! The choice between an explicit and an implicit method, made while integrating.
 
+use super::Integrator;
 use super::dop853::dop853;
-use super::explicit::{End, Explicit};
+use super::explicit::Explicit;
 use super::radau5::Radau5;
 use super::rivals::{Defender, FEWEST_HITS, Stint, Suspicion};
 use super::run::{Run, Trouble};
-use super::{IntegrateError, Integrator, Options, Outcome, Span, System};
 
 /// How much harder it is to suspect stiffness after an implicit method has proved no better.
 const PATIENCE: u32 = 4;
@@ -37,31 +37,19 @@ impl Integrator for Auto {
         true
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        Run::through(system, y, span, options, |run, y| self.whole_run(run, y))
-    }
-}
-
-impl Auto {
-    fn whole_run(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
         let mut hits = FEWEST_HITS;
         let mut first_step = run.options.first_step;
         loop {
             let suspicion = Suspicion::new(run, hits);
-            let End::Suspected(suspect) = self.explicit.whole_run(run, y, first_step, Some(suspicion))? else {
+            let Some(suspect) = self.explicit.whole_run(run, y, first_step, Some(suspicion))? else {
                 return Ok(());
             };
             run.counters.stiff_from.get_or_insert(run.t);
             run.counters.switches += 1;
             let defender = Defender::new(run, suspect);
             let stint = Stint::new(run, suspect);
-            let Some(step) = self.implicit.continue_run(run, y, Some(suspect.step), Some(defender))? else {
+            let Some(step) = self.implicit.whole_run(run, y, Some(suspect.step), Some(defender))? else {
                 return Ok(());
             };
             run.counters.switches += 1;

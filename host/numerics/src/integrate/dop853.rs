@@ -1,7 +1,8 @@
 //! Explicit Runge-Kutta method of order 8 with step size control and dense output.
 
 use super::dop853_tableau::{A, A_DENSE, B, C, D, E3, E5};
-use super::explicit::{Estimate, Explicit, Pair};
+use super::explicit::Explicit;
+use super::pair::{Estimate, Pair};
 
 pub(super) static PAIR: Pair = Pair {
     c: &C,

@@ -5,7 +5,7 @@
 //! is the derivative at the end of the step, stages 13 to 15 serve the dense output. Rows list
 //! `(stage, coefficient)` without the zeros; the tests check them against order conditions.
 
-pub(super) use super::explicit::Row;
+pub(super) use super::pair::Row;
 
 /// Abscissae of all stages.
 pub(super) const C: [f64; 16] = [

@@ -1,6 +1,7 @@
 //! Explicit Runge-Kutta method of order 5 with step size control and dense output.
 
-use super::explicit::{Estimate, Explicit, Pair, Row};
+use super::explicit::Explicit;
+use super::pair::{Estimate, Pair, Row};
 
 /// Abscissae; stage 6 is the derivative at the end.
 pub(super) const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];

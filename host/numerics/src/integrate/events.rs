@@ -18,7 +18,8 @@
 //! result is more accurate, since error estimates across a jump mean little (`tests/events.rs` of this room).
 
 use super::Watched;
-use super::enclosure::{Enclosure, Found, Interpolation, Jump};
+use super::enclosure::{Enclosure, Found, Jump};
+use super::interpolation::Interpolation;
 use super::run::{Run, Trouble};
 
 /// Accuracy of the first location, as a share of the step.

@@ -1,18 +1,13 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
-use super::enclosure::{Interpolation, ascending, is_continuous};
-use super::events::{Again, Events, Next};
+use super::interpolation::ascending;
+use super::pair::{Estimate, Pair, Row};
 use super::rivals::{Signs, Suspect, Suspicion};
-use super::rk4::hermite;
 use super::run::{Run, Trouble, all_finite};
+use super::steps::{self, Adaptive, End, Fault, RECOVERY_FACTOR, Stepper};
 use super::stiffness::Stiffness;
-use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
+use super::{Integrator, Options, StopReason};
 
-/// A row of a tableau: `(stage, coefficient)`, without the zeros.
-pub type Row = &'static [(usize, f64)];
-
-/// Step sizes shrink by this factor when a step fails other than by its error.
-pub(super) const RECOVERY_FACTOR: f64 = 0.25;
 /// Least error that the PI control remembers.
 const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
 /// Share of the border of stability from which on it is stability that limits a step: the step control makes the sizes vary
@@ -22,55 +17,6 @@ const NEAR_BORDER: f64 = 0.75;
 /// Share of a step by which its interpolation may be continued: its error, which goes at least with the square of the distance
 /// from the end, is a few percent there of what it is inside.
 const REACH: f64 = 0.08;
-
-/// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
-/// those after it serve the dense output.
-#[derive(Debug)]
-pub struct Pair {
-    /// Abscissae of all stages.
-    pub c: &'static [f64],
-    /// Arguments of the stages of the step: `y + h sum_j a_ij k_j`.
-    pub a: &'static [Row],
-    /// Weights of the step.
-    pub b: Row,
-    /// The error estimate.
-    pub error: Estimate,
-    /// Arguments of the stages for the dense output.
-    pub a_dense: &'static [Row],
-    /// Coefficients of the interpolation polynomial from the fourth power on.
-    pub d: &'static [Row],
-    /// The error estimate goes with `h^order`.
-    pub order: f64,
-    /// Weight of the previous error in the step control where the options give none.
-    pub beta: f64,
-    /// How much the exponent of the error falls by that weight.
-    pub beta_share: f64,
-    /// `h |lambda|` at the border of the region of stability.
-    pub stability: f64,
-}
-
-/// Differences of the weights from those of lower-order methods.
-#[derive(Debug)]
-pub enum Estimate {
-    /// One, which uses the derivative at the end of the step.
-    Single(Row),
-    /// Orders 5 and 3, see `Explicit::error_of_step`.
-    FiveAndThree(Row, Row),
-}
-
-impl Estimate {
-    fn uses_end(&self) -> bool {
-        matches!(self, Self::Single(_))
-    }
-}
-
-/// How an integration by an explicit method ended well.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum End {
-    Completed,
-    /// An implicit method may be cheaper.
-    Suspected(Suspect),
-}
 
 /// The method of a [`Pair`]. With [`Options::fixed_step`] the error is not looked at. Deviations from the book: see
 /// [`super::dop853()`].
@@ -87,8 +33,10 @@ pub struct Explicit {
     y_new: Vec<f64>,
     error: Vec<f64>,
     stiffness: Stiffness,
-    /// Whether somebody wants to know `signs`.
-    watched: bool,
+    control: StepControl,
+    /// Watches the steps where an implicit method may go on instead, and why it had better.
+    suspicion: Option<Suspicion>,
+    suspect: Option<Suspect>,
     signs: Signs,
     /// Whether the interpolation of the step under way is needed, samples or not.
     approaching: bool,
@@ -101,14 +49,8 @@ impl Integrator for Explicit {
         self.name
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        Run::through(system, y, span, options, |run, y| self.whole_run(run, y, options.first_step, None).map(|_| ()))
+    fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        self.whole_run(run, y, run.options.first_step, None).map(|_| ())
     }
 }
 
@@ -125,27 +67,30 @@ impl Explicit {
             y_new: Vec::new(),
             error: Vec::new(),
             stiffness: Stiffness::default(),
-            watched: false,
+            control: StepControl::new(&Options::default(), pair),
+            suspicion: None,
+            suspect: None,
             signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
             approaching: false,
             seen: ascending(&pair.c[..=pair.a.len()]),
         }
     }
 
-    /// From an accepted state to the end, or until there is a suspicion; `first_step` is chosen here if absent.
+    /// From an accepted state to the end, or until an implicit method is suspected to be cheaper; `first_step` is chosen here
+    /// if absent.
     pub(super) fn whole_run(
         &mut self,
         run: &mut Run<'_>,
         y: &mut [f64],
         first_step: Option<f64>,
         suspicion: Option<Suspicion>,
-    ) -> Result<End, Trouble> {
+    ) -> Result<Option<Suspect>, Trouble> {
         self.allocate(y.len());
-        self.watched = suspicion.is_some();
-        match run.options.fixed_step {
-            Some(h) => self.fixed_steps(run, y, h).map(|()| End::Completed),
-            None => self.adaptive_steps(run, y, first_step, suspicion),
-        }
+        self.control = StepControl::new(run.options, self.pair);
+        self.suspicion = suspicion;
+        self.suspect = None;
+        let end = steps::steps(self, run, y, first_step)?;
+        Ok(self.suspect.take().filter(|_| end == End::GaveWay))
     }
 
     fn end(&self) -> usize {
@@ -164,183 +109,9 @@ impl Explicit {
         }
     }
 
-    fn adaptive_steps(
-        &mut self,
-        run: &mut Run<'_>,
-        y: &mut [f64],
-        first_step: Option<f64>,
-        mut suspicion: Option<Suspicion>,
-    ) -> Result<End, Trouble> {
-        run.sample_start(y)?;
-        if run.t == run.span.t_end {
-            return Ok(End::Completed);
-        }
-        self.start_derivative(run, y)?;
-        let mut control = StepControl::new(run.options, self.pair);
-        let mut h = match first_step {
-            Some(h) => h,
-            None => self.first_step(run, y)?,
-        };
-        // Where the next step had better end.
-        let mut end_at = None;
-        let mut events = Events::new(run, REACH);
-        while run.t < run.span.t_end {
-            run.check_step_limit()?;
-            h = h.min(run.longest_step(y));
-            let t_new = end_at.take().unwrap_or_else(|| run.step_end(h));
-            let t_new = events.end_of_step(run, t_new, &self.seen);
-            let tried = t_new - run.t;
-            if tried <= 0.0 {
-                return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
-            }
-            self.approaching = events.is_pending() || events.watches_steps();
-            let reason = match self.try_step(run, y, t_new) {
-                Ok(error) if error <= 1.0 => {
-                    let start = run.t;
-                    if let Some(again) = self.missed(run, y, t_new, &mut events)? {
-                        (h, end_at) = (again.h, again.end_at);
-                        continue;
-                    }
-                    self.finish_step(run, y, t_new)?;
-                    h = tried * control.factor_after_acceptance(error);
-                    let polynomial = &self.polynomial;
-                    match events.accepted(run, y, start, |share, out| interpolate(polynomial, share, out))? {
-                        Next::Plain => {}
-                        Next::EndAt(time) => end_at = Some(time),
-                        Next::Passed(size) => h = size,
-                        Next::Resumed(size) => h = h.max(size),
-                        Next::Crossed(size) => {
-                            control = StepControl::new(run.options, self.pair);
-                            self.start_derivative(run, y)?;
-                            h = size.min(self.first_step(run, y)?);
-                        }
-                        Next::Jumped(size) if run.t < run.span.t_end => {
-                            control = StepControl::new(run.options, self.pair);
-                            let before = self.stages[..y.len()].to_vec();
-                            self.start_derivative(run, y)?;
-                            let continuous = is_continuous(run, y, tried, &before, &self.stages[..y.len()]);
-                            h = if continuous { size } else { size.min(self.first_step(run, y)?) };
-                        }
-                        Next::Jumped(_) => {}
-                    }
-                    let suspect = suspicion.as_mut().and_then(|suspicion| suspicion.see(run, self.signs));
-                    if let Some(suspect) = suspect.filter(|_| run.t < run.span.t_end) {
-                        return Ok(End::Suspected(suspect));
-                    }
-                    if !self.watched && self.stiffness.is_found() {
-                        run.counters.stiff_from.get_or_insert(run.t);
-                    }
-                    continue;
-                }
-                Ok(error) => {
-                    h = tried * control.factor_after_rejection(error);
-                    let rates = &self.stages[..y.len()];
-                    end_at = events.rejected(run, y, rates, t_new, &self.y_new)?;
-                    StopReason::StepTooSmall { step: h }
-                }
-                Err(Trouble::EndAt(time)) => {
-                    run.counters.rejected += 1;
-                    run.counters.recoveries.sample_step += 1;
-                    end_at = Some(time);
-                    continue;
-                }
-                Err(Trouble::Retry(reason)) => {
-                    h = tried * RECOVERY_FACTOR;
-                    reason
-                }
-                Err(trouble) => return Err(trouble),
-            };
-            run.reject(&reason);
-            control.rejected();
-            if h < run.smallest_step() {
-                return Err(Trouble::Stop(reason));
-            }
-        }
-        Ok(End::Completed)
-    }
-
-    /// Whether the step that was tried missed something.
-    fn missed(&self, run: &mut Run<'_>, y: &[f64], t_new: f64, events: &mut Events) -> Result<Option<Again>, Trouble> {
-        if !events.watches_anything() {
-            return Ok(None);
-        }
-        let at = |share: f64, out: &mut [f64]| interpolate(&self.polynomial, share, out);
-        if events.watches_steps() {
-            return events.missed(run, y, &self.interpolation(run.t, t_new, &at));
-        }
-        // For angles the cubic through both ends will do, which takes no evaluations.
-        let (n, h) = (y.len(), t_new - run.t);
-        let rates = [&self.stages[..n], &self.stages[self.end() * n..][..n]];
-        let at = |share: f64, out: &mut [f64]| hermite(share, h, [y, &self.y_new], rates, out);
-        events.missed(run, y, &Interpolation { start: run.t, h, degree: 3, seen: &[0.0, 1.0], at: &at })
-    }
-
-    /// The same for a step of a fixed size.
-    fn note_missed(&self, run: &mut Run<'_>, y: &[f64], t_new: f64, events: &mut Events) -> Result<(), Trouble> {
-        if events.watches_steps() {
-            let at = |share: f64, out: &mut [f64]| interpolate(&self.polynomial, share, out);
-            return events.note_missed(run, &self.interpolation(run.t, t_new, &at));
-        }
-        let (n, h) = (y.len(), t_new - run.t);
-        let rates = [&self.stages[..n], &self.stages[self.end() * n..][..n]];
-        let at = |share: f64, out: &mut [f64]| hermite(share, h, [y, &self.y_new], rates, out);
-        events.note_missed(run, &Interpolation { start: run.t, h, degree: 3, seen: &self.seen, at: &at })
-    }
-
-    fn interpolation<'a>(&'a self, t: f64, t_new: f64, at: &'a dyn Fn(f64, &mut [f64])) -> Interpolation<'a> {
-        Interpolation { start: t, h: t_new - t, degree: 3 + self.pair.d.len(), seen: &self.seen, at }
-    }
-
-    /// A step up to, but not including, what makes it final. Returns its error, 1 = tolerance;
-    /// the work beyond the error is spared where the step will be rejected.
-    fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
-        self.step(run, y, t_new)?;
-        if self.pair.error.uses_end() {
-            self.end_derivative(run, t_new)?;
-        }
-        let error = self.error_of_step(run, y, t_new - run.t)?;
-        if error <= 1.0 {
-            self.end_of_step(run, y, t_new)?;
-        }
-        Ok(error)
-    }
-
-    fn fixed_steps(&mut self, run: &mut Run<'_>, y: &mut [f64], h: f64) -> Result<(), Trouble> {
-        run.sample_start(y)?;
-        let count = run.fixed_steps(h);
-        if count == 0 {
-            return Ok(());
-        }
-        self.start_derivative(run, y)?;
-        let mut events = Events::new(run, REACH);
-        self.approaching = events.watches_steps();
-        for k in 0..count {
-            run.check_step_limit()?;
-            let t_new = run.fixed_step_end(k, count);
-            let result = self.step(run, y, t_new).and_then(|()| self.end_of_step(run, y, t_new));
-            if let Err(trouble) = result {
-                run.counters.rejected += 1;
-                return Err(trouble);
-            }
-            self.note_missed(run, y, t_new, &mut events)?;
-            self.finish_step(run, y, t_new)?;
-        }
-        Ok(())
-    }
-
-    /// `k_0 = f(t, y)`
-    fn start_derivative(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
-        let n = y.len();
-        run.rhs(run.t, y, &mut self.stages[..n], 0.0)?;
-        if all_finite(&self.stages[..n]) {
-            return Ok(());
-        }
-        Err(Trouble::Stop(StopReason::NotFinite { step: 0.0 }))
-    }
-
     /// The stages of the step and the new state, not yet projected:
     /// `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`, `y_new = y + h sum_i b_i k_i`.
-    fn step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+    fn stages_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
         let n = y.len();
         let (t, h) = (run.t, t_new - run.t);
         for i in 1..self.end() {
@@ -430,7 +201,7 @@ impl Explicit {
         }
         let change = run.system.size(&self.y_new, &self.error);
         let product = if distance > 0.0 { h * change / distance } else { 0.0 };
-        if self.watched {
+        if self.suspicion.is_some() {
             // How much the derivative changes along the step.
             for ((error, end), start) in self.error.iter_mut().zip(end).zip(&self.stages[..n]) {
                 *error = end - start;
@@ -443,23 +214,6 @@ impl Explicit {
         let limited = product > NEAR_BORDER * self.pair.stability;
         self.stiffness.see(limited);
         limited
-    }
-
-    /// Makes the step final: samples, `accept`, `step_done`, first stage of the next step.
-    fn finish_step(&mut self, run: &mut Run<'_>, y: &mut [f64], t_new: f64) -> Result<(), Trouble> {
-        let n = y.len();
-        let (t, h) = (run.t, t_new - run.t);
-        y.copy_from_slice(&self.y_new);
-        let polynomial = &self.polynomial;
-        let accepted = run.finish_step(t_new, y, &mut self.argument, |time, out| {
-            interpolate(polynomial, (time - t) / h, out);
-        })?;
-        if accepted == Accepted::Changed && t_new < run.span.t_end {
-            return self.start_derivative(run, y);
-        }
-        let end = self.end() * n;
-        self.stages.copy_within(end..end + n, 0);
-        Ok(())
     }
 
     /// Further stages and the polynomial through the step (Hairer, Norsett & Wanner, section II.6). With
@@ -489,6 +243,70 @@ impl Explicit {
             add_combination(row, &self.stages, h, coefficient);
         }
         Ok(())
+    }
+}
+
+impl Stepper for Explicit {
+    fn reach(&self) -> f64 {
+        REACH
+    }
+
+    fn seen(&self) -> &[f64] {
+        &self.seen
+    }
+
+    /// `k_0 = f(t, y)`
+    fn start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
+        run.start_rates(y, &mut self.stages[..y.len()])
+    }
+
+    fn make_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
+        self.stages_of_step(run, y, t_new)?;
+        Ok(self.end_of_step(run, y, t_new)?)
+    }
+
+    fn go_on(&mut self, _h: f64) {
+        let (end, n) = (self.end(), self.y_new.len());
+        self.stages.copy_within(end * n..(end + 1) * n, 0);
+    }
+
+    fn y_new(&self) -> &[f64] {
+        &self.y_new
+    }
+
+    fn rates(&self) -> [&[f64]; 2] {
+        let n = self.y_new.len();
+        [&self.stages[..n], &self.stages[self.end() * n..][..n]]
+    }
+
+    fn degree(&self) -> usize {
+        3 + self.pair.d.len()
+    }
+
+    fn interpolate(&self, share: f64, out: &mut [f64]) {
+        interpolate(&self.polynomial, share, out);
+    }
+
+    fn always_interpolates(&self) -> bool {
+        false
+    }
+
+    fn expect_interpolation(&mut self, needed: bool) {
+        self.approaching = needed;
+    }
+}
+
+impl Adaptive for Explicit {
+    fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Fault> {
+        self.stages_of_step(run, y, t_new)?;
+        if self.pair.error.uses_end() {
+            self.end_derivative(run, t_new)?;
+        }
+        let error = self.error_of_step(run, y, t_new - run.t)?;
+        if error <= 1.0 {
+            self.end_of_step(run, y, t_new)?;
+        }
+        Ok(error)
     }
 
     /// Starting step size (section II.4): `h^order max(|y'|, |y''|) = 0.01`, with `y''` from one
@@ -524,9 +342,37 @@ impl Explicit {
         let step = predicted.min(100.0 * h).min(longest);
         Ok(if step.is_finite() { step } else { h })
     }
+
+    fn size_after_acceptance(&mut self, tried: f64, _h: f64, error: f64) -> f64 {
+        tried * self.control.factor_after_acceptance(error)
+    }
+
+    fn size_after_rejection(&mut self, tried: f64, error: f64) -> f64 {
+        tried * self.control.factor_after_rejection(error)
+    }
+
+    fn rejected(&mut self) {
+        self.control.after_rejection = true;
+    }
+
+    fn forget(&mut self) {
+        self.control.forget();
+    }
+
+    fn gives_way(&mut self, run: &mut Run<'_>) -> bool {
+        match &mut self.suspicion {
+            Some(suspicion) => self.suspect = suspicion.see(run, self.signs),
+            None if self.stiffness.is_found() => {
+                run.counters.stiff_from.get_or_insert(run.t);
+            }
+            None => {}
+        }
+        self.suspect.is_some()
+    }
 }
 
 /// Step size control (section II.4, program DOP853).
+#[derive(Debug, Clone)]
 struct StepControl {
     exponent: f64,
     beta: f64,
@@ -565,8 +411,10 @@ impl StepControl {
         (self.safety / error.powf(self.exponent)).max(self.min_factor)
     }
 
-    fn rejected(&mut self) {
-        self.after_rejection = true;
+    /// Nothing is known of the steps before.
+    fn forget(&mut self) {
+        self.last_error = LEAST_REMEMBERED_ERROR;
+        self.after_rejection = false;
     }
 }
 

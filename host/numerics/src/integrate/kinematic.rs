@@ -11,10 +11,11 @@
 //! node jumped to another branch of the motion, and how long the next step may be. Errors do not add up over steps, other
 //! than those of the sums.
 
-use super::enclosure::Interpolation;
 use super::events::Events;
+use super::interpolation::{Interpolation, hermite};
 use super::run::{Run, Trouble, all_finite};
-use super::{Accepted, IntegrateError, Integrator, Options, Outcome, Span, StopReason, System};
+use super::steps::RECOVERY_FACTOR;
+use super::{Accepted, Integrator, Options, StopReason};
 
 /// Nodes of a step, both ends included.
 const NODES: usize = 6;
@@ -43,10 +44,9 @@ const ROUGH_OF_RESOLUTION: f64 = 1e5;
 const ERROR_ORDER: f64 = 11.0;
 /// Share of the interval that is tried first, unless told.
 const FIRST_SHARE: f64 = 0.01;
-/// Ratio of step sizes after a step in which the projection failed.
-const RECOVERY_FACTOR: f64 = 0.25;
 
-/// See the module documentation. It has no use for [`Options::fixed_step`]: the step size then is the largest one.
+/// See the module documentation. Steps are looked at from node to node and do not end at switches, so that their loop is not
+/// that of the methods that integrate (`steps.rs`). It has no use for [`Options::fixed_step`]: the step size then is the largest one.
 #[derive(Debug, Clone, Default)]
 pub struct Kinematic {
     /// States at the nodes.
@@ -64,27 +64,13 @@ impl Integrator for Kinematic {
         "kinematic"
     }
 
-    fn integrate(
-        &mut self,
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-    ) -> Result<Outcome, IntegrateError> {
-        Run::through(system, y, span, options, |run, y| {
-            let scratch = [&mut self.y_new, &mut self.error];
-            for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
-                work.clear();
-                work.resize(y.len(), 0.0);
-            }
-            self.sums = vec![0.0; y.len() - run.system.sums_from()];
-            self.steps(run, y)
-        })
-    }
-}
-
-impl Kinematic {
     fn steps(&mut self, run: &mut Run<'_>, y: &mut [f64]) -> Result<(), Trouble> {
+        let scratch = [&mut self.y_new, &mut self.error];
+        for work in self.states.iter_mut().chain(&mut self.rates).chain(scratch) {
+            work.clear();
+            work.resize(y.len(), 0.0);
+        }
+        self.sums = vec![0.0; y.len() - run.system.sums_from()];
         run.sample_start(y)?;
         if run.t == run.span.t_end {
             return Ok(());
@@ -132,7 +118,9 @@ impl Kinematic {
         }
         Ok(())
     }
+}
 
+impl Kinematic {
     /// A step up to, but not including, what makes it final. Returns its error, 1 = tolerance.
     fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
         let (t, h) = (run.t, t_new - run.t);
@@ -237,13 +225,4 @@ impl Kinematic {
 fn factor(options: &Options, error: f64) -> f64 {
     let ratio = options.safety * error.powf(-1.0 / ERROR_ORDER);
     ratio.clamp(options.min_factor, options.max_factor)
-}
-
-/// Cubic that has the values and derivatives of both ends of an interval of size `h`, at the share `s` of it, also outside.
-fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
-    for (i, value) in out.iter_mut().enumerate() {
-        let rise = y[1][i] - y[0][i];
-        let (start_bend, end_bend) = (h * f[0][i] - rise, rise - h * f[1][i]);
-        *value = y[0][i] + s * (rise + (1.0 - s) * ((1.0 - s) * start_bend + s * end_bend));
-    }
 }

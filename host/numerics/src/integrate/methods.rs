@@ -1,6 +1,6 @@
 //! [`Methods`]: the methods of integration by name.
 
-use super::{Auto, GeneralizedAlpha, Integrator, Radau5, Rk4, Rodas5p, dop853, dopri5};
+use super::{Auto, Integrator, Radau5, Rk4, dop853, dopri5};
 
 /// A method of integration that can be asked for by name.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Method {
 }
 
 /// Those of this library.
-const STANDARD: [Method; 7] = [
+const STANDARD: [Method; 5] = [
     Method {
         name: "auto",
         summary: "dop853 or radau5, whichever gets on at less cost; changes on the way",
@@ -27,21 +27,11 @@ const STANDARD: [Method; 7] = [
         make: || Box::new(dopri5()),
     },
     Method {
-        name: "generalized-alpha",
-        summary: "implicit, of second order in time, steps of one size; constraints on positions only (index 3)",
-        make: || Box::new(GeneralizedAlpha::default()),
-    },
-    Method {
         name: "radau5",
         summary: "implicit, Radau IIA of order 5, for stiff scenes",
         make: || Box::new(Radau5::default()),
     },
     Method { name: "rk4", summary: "classical Runge-Kutta, steps of one size", make: || Box::new(Rk4::default()) },
-    Method {
-        name: "rodas5p",
-        summary: "Rosenbrock, Rodas5P 5(4), for stiff scenes and loose tolerances",
-        make: || Box::new(Rodas5p::default()),
-    },
 ];
 
 /// The methods that can be asked for: those of this library, and any added.

@@ -46,7 +46,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`IntegrateError::Invalid`].
-    pub fn new(
+    pub(super) fn new(
         system: &'a mut dyn System,
         y: &[f64],
         span: &'a Span<'a>,
@@ -66,27 +66,11 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// A whole run: what all methods do before and after their steps, around `steps`.
-    ///
-    /// # Errors
-    /// [`IntegrateError`].
-    pub fn through(
-        system: &mut dyn System,
-        y: &mut [f64],
-        span: &Span<'_>,
-        options: &Options,
-        steps: impl FnOnce(&mut Run<'_>, &mut [f64]) -> Result<(), Trouble>,
-    ) -> Result<Outcome, IntegrateError> {
-        let mut run = Run::new(system, y, span, options)?;
-        let result = steps(&mut run, y);
-        run.end(result)
-    }
-
     /// Ends the run, well or in trouble.
     ///
     /// # Errors
     /// The error of [`Trouble::Abort`].
-    pub fn end(self, result: Result<(), Trouble>) -> Result<Outcome, IntegrateError> {
+    pub(super) fn end(self, result: Result<(), Trouble>) -> Result<Outcome, IntegrateError> {
         let reason = match result {
             Ok(()) => return Ok(Outcome { status: Status::Completed, counters: self.counters }),
             Err(Trouble::Retry(reason) | Trouble::Stop(reason)) => reason,
@@ -103,6 +87,15 @@ impl<'a> Run<'a> {
     pub fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64], h: f64) -> Result<(), Trouble> {
         self.counters.evaluations += 1;
         self.system.rhs(t, y, dy).map_err(|failure| trouble_of(failure, t, h))
+    }
+
+    /// `f(t, y)` at the last accepted state, from which steps are to start.
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says; [`Trouble::Stop`] where an entry is not finite.
+    pub fn start_rates(&mut self, y: &[f64], dy: &mut [f64]) -> Result<(), Trouble> {
+        self.rhs(self.t, y, dy, 0.0)?;
+        if all_finite(dy) { Ok(()) } else { Err(Trouble::Stop(StopReason::NotFinite { step: 0.0 })) }
     }
 
     /// Brings the new state of a step of size `h` back to its manifold.
@@ -169,14 +162,6 @@ impl<'a> Run<'a> {
     /// [`Trouble`], as the system says.
     pub fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Trouble> {
         self.system.jacobian(t, y, matrix).map_err(|failure| trouble_of(failure, t, 0.0))
-    }
-
-    /// `f_t(t, y)` at an accepted state whose Jacobian was asked for just before, if the system offers it.
-    ///
-    /// # Errors
-    /// [`Trouble`], as the system says.
-    pub fn time_derivative(&mut self, t: f64, y: &[f64], slopes: &mut [f64]) -> Result<bool, Trouble> {
-        self.system.time_derivative(t, y, slopes).map_err(|failure| trouble_of(failure, t, 0.0))
     }
 
     /// The values of all conditions; false where they are not to be had, or not finite.

@@ -5,8 +5,6 @@
 mod events;
 mod fixtures;
 mod kinematic;
-mod rosenbrock;
-mod second_order;
 mod stiff;
 
 use super::*;
@@ -439,9 +437,6 @@ fn an_empty_interval_has_samples_only() {
     for name in names() {
         let mut probe = Probe::new(oscillator, 2, 1e-9);
         let mut method = by_name(name).unwrap();
-        if method.needs_second_order() {
-            continue;
-        }
         let outcome = run(method.as_mut(), &mut probe, &mut [1.0, 0.0], 0.0, &[0.0], &fixed(0.1));
         assert!(matches!(outcome.status, Status::Completed));
         assert_eq!(probe.samples, [(0.0, vec![1.0, 0.0])]);

@@ -184,9 +184,6 @@ impl<'a> Simulation<'a> {
     /// The formulations hear of references, discrete states and signals from outside.
     pub(super) fn tell_discrete(&mut self) {
         self.formulation.set_discrete(&self.references, &self.discrete);
-        if let Some(form) = &mut self.second_order {
-            form.set_discrete(&self.references, &self.discrete);
-        }
     }
 
     /// Everything that changes during a run, as it is at an accepted state.

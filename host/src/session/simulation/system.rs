@@ -1,11 +1,10 @@
 //! The hooks of the integrators.
 
 use super::Simulation;
-use crate::analysis::{AnalysisError, Group, Imbalance, SecondOrderForm, place, velocities_of};
-use crate::integrate::{Accepted, Failure, Flow, Guards, Instant, Price, SecondOrder, System, Watched};
+use crate::analysis::{AnalysisError, Group, Imbalance};
+use crate::integrate::{Accepted, Failure, Flow, Guards, Price, System, Watched};
 use crate::interval::Range;
 use crate::linalg::LinalgError;
-use crate::program::Sets;
 
 /// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
 /// times), and it is results that a tolerance is about.
@@ -28,11 +27,6 @@ fn failure(error: AnalysisError) -> Failure {
 }
 
 impl Simulation<'_> {
-    fn second_order_parts(&mut self) -> Result<(&mut SecondOrderForm, &Sets), Failure> {
-        let form = self.second_order.as_mut().ok_or_else(|| Failure::Fatal("no equations of second order".into()))?;
-        Ok((form, self.formulation.sets()))
-    }
-
     /// The largest entry of a difference of states, as a share of the size of its group.
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
@@ -113,10 +107,6 @@ impl System for Simulation<'_> {
         self.formulation.jacobian(t, y, matrix).map_err(failure)
     }
 
-    fn time_derivative(&mut self, t: f64, _: &[f64], slopes: &mut [f64]) -> Result<bool, Failure> {
-        Ok(self.formulation.time_derivative(t, slopes))
-    }
-
     fn price(&self) -> Price {
         let price = self.formulation.price();
         Price { evaluation: price.rates, jacobian: price.jacobian, preparation: price.preparation }
@@ -137,10 +127,6 @@ impl System for Simulation<'_> {
 
     fn sums_from(&self) -> usize {
         self.dim() - 1
-    }
-
-    fn second_order(&mut self) -> Option<&mut dyn SecondOrder> {
-        if self.second_order.is_some() { Some(self) } else { None }
     }
 
     fn conditions(&self) -> usize {
@@ -223,50 +209,5 @@ impl System for Simulation<'_> {
         tier.between_steps(t, || self.programs());
         self.tier = tier;
         flow
-    }
-}
-
-/// Where the equations were offered ([`Simulation::offer_second_order`]).
-impl SecondOrder for Simulation<'_> {
-    fn velocities(&self) -> usize {
-        self.layout.velocities()
-    }
-
-    fn multipliers(&self) -> usize {
-        self.second_order.as_ref().map_or(0, |form| form.rows_in_use().len())
-    }
-
-    fn sums_from(&self) -> usize {
-        self.dim() - 1
-    }
-
-    fn velocities_of(&self, y: &[f64], velocities: &mut [f64]) {
-        velocities_of(y, velocities);
-    }
-
-    fn place(&self, y0: &[f64], increment: &[f64], velocities: &[f64], y: &mut [f64]) {
-        place(y0, increment, velocities, y);
-    }
-
-    fn residual(
-        &mut self,
-        at: &Instant<'_>,
-        forces: &mut [f64],
-        rows: &mut [f64],
-        dy: &mut [f64],
-    ) -> Result<(), Failure> {
-        let (form, sets) = self.second_order_parts()?;
-        let solution = (at.accelerations, at.multipliers);
-        form.residual((at.t, at.y), solution, sets, (forces, rows), dy).map_err(failure)
-    }
-
-    fn factor(&mut self, mass_share: f64, damping_share: f64) -> Result<(), Failure> {
-        let (form, sets) = self.second_order_parts()?;
-        form.factor(mass_share, damping_share, sets).map_err(failure)
-    }
-
-    fn solve(&mut self, forces: &[f64], rows: &[f64], moves: &mut [f64], changes: &mut [f64]) -> Result<(), Failure> {
-        let (form, _) = self.second_order_parts()?;
-        form.solve((forces, rows), (moves, changes)).map_err(failure)
     }
 }

@@ -112,8 +112,6 @@ fn a_run_that_is_brought_back_gives_the_same_bits() {
         "formulation = \"cartesian\"; method = \"dopri5\"; tolerance = 1e-8",
         "formulation = \"joint\"; method = \"radau5\"; tolerance = 1e-8",
         "formulation = \"cartesian\"; method = \"radau5\"; tolerance = 1e-8",
-        "formulation = \"joint\"; method = \"rodas5p\"; tolerance = 1e-7",
-        "formulation = \"cartesian\"; method = \"rodas5p\"; tolerance = 1e-7",
         "formulation = \"joint\"; method = \"auto\"; engine = \"compiled\"",
         "formulation = \"cartesian\"; method = \"auto\"; engine = \"interpreted\"",
         "engine = \"reference\"; tolerance = 1e-6",

@@ -161,22 +161,6 @@ fn forces_without_a_common_solution_are_reported_as_such() {
     assert!(error.as_deref().is_some_and(|e| e.contains("depend on reactions or accelerations")), "{error:?}");
 }
 
-#[test]
-fn a_method_of_second_order_refuses_friction_and_states() {
-    let keys = "gravity = [0, -10, 0]; t_end = 1; output_step = 0.1; fixed_step = 0.1; method = \"generalized-alpha\"";
-    let friction = |rub: &str| {
-        let text = "[[force]]\nname = \"friction\"\ntype = \"TYPE\"\njoints = [\"rail\"]\nparams.factor = 0.3\n";
-        cart(keys, 2.0) + &text.replace("TYPE", rub)
-    };
-    let states = cart(keys, 1.0) + &element("control", "slow", "smoother", 0.2, "inputs.in = \"x\"");
-    for (text, words) in [(friction("rub"), "reactions"), (friction("opaque-rub"), "reactions"), (states, "states")] {
-        let opened = Session::with_catalog(scene(&text), Vec::new(), &catalog(), &RunOptions::default());
-        let error = opened.err().expect("is refused when it is opened");
-        assert!(error.exit == Exit::Scene && error.diagnostics[0].message.contains(words), "{error}");
-    }
-    assert!(off(&run(&cart(keys, 2.0)), "v", |_| 2.0) < 1e-12);
-}
-
 /// A spring stores what its force takes, whatever moves its other end: a dashpot inside it, time, or a signal, which may be measured
 /// from the motion itself.
 #[test]

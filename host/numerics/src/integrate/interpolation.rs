@@ -1,0 +1,33 @@
+//! [`Interpolation`]: the states inside a step, as what looks into it sees them.
+
+/// The interpolation of a step.
+pub(super) struct Interpolation<'a> {
+    /// Start and size of the step.
+    pub(super) start: f64,
+    pub(super) h: f64,
+    /// Its degree.
+    pub(super) degree: usize,
+    /// The shares of the step at which the method has evaluated the equations, ascending, ends included.
+    pub(super) seen: &'a [f64],
+    /// The state at a share of the step.
+    pub(super) at: &'a dyn Fn(f64, &mut [f64]),
+}
+
+/// Shares of a step in ascending order, none twice, the ends included.
+pub(super) fn ascending(shares: &[f64]) -> Vec<f64> {
+    let mut all: Vec<f64> = shares.iter().copied().chain([0.0, 1.0]).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// Cubic that has the values and derivatives of both ends of a step of size `h`, at the share `s` of it, also outside.
+pub(super) fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
+    for (i, value) in out.iter_mut().enumerate() {
+        let rise = y[1][i] - y[0][i];
+        let start_bend = h * f[0][i] - rise;
+        let end_bend = rise - h * f[1][i];
+        let bend = (1.0 - s) * start_bend + s * end_bend;
+        *value = y[0][i] + s * (rise + (1.0 - s) * bend);
+    }
+}

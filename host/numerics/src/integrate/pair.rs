@@ -1,0 +1,45 @@
+//! [`Pair`]: the table of an explicit method.
+
+/// A row of a tableau: `(stage, coefficient)`, without the zeros.
+pub type Row = &'static [(usize, f64)];
+
+/// An explicit pair with dense output. Stages `0..a.len()` make the step, stage `a.len()` is the derivative at its end,
+/// those after it serve the dense output.
+#[derive(Debug)]
+pub struct Pair {
+    /// Abscissae of all stages.
+    pub c: &'static [f64],
+    /// Arguments of the stages of the step: `y + h sum_j a_ij k_j`.
+    pub a: &'static [Row],
+    /// Weights of the step.
+    pub b: Row,
+    /// The error estimate.
+    pub error: Estimate,
+    /// Arguments of the stages for the dense output.
+    pub a_dense: &'static [Row],
+    /// Coefficients of the interpolation polynomial from the fourth power on.
+    pub d: &'static [Row],
+    /// The error estimate goes with `h^order`.
+    pub order: f64,
+    /// Weight of the previous error in the step control where the options give none.
+    pub beta: f64,
+    /// How much the exponent of the error falls by that weight.
+    pub beta_share: f64,
+    /// `h |lambda|` at the border of the region of stability.
+    pub stability: f64,
+}
+
+/// Differences of the weights from those of lower-order methods.
+#[derive(Debug)]
+pub enum Estimate {
+    /// One, which uses the derivative at the end of the step.
+    Single(Row),
+    /// Orders 5 and 3, see `Explicit::error_of_step`.
+    FiveAndThree(Row, Row),
+}
+
+impl Estimate {
+    pub(super) fn uses_end(&self) -> bool {
+        matches!(self, Self::Single(_))
+    }
+}

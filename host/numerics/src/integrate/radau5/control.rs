@@ -1,0 +1,149 @@
+//! [`Control`]: step sizes, and when Newton's method goes on, is given up, or needs a new matrix.
+
+use super::super::steps::Fault;
+
+/// Iterations of Newton's method before a step is given up.
+const MOST_ITERATIONS: usize = 7;
+/// The same for steps of a fixed size, which cannot be made smaller.
+const MOST_ITERATIONS_FIXED: usize = 50;
+/// Relative accuracy of the iterations in steps of a fixed size.
+const FIXED_ACCURACY: f64 = 1e-13;
+/// Rate of convergence up to which the Jacobian is kept for the next step.
+pub(super) const KEEP_JACOBIAN: f64 = 1e-3;
+/// Ratios of step sizes within which step size and factorisation are kept.
+const KEEP_STEP: [f64; 2] = [1.0, 1.2];
+/// Limits of the ratio of step sizes.
+const RATIO: [f64; 2] = [0.2, 8.0];
+const SAFETY: f64 = 0.9;
+/// Weight of the tolerance in the error test, `0.1 tol^(2/3)`: the error estimate is of order 3, the result of order 5
+/// (program RADAU5).
+const TEST_FACTOR: f64 = 0.1;
+/// Error of the interpolation in tolerances, as the error test estimates it, up to which samples are interpolated.
+const INTERPOLATED_ERROR: f64 = 1.0;
+/// Least error that the predictive control remembers, in units of the error test.
+const LEAST_REMEMBERED_ERROR: f64 = 1e-2;
+
+/// What a step carries to the next.
+#[derive(Debug, Clone)]
+pub(super) struct Control {
+    /// Step size of the factorisation in force.
+    pub(super) factored: Option<f64>,
+    pub(super) jacobian_is_current: bool,
+    pub(super) has_jacobian: bool,
+    /// Size of the step whose collocation polynomial starts the iterations.
+    pub(super) polynomial_of: Option<f64>,
+    /// `theta / (1 - theta)` of Newton's method.
+    pub(super) convergence: f64,
+    pub(super) theta: f64,
+    pub(super) iterations: usize,
+    /// Step size and error of the last accepted step.
+    last: Option<(f64, f64)>,
+    /// Step size and error, in tolerances, of the last step: for the interpolation.
+    last_estimate: Option<(f64, f64)>,
+    pub(super) rejected: bool,
+    /// Error test and tolerance, both as shares of the tolerance.
+    pub(super) test: f64,
+    /// Largest error of Newton's method, as a share of the error test.
+    pub(super) newton: f64,
+    pub(super) most_iterations: usize,
+}
+
+impl Default for Control {
+    fn default() -> Self {
+        Self::new(None)
+    }
+}
+
+impl Control {
+    /// For a system whose error test stands for this relative tolerance, if it is known.
+    pub(super) fn new(tolerance: Option<f64>) -> Self {
+        let relative = tolerance.map_or(1e-6, |tol| TEST_FACTOR * tol.powf(2.0 / 3.0));
+        Self {
+            factored: None,
+            jacobian_is_current: false,
+            has_jacobian: false,
+            polynomial_of: None,
+            convergence: 1.0,
+            theta: 2.0 * KEEP_JACOBIAN,
+            iterations: 0,
+            last: None,
+            last_estimate: None,
+            rejected: false,
+            test: tolerance.map_or(1.0, |tol| (relative / tol).max(1.0)),
+            most_iterations: MOST_ITERATIONS,
+            newton: (10.0 * f64::EPSILON / relative).max(relative.sqrt().min(0.03)),
+        }
+    }
+
+    /// Ratio of the size of the next step to that of one with this error (section IV.8, eq. 8.21).
+    fn ratio(&self, error: f64) -> f64 {
+        let iterations = self.iterations as f64;
+        let most = MOST_ITERATIONS as f64;
+        let safety = SAFETY.min(SAFETY * (1.0 + 2.0 * most) / (iterations + 2.0 * most));
+        (safety / error.max(1e-10).powf(0.25)).clamp(RATIO[0], RATIO[1])
+    }
+
+    /// Without an error test, the iterations go on nearly to round-off.
+    pub(super) fn iterate_to_round_off(&mut self, tolerance: Option<f64>) {
+        self.newton = tolerance.map_or(1e-6, |tol| (FIXED_ACCURACY / tol).min(1e-2)) / self.test;
+        self.most_iterations = MOST_ITERATIONS_FIXED;
+    }
+
+    /// Size of the step after one of size `tried` that was accepted; `h` was asked for.
+    pub(super) fn size_after_acceptance(&mut self, tried: f64, h: f64, error: f64) -> f64 {
+        let ratio = self.ratio_after_acceptance(tried, error);
+        self.rejected = false;
+        // A step shortened for a sample or the end says little against the size asked for.
+        let wanted = if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
+        let kept = (KEEP_STEP[0]..=KEEP_STEP[1]).contains(&(wanted / tried));
+        if kept && self.theta <= KEEP_JACOBIAN { tried } else { wanted }
+    }
+
+    /// The same after one that is too inaccurate.
+    pub(super) fn size_after_rejection(&self, tried: f64, error: f64) -> f64 {
+        tried * if self.last.is_none() { 0.1 } else { self.ratio(error).min(0.9) }
+    }
+
+    /// Whether the error of a step that seems too large is worth a second look: at the start and after a rejection.
+    pub(super) fn doubts_errors(&self) -> bool {
+        self.last.is_none() || self.rejected
+    }
+
+    /// [`Control::ratio`] after a step that was accepted: not more than its predecessor suggests (eq. 8.28).
+    fn ratio_after_acceptance(&mut self, h: f64, error: f64) -> f64 {
+        let mut ratio = self.ratio(error);
+        if let Some((last_h, last_error)) = self.last {
+            let growth = (error * error / last_error).max(1e-40).powf(0.25) / SAFETY;
+            ratio = ratio.min((h / last_h / growth).clamp(RATIO[0], RATIO[1]));
+        }
+        self.last = Some((h, error.max(LEAST_REMEMBERED_ERROR)));
+        if self.rejected { ratio.min(1.0) } else { ratio }
+    }
+
+    /// The equations switched: nothing that is known of the last steps holds for the next.
+    pub(super) fn forget(&mut self) {
+        self.has_jacobian = false;
+        self.polynomial_of = None;
+        self.last = None;
+        self.last_estimate = None;
+    }
+
+    /// The iterations failed; where the Jacobian is one of another state, a new one is taken.
+    pub(super) fn slow(&mut self, share: f64) -> Fault {
+        self.theta = 1.0;
+        self.factored = None;
+        Fault::Slow(share)
+    }
+
+    /// Takes the error of a step that passes the test; whether samples inside it will be good.
+    pub(super) fn estimate_of(&mut self, h: f64, error: f64) -> bool {
+        let in_tolerances = error * self.test;
+        self.last_estimate = Some((h, in_tolerances));
+        in_tolerances <= INTERPOLATED_ERROR
+    }
+
+    /// Whether samples inside a step of this size will be good.
+    pub(super) fn interpolates(&self, h: f64) -> bool {
+        self.last_estimate.is_none_or(|(last, error)| error * (h / last).powi(4) <= INTERPOLATED_ERROR)
+    }
+}

@@ -1,0 +1,333 @@
+//! The loop over steps, the same for all methods that integrate: [`steps_of_one_size`], or [`adaptive_steps`] with error control.
+//!
+//! A method makes single steps ([`Stepper`]), and says how large the next one may be ([`Adaptive`]). When a step is accepted,
+//! where it had better end, what becomes of one that failed, and when the run is given up are decided here.
+
+use super::events::{Again, Events, Next};
+use super::interpolation::{Interpolation, hermite};
+use super::run::{Run, Trouble};
+use super::{Accepted, StopReason};
+
+/// Step sizes shrink by this factor when a step fails other than by its error.
+pub(super) const RECOVERY_FACTOR: f64 = 0.25;
+
+/// A method, one step at a time: from the accepted state `y` at `run.t` to `t_new`.
+pub(super) trait Stepper {
+    /// Share of a step by which its interpolation may be continued.
+    fn reach(&self) -> f64;
+
+    /// Shares of a step at which the equations are evaluated, ascending, both ends included.
+    fn seen(&self) -> &[f64];
+
+    /// Takes the rates at an accepted state that no step of this method has led to.
+    fn start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble>;
+
+    /// Makes a step up to, but not including, what makes it final: the new state, projected, the rates there, and the
+    /// interpolation. The error is not looked at.
+    fn make_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault>;
+
+    /// The step is final: its end is the start of the next. `h` is its size.
+    fn go_on(&mut self, h: f64);
+
+    /// The state at the end of the step made last.
+    fn y_new(&self) -> &[f64];
+
+    /// The rates at the start of the step made last, and at its end.
+    fn rates(&self) -> [&[f64]; 2];
+
+    /// Degree of the interpolation.
+    fn degree(&self) -> usize;
+
+    /// The state at a share of the step made last.
+    fn interpolate(&self, share: f64, out: &mut [f64]);
+
+    /// Whether every step has its interpolation. Otherwise those have it in which there are samples, and those for which
+    /// [`Stepper::expect_interpolation`] asked for it.
+    fn always_interpolates(&self) -> bool {
+        true
+    }
+
+    /// Whether the interpolation of the steps to come is needed, samples or not.
+    fn expect_interpolation(&mut self, _needed: bool) {}
+}
+
+/// A method with error control.
+pub(super) trait Adaptive: Stepper {
+    /// As [`Stepper::make_step`], with the error of the step, 1 = what is allowed. The work beyond the error is spared where
+    /// that is larger.
+    fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Fault>;
+
+    /// Size of a first step, from the rates at an accepted state.
+    fn first_step(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<f64, Trouble>;
+
+    /// End of a step of about this size.
+    fn step_end(&self, run: &Run<'_>, h: f64) -> f64 {
+        run.step_end(h)
+    }
+
+    /// Whether [`Adaptive::step_end`] heeds samples, so that a step that is to end at one only needs to be made shorter.
+    fn heeds_samples(&self) -> bool {
+        false
+    }
+
+    /// Size of the step after one of size `tried` that was accepted with this error; `h` was asked for.
+    fn size_after_acceptance(&mut self, tried: f64, h: f64, error: f64) -> f64;
+
+    /// The same after one that is too inaccurate.
+    fn size_after_rejection(&mut self, tried: f64, error: f64) -> f64;
+
+    /// The last step was not accepted, for whatever reason.
+    fn rejected(&mut self);
+
+    /// The last step was accurate enough and is tried anew all the same: it missed something.
+    fn discard(&mut self) {}
+
+    /// The equations switched: what is known from the last steps does not hold for the next.
+    fn forget(&mut self);
+
+    /// A guess of the end of the step that could not be made, as its new state; false where there is none.
+    fn predict(&mut self, _y: &[f64], _h: f64) -> bool {
+        false
+    }
+
+    /// Whether another method had better go on from here. Asked for after every accepted step.
+    fn gives_way(&mut self, _run: &mut Run<'_>) -> bool {
+        false
+    }
+}
+
+/// Why a step was not made.
+pub(super) enum Fault {
+    /// Newton's method converges too slowly: try again with this share of the step.
+    Slow(f64),
+    Trouble(Trouble),
+}
+
+impl From<Trouble> for Fault {
+    fn from(trouble: Trouble) -> Self {
+        Self::Trouble(trouble)
+    }
+}
+
+/// How an integration ended well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    Completed,
+    /// [`Adaptive::gives_way`] said so.
+    GaveWay,
+}
+
+/// From an accepted state to the end, or until the method gives way; `first_step` is chosen by the method if absent.
+pub(super) fn steps(
+    method: &mut dyn Adaptive,
+    run: &mut Run<'_>,
+    y: &mut [f64],
+    first_step: Option<f64>,
+) -> Result<End, Trouble> {
+    match run.options.fixed_step {
+        Some(h) => steps_of_one_size(method, run, y, h).map(|()| End::Completed),
+        None => adaptive_steps(method, run, y, first_step),
+    }
+}
+
+/// Steps of one size, whatever their error.
+pub(super) fn steps_of_one_size(
+    method: &mut dyn Stepper,
+    run: &mut Run<'_>,
+    y: &mut [f64],
+    h: f64,
+) -> Result<(), Trouble> {
+    run.sample_start(y)?;
+    let count = run.fixed_steps(h);
+    if count == 0 {
+        return Ok(());
+    }
+    method.start(run, y)?;
+    let mut events = Events::new(run, method.reach());
+    let mut scratch = vec![0.0; y.len()];
+    method.expect_interpolation(events.watches_steps());
+    for k in 0..count {
+        run.check_step_limit()?;
+        let t_new = run.fixed_step_end(k, count);
+        if let Err(fault) = method.make_step(run, y, t_new) {
+            run.counters.rejected += 1;
+            return Err(match fault {
+                Fault::Trouble(trouble) => trouble,
+                Fault::Slow(_) => Trouble::Stop(StopReason::NoConvergence { step: t_new - run.t }),
+            });
+        }
+        let inside = Inside::new(method, run, y, t_new, &events);
+        let at = |share: f64, out: &mut [f64]| inside.state(share, out);
+        events.note_missed(run, &inside.interpolation(inside.method.seen(), &at))?;
+        finish_step(method, run, y, t_new, &mut scratch)?;
+    }
+    Ok(())
+}
+
+/// Steps that pass the error test, as long as the method makes them.
+pub(super) fn adaptive_steps(
+    method: &mut dyn Adaptive,
+    run: &mut Run<'_>,
+    y: &mut [f64],
+    first_step: Option<f64>,
+) -> Result<End, Trouble> {
+    run.sample_start(y)?;
+    if run.t == run.span.t_end {
+        return Ok(End::Completed);
+    }
+    method.start(run, y)?;
+    let mut h = match first_step {
+        Some(h) => h,
+        None => method.first_step(run, y)?,
+    };
+    // Where the next step had better end.
+    let mut end_at = None;
+    let mut events = Events::new(run, method.reach());
+    let mut scratch = vec![0.0; y.len()];
+    while run.t < run.span.t_end {
+        run.check_step_limit()?;
+        h = h.min(run.longest_step(y));
+        let t_new = end_at.take().unwrap_or_else(|| method.step_end(run, h));
+        let t_new = events.end_of_step(run, t_new, method.seen());
+        let tried = t_new - run.t;
+        if tried <= 0.0 {
+            return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
+        }
+        method.expect_interpolation(events.is_pending() || events.watches_steps());
+        let reason = match method.try_step(run, y, t_new) {
+            Ok(error) if error <= 1.0 => {
+                if let Some(again) = missed(method, run, y, t_new, &mut events)? {
+                    (h, end_at) = (again.h, again.end_at);
+                    method.discard();
+                    continue;
+                }
+                let start = run.t;
+                finish_step(method, run, y, t_new, &mut scratch)?;
+                h = method.size_after_acceptance(tried, h, error);
+                match events.accepted(run, y, start, |share, out| method.interpolate(share, out))? {
+                    Next::Plain => {}
+                    Next::EndAt(time) => end_at = Some(time),
+                    Next::Passed(size) => h = size,
+                    Next::Resumed(size) => h = h.max(size),
+                    Next::Crossed(size) => {
+                        method.forget();
+                        method.start(run, y)?;
+                        h = size.min(method.first_step(run, y)?);
+                    }
+                    Next::Jumped(size) if run.t < run.span.t_end => {
+                        method.forget();
+                        let before = method.rates()[0].to_vec();
+                        method.start(run, y)?;
+                        let continuous = is_continuous(run, y, tried, &before, method.rates()[0]);
+                        h = if continuous { size } else { size.min(method.first_step(run, y)?) };
+                    }
+                    Next::Jumped(_) => {}
+                }
+                if method.gives_way(run) && run.t < run.span.t_end {
+                    return Ok(End::GaveWay);
+                }
+                continue;
+            }
+            Ok(error) => {
+                h = method.size_after_rejection(tried, error);
+                end_at = events.rejected(run, y, method.rates()[0], t_new, method.y_new())?;
+                StopReason::StepTooSmall { step: h }
+            }
+            Err(Fault::Slow(share)) => {
+                h = tried * share;
+                if method.predict(y, tried) {
+                    end_at = events.rejected(run, y, method.rates()[0], t_new, method.y_new())?;
+                }
+                StopReason::NoConvergence { step: tried }
+            }
+            Err(Fault::Trouble(Trouble::EndAt(time))) => {
+                run.counters.rejected += 1;
+                run.counters.recoveries.sample_step += 1;
+                h = time - run.t;
+                end_at = Some(time).filter(|_| !method.heeds_samples());
+                continue;
+            }
+            Err(Fault::Trouble(Trouble::Retry(reason))) => {
+                h = tried * RECOVERY_FACTOR;
+                reason
+            }
+            Err(Fault::Trouble(trouble)) => return Err(trouble),
+        };
+        run.reject(&reason);
+        method.rejected();
+        if h < run.smallest_step() {
+            return Err(Trouble::Stop(reason));
+        }
+    }
+    Ok(End::Completed)
+}
+
+/// Whether two derivatives at one state differ by less than the tolerance over a step of this size.
+fn is_continuous(run: &mut Run<'_>, y: &[f64], h: f64, before: &[f64], after: &[f64]) -> bool {
+    let difference: Vec<f64> = before.iter().zip(after).map(|(before, after)| h * (after - before)).collect();
+    run.system.error_norm(y, y, &difference) <= 1.0
+}
+
+/// Whether the step just made missed something; then how it is to be tried again.
+fn missed(
+    method: &dyn Stepper,
+    run: &mut Run<'_>,
+    y: &[f64],
+    t_new: f64,
+    events: &mut Events,
+) -> Result<Option<Again>, Trouble> {
+    if !events.watches_anything() {
+        return Ok(None);
+    }
+    let inside = Inside::new(method, run, y, t_new, events);
+    let at = |share: f64, out: &mut [f64]| inside.state(share, out);
+    let seen = if inside.own { method.seen() } else { &[0.0, 1.0] };
+    events.missed(run, y, &inside.interpolation(seen, &at))
+}
+
+/// Makes the step final: samples, `accept`, `step_done`; the rates anew where `accept` changed something.
+fn finish_step<M: Stepper + ?Sized>(
+    method: &mut M,
+    run: &mut Run<'_>,
+    y: &mut [f64],
+    t_new: f64,
+    scratch: &mut [f64],
+) -> Result<(), Trouble> {
+    let (t, h) = (run.t, t_new - run.t);
+    y.copy_from_slice(method.y_new());
+    let accepted = run.finish_step(t_new, y, scratch, |time, out| method.interpolate((time - t) / h, out))?;
+    method.go_on(h);
+    if accepted == Accepted::Changed && t_new < run.span.t_end {
+        method.start(run, y)?;
+    }
+    Ok(())
+}
+
+/// What is known of the inside of a step that was made and is not yet final.
+struct Inside<'a> {
+    method: &'a dyn Stepper,
+    y: &'a [f64],
+    start: f64,
+    h: f64,
+    /// Whether by the method's own interpolation. For angles the cubic through both ends will do, which takes no evaluations.
+    own: bool,
+}
+
+impl<'a> Inside<'a> {
+    fn new(method: &'a dyn Stepper, run: &Run<'_>, y: &'a [f64], t_new: f64, events: &Events) -> Self {
+        let own = method.always_interpolates() || events.watches_steps();
+        Self { method, y, start: run.t, h: t_new - run.t, own }
+    }
+
+    fn state(&self, share: f64, out: &mut [f64]) {
+        if self.own {
+            return self.method.interpolate(share, out);
+        }
+        hermite(share, self.h, [self.y, self.method.y_new()], self.method.rates(), out);
+    }
+
+    fn interpolation<'b>(&self, seen: &'b [f64], at: &'b dyn Fn(f64, &mut [f64])) -> Interpolation<'b> {
+        let degree = if self.own { self.method.degree() } else { 3 };
+        Interpolation { start: self.start, h: self.h, degree, seen, at }
+    }
+}
