@@ -291,12 +291,11 @@ impl Session {
     fn integrate(&self, runs: &mut [Run<'_>], to: f64) -> Result<(), SessionError> {
         #[cfg(feature = "parallel")]
         if self.options.jobs != 1 {
-            use super::error::Exit;
             use crate::diagnostics::{Diagnostic, codes};
             use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
             let pool = rayon::ThreadPoolBuilder::new().num_threads(self.options.jobs).build().map_err(|error| {
                 let message = format!("cannot start {} threads: {error}", self.options.jobs);
-                SessionError::one(Exit::Scene, &self.scene.source, Diagnostic::error(codes::BAD_OVERRIDE, message))
+                SessionError::one(&self.scene.source, Diagnostic::error(codes::BAD_OVERRIDE, message))
             })?;
             // Islands differ in length: each is a task of its own.
             pool.install(|| runs.par_iter_mut().with_max_len(1).for_each(|run| run.go_to(to)));
