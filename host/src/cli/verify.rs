@@ -26,10 +26,7 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
         let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
         eprintln!("{number}/{} {}: {verdict}", scenes.len(), case.name);
     };
-    let cases = verifier.verify_all(&scenes, args.jobs.map_or(0, usize::from), &told).map_err(|cause| {
-        let message = format!("cannot start threads: {cause}");
-        Failure::new(Diagnostic::error(codes::BAD_OVERRIDE, message).help("try `--jobs 1`")).exit(exit::FILES)
-    })?;
+    let cases = verifier.verify_all(&scenes, args.jobs.map_or(0, usize::from), &told);
     let mut coverage = Coverage::of(&cases, verifier.elements());
     if !whole_folder {
         // What single scenes leave out is no gap.
