@@ -6,7 +6,8 @@
 use std::path::{Path, PathBuf};
 
 use odyn::catalog::Store;
-use odyn::diagnostics::{codes, render};
+
+use odyn::diagnostics::{Code, codes, render};
 use odyn::session::{Exit, Session, SessionError};
 
 use crate::fixtures;
@@ -69,14 +70,14 @@ struct Case {
     fixtures: &'static [&'static str],
     exit: Exit,
     /// The codes found, in the order of the message.
-    codes: &'static [&'static str],
+    codes: &'static [Code],
 }
 
 const fn case(
     name: &'static str,
     changes: &'static [(&'static str, &'static str)],
     exit: Exit,
-    codes: &'static [&'static str],
+    codes: &'static [Code],
 ) -> Case {
     Case { name, changes, sets: &[], fixtures: &[], exit, codes }
 }
@@ -286,7 +287,7 @@ fn every_mistake_has_its_message() {
             continue;
         };
         let text = stable(&error.render(false), &written);
-        let found: Vec<&str> = error.diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
+        let found: Vec<Code> = error.diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
         if found != case.codes || error.exit != case.exit {
             failed.push_str(&format!("\n{}: {found:?}, {:?}\n{text}", case.name, error.exit));
             continue;
@@ -304,7 +305,7 @@ fn check_place(case: &Case, error: &SessionError, scene: &Path) {
         let place = error.source.locate(place.start);
         assert!(place.line > 0 && place.column > 0);
         assert!(place.name == scene.display().to_string() || place.name == "command line", "{}", place.name);
-        assert!(!diagnostic.code.is_empty() && codes::explain(diagnostic.code).is_some(), "{}", diagnostic.code);
+        assert!(codes::explain(diagnostic.code.code).is_some(), "{}", diagnostic.code);
     }
     let text = error.render(false);
     assert!(!text.contains("stack backtrace") && !text.contains("RUST_BACKTRACE"), "{text}");
@@ -336,7 +337,7 @@ fn velocities_that_contradict_the_joints_are_a_warning() {
     let velocities = &[("inertia", "velocity = [1, 0, 0]\nangular_velocity = [0, 0, 0]\ninertia")];
     let written = write(&Case { changes: velocities, ..case("velocities", &[], Scene, &[]) });
     let session = Session::open(&written.scene, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
-    let found: Vec<&str> = session.warnings.iter().map(|warning| warning.code).collect();
+    let found: Vec<Code> = session.warnings.iter().map(|warning| warning.code).collect();
     assert!(!found.is_empty() && found.iter().all(|code| *code == codes::INCONSISTENT_VELOCITIES), "{found:?}");
     insta::assert_snapshot!("velocities", stable(&render(&session.warnings, &session.scene.source, false), &written));
 }
@@ -346,7 +347,7 @@ fn positions_that_are_a_little_off_are_a_warning() {
     let position = &[("point = [0, 0, 0]\naxis", "points = [[0, 0, 0], [0.01, 0, 0]]\naxis")];
     let written = write(&Case { changes: position, ..case("position", &[], Scene, &[]) });
     let session = Session::open(&written.scene, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
-    let found: Vec<&str> = session.warnings.iter().map(|warning| warning.code).collect();
+    let found: Vec<Code> = session.warnings.iter().map(|warning| warning.code).collect();
     assert_eq!(found, [codes::ASSEMBLY_JUMP]);
     insta::assert_snapshot!("position", stable(&render(&session.warnings, &session.scene.source, false), &written));
 }
@@ -361,7 +362,7 @@ fn a_panic_while_running_leaves_valid_results() {
     let table = odyn::results::Table::read(&out.join("results.csv")).unwrap();
     assert!(!table.times.is_empty() && table.times.len() < 101, "{} rows", table.times.len());
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
-    assert!(summary.contains("\"status\": \"failed\"") && summary.contains(codes::PLUGIN_PANICKED), "{summary}");
+    assert!(summary.contains("\"status\": \"failed\"") && summary.contains(codes::PLUGIN_PANICKED.code), "{summary}");
 }
 
 /// Stopping early is a result, not an error: exit code 6, and 7 where the audit is not content.

@@ -1,7 +1,7 @@
 //! The paper's example: its published figures, and what the host says about the model.
 
 use insta::assert_snapshot;
-use odyn::diagnostics::{codes, render};
+use odyn::diagnostics::{Code, codes, render};
 
 use crate::support::{open, run};
 
@@ -39,7 +39,7 @@ fn check_names_mobility_and_redundant_rows() {
 #[test]
 fn check_warns_of_two_inertias_and_changes_nothing() {
     let session = open("compressor.toml", &[]);
-    let found: Vec<&str> = session.warnings.iter().map(|warning| warning.code).collect();
+    let found: Vec<Code> = session.warnings.iter().map(|warning| warning.code).collect();
     assert_eq!(found, [codes::UNREAL_INERTIA; 2]);
     let root = format!("{}/", crate::support::root().display());
     assert_snapshot!(render(&session.warnings, &session.scene.source, false).replace(&root, ""));

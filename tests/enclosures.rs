@@ -4,6 +4,7 @@
 //! steps so short that nothing can hide in them. The two have to agree; grids of cases stand beside each other so that no single
 //! one is lucky.
 
+use odyn::diagnostics::codes;
 use odyn::results::{Remedy, Status};
 use odyn::session::{RunReport, Session};
 
@@ -177,7 +178,11 @@ fn steps_of_a_fixed_size_that_lose_turns_or_miss_contacts_say_so() {
     for method in ["rk4", "dop853", "radau5"] {
         let method = format!("simulation.method={method}");
         let report = run(&wheel("30.0"), &[&method, "simulation.fixed_step=0.5"]);
-        assert_eq!((report.summary.status, report.summary.code), (Status::Suspect, Some("ODY0607")), "{method}");
+        assert_eq!(
+            (report.summary.status, report.summary.code),
+            (Status::Suspect, Some(codes::MISSED_WITHIN_STEP)),
+            "{method}"
+        );
         let force =
             "type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = { upper = 2.686, force = \"5 kN\", depth = \"2 cm\" }";
         let scene = cart("7.3", force)
@@ -255,7 +260,12 @@ fn contradictions_of_some_milliseconds_end_the_run() {
                 let sets = [format!("simulation.formulation={coordinates}"), format!("simulation.method={method}")];
                 let summary = run(scene, &sets.each_ref().map(String::as_str)).summary;
                 let told = (summary.status, summary.code);
-                assert_eq!(told, (Status::StoppedEarly, Some("ODY0502")), "{width} s, {sets:?}: {}", summary.reason);
+                assert_eq!(
+                    told,
+                    (Status::StoppedEarly, Some(codes::CONFLICTING_CONSTRAINTS)),
+                    "{width} s, {sets:?}: {}",
+                    summary.reason
+                );
                 // From there on the angles differ by more than the limit; the last state from which a step was tried lies before.
                 let end = summary.t_end_reached;
                 assert!((1.0123 - 7.0 * width..1.0123).contains(&end), "{sets:?}: {end}");

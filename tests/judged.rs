@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use odyn::diagnostics::codes;
 use odyn::results::{Status, Table};
 use odyn::scene::AuditTolerance;
 use odyn::session::{Checkpoint, RunOptions, RunReport, Session};
@@ -61,7 +62,7 @@ fn a_stop_that_was_flown_through_shows_in_the_table() {
     let energy = column(&blind, "energy");
     let jump = energy.iter().fold(0.0_f64, |most, e| most.max((e - energy[0]).abs()));
     assert!(jump > 100.0 && summary.audit.sample_energy_error_relative > 0.5, "{jump} J, {:?}", summary.audit);
-    assert_eq!((summary.status, summary.code, blind.exit_code()), (Status::Suspect, Some("ODY0703"), 7));
+    assert_eq!((summary.status, summary.code, blind.exit_code()), (Status::Suspect, Some(codes::AUDIT_SAMPLES), 7));
     assert!(summary.reason.starts_with("in the table, the balance of energies is off by"), "{}", summary.reason);
     // With steps that feel the stop, the ball comes back.
     let seen = run(BALL, &["simulation.max_step=0.01"]);
@@ -117,7 +118,12 @@ fn what_is_not_a_number_names_its_element() {
     ] {
         let report = run(&motor(expression), &[]);
         let summary = &report.summary;
-        assert_eq!((summary.status, summary.code), (Status::StoppedEarly, Some("ODY0602")), "{}", summary.reason);
+        assert_eq!(
+            (summary.status, summary.code),
+            (Status::StoppedEarly, Some(codes::MOTION_NOT_FINITE)),
+            "{}",
+            summary.reason
+        );
         assert!(summary.reason.contains(named) && summary.reason.contains(operation), "{}", summary.reason);
         assert!(summary.reason.contains(&format!("look at `of_time = \"{expression}\"`")), "{}", summary.reason);
     }

@@ -21,6 +21,15 @@ thread_local! {
     static PROGRESS: Cell<Option<&'static AtomicU32>> = const { Cell::new(None) };
 }
 
+/// What the message of a panic begins with. The binary interface carries faults as text, so this is how one is known behind it.
+pub(crate) const PANICKED: &str = "panicked";
+
+/// Whether the message of a fault is that of a panic.
+#[must_use]
+pub fn is_panic(message: &str) -> bool {
+    message.starts_with(PANICKED)
+}
+
 /// Runs `body`; a panic inside it becomes `Err` with its message and place.
 ///
 /// The first call in a process puts the hook described above in place.
@@ -40,7 +49,7 @@ pub fn fenced<T>(body: impl FnOnce() -> T) -> Result<T, String> {
         // Dropping a payload may run any code of the author, which may panic again.
         std::mem::forget(payload);
         let kept = CAUGHT.with(|caught| caught.try_borrow_mut().ok().and_then(|mut slot| slot.take()));
-        kept.unwrap_or_else(|| "panicked".into())
+        kept.unwrap_or_else(|| PANICKED.into())
     })
 }
 
@@ -52,7 +61,7 @@ fn keep(info: &PanicHookInfo<'_>) {
     let place = info.location().map_or_else(String::new, |at| format!(" at {at}"));
     CAUGHT.with(|caught| {
         if let Ok(mut slot) = caught.try_borrow_mut() {
-            *slot = Some(format!("panicked: {message}{place}"));
+            *slot = Some(format!("{PANICKED}: {message}{place}"));
         }
     });
 }

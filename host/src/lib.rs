@@ -38,8 +38,8 @@
 //! The command line, checkpoints and islands step their scenes by the same run: it has the one loop, and tells a
 //! [`session::Sink`] what comes.
 //!
-//! Leaves that any room may use: [`diagnostics`] (messages with places), [`linalg`] (linear systems, ranks) and
-//! [`interval`] (ranges of numbers and polynomials). A room uses only rooms before it and the leaves; a test guards the edges.
+//! Leaves that any room may use: [`diagnostics`] (messages with places), [`linalg`] (linear systems, ranks),
+//! [`interval`] (ranges of numbers and polynomials) and `pool` (runs on several threads). A room uses only rooms before it and the leaves; a test guards the edges.
 //!
 //! Some rooms are crates of their own in folders beside this one's sources, taken in here under their names, so that the
 //! compiler guards what they must not know:
@@ -63,6 +63,7 @@ pub mod model;
 #[cfg(feature = "manual")]
 mod page;
 pub mod plan;
+mod pool;
 pub mod program;
 pub mod results;
 pub mod session;

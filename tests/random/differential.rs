@@ -248,11 +248,11 @@ impl Checks {
             .and_then(|session| session.run(None, Box::new(|_| ()), &std::sync::Arc::default()));
         match report {
             Err(error) => {
-                let code = error.diagnostics.iter().find(|d| d.is_error()).map_or("?", |d| d.code);
+                let code = error.diagnostics.iter().find(|d| d.is_error()).map_or("?", |d| d.code.code);
                 Ending::Refused(format!("{} {code}", error.exit_code()))
             }
             Ok(report) if report.summary.status != Status::Completed => {
-                Ending::Refused(format!("{} {}", report.exit_code(), report.summary.code.unwrap_or("?")))
+                Ending::Refused(format!("{} {}", report.exit_code(), report.summary.code.map_or("?", |code| code.code)))
             }
             Ok(report) => {
                 let audit = &report.summary.audit;

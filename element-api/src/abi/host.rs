@@ -84,7 +84,9 @@ pub unsafe fn open(entry: *const ()) -> Result<Vec<Box<dyn ElementClass>>, OpenE
         LibraryError::IncompatibleVersionNumber { expected_version, actual_version, .. } => {
             OpenError::Version { host: expected_version.to_string(), library: actual_version.to_string() }
         }
-        LibraryError::RootModule { err: RootModuleError::Unwound, .. } => OpenError::Root("panicked".into()),
+        LibraryError::RootModule { err: RootModuleError::Unwound, .. } => {
+            OpenError::Root(crate::fence::PANICKED.into())
+        }
         LibraryError::ParseVersionError(_) => OpenError::Version {
             host: PluginV1_Ref::VERSION_STRINGS.to_string(),
             library: header.version_strings().to_string(),

@@ -173,7 +173,7 @@ impl Probe {
         let descriptor = class.descriptor().clone();
         let mut set = class.new_set();
         let during = |what: &str, text: String| {
-            CreateError::Fault(if text.starts_with("panicked") { format!("{what} {text}") } else { text })
+            CreateError::Fault(if crate::fence::is_panic(&text) { format!("{what} {text}") } else { text })
         };
         let instance = set.add(params).map_err(|error| match error {
             CreateError::Fault(text) => during("`new`", text),

@@ -137,7 +137,7 @@ extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_vo
 fn tell(post: &Post, what: &str) {
     let (function, instance) = post.at();
     write(b"\nerror[");
-    write(codes::PLUGIN_CRASHED.as_bytes());
+    write(codes::PLUGIN_CRASHED.code.as_bytes());
     write(b"]: `");
     // Who holds this lock holds it for a moment only; but nothing may be waited for here.
     let names = post.names.try_lock().ok();

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use element_api::fence::is_panic;
 use odyn_diagnostics::{Code, Diagnostic, codes};
 
 /// Why a library or an element type can't be had. The text names the file, what was found and what was expected;
@@ -215,7 +216,7 @@ impl CatalogError {
             Self::Layout { .. } => codes::ABI_LAYOUT,
             Self::Conventions { .. } => codes::ABI_CONVENTIONS,
             Self::Processor { .. } => codes::CPU_FEATURES,
-            Self::Failed { message, .. } if message.starts_with("panicked") => codes::PLUGIN_PANICKED,
+            Self::Failed { message, .. } if is_panic(message) => codes::PLUGIN_PANICKED,
             Self::Failed { .. } => codes::PLUGIN_MISBEHAVED,
             Self::DuplicatePackage { .. } => codes::DUPLICATE_ELEMENT,
             Self::NoneFits { content: false, .. } => codes::PLUGIN_VERSION,

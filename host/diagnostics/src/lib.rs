@@ -17,6 +17,7 @@
 //! ```
 
 pub mod codes;
+mod exit;
 mod render;
 mod shown;
 mod source;
@@ -26,6 +27,7 @@ mod suggest;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
+pub use exit::Exit;
 pub use render::{render, summary};
 pub use shown::{shown, shown_on_one_line};
 pub use source::{Location, Source, line_column};
@@ -33,8 +35,8 @@ pub use suggest::{help_for, suggest};
 
 use std::ops::Range;
 
-/// A stable code such as `"ODY0102"`; the constants and their explanations are in [`codes`].
-pub type Code = &'static str;
+/// One of the constants of [`codes`]; displayed as `ODY0102`.
+pub type Code = &'static codes::Entry;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

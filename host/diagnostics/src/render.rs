@@ -41,7 +41,7 @@ fn group<'a>(diagnostic: &'a Diagnostic, source: &'a Source, lines: &mut Lines) 
         Severity::Warning => Level::WARNING,
         Severity::Note => Level::NOTE,
     };
-    let mut group = Group::with_title(level.primary_title(diagnostic.message.as_str()).id(diagnostic.code));
+    let mut group = Group::with_title(level.primary_title(diagnostic.message.as_str()).id(diagnostic.code.code));
     for snippet in snippets(&diagnostic.labels, source, lines) {
         group = group.element(snippet);
     }

@@ -35,24 +35,9 @@ fn every_code_is_on_the_page() {
 }
 
 #[test]
-fn every_constant_is_explained() {
-    let constants = include_str!("codes.rs")
-        .lines()
-        .filter_map(|line| line.strip_prefix("pub const "))
-        .filter_map(|line| line.split_once(": Code = \""))
-        .map(|(_, rest)| &rest[..7]);
-    let mut number = 0;
-    for code in constants {
-        assert!(codes::explain(code).is_some(), "{code} is not in the table");
-        number += 1;
-    }
-    assert_eq!(number, TABLE.len());
-}
-
-#[test]
 fn explain_ignores_case() {
     let entry = codes::explain(" ody0102 ").expect("known code");
-    assert_eq!(entry.code, codes::UNKNOWN_KEY);
+    assert_eq!(entry, codes::UNKNOWN_KEY);
     assert!(codes::explain("ODY9999").is_none());
 }
 

@@ -14,7 +14,7 @@ mod units;
 mod verification;
 
 use super::*;
-use odyn_diagnostics::{render, summary};
+use odyn_diagnostics::{Code, render, summary};
 
 /// A simulation that is in order, for scenes about something else.
 const SIMULATION: &str = "[simulation]\nt_end = 1\noutput_step = 0.1\n";
@@ -54,7 +54,7 @@ impl Rejected {
     }
 
     /// Codes in the order of the text.
-    fn codes(&self) -> Vec<&'static str> {
+    fn codes(&self) -> Vec<Code> {
         self.diagnostics.iter().map(|one| one.code).collect()
     }
 

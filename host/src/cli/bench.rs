@@ -26,7 +26,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<u8, Failure> {
     for peer in &args.peers {
         report.peers.extend(read(peer).map_err(|message| {
             let diagnostic = Diagnostic::error(codes::UNREADABLE, format!("cannot read the measurements in {message}"));
-            Failure::new(exit::FILES, diagnostic)
+            Failure::new(diagnostic)
         })?);
     }
     let runner = Runner::new(settings(args)?);
@@ -61,7 +61,7 @@ fn settings(args: &BenchArgs) -> Result<Settings, Failure> {
         let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no method `{unknown}`"))
             .help_if(nearest.map(|nearest| format!("did you mean `{nearest}`?")))
             .help(format!("known are {}", integrate::names().join(", ")));
-        return Err(Failure::new(exit::USAGE, diagnostic));
+        return Err(Failure::new(diagnostic).exit(exit::USAGE));
     }
     let mut settings = Settings {
         repeats: args.repeats as usize,
@@ -173,9 +173,6 @@ fn write_file(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {
     let path = folder.join(name);
     std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, text)).map_err(|cause| {
         let message = format!("cannot write `{}`: {cause}", path.display());
-        Failure::new(
-            exit::FILES,
-            Diagnostic::error(codes::CANNOT_WRITE, message).help("choose another folder with `-o DIR`"),
-        )
+        Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message).help("choose another folder with `-o DIR`"))
     })
 }

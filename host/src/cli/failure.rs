@@ -23,8 +23,13 @@ pub(super) struct Failure {
 
 impl Failure {
     /// A failure that has no place in a text.
-    pub(super) fn new(exit: u8, diagnostic: Diagnostic) -> Self {
-        Self { exit, diagnostics: vec![diagnostic], source: Source::new("", "") }
+    pub(super) fn new(diagnostic: Diagnostic) -> Self {
+        Self { exit: diagnostic.code.exit as u8, diagnostics: vec![diagnostic], source: Source::new("", "") }
+    }
+
+    /// The same with another exit code than that of its message.
+    pub(super) fn exit(self, exit: u8) -> Self {
+        Self { exit, ..self }
     }
 
     /// Diagnostics with the text they point into.
@@ -56,35 +61,34 @@ impl Failure {
 
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
-        let exit = u8::try_from(error.exit_code()).unwrap_or(exit::SCENE);
-        Self { exit, diagnostics: error.diagnostics, source: *error.source }
+        Self { exit: error.exit as u8, diagnostics: error.diagnostics, source: *error.source }
     }
 }
 
 impl From<ResultsError> for Failure {
     fn from(error: ResultsError) -> Self {
-        Self::new(exit::FILES, error.diagnostic())
+        Self::new(error.diagnostic())
     }
 }
 
 impl From<CatalogError> for Failure {
     fn from(error: CatalogError) -> Self {
         let exit = if matches!(error, CatalogError::Files { .. }) { exit::FILES } else { exit::PLUGIN };
-        Self::new(exit, error.diagnostic())
+        Self::new(error.diagnostic()).exit(exit)
     }
 }
 
 /// Standard output that takes no more.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
-        Self::new(exit::FILES, Diagnostic::error(codes::CANNOT_WRITE, format!("cannot write the output: {error}")))
+        Self::new(Diagnostic::error(codes::CANNOT_WRITE, format!("cannot write the output: {error}")))
     }
 }
 
 /// A file or folder that cannot be written.
 pub(super) fn cannot_write(path: &std::path::Path, error: &std::io::Error) -> Failure {
     let message = format!("cannot write `{}`: {error}", path.display());
-    Failure::new(exit::FILES, Diagnostic::error(codes::CANNOT_WRITE, message))
+    Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message))
 }
 
 /// A call into a library that has taken so long is told, s.
@@ -99,10 +103,10 @@ pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
     let patience = Duration::from_secs_f64(limit.unwrap_or(TOLD_AFTER));
     let told = move |late: &Late| {
         if limit.is_some() {
-            Failure::new(exit::PLUGIN, late_diagnostic(late, true)).tell(json);
+            Failure::new(late_diagnostic(late, true)).tell(json);
             std::process::exit(i32::from(exit::PLUGIN));
         }
-        Failure::new(exit::PLUGIN, late_diagnostic(late, false)).tell(false);
+        Failure::new(late_diagnostic(late, false)).tell(false);
     };
     // A system without threads has no watchdog.
     Watchdog::start(patience, told).ok()
@@ -135,7 +139,7 @@ pub(super) fn messages<'a>(diagnostics: &'a [Diagnostic], source: &Source) -> Ve
     let one = |diagnostic: &'a Diagnostic| {
         let place = diagnostic.span().map(|span| source.locate(span.start));
         Message {
-            code: diagnostic.code,
+            code: diagnostic.code.code,
             severity: diagnostic.severity.word(),
             message: &diagnostic.message,
             line: place.as_ref().map(|place| place.line),

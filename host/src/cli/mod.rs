@@ -53,14 +53,14 @@ use clap::Parser;
 use args::{Arguments, Command, ElementsCommand, PluginCommand};
 use failure::Failure;
 
-/// Exit codes. Those of mistakes in scenes, plugins, assembly, integration, audit and files are the library's.
+/// Exit codes.
 mod exit {
-    use odyn::session::Exit;
+    use odyn::diagnostics::Exit;
 
     /// Done.
-    pub(super) const DONE: u8 = 0;
+    pub(super) const DONE: u8 = Exit::Done as u8;
     /// The command line is wrong.
-    pub(super) const USAGE: u8 = 2;
+    pub(super) const USAGE: u8 = Exit::Usage as u8;
     /// A scene or model with mistakes.
     pub(super) const SCENE: u8 = Exit::Scene as u8;
     /// A plugin that can't be had.
@@ -72,7 +72,7 @@ mod exit {
     /// Files can't be read or written.
     pub(super) const FILES: u8 = Exit::Files as u8;
     /// Interrupted by the user, as shells count: 128 + the number of the signal.
-    pub(super) const INTERRUPTED: u8 = 130;
+    pub(super) const INTERRUPTED: u8 = Exit::Interrupted as u8;
 }
 
 /// Runs the command of the command line.

@@ -114,7 +114,7 @@ fn texts(params: &[String]) -> Result<Vec<String>, Failure> {
         }
         std::fs::read_to_string(text).map_err(|error| {
             let message = format!("cannot read `{text}`: {error}");
-            Failure::new(exit::FILES, Diagnostic::error(codes::UNREADABLE, message).help("or write KEY=VALUE"))
+            Failure::new(Diagnostic::error(codes::UNREADABLE, message).help("or write KEY=VALUE"))
         })
     };
     params.iter().map(read).collect()
@@ -273,7 +273,7 @@ fn json(
 
 /// A mistake on the command line.
 fn usage(diagnostic: Diagnostic) -> Failure {
-    Failure::new(exit::USAGE, diagnostic)
+    Failure::new(diagnostic).exit(exit::USAGE)
 }
 
 impl From<BadValues> for Failure {
@@ -284,10 +284,10 @@ impl From<BadValues> for Failure {
 
 impl From<WorkshopError> for Failure {
     fn from(error: WorkshopError) -> Self {
-        let exit = match error {
-            WorkshopError::Name { .. } | WorkshopError::NoContract { .. } => exit::USAGE,
-            _ => exit::FILES,
-        };
-        Self::new(exit, error.diagnostic())
+        let failure = Self::new(error.diagnostic());
+        match error {
+            WorkshopError::Name { .. } | WorkshopError::NoContract { .. } => failure.exit(exit::USAGE),
+            _ => failure,
+        }
     }
 }

@@ -26,10 +26,10 @@ pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
         }
         return Ok(if suspect { exit::AUDIT } else { exit::DONE });
     }
-    let point = Checkpoint::read(folder).map_err(|diagnostic| Failure::new(exit::FILES, *diagnostic))?;
+    let point = Checkpoint::read(folder).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
     let stop = stop_on_interrupt();
     let Some((scene, mut options)) = point.opened() else {
-        return Err(Failure::new(exit::FILES, *Checkpoint::without_scene(folder)));
+        return Err(Failure::new(*Checkpoint::without_scene(folder)).exit(exit::FILES));
     };
     options.plugins.extend(args.plugins.iter().cloned());
     let mut session = Session::open(scene, &options)?;

@@ -30,9 +30,9 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
         if same_folder(from, &folder) {
             let message = "the results would replace those that the run goes on from";
             let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help("name another folder with -o");
-            return Err(Failure::new(exit::USAGE, diagnostic));
+            return Err(Failure::new(diagnostic).exit(exit::USAGE));
         }
-        session.go_on_from(Restart::read(from).map_err(|diagnostic| Failure::new(exit::FILES, *diagnostic))?)?;
+        session.go_on_from(Restart::read(from).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?)?;
     }
     if args.strict {
         refuse_warnings(&session)?;

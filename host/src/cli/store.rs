@@ -79,7 +79,7 @@ pub(super) fn remove(args: &RemoveArgs) -> Result<u8, Failure> {
     let version = version.map(Version::parse).transpose().map_err(|error| {
         let diagnostic =
             Diagnostic::error(codes::INSTALLATION, format!("`{}` has no version behind `@`: {error}", args.name));
-        Failure::new(exit::USAGE, diagnostic.help("write NAME@1.2.3"))
+        Failure::new(diagnostic.help("write NAME@1.2.3")).exit(exit::USAGE)
     })?;
     let removed = store(&args.store)?.remove(name, version.as_ref())?;
     terminal::print(&format!("{} {}: removed from {}\n", removed.name, removed.version, removed.folder.display()))?;
@@ -232,7 +232,7 @@ fn store(args: &StoreArgs) -> Result<Store, Failure> {
     }
     Store::of_user().ok_or_else(|| {
         let diagnostic = Diagnostic::error(codes::CANNOT_WRITE, "the system tells no home folder of this user");
-        Failure::new(exit::FILES, diagnostic.help("set HOME, or install into a project with --project DIR"))
+        Failure::new(diagnostic.help("set HOME, or install into a project with --project DIR"))
     })
 }
 
@@ -281,7 +281,7 @@ fn papers(args: &PackArgs, home: Option<&Path>) -> Result<Vec<(String, Vec<u8>)>
                 LARGEST_PAPERS >> 20,
                 path.display()
             );
-            return Err(Failure::new(exit::FILES, Diagnostic::error(codes::BAD_PACKAGE, message)));
+            return Err(Failure::new(Diagnostic::error(codes::BAD_PACKAGE, message)).exit(exit::FILES));
         }
         found.push((name, fs::read(&path).map_err(|error| cannot_read(&path, &error))?));
     }
@@ -318,10 +318,10 @@ fn is_licence(name: &str) -> bool {
 
 fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
     let message = format!("cannot read `{}`: {error}", path.display());
-    Failure::new(exit::FILES, Diagnostic::error(codes::UNREADABLE, message))
+    Failure::new(Diagnostic::error(codes::UNREADABLE, message))
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     let message = format!("cannot write `{}`: {error}", path.display());
-    Failure::new(exit::FILES, Diagnostic::error(codes::CANNOT_WRITE, message))
+    Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message))
 }

@@ -35,13 +35,13 @@ pub(super) fn stress(args: &StressArgs) -> Result<u8, Failure> {
     choices::tell(suite.trials.iter().map(|trial| trial.scene.as_path()), &[], &args.plugins);
     let stop = stop_on_interrupt();
     let outcomes = run(&suite, &args.names, &settings, &told, &stop);
-    let outcomes = outcomes.map_err(|diagnostic| Failure::new(exit::USAGE, *diagnostic))?;
+    let outcomes = outcomes.map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::USAGE))?;
     terminal::print(&report(&outcomes))?;
     let page = StressPage { outcomes: &outcomes, full: args.full };
     page.write(&args.output).map_err(|cause| {
         let message = format!("cannot write the page to `{}`: {cause}", args.output.display());
         let diagnostic = Diagnostic::error(codes::CANNOT_WRITE, message);
-        Failure::new(exit::FILES, diagnostic.help("choose another folder with `-o DIR`"))
+        Failure::new(diagnostic.help("choose another folder with `-o DIR`"))
     })?;
     terminal::print(&format!("page: {}\n", args.output.join(STRESS_FILE).display()))?;
     if stop.load(Ordering::Relaxed) {

@@ -16,7 +16,7 @@ use super::terminal;
 /// Runs a scene with all combinations of values and writes the table.
 pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
     let varied: Result<Vec<Vary>, Diagnostic> = args.vary.iter().map(|text| Vary::parse(text)).collect();
-    let varied = varied.map_err(|diagnostic| Failure::new(exit::USAGE, diagnostic))?;
+    let varied = varied.map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
     let folder = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene));
     let options = StudyOptions {
         common: args.scene.options(args.audit_tol),
@@ -39,12 +39,12 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
         }
     };
     let study = Study::run(&args.scene.scene, &options, &told, &stop_on_interrupt());
-    let study = study.map_err(|diagnostic| Failure::new(exit::USAGE, *diagnostic))?.any_results()?;
+    let study = study.map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::USAGE))?.any_results()?;
     if study.kept() > 0 && !silent {
         eprintln!("{} of {count} runs were finished before", study.kept());
     }
     let table = study.table();
-    let path = study.write(&folder).map_err(|error| Failure::new(exit::FILES, error.diagnostic()))?;
+    let path = study.write(&folder)?;
     if args.scene.json {
         terminal::print_as_it_is(&terminal::json(&table))?;
     } else if !args.quiet {

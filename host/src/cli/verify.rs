@@ -26,10 +26,7 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
         let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
         eprintln!("{number}/{} {}: {verdict}", scenes.len(), case.name);
     };
-    let cases = verifier.verify_all(&scenes, args.jobs.map_or(0, usize::from), &told).map_err(|cause| {
-        let message = format!("cannot start threads: {cause}");
-        Failure::new(exit::FILES, Diagnostic::error(codes::BAD_OVERRIDE, message).help("try `--jobs 1`"))
-    })?;
+    let cases = verifier.verify_all(&scenes, args.jobs.map_or(0, usize::from), &told);
     let mut coverage = Coverage::of(&cases, verifier.elements());
     if !whole_folder {
         // What single scenes leave out is no gap.
@@ -39,10 +36,7 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
     let manual = Manual { cases: &cases, elements: verifier.elements(), coverage: &coverage };
     manual.write(&args.output).map_err(|cause| {
         let message = format!("cannot write the manual to `{}`: {cause}", args.output.display());
-        Failure::new(
-            exit::FILES,
-            Diagnostic::error(codes::CANNOT_WRITE, message).help("choose another folder with `-o DIR`"),
-        )
+        Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message).help("choose another folder with `-o DIR`"))
     })?;
     terminal::print(&format!("manual: {}\n", args.output.join(INDEX_FILE).display()))?;
     let failed = cases.iter().any(|case| !case.passed());
@@ -69,7 +63,7 @@ pub(super) fn scenes(purpose: &str, paths: &[PathBuf]) -> Result<(Vec<PathBuf>, 
 fn unreadable(purpose: &str, path: &Path, why: &str) -> Failure {
     let message = format!("cannot {purpose} `{}`: {why}", path.display());
     let diagnostic = Diagnostic::error(codes::UNREADABLE, message);
-    Failure::new(exit::FILES, diagnostic.help("name scene files with [[check]], or a folder of such"))
+    Failure::new(diagnostic.help("name scene files with [[check]], or a folder of such"))
 }
 
 /// A line per scene, then what failed and why, then what is covered.

@@ -402,7 +402,7 @@ fn unset_row(recording: &Recording) -> Option<usize> {
 /// The code of an element's fault: it panicked, or gave something unusable.
 #[must_use]
 pub fn fault_code(message: &str) -> Code {
-    if message.starts_with("panicked") { codes::PLUGIN_PANICKED } else { codes::PLUGIN_MISBEHAVED }
+    if element_api::fence::is_panic(message) { codes::PLUGIN_PANICKED } else { codes::PLUGIN_MISBEHAVED }
 }
 
 fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<Diagnostic> {

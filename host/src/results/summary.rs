@@ -4,10 +4,11 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::text::significant;
 use super::{Audit, AuditLimits, CheckResult, Recoveries, ResultsError, Verified};
+use crate::diagnostics::Code;
 
 /// How a run stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -54,8 +55,9 @@ pub struct Summary {
     pub status: Status,
     /// Why it ended, or why it is suspect; empty where it was completed.
     pub reason: String,
-    /// Stable code of the reason, if it has one.
-    pub code: Option<&'static str>,
+    /// Code of the reason, if it has one.
+    #[serde(serialize_with = "in_letters")]
+    pub code: Option<Code>,
     /// The scene file as named by the user.
     pub scene: String,
     /// Title of the scene; may be empty.
@@ -307,7 +309,7 @@ impl Summary {
     }
 
     /// Notes a reason to doubt the results, with its code: in the warnings, and where the end was reached, in the status.
-    pub fn suspect(&mut self, code: &'static str, reason: &str) {
+    pub fn suspect(&mut self, code: Code, reason: &str) {
         self.warnings.push(format!("{code}: {reason}"));
         match self.status {
             Status::Completed => {
@@ -317,6 +319,11 @@ impl Summary {
             _ => {}
         }
     }
+}
+
+/// A code as it is written.
+fn in_letters<S: Serializer>(code: &Option<Code>, serializer: S) -> Result<S::Ok, S::Error> {
+    code.map(|code| code.code).serialize(serializer)
 }
 
 /// Indented JSON with a newline at the end, of plain structs.

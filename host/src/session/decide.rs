@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linalg::KktSolver;
@@ -25,7 +25,6 @@ pub(super) fn decide(
 ) -> Result<Plan, SessionError> {
     let broken = |error: &dyn std::fmt::Display| {
         SessionError::one(
-            Exit::Assembly,
             &scene.source,
             Diagnostic::error(codes::SINGULAR_MASS, format!("the equations of motion have no solution: {error}")),
         )

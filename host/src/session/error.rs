@@ -1,23 +1,6 @@
 //! [`SessionError`]: why there is no result, in words, and the exit code that goes with it.
 
-use crate::diagnostics::{Diagnostic, Source, codes, render, summary};
-
-/// Exit codes of the program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Exit {
-    /// The scene or the model has mistakes.
-    Scene = 3,
-    /// A library can't be had or is broken.
-    Plugin = 4,
-    /// The joints cannot be assembled.
-    Assembly = 5,
-    /// The integration ended before its end.
-    Integration = 6,
-    /// The audit, or a comparison, found more than was allowed.
-    Audit = 7,
-    /// Files can't be read or written.
-    Files = 8,
-}
+use crate::diagnostics::{Diagnostic, Exit, Source, codes, render, summary};
 
 /// Why there is no result.
 #[derive(Debug)]
@@ -31,10 +14,23 @@ pub struct SessionError {
 }
 
 impl SessionError {
-    /// One diagnostic.
+    /// One diagnostic, with the exit code of its kind.
     #[must_use]
-    pub fn one(exit: Exit, source: &Source, diagnostic: Diagnostic) -> Self {
-        Self { exit, diagnostics: vec![diagnostic], source: Box::new(source.clone()) }
+    pub fn one(source: &Source, diagnostic: Diagnostic) -> Self {
+        Self::new(source, vec![diagnostic])
+    }
+
+    /// Several diagnostics. Mistakes of the scene count before defects of libraries, and these before what follows from both.
+    #[must_use]
+    pub fn new(source: &Source, diagnostics: Vec<Diagnostic>) -> Self {
+        let exits =
+            diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).map(|diagnostic| diagnostic.code.exit);
+        Self { exit: exits.min().unwrap_or(Exit::Scene), diagnostics, source: Box::new(source.clone()) }
+    }
+
+    /// The same at the end of an integration.
+    pub(super) fn of_integration(self) -> Self {
+        Self { exit: Exit::Integration, ..self }
     }
 
     /// The text for the user.
@@ -67,5 +63,5 @@ impl std::error::Error for SessionError {}
 pub(super) fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
     let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
         .help("check masses, inertias and the equations of the elements");
-    SessionError::one(Exit::Integration, &scene.source, diagnostic)
+    SessionError::one(&scene.source, diagnostic).of_integration()
 }

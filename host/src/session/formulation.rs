@@ -1,6 +1,6 @@
 //! Which coordinates the equations of motion are written in.
 
-use super::error::{Exit, SessionError, start_error};
+use super::error::{SessionError, start_error};
 use super::opened::Session;
 use super::options::FORMULATIONS;
 use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm, WorkingParts};
@@ -96,7 +96,7 @@ impl Session {
                 let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no formulation `joint`: {why}"))
                     .at(written.span.clone(), "asked for here")
                     .help("`auto` chooses what the scene allows");
-                Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic))
+                Err(SessionError::one(&self.scene.source, diagnostic))
             }
             _ => Ok(why.to_string()),
         }
@@ -145,7 +145,7 @@ impl Session {
         let names = || FORMULATIONS.iter().map(|(name, _)| *name);
         let nearest = suggest(word, names()).map(|nearest| format!("did you mean `{nearest}`?"));
         let known = format!("known are {}", names().collect::<Vec<_>>().join(", "));
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
+        SessionError::one(&self.scene.source, diagnostic.help_if(nearest).help(known))
     }
 }
 

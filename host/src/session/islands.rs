@@ -22,6 +22,7 @@ use super::sink::Sink;
 use crate::analysis::{Assembly, Scales};
 use crate::integrate::Flow;
 use crate::plan::{Island, Layout};
+use crate::pool;
 use crate::results::{Audit, IslandWork, ResultsError, Status, Summary};
 use crate::scene::OutputRecord;
 
@@ -149,7 +150,8 @@ pub(super) fn islands_leg(
         }
         summary.compile_time_s += since.elapsed().as_secs_f64();
         let integrating = Instant::now();
-        whole.integrate(&mut runs, leg.to)?;
+        // Islands share nothing, so that it does not matter how many threads there are.
+        pool::each(runs.iter_mut().collect(), whole.options.jobs, |run| run.go_to(leg.to));
         summary.integration_time_s = integrating.elapsed().as_secs_f64();
         let end = |run: Run<'_>| {
             let reached = run.time();
@@ -285,25 +287,6 @@ impl Session {
         runs.iter().for_each(|run| scales.widen(run.scales()));
         scales.speed = scales.speed.max(REST * (self.model.gravity.norm() * scales.length).sqrt());
         scales
-    }
-
-    /// All steps of all islands, on as many threads as are wanted. They share nothing, so that it does not matter how many.
-    fn integrate(&self, runs: &mut [Run<'_>], to: f64) -> Result<(), SessionError> {
-        #[cfg(feature = "parallel")]
-        if self.options.jobs != 1 {
-            use super::error::Exit;
-            use crate::diagnostics::{Diagnostic, codes};
-            use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(self.options.jobs).build().map_err(|error| {
-                let message = format!("cannot start {} threads: {error}", self.options.jobs);
-                SessionError::one(Exit::Scene, &self.scene.source, Diagnostic::error(codes::BAD_OVERRIDE, message))
-            })?;
-            // Islands differ in length: each is a task of its own.
-            pool.install(|| runs.par_iter_mut().with_max_len(1).for_each(|run| run.go_to(to)));
-            return Ok(());
-        }
-        runs.iter_mut().for_each(|run| run.go_to(to));
-        Ok(())
     }
 
     /// Adds up the work of all islands; of the audit the worst.

@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{Carried, Checkpoint, FORMAT, Identity, Work};
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::leg::LegEnd;
 use super::opened::Session;
 use super::samplings::Samplings;
@@ -42,7 +42,7 @@ impl Keeper {
             let message = "a run with checkpoints cannot integrate islands apart";
             let diagnostic = Diagnostic::error(codes::CONFLICTING_KEYS, message)
                 .help("leave out `--islands apart`, or `--checkpoint`");
-            return Err(SessionError::one(Exit::Scene, &session.scene.source, diagnostic));
+            return Err(SessionError::one(&session.scene.source, diagnostic));
         }
         let is_resumed = resumed.is_some();
         let mut point = resumed.unwrap_or_else(|| at_start(session));
@@ -104,7 +104,7 @@ impl Keeper {
 fn cannot_save(session: &Session, message: &str) -> SessionError {
     let diagnostic = Diagnostic::error(codes::PLUGIN_MISBEHAVED, format!("no checkpoint can be written: {message}"))
         .help("run without --checkpoint; the rows up to here are kept");
-    SessionError::one(Exit::Plugin, &session.scene.source, diagnostic)
+    SessionError::one(&session.scene.source, diagnostic)
 }
 
 /// The start of a run.

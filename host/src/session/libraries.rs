@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::options::RunOptions;
 use crate::catalog::{Catalog, Request, SearchPath};
-use crate::diagnostics::codes;
 use crate::scene::{Rejected, Scene, read};
 
 /// Where the libraries of a scene are looked for. `file` is the file of the scene; `plugins` are the files and folders of
@@ -62,15 +61,10 @@ pub(super) fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -
     if diagnostics.is_empty() {
         return Ok(catalog);
     }
-    Err(SessionError { exit: Exit::Plugin, diagnostics, source: Box::new(scene.source.clone()) })
+    Err(SessionError::new(&scene.source, diagnostics))
 }
 
 /// A scene that could not be read.
 pub(super) fn refused(rejected: Rejected) -> SessionError {
-    let unreadable = rejected.diagnostics.iter().any(|d| d.code == codes::UNREADABLE);
-    SessionError {
-        exit: if unreadable { Exit::Files } else { Exit::Scene },
-        diagnostics: rejected.diagnostics,
-        source: Box::new(rejected.source),
-    }
+    SessionError::new(&rejected.source, rejected.diagnostics)
 }

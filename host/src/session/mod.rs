@@ -88,10 +88,11 @@ mod watch;
 #[cfg(test)]
 mod tests;
 
+pub use crate::diagnostics::Exit;
 pub use crate::results::STATE_FILE;
 pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
-pub use error::{Exit, SessionError};
+pub use error::SessionError;
 pub use libraries::{catalog_of_scene, requests, search_path};
 pub use opened::Session;
 pub use options::{DEFAULT_METHOD, ENGINES, FORMULATIONS, RunOptions};

@@ -2,7 +2,7 @@
 
 use element_api::recording::Input;
 
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap};
 use crate::diagnostics::{Diagnostic, codes};
@@ -23,7 +23,7 @@ pub(super) fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionErr
         AssemblyError::Undefined { joint, row } => undefined(joint, row, scene),
         AssemblyError::Analysis(error) => {
             let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
-            SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+            SessionError::one(&scene.source, diagnostic)
         }
     }
 }
@@ -39,7 +39,7 @@ fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
     }
     let diagnostic = diagnostic
         .help("check positions, points and axes, of this joint and of those that pull its bodies there: without `point` or `frames`, a joint connects the origins of its bodies");
-    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+    SessionError::one(&scene.source, diagnostic)
 }
 
 /// Joints that no position meets, each with the rows that contradict others.
@@ -73,7 +73,7 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
     let diagnostic = diagnostic
         .help("the gaps are those where the bodies miss least; other joints are not part of the conflict")
         .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough");
-    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+    SessionError::one(&scene.source, diagnostic)
 }
 
 /// Joints whose velocities cannot all be had.
@@ -101,7 +101,7 @@ fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
     let diagnostic = diagnostic
         .help("at this position, what is driven cannot move as it is told without breaking another joint")
         .help("take one of them away, or drive what the others leave free");
-    SessionError::one(Exit::Assembly, &scene.source, diagnostic)
+    SessionError::one(&scene.source, diagnostic)
 }
 
 /// What assembly had to change; an error when a body jumped.
@@ -129,7 +129,7 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             .help(
                 "give positions and orientations nearer to an assembled state, or correct the joint that pulls it away",
             );
-            return Err(SessionError::one(Exit::Assembly, &scene.source, diagnostic));
+            return Err(SessionError::one(&scene.source, diagnostic));
         }
         warnings.push(
             Diagnostic::warning(codes::ASSEMBLY_JUMP, format!("`{}` was not where its joints need it", moved.body))

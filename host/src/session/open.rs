@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::checkpoint::Origin;
 use super::decide::{ALL_ROWS, decide};
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::libraries::{load_libraries, refused};
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
 use super::opened::{Beginning, Session};
@@ -66,11 +66,8 @@ impl Session {
     ) -> Result<Self, SessionError> {
         let pruning = allowed(&scene)?;
         let apart = apart(&scene)?;
-        let (mut model, notes) = resolve(&scene, catalog).map_err(|diagnostics| {
-            let plugin = diagnostics.iter().all(|d| !d.is_error() || d.code.starts_with("ODY04"));
-            let exit = if plugin { Exit::Plugin } else { Exit::Scene };
-            SessionError { exit, diagnostics, source: Box::new(scene.source.clone()) }
-        })?;
+        let refused = |diagnostics| SessionError::new(&scene.source, diagnostics);
+        let (mut model, notes) = resolve(&scene, catalog).map_err(refused)?;
         warnings.extend(notes);
         if let Some(further) = options.further_channels {
             model.channels.extend(further(&model));
@@ -168,5 +165,5 @@ fn refuse_endless_results(scene: &Scene, model: &Model) -> Result<(), SessionErr
         format!("{samples} samples of {columns} columns are asked for, at most {MOST_NUMBERS:e} numbers are kept");
     let diagnostic =
         Diagnostic::error(codes::OUT_OF_RANGE, message).help("give a longer `output_step`, or fewer outputs");
-    Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
+    Err(SessionError::one(&scene.source, diagnostic))
 }

@@ -1,7 +1,7 @@
 //! [`Session`]: a scene that was opened, with all that was found out and decided about it.
 
 use super::checkpoint::{Checkpoint, Origin};
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::options::{ENGINES, RunOptions, tolerance};
 use super::restart::Restart;
 use crate::analysis::Assembly;
@@ -94,7 +94,7 @@ impl Session {
         }
         let nearest = suggest(word, names.iter().copied()).map(|nearest| format!("did you mean `{nearest}`?"));
         let known = format!("known are {}", names.join(", "));
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help_if(nearest).help(known))
+        SessionError::one(&self.scene.source, diagnostic.help_if(nearest).help(known))
     }
 
     pub(super) fn no_step(&self, method: &str) -> SessionError {
@@ -104,7 +104,7 @@ impl Session {
             diagnostic = diagnostic.at(written.span.clone(), "has no error control");
         }
         let help = "give it as `fixed_step` in [simulation], or use a method that chooses its steps: auto";
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help(help))
+        SessionError::one(&self.scene.source, diagnostic.help(help))
     }
 
     pub(super) fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
@@ -112,10 +112,10 @@ impl Session {
         if let Some(written) = &self.scene.simulation.engine {
             diagnostic = diagnostic.at(written.span.clone(), "asked for here");
         }
-        SessionError::one(Exit::Scene, &self.scene.source, diagnostic.help("`interpreted` gives the same results"))
+        SessionError::one(&self.scene.source, diagnostic.help("`interpreted` gives the same results"))
     }
 
     pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
-        SessionError::one(Exit::Files, &self.scene.source, error.diagnostic())
+        SessionError::one(&self.scene.source, error.diagnostic())
     }
 }

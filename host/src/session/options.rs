@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use crate::catalog::Watchdog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
@@ -75,5 +75,5 @@ pub(super) fn one_of<T: Copy>(
     let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{key}` cannot be `{}`", word.value))
         .at(word.span.clone(), "unknown")
         .help(format!("known are {}", names.join(", ")));
-    Err(SessionError::one(Exit::Scene, &scene.source, diagnostic))
+    Err(SessionError::one(&scene.source, diagnostic))
 }

@@ -1,7 +1,6 @@
 //! [`RunReport`]: what a run gives.
 
-use super::error::Exit;
-use crate::diagnostics::codes;
+use crate::diagnostics::{Exit, codes};
 use crate::results::{ChannelInfo, CheckResult, Status, Summary};
 
 /// What a run gives.
@@ -27,7 +26,7 @@ impl RunReport {
             Status::Suspect => Exit::Audit as i32,
             Status::Completed if !self.summary.checks_passed() => Exit::Audit as i32,
             Status::Completed => 0,
-            Status::StoppedEarly if self.summary.code == Some(codes::INTERRUPTED) => 130,
+            Status::StoppedEarly if self.summary.code == Some(codes::INTERRUPTED) => Exit::Interrupted as i32,
             _ => Exit::Integration as i32,
         }
     }

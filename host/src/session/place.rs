@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::checkpoint::{Checkpoint, Identity};
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::opened::Session;
 use super::restart::Restart;
 use crate::catalog::sha256;
@@ -25,7 +25,7 @@ impl Session {
             && (state.references.len(), state.discrete.len()) == (layout.references, layout.discrete);
         let refuse = |message: String, help: &str| {
             let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help(help);
-            Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic))
+            Err(SessionError::one(&self.scene.source, diagnostic))
         };
         if !same {
             let found = format!("{} bodies and {} elements", state.bodies.len(), state.elements.len());
@@ -64,7 +64,7 @@ impl Session {
                     codes::PLUGIN_MISBEHAVED,
                     format!("`{name}` does not accept its memory: {}", fault.message),
                 );
-                return Err(SessionError::one(Exit::Plugin, &self.scene.source, diagnostic));
+                return Err(SessionError::one(&self.scene.source, diagnostic));
             }
         }
         Ok(())
@@ -87,7 +87,7 @@ impl Session {
             let message = format!("the checkpoint belongs to another run: {}", differences.join("; "));
             let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message)
                 .help("make it as it was, or start anew; a changed scene can go on from the end of a run with --from");
-            return Err(SessionError::one(Exit::Scene, &self.scene.source, diagnostic));
+            return Err(SessionError::one(&self.scene.source, diagnostic));
         }
         self.begins.checkpoint = Some(point);
         Ok(())

@@ -1,6 +1,6 @@
 //! What is pruned before a run.
 
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::model::Model;
 use crate::plan::{Plan, Pruning, SAVINGS};
@@ -17,7 +17,7 @@ pub(super) fn allowed(scene: &Scene) -> Result<Pruning, SessionError> {
             .at(names[k].span.clone(), "cannot be switched off")
             .help_if(nearest)
             .help(format!("known are {}", known.join(", ")));
-        SessionError::one(Exit::Scene, &scene.source, diagnostic)
+        SessionError::one(&scene.source, diagnostic)
     })
 }
 

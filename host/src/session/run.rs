@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::time::Instant;
 
-use super::error::{Exit, SessionError, start_error};
+use super::error::{SessionError, start_error};
 use super::opened::Session;
 use super::outcome::RunReport;
 use super::samplings::Rows;
@@ -455,7 +455,7 @@ impl<'a> Run<'a> {
     }
 
     fn refuse(&self, diagnostic: Diagnostic) -> SessionError {
-        SessionError::one(Exit::Scene, &self.session.scene.source, diagnostic)
+        SessionError::one(&self.session.scene.source, diagnostic)
     }
 
     /// Something could not be evaluated at this time.

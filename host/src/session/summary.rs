@@ -1,12 +1,12 @@
 //! The summary of a run: what is known before it, what was done, and how it ended.
 
 use super::checkpoint::Carried;
-use super::error::{Exit, SessionError};
+use super::error::SessionError;
 use super::opened::Session;
 use super::restart::Restart;
 use super::tier::Made;
 use crate::analysis::Counters;
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, significant};
@@ -188,8 +188,7 @@ impl Session {
             .element_fault(error)
             .or_else(|| self.particle_fault(error))
             .unwrap_or_else(|| Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string()));
-        let exit = if diagnostic.code.starts_with("ODY04") { Exit::Plugin } else { Exit::Integration };
-        SessionError::one(exit, &self.scene.source, diagnostic.help("results up to this time are valid"))
+        SessionError::one(&self.scene.source, diagnostic.help("results up to this time are valid"))
     }
 
     /// A particle that was made to turn, or a thin rod about its axis.
@@ -257,13 +256,13 @@ pub(super) fn stopped(session: &Session, outcome: &Result<integrate::Status, Int
             let (time, label) = (t / units.factor(Dimension::TIME), units.label(Dimension::TIME));
             let message = format!("the run stops at {} {label}: {reason}", significant(time, 6));
             let diagnostic = Diagnostic::error(code_of(reason), message).help("results up to this time are valid");
-            Some(SessionError::one(Exit::Integration, &session.scene.source, diagnostic))
+            Some(SessionError::one(&session.scene.source, diagnostic).of_integration())
         }
         Err(error) => Some(session.integration_error(error)),
     }
 }
 
-fn code_of(reason: &StopReason) -> &'static str {
+fn code_of(reason: &StopReason) -> Code {
     match reason {
         StopReason::Requested => codes::INTERRUPTED,
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,

@@ -92,7 +92,7 @@ fn refusal(expected: Option<&Message>, error: &SessionError, outcome: &mut Outco
     match expected {
         Some(message) => {
             outcome.said = text.trim_end().to_owned();
-            if !error.diagnostics.iter().any(|diagnostic| diagnostic.code == message.code) {
+            if !error.diagnostics.iter().any(|diagnostic| *diagnostic.code == *message.code) {
                 outcome.faults.push(format!("refused without {}", message.code));
             }
             missing_words(message, &text, outcome);
@@ -103,7 +103,7 @@ fn refusal(expected: Option<&Message>, error: &SessionError, outcome: &mut Outco
 
 /// A run that is to end early.
 fn stopped(message: &Message, summary: &Summary, outcome: &mut Outcome) {
-    if summary.status == Status::Completed || summary.code != Some(message.code.as_str()) {
+    if summary.status == Status::Completed || summary.code.is_none_or(|code| *code != *message.code) {
         let violation = summary.audit.worst();
         outcome.faults.push(format!(
             "not stopped with {}: {}; the audit's worst number is {violation:.1e}",
@@ -119,7 +119,7 @@ fn stopped(message: &Message, summary: &Summary, outcome: &mut Outcome) {
 /// Warnings that must have been given.
 fn warned(message: &Message, session: &Session, outcome: &mut Outcome) {
     let source: &Source = &session.scene.source;
-    let meant = session.warnings.iter().filter(|warning| warning.code == message.code);
+    let meant = session.warnings.iter().filter(|warning| *warning.code == *message.code);
     let meant: Vec<Diagnostic> = meant.cloned().collect();
     let text = render(&meant, source, false);
     if meant.is_empty() {

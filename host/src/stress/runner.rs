@@ -10,8 +10,7 @@ use super::judge::{Columns, judge};
 use super::outcome::Outcome;
 use super::suite::{Expected, Suite, Trial};
 use crate::diagnostics::Diagnostic;
-#[cfg(feature = "parallel")]
-use crate::diagnostics::codes;
+use crate::pool;
 use crate::scene::Override;
 use crate::session::{RunOptions, Session};
 
@@ -48,7 +47,7 @@ type Known<'a> = HashMap<(&'a str, &'a str), Columns>;
 /// steps and begins no others.
 ///
 /// # Errors
-/// A name that no trial has, or no threads to be had. What goes wrong in a trial is in its outcome.
+/// A name that no trial has. What goes wrong in a trial is in its outcome.
 pub fn run(
     suite: &Suite,
     names: &[String],
@@ -77,7 +76,7 @@ pub fn run(
             told(&outcome);
             (outcome, columns.filter(|_| awaited(task)))
         };
-        let done = all(wave, settings.jobs, &one)?;
+        let done = pool::each(wave.iter().collect(), settings.jobs, one);
         for (task, (outcome, columns)) in wave.iter().zip(done) {
             outcomes.push((task.place, outcome));
             if let Some(columns) = columns {
@@ -87,25 +86,6 @@ pub fn run(
     }
     outcomes.sort_by_key(|(place, _)| *place);
     Ok(outcomes.into_iter().map(|(_, outcome)| outcome).collect())
-}
-
-/// The outcomes in the order of the tasks, on several threads where that is wanted and there are any.
-fn all(
-    tasks: &[Task<'_>],
-    jobs: usize,
-    one: &(dyn Fn(&Task<'_>) -> Done + Sync),
-) -> Result<Vec<Done>, Box<Diagnostic>> {
-    #[cfg(feature = "parallel")]
-    if jobs != 1 {
-        use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|error| {
-            Box::new(Diagnostic::error(codes::BAD_OVERRIDE, format!("cannot start {jobs} threads: {error}")))
-        })?;
-        // Trials differ in length: each is a task of its own.
-        return Ok(pool.install(|| tasks.par_iter().with_max_len(1).map(one).collect()));
-    }
-    let _ = jobs;
-    Ok(tasks.iter().map(one).collect())
 }
 
 /// Runs a task and judges it.

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::diagnostics::{Diagnostic, Source, codes, help_for};
-use crate::session::{Exit, SessionError};
+use crate::session::SessionError;
 
 /// All trials.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,7 +167,7 @@ impl Suite {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|cause| {
             let diagnostic = Diagnostic::error(codes::UNREADABLE, format!("cannot read the suite `{name}`: {cause}"));
-            SessionError::one(Exit::Files, &Source::new(name.clone(), ""), diagnostic)
+            SessionError::one(&Source::new(name.clone(), ""), diagnostic)
         })?;
         Self::parse(Source::new(name, text), path.parent().unwrap_or(Path::new("")))
     }
@@ -180,7 +180,7 @@ impl Suite {
         let written: Written = toml::from_str(&source.text).map_err(|error| {
             let diagnostic = Diagnostic::error(codes::BAD_SUITE, error.message().to_owned());
             let diagnostic = diagnostic.at(error.span().unwrap_or(0..0), "");
-            SessionError::one(Exit::Scene, &source, diagnostic)
+            SessionError::one(&source, diagnostic)
         })?;
         let mut diagnostics = Vec::new();
         let mut trials: Vec<Trial> = Vec::new();
@@ -193,7 +193,7 @@ impl Suite {
         }
         match diagnostics.is_empty() {
             true => Ok(Self { trials }),
-            false => Err(SessionError { exit: Exit::Scene, diagnostics, source: Box::new(source) }),
+            false => Err(SessionError::new(&source, diagnostics)),
         }
     }
 

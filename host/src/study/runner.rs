@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::journal::{Head, Journal, Kept, KeptRuns};
 use super::vary::Vary;
 use crate::diagnostics::{Diagnostic, codes};
+use crate::pool;
 use crate::results::{ChannelInfo, Summary};
 use crate::session::{RunOptions, Session, SessionError};
 
@@ -79,7 +80,7 @@ impl Study {
     /// `stop` ends the runs under way after their steps and begins no others.
     ///
     /// # Errors
-    /// Too many combinations, or no threads to be had; a journal that can't be written, is damaged or belongs to another study,
+    /// Too many combinations; a journal that can't be written, is damaged or belongs to another study,
     /// scene or library. What goes wrong in a run is in the run.
     pub fn run(
         scene: &Path,
@@ -112,7 +113,7 @@ impl Study {
             run
         };
         let keys = options.varied.iter().map(|vary| vary.key.clone()).collect();
-        let runs = all(count, options.jobs, &one)?;
+        let runs = pool::each((0..count).collect(), options.jobs, one);
         journal.map_or(Ok(()), Journal::close)?;
         Ok(Self { keys, runs })
     }
@@ -150,21 +151,6 @@ impl Study {
         });
         first.map_or(Ok(Self { keys: self.keys, runs: Vec::new() }), Err)
     }
-}
-
-/// The runs in their order, on several threads where that is wanted and there are any.
-fn all(count: usize, jobs: usize, one: &(dyn Fn(usize) -> Run + Sync)) -> Result<Vec<Run>, Box<Diagnostic>> {
-    #[cfg(feature = "parallel")]
-    if jobs != 1 {
-        use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|error| {
-            Box::new(Diagnostic::error(codes::BAD_OVERRIDE, format!("cannot start {jobs} threads: {error}")))
-        })?;
-        // Runs differ in length: each is a task of its own.
-        return Ok(pool.install(|| (0..count).into_par_iter().with_max_len(1).map(one).collect()));
-    }
-    let _ = jobs;
-    Ok((0..count).map(one).collect())
 }
 
 /// The values of a run, one per key.

@@ -10,6 +10,7 @@ use super::coverage::{Element, collect};
 use crate::catalog::{Catalog, Request, SearchPath};
 use crate::diagnostics::{Diagnostic, render};
 use crate::model::{Channel, Model};
+use crate::pool;
 use crate::results::{CheckResult, Status, Summary};
 use crate::scene::{AuditTolerance, CheckRecord, Reference, Scene, read};
 use crate::session::{RunOptions, RunReport, Session, requests, search_path};
@@ -78,19 +79,11 @@ impl Verifier {
 
     /// Runs scenes and judges them, `jobs` at the same time (0 = as many as there are processors). Cases are in the order of
     /// the scenes and do not depend on `jobs`; `told` hears of each when it has ended, from any thread.
-    ///
-    /// # Errors
-    /// When there are no threads to be had.
-    pub fn verify_all(
-        &mut self,
-        paths: &[PathBuf],
-        jobs: usize,
-        told: &(dyn Fn(&Case) + Sync),
-    ) -> io::Result<Vec<Case>> {
+    pub fn verify_all(&mut self, paths: &[PathBuf], jobs: usize, told: &(dyn Fn(&Case) + Sync)) -> Vec<Case> {
         // Libraries are loaded by one thread, once for all scenes that share them.
         let begun: Vec<Begun> = paths.iter().map(|path| self.begin(path)).collect();
         let settings = &self.settings;
-        all(begun, jobs, &|begun| {
+        pool::each(begun, jobs, |begun| {
             let case = finish(settings, begun);
             told(&case);
             case
@@ -157,19 +150,6 @@ impl Verifier {
         self.catalogs.push((requests, search, Arc::clone(&catalog)));
         Ok(catalog)
     }
-}
-
-/// The cases in the order of the scenes, on several threads where that is wanted and there are any.
-fn all(begun: Vec<Begun>, jobs: usize, one: &(dyn Fn(Begun) -> Case + Sync)) -> io::Result<Vec<Case>> {
-    #[cfg(feature = "parallel")]
-    if jobs != 1 {
-        use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(io::Error::other)?;
-        // Scenes differ in length: each is a task of its own.
-        return Ok(pool.install(|| begun.into_par_iter().with_max_len(1).map(one).collect()));
-    }
-    let _ = jobs;
-    Ok(begun.into_iter().map(one).collect())
 }
 
 /// Runs and judges what was begun.

@@ -220,7 +220,7 @@ fn a_small_scene_needs_little() {
 }
 
 /// Checks single mistakes: each line of a table gives exactly this code at exactly this piece of text.
-fn each_gives(header: &str, cases: &[(&str, &'static str, &str)]) {
+fn each_gives(header: &str, cases: &[(&str, Code, &str)]) {
     for (lines, code, culprit) in cases {
         let rejected = reject(&format!("{header}\n{lines}\n"));
         assert_eq!(rejected.codes(), [*code], "{lines}: {}", rejected.rendered());

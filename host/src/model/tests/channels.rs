@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::*;
+use crate::diagnostics::Code;
 
 fn scene(outputs: &str) -> String {
     let joint = |name: &str, kind: &str| {
@@ -28,7 +29,7 @@ fn channel(keys: &str) -> Channel {
 }
 
 #[track_caller]
-fn refused(keys: &str) -> (&'static str, String) {
+fn refused(keys: &str) -> (Code, String) {
     let text = scene(&format!("[[output]]\nname = \"o\"\n{}\n", keys.replace("; ", "\n")));
     let source = crate::tests::scene(&text).source.text;
     let found = resolved(&text).err().unwrap();

@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::catalog::Catalog;
-use crate::diagnostics::Severity;
+use crate::diagnostics::{Code, Severity};
 use crate::tests::library;
 
 /// Code, severity, and the words of the scene that each message points at.
 #[track_caller]
-fn messages(text: &str) -> Vec<(&'static str, Severity, String)> {
+fn messages(text: &str) -> Vec<(Code, Severity, String)> {
     let source = crate::tests::scene(text).source.text;
     let found = match resolved(text) {
         Ok((_, notes)) => notes,
@@ -116,7 +116,7 @@ fn all_mistakes_are_found_at_once() {
                 [[joint]]\nname = \"j\"\ntype = \"bal\"\nbodies = [\"ground\", \"b\"]\n\
                 [[force]]\nname = \"f\"\ntype = \"strut\"\nbodies = [\"ground\", \"a\"]\n\
                 [[output]]\nname = \"o\"\nquantity = \"speed\"\n";
-    let mut found: Vec<&str> = messages(text).iter().map(|(code, ..)| *code).collect();
+    let mut found: Vec<Code> = messages(text).iter().map(|(code, ..)| *code).collect();
     found.sort_unstable();
     let mut expected = [
         codes::BAD_MASS,

@@ -5,6 +5,7 @@ use element_api::recording::{Op, Role};
 use element_api::{Function, Kind};
 
 use super::*;
+use crate::diagnostics::Code;
 
 /// The numbers that an `echo` was told, in the order of its channels: number, angle, count, on, letters, vector, list, curve.
 #[track_caller]
@@ -57,7 +58,7 @@ fn plain_numbers_are_in_the_units_of_the_scene_and_texts_in_their_own() {
 
 /// Code, and the text of the scene it points at.
 #[track_caller]
-fn refused(params: &str) -> Vec<(&'static str, String)> {
+fn refused(params: &str) -> Vec<(Code, String)> {
     let text =
         with_body("") + &format!("[[force]]\nname = \"e\"\ntype = \"echo\"\nbodies = [\"a\"]\nparams = {params}\n");
     let source = crate::tests::scene(&text).source.text;
@@ -105,7 +106,7 @@ fn values_of_another_dimension_are_refused() {
 #[test]
 fn all_mistakes_of_an_element_are_reported_at_once() {
     let found = refused("{ angel = 1, count = 9, on = 2 }");
-    let mut found: Vec<&str> = found.iter().map(|(code, _)| *code).collect();
+    let mut found: Vec<Code> = found.iter().map(|(code, _)| *code).collect();
     found.sort_unstable();
     let mut expected = [
         codes::UNKNOWN_ELEMENT_PARAMETER,
@@ -118,7 +119,7 @@ fn all_mistakes_of_an_element_are_reported_at_once() {
 }
 
 /// What a function parameter becomes, and the codes with their places.
-fn function(value: &str, spec: &ParamSpec) -> (Option<toml::Value>, Vec<(&'static str, String)>) {
+fn function(value: &str, spec: &ParamSpec) -> (Option<toml::Value>, Vec<(Code, String)>) {
     let text = with_body("")
         + &format!("[[force]]\nname = \"e\"\ntype = \"t\"\nbodies = [\"a\"]\nparams = {{ p = {value} }}\n");
     let scene = crate::tests::scene(&text);

@@ -1,12 +1,12 @@
 //! Curves say what they do between and beyond their points.
 
 use super::*;
-use crate::diagnostics::Severity;
+use crate::diagnostics::{Code, Severity};
 
 const JUMP: &str = "[[0, 0], [0.4, 0], [0.42, 10], [1, 10]]";
 
 /// What is said of a force, or of a joint, with a parameter: severity, code, message, label.
-fn said(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, &'static str, String)> {
+fn said(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, Code, String)> {
     let bodies = if kind == "joint" { "[\"ground\", \"a\"]" } else { "[\"a\"]" };
     let text = with_body("")
         + &format!("[[{kind}]]\nname = \"e\"\ntype = \"{type_name}\"\nbodies = {bodies}\nparams = {{ {params} }}\n");
@@ -22,7 +22,7 @@ fn said(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, &'static st
     found.into_iter().map(|d| (d.severity, d.code, d.message)).collect()
 }
 
-fn codes_of(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, &'static str)> {
+fn codes_of(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, Code)> {
     said(kind, type_name, params).into_iter().map(|(severity, code, _)| (severity, code)).collect()
 }
 

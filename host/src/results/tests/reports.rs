@@ -1,5 +1,6 @@
 //! The text at the end of a run.
 
+use crate::diagnostics::codes;
 use crate::results::text::{Side, aligned, duration, significant};
 use crate::results::{Audit, AuditLimits, FigureResult, Measure, Remedy, Status, Summary, report};
 use std::path::Path;
@@ -79,7 +80,7 @@ fn an_early_end_says_where_and_why() {
         status: Status::StoppedEarly,
         t_end_reached: 81.25,
         reason: "the limit of 100 steps is reached".into(),
-        code: Some("ODY0604"),
+        code: Some(codes::TOO_MANY_STEPS),
         ..compressor()
     };
     let text = report(&summary, None, false);
@@ -154,15 +155,15 @@ fn measures_tell_when_and_where_they_were_found() {
 #[test]
 fn only_a_run_that_reached_its_end_becomes_suspect() {
     let mut summary = compressor();
-    summary.suspect("ODY0702", "energy is lost");
-    summary.suspect("ODY0701", "a joint opened");
-    assert_eq!((summary.status, summary.code), (Status::Suspect, Some("ODY0702")));
+    summary.suspect(codes::AUDIT_ENERGY, "energy is lost");
+    summary.suspect(codes::AUDIT_CONSTRAINTS, "a joint opened");
+    assert_eq!((summary.status, summary.code), (Status::Suspect, Some(codes::AUDIT_ENERGY)));
     assert_eq!(summary.reason, "energy is lost; a joint opened");
     let text = report(&summary, None, false);
     let head = "Reciprocating compressor: suspect, t = 200 ms\nreason: [ODY0702] energy is lost; a joint opened\n";
     assert!(text.starts_with(head), "{text}");
     let mut summary = Summary { status: Status::Failed, reason: "no".into(), ..compressor() };
-    summary.suspect("ODY0702", "energy is lost");
+    summary.suspect(codes::AUDIT_ENERGY, "energy is lost");
     assert_eq!((summary.status, summary.reason.as_str()), (Status::Failed, "no"));
     assert_eq!(summary.warnings, ["ODY0702: energy is lost"]);
 }
@@ -295,7 +296,7 @@ fn escapes_in_texts_of_a_scene_are_shown_and_not_obeyed() {
     let title = "a\u{1b}[31m: completed, t = 3\nb\u{7}\u{9b}5n \u{202e}c".to_owned();
     let mut summary = Summary { title, ..compressor() };
     summary.figures[0].note = "\u{1b}]0;owned\u{7}".into();
-    summary.suspect("ODY0702", "a fault of a library says \u{1b}[2J");
+    summary.suspect(codes::AUDIT_ENERGY, "a fault of a library says \u{1b}[2J");
     let plain = report(&summary, None, false);
     assert!(plain.starts_with("a␛[31m: completed, t = 3␊b␇<009B>5n <202E>c: suspect, t = 200 ms\n"), "{plain}");
     assert!(plain.contains("␛]0;owned␇") && plain.contains("says ␛[2J"), "{plain}");

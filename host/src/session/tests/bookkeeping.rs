@@ -4,6 +4,7 @@ use super::super::samplings::Rows;
 use super::super::simulation::Simulation;
 use super::*;
 use crate::analysis::WorkingForm;
+use crate::diagnostics::{Code, codes};
 use crate::integrate::{self, IntegrateError, Options, Span};
 
 /// A stone thrown upwards, with a tally on it.
@@ -42,7 +43,7 @@ fn a_run_can_be_stopped_between_steps() {
     };
     let report = open(&text).run(None, Box::new(progress), &stop).unwrap();
     assert!(told.is_sorted() && told.iter().filter(|share| **share > 0.3).count() == 1, "no step after the wish");
-    assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some("ODY0603")));
+    assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some(codes::INTERRUPTED)));
     assert_eq!((report.exit_code(), report.summary.t_end_reached), (130, *told.last().unwrap()));
     // All samples up to there, valid ones.
     assert_eq!(report.times.len(), 7, "{:?}", report.times);
@@ -100,7 +101,7 @@ fn samples_do_not_steer_the_steps() {
 #[test]
 fn a_step_limit_ends_a_run_with_what_it_has() {
     let report = run(&scenes::tangle().replace("t_end = 1", "t_end = 1\nmax_steps = 3\nmax_step = 0.06"));
-    assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some("ODY0604")));
+    assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some(codes::TOO_MANY_STEPS)));
     assert_eq!((report.exit_code(), report.summary.steps + report.summary.rejected), (Exit::Integration as i32, 3));
     assert_eq!(report.times.len() as u64, report.summary.rows);
     assert!(report.summary.t_end_reached <= 0.18 && report.summary.t_end_reached > 0.0);
@@ -128,7 +129,7 @@ fn an_audit_above_its_limit_is_an_exit_code() {
 }
 
 #[track_caller]
-fn refused(text: &str) -> (Exit, &'static str) {
+fn refused(text: &str) -> (Exit, Code) {
     let opened = Session::with_catalog(scene(text), Vec::new(), &catalog(), &RunOptions::default());
     let error = match opened {
         Err(error) => error,
@@ -140,16 +141,16 @@ fn refused(text: &str) -> (Exit, &'static str) {
 #[test]
 fn what_cannot_run_says_why_with_its_exit_code() {
     let pendulum = |keys: &str| scenes::pendulum(&settings(&format!("t_end = 1; output_step = 0.1; {keys}")));
-    assert_eq!(refused(&pendulum("method = \"eulr\"")), (Exit::Scene, "ODY0320"));
-    assert_eq!(refused(&pendulum("engine = \"steam\"")), (Exit::Scene, "ODY0320"));
-    assert_eq!(refused(&pendulum("method = \"rk4\"")), (Exit::Scene, "ODY0320"));
-    assert_eq!(refused(&pendulum("").replace("\"hinge\"", "\"forgetful\"")), (Exit::Plugin, "ODY0411"));
+    assert_eq!(refused(&pendulum("method = \"eulr\"")), (Exit::Scene, codes::UNKNOWN_METHOD));
+    assert_eq!(refused(&pendulum("engine = \"steam\"")), (Exit::Scene, codes::UNKNOWN_METHOD));
+    assert_eq!(refused(&pendulum("method = \"rk4\"")), (Exit::Scene, codes::UNKNOWN_METHOD));
+    assert_eq!(refused(&pendulum("").replace("\"hinge\"", "\"forgetful\"")), (Exit::Plugin, codes::PLUGIN_MISBEHAVED));
     // A joint far from where the body is: assembly would throw it.
     let torn = pendulum("").replace("point = [0, 0, 0]\naxis = [0, 0, 1]", "frames = [{ position = [9, 0, 0] }, {}]");
-    assert_eq!(refused(&torn), (Exit::Assembly, "ODY0504"));
+    assert_eq!(refused(&torn), (Exit::Assembly, codes::ASSEMBLY_JUMP));
     let far = "[[joint]]\nname = \"far\"\ntype = \"ball\"\nbodies = [\"ground\", \"rod\"]\n\
                frames = [{ position = [0, 9, 0] }, { position = [0.5, 0, 0] }]\n";
-    assert_eq!(refused(&(pendulum("") + far)), (Exit::Assembly, "ODY0501"));
+    assert_eq!(refused(&(pendulum("") + far)), (Exit::Assembly, codes::CANNOT_ASSEMBLE));
 }
 
 #[test]

@@ -17,7 +17,7 @@ fn coarse_steps_are_suspect_without_being_asked() {
     let summary = &report.summary;
     assert_eq!((summary.status, report.exit_code()), (Status::Suspect, Exit::Audit as i32));
     assert_eq!(summary.t_end_reached, 9.0, "nothing is left out");
-    assert!(summary.code.is_some_and(|code| code.starts_with("ODY07")), "{:?}", summary.code);
+    assert!(summary.code.is_some_and(|code| code.code.starts_with("ODY07")), "{:?}", summary.code);
     for words in ["the balance of energies is off by", "(t = ", "more than 0.001", "try smaller steps (`fixed_step`)"] {
         assert!(summary.reason.contains(words), "{words}: {}", summary.reason);
     }

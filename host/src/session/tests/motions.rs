@@ -267,7 +267,7 @@ fn a_velocity_that_was_chosen_is_reported_with_the_rule() {
         text.contains("least change in the metric of mass") && text.contains("upper: angular velocity z = 2 rad/s"),
         "{text}"
     );
-    let warning = session.warnings.iter().find(|warning| warning.code == "ODY0509").unwrap();
+    let warning = session.warnings.iter().find(|warning| *warning.code == *"ODY0509").unwrap();
     assert!(warning.labels[0].text.contains("lower: angular velocity z = -2.857 rad/s"), "{warning:?}");
     let run = session.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
     let text = crate::results::report(&run.summary, None, false);
@@ -281,7 +281,7 @@ fn velocities_that_are_determined_were_not_chosen() {
     for text in [links("angular_velocity = [0, 0, 0]"), links("").replace("[0, 0, 2]", "[0, 0, 0]"), driven] {
         let session = open(&text);
         assert_eq!(session.assembly.chosen, [], "{text}");
-        assert!(session.warnings.iter().all(|warning| warning.code != "ODY0509"));
+        assert!(session.warnings.iter().all(|warning| *warning.code != *"ODY0509"));
     }
 }
 
