@@ -1,7 +1,7 @@
 //! Motions that the time determines: found, not integrated.
 //!
 //! A system without freedom (a mechanism with as many drivers as it would have freedoms) is where its manifold is at each
-//! time: [`System::project`] finds the state from any state nearby. What is left to integrate are sums that nothing depends
+//! time: [`super::System::project`] finds the state from any state nearby. What is left to integrate are sums that nothing depends
 //! on, such as the work done. A step visits the nodes of a Gauss-Lobatto rule; at each the state is extrapolated, projected,
 //! and its rates evaluated:
 //!
@@ -46,7 +46,8 @@ const ERROR_ORDER: f64 = 11.0;
 const FIRST_SHARE: f64 = 0.01;
 
 /// See the module documentation. Steps are looked at from node to node and do not end at switches, so that their loop is not
-/// that of the methods that integrate (`steps.rs`). It has no use for [`Options::fixed_step`]: the step size then is the largest one.
+/// that of the methods that integrate (`steps.rs`). It has no use for
+/// [`Options::fixed_step`]: the step size then is the largest one.
 #[derive(Debug, Clone, Default)]
 pub struct Kinematic {
     /// States at the nodes.

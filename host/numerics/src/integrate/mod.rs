@@ -97,8 +97,8 @@ pub trait Integrator: Send {
         false
     }
 
-    /// Takes the samples at the start and makes all steps, from the state `y` at `run.t`; [`Integrator::integrate`] does what comes
-    /// before and after.
+    /// Takes the samples at the start and makes all steps, from the state `y` at `run.t`; [`Integrator::integrate`] does what
+    /// comes before and after.
     ///
     /// # Errors
     /// [`Trouble`]: why the run ends before `span.t_end`.

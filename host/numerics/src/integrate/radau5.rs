@@ -29,11 +29,11 @@ const REACH: f64 = 1e-3;
 ///
 /// Deviations from the book:
 /// - the new state is projected, and the derivative there starts the next step;
-/// - norms come from the system, and the error test aims at its tolerance only if [`System::tolerance`] is known;
+/// - norms come from the system, and the error test aims at its tolerance only if [`super::System::tolerance`] is known;
 /// - the interpolation is of order 3 only, as the error estimate is; where that estimate is above the tolerance, steps end
 ///   at samples instead.
 ///
-/// With [`Options::fixed_step`] the error is not looked at.
+/// With [`super::Options::fixed_step`] the error is not looked at.
 #[derive(Debug, Clone, Default)]
 pub struct Radau5 {
     jacobian: Jacobian,

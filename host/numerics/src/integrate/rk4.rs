@@ -6,7 +6,7 @@ use super::steps::{Fault, Stepper, steps_of_one_size};
 use super::{Integrator, StopReason};
 
 /// Classical Runge-Kutta method (Kutta 1901), order 4, without error control; samples by cubic
-/// Hermite interpolation. Needs [`Options::fixed_step`]. For comparisons and tests.
+/// Hermite interpolation. Needs [`super::Options::fixed_step`]. For comparisons and tests.
 #[derive(Debug, Clone, Default)]
 pub struct Rk4 {
     stages: [Vec<f64>; 5],

@@ -286,8 +286,8 @@ fn missed(
 }
 
 /// Makes the step final: samples, `accept`, `step_done`; the rates anew where `accept` changed something.
-fn finish_step<M: Stepper + ?Sized>(
-    method: &mut M,
+fn finish_step(
+    method: &mut dyn Stepper,
     run: &mut Run<'_>,
     y: &mut [f64],
     t_new: f64,
