@@ -197,6 +197,8 @@ table! {
         "A driver, cam or track is an equation that bodies must follow: where its value or slope jumps, they would need infinite forces. Curves of joints are therefore splines where nothing else is written; `\"monotone\"` is possible, too (its forces jump at the points), `\"linear\"` and `\"steps\"` are refused. Outside of its points a curve is held: where it arrives there with a speed, that jumps to zero. Let the points begin and end level, or give points for the whole run.";
     INTERPOLATION_IGNORED = "ODY0325", Scene, "points joined otherwise than asked",
         "The library was built with an `element-api` that joins all points by splines, and the interpolation asked for (or meant, `monotone`, where none is named) gives another curve. Build the library again, or accept its splines with `interpolation = \"spline\"`.";
+    UNUSED_INPUT = "ODY0326", Scene, "input that nothing takes",
+        "An `[[input]]` is a signal that a program changes while the scene runs, but no element has it among its `inputs` and no output reports it, so that changing it changes nothing. Name it where it was meant: `inputs.torque = \"push\"` of a force or control element, or an output of the quantity `input`; or take it away.";
 
     PLUGIN_NOT_FOUND = "ODY0401", Plugin, "plugin library not found",
         "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries.";

@@ -6,8 +6,7 @@ use super::reader::{NamesTaken, Reader, Record};
 use super::record::{Crossing, FigureRecord, OutputRecord, Take};
 use odyn_diagnostics::{Diagnostic, codes, help_for};
 
-pub(super) const OUTPUT_KEYS: &[&str] =
-    &["name", "quantity", "of", "component", "on", "point", "frame", "channel", "index"];
+pub(super) const OUTPUT_KEYS: &[&str] = &["name", "quantity", "of", "component", "on", "point", "frame", "channel"];
 
 pub(super) const FIGURE_KEYS: &[&str] =
     &["name", "channel", "take", "abs", "where", "equals", "period", "over", "from", "published", "unit", "note"];
@@ -60,7 +59,6 @@ fn read_output(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<
     });
     let frame = reader.word(record, "frame");
     let channel = reader.word(record, "channel");
-    let index = reader.whole(record, "index", 0);
     Some(OutputRecord {
         name: name?,
         quantity: quantity?,
@@ -70,10 +68,6 @@ fn read_output(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<
         point,
         frame,
         channel,
-        index: index.and_then(|index| {
-            let value = usize::try_from(index.value).ok()?;
-            Some(Spanned::new(value, index.span))
-        }),
         span: record.table.span.clone(),
     })
 }

@@ -353,8 +353,6 @@ pub struct OutputRecord {
     pub frame: Option<Spanned<String>>,
     /// Channel of an element.
     pub channel: Option<Spanned<String>>,
-    /// Index of a state or row.
-    pub index: Option<Spanned<usize>>,
     /// Byte range of the header.
     pub span: Range<usize>,
 }

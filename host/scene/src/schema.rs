@@ -332,7 +332,6 @@ pub(super) fn output_keys() -> Vec<Key> {
         ("point", vector_of(Dimension::LENGTH), "Point in body coordinates; the origin if left out."),
         ("frame", word(), "Whose axes: \"ground\" or a body."),
         ("channel", word(), "Channel of an element; not needed where there is one."),
-        ("index", whole(0), "Number of a state or row."),
     ]
 }
 

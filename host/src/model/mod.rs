@@ -60,6 +60,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
     if !found.iter().any(Diagnostic::is_error) {
         signals::connect(scene, &channels, &mut elements.instances, &mut found);
+        signals::warn_of_unused(scene, &channels, &elements.instances, &mut found);
     }
     if found.iter().any(Diagnostic::is_error) {
         return Err(found);

@@ -93,6 +93,28 @@ fn sources_of(
     (sources, mistakes)
 }
 
+/// Warns of what is given from outside and goes nowhere.
+pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[Instance], found: &mut Vec<Diagnostic>) {
+    let signals = instances.iter().flat_map(|instance| &instance.inputs).filter_map(|source| match source {
+        Source::Quantity(quantity) => Some(quantity),
+        Source::Constant(_) => None,
+    });
+    let mut used = vec![false; scene.inputs.len()];
+    for quantity in signals.chain(channels.iter().map(|channel| &channel.quantity)) {
+        if let Quantity::Given { input } = quantity {
+            used[*input] = true;
+        }
+    }
+    for (input, _) in scene.inputs.iter().zip(used).filter(|(_, used)| !used) {
+        let message = format!("no element and no output takes the input `{}`", input.name.value);
+        found.push(
+            Diagnostic::warning(codes::UNUSED_INPUT, message)
+                .at(input.name.span.clone(), "changing it changes nothing")
+                .help("name it under `inputs` of a force or control element, or take it away"),
+        );
+    }
+}
+
 /// What a source stands for; `dimension` is what is expected, if anything.
 fn source(
     written: &Spanned<InputSource>,

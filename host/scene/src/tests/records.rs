@@ -63,7 +63,6 @@ on = "block"
 point = [0, 0, 1]
 frame = "ground"
 channel = "torque"
-index = 0
 [[figure]]
 name = "a_p at 0 deg, |F|"
 channel = "a_p"
@@ -178,7 +177,6 @@ fn outputs_and_figures_are_read() {
     assert_eq!(output.name.value, "rotor.Fx");
     assert_eq!(output.quantity.value, "reaction_force");
     assert_eq!(output.point.as_ref().unwrap().value, [0.0, 0.0, 1e-3]);
-    assert_eq!(output.index.as_ref().unwrap().value, 0);
     let figure = &scene.figures[0];
     assert_eq!((figure.take, figure.absolute), (Take::At, true));
     assert_eq!((figure.from, figure.published), (Some(0.1), Some(1.03)));
@@ -341,7 +339,6 @@ fn mistakes_in_outputs_and_figures() {
         &format!("{SIMULATION}[[output]]\nname = \"o\""),
         &[
             ("of = \"b\"", codes::MISSING_KEY, "[[output]]"),
-            ("quantity = \"q\"\nindex = -1", codes::OUT_OF_RANGE, "-1"),
             ("quantity = \"q\"\npoint = [1, 2]", codes::WRONG_LENGTH, "[1, 2]"),
             ("quantity = \"q\"\nbody = \"b\"", codes::UNKNOWN_KEY, "body"),
             ("quantity = \"q\"\n[[output]]\nname = \"o\"\nquantity = \"q\"", codes::DUPLICATE_NAME, "\"o\""),
