@@ -298,12 +298,6 @@ pub trait Formulation: Send {
         let _ = (t, state, matrix);
         Ok(false)
     }
-    /// The exact derivatives of the rates with respect to time, where [`Formulation::jacobian`] was asked for just before.
-    /// `false` where they are not known.
-    fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
-        let _ = (t, slopes);
-        false
-    }
     /// Roughly what work costs.
     fn price(&self) -> Price {
         Price { rates: 100.0 * self.groups().len() as f64, jacobian: None, preparation: 0.0 }

@@ -7,8 +7,7 @@
 //!
 //! the matrix of the equations of motion once more, so that its factorisation is used again. The derivatives on the right
 //! are nodes of the graph. Directions are those of the velocities for positions (a rotation turns about the axes of what
-//! turns), the velocities themselves, then the element states, then
-//! time.
+//! turns), the velocities themselves, then the element states.
 
 use super::formulation::AnalysisError;
 use super::working::parameter_rates;
@@ -97,9 +96,6 @@ pub(super) struct Linearisation {
     columns: Vec<f64>,
     right: Vec<f64>,
     multipliers: Vec<f64>,
-    /// Derivatives of the rates with respect to time, and the time they belong to.
-    slopes: Vec<f64>,
-    slopes_at: f64,
 }
 
 impl Linearisation {
@@ -109,7 +105,7 @@ impl Linearisation {
         let mut graph = terms.graph.clone();
         let residuals = residuals(&mut graph, terms, layout, rows);
         let (mut nodes, mut entries) = (Vec::new(), Vec::new());
-        for direction in 0..=directions {
+        for direction in 0..directions {
             let seeds = seeds(&mut graph, terms, layout, direction);
             for (function, slope) in derivatives(&mut graph, &residuals, &seeds).into_iter().enumerate() {
                 if !graph.is_zero(slope) {
@@ -126,11 +122,9 @@ impl Linearisation {
             outputs: vec![0.0; nodes.len()],
             program,
             entries,
-            columns: vec![0.0; residuals.len() * (directions + 1)],
+            columns: vec![0.0; residuals.len() * directions],
             right: vec![0.0; terms.coordinates.columns + rows.len()],
             multipliers: vec![0.0; rows.len()],
-            slopes: vec![0.0; terms.coordinates.motion + layout.states + 1],
-            slopes_at: f64::NAN,
             coordinates: terms.coordinates.clone(),
         }
     }
@@ -173,17 +167,7 @@ impl Linearisation {
             column[height - 1] += driven;
         }
         self.assemble(state, height, matrix);
-        let mut slopes = std::mem::take(&mut self.slopes);
-        slopes.fill(0.0);
-        let last = self.columns.len() - height;
-        self.add(&self.columns[last..], 1.0, &mut slopes);
-        (self.slopes, self.slopes_at) = (slopes, inputs[Layout::TIME]);
         Ok(())
-    }
-
-    /// The derivatives of the rates with respect to time, where [`Linearisation::fill`] was last, if that was at time `t`.
-    pub(super) fn slopes(&self, t: f64) -> Option<&[f64]> {
-        (self.slopes_at == t).then_some(&self.slopes)
     }
 
     /// From directions to the entries of the state.
@@ -241,7 +225,7 @@ impl Linearisation {
 }
 
 /// r1, r2 of the rows in use, state rates, power with that of the constraints.
-pub(super) fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Vec<Node> {
+fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows: &[usize]) -> Vec<Node> {
     let mut functions = terms.loads.to_vec();
     let (mut gammas, mut power) = (Vec::with_capacity(rows.len()), terms.power);
     let acceleration_slot = terms.coordinates.acceleration_slot;
@@ -278,14 +262,10 @@ pub(super) fn residuals(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, rows:
 }
 
 /// What changes along a direction.
-pub(super) fn seeds(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, direction: usize) -> Seeds {
+fn seeds(g: &mut Graph, terms: &Terms<'_>, layout: &Layout, direction: usize) -> Seeds {
     let one = g.constant(1.0);
     let coordinates = &terms.coordinates;
     let velocities = coordinates.columns;
-    if direction == coordinates.directions(layout) {
-        let time = g.input(Layout::TIME);
-        return Seeds::from_iter([(time, one)]);
-    }
     if direction >= 2 * velocities {
         let state = g.input(layout.state_slot() + direction - 2 * velocities);
         return Seeds::from_iter([(state, one)]);

@@ -9,8 +9,8 @@
 //! | file | content |
 //! |---|---|
 //! | `formulation.rs` | what a way of writing the equations of motion offers to a simulation |
-//! | `working.rs` | six velocities per body, sparse elimination, rank-safe where needed |
-//! | `joint.rs` | coordinates of joints along a spanning tree, eliminated operation by operation |
+//! | `working.rs`, `working/` | six velocities per body, sparse elimination, rank-safe where needed |
+//! | `joint.rs`, `joint/` | coordinates of joints along a spanning tree, eliminated operation by operation |
 //! | `joint_plan.rs` | which rows are needed in the coordinates of joints |
 //! | `joint_engines.rs` | their elimination, and the rank-safe factorisation |
 //! | `joint_start.rs` | from bodies to the coordinates of joints |

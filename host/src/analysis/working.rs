@@ -1,5 +1,17 @@
 //! [`WorkingForm`]: six velocities per body, sparse elimination, and a rank-safe engine where the rank falls.
 
+mod engine;
+mod observe;
+mod parts;
+mod passing;
+mod project;
+mod solve;
+
+pub(super) use engine::clusters;
+pub use engine::sparse_engine;
+use engine::{Engine, FUNCTIONS, Solution, Source};
+pub use parts::WorkingParts;
+
 use element_api::ElementSet;
 
 use super::balance::{Balance, Imbalance, Trial};
@@ -47,149 +59,6 @@ const REFINED: f64 = 1e-11;
 /// Newton corrections per projection before the constraints count as lost.
 pub(super) const MOST_CORRECTIONS: usize = 12;
 
-/// A choice of rows with the engine that solves for them.
-struct Engine<S> {
-    /// Jacobian, gamma, Phi_t of the rows; then loads, state rates, power.
-    dynamics: Constraints,
-    /// Jacobian, values, Phi_t of the rows.
-    geometry: Constraints,
-    solver: S,
-    multipliers: Vec<f64>,
-    right: Vec<f64>,
-    /// Position and time of the factorisation in force.
-    factored_at: Vec<f64>,
-    health: Health,
-}
-
-/// The index of each function in [`Engine::dynamics`] and [`Engine::geometry`].
-const FUNCTIONS: usize = 2;
-
-impl<S: KktSolver> Engine<S> {
-    fn new(equations: &Equations, masses: &[f64], rows: &[usize], solver: S) -> Result<Self, AnalysisError> {
-        let gamma: fn(&Row) -> _ = |row| row.gamma;
-        let time: fn(&Row) -> _ = |row| row.time;
-        let value: fn(&Row) -> _ = |row| row.value;
-        let mut further = equations.loads.clone();
-        further.extend(&equations.state_rates);
-        further.push(equations.power);
-        let mut engine = Self {
-            dynamics: Constraints::new(equations, rows, &[gamma, time], &further)?,
-            geometry: Constraints::new(equations, rows, &[value, time], &[])?,
-            solver,
-            multipliers: vec![0.0; rows.len()],
-            right: vec![0.0; rows.len()],
-            factored_at: Vec::new(),
-            health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
-        };
-        engine.solver.set_mass(masses)?;
-        Ok(engine)
-    }
-
-    /// The same rows by another solver.
-    fn with<T: KktSolver>(&self, masses: &[f64], solver: T) -> Result<Engine<T>, AnalysisError> {
-        let mut engine = Engine {
-            dynamics: self.dynamics.clone(),
-            geometry: self.geometry.clone(),
-            multipliers: self.multipliers.clone(),
-            right: self.right.clone(),
-            factored_at: Vec::new(),
-            health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
-            solver,
-        };
-        engine.solver.set_mass(masses)?;
-        Ok(engine)
-    }
-
-    /// Accelerations, multipliers, state rates and power from the functions evaluated and the factorisation in force.
-    fn solve_motion(
-        &mut self,
-        coupling: Option<&mut BodyCoupling>,
-        inputs: &mut [f64],
-        sets: &[Box<dyn ElementSet>],
-        solution: Solution<'_>,
-        counters: &mut Counters,
-    ) -> Result<(), AnalysisError> {
-        let Solution { accelerations, rates } = solution;
-        match coupling {
-            None => {
-                let (loads, further) = self.dynamics.further(FUNCTIONS).split_at(accelerations.len());
-                rates.copy_from_slice(further);
-                self.solver.solve(loads, self.dynamics.function(0), accelerations, &mut self.multipliers)?;
-            }
-            Some(coupling) => {
-                self.right.fill(0.0);
-                let mut solver = Solver { dynamics: &self.dynamics, solver: &mut self.solver, zero: &self.right };
-                coupling.solve(inputs, sets, &mut solver, accelerations, &mut self.multipliers, counters)?;
-                rates.copy_from_slice(coupling.rates());
-            }
-        }
-        Ok(())
-    }
-
-    /// Adds the solution for what `balance` says is left of the equations.
-    fn refine(&mut self, balance: &Balance, accelerations: &mut [f64]) -> Result<(), LinalgError> {
-        let (f, g) = balance.left(self.multipliers.len());
-        let (mut da, mut dlambda) = (vec![0.0; f.len()], vec![0.0; g.len()]);
-        self.solver.solve(f, g, &mut da, &mut dlambda)?;
-        accelerations.iter_mut().zip(&da).for_each(|(a, d)| *a += d);
-        self.multipliers.iter_mut().zip(&dlambda).for_each(|(lambda, d)| *lambda += d);
-        Ok(())
-    }
-
-    /// Factors the Jacobian unless the one of this very position is in force.
-    fn factor(&mut self, from: Source, key: &[f64], counters: &mut Counters) -> Result<Health, LinalgError> {
-        if self.factored_at == key {
-            counters.reused += 1;
-            return Ok(self.health);
-        }
-        self.factored_at.clear();
-        let jacobian = match from {
-            Source::Dynamics => self.dynamics.jacobian(),
-            Source::Geometry => self.geometry.jacobian(),
-        };
-        counters.factorisations += 1;
-        self.health = self.solver.refactor(jacobian)?;
-        self.factored_at.extend_from_slice(key);
-        Ok(self.health)
-    }
-}
-
-/// Where the solution of the equations of motion goes.
-struct Solution<'a> {
-    accelerations: &'a mut [f64],
-    /// Rates of the element states, then the power.
-    rates: &'a mut [f64],
-}
-
-/// An engine as the coupling sees it.
-struct Solver<'a, S> {
-    dynamics: &'a Constraints,
-    solver: &'a mut S,
-    zero: &'a [f64],
-}
-
-impl<S: KktSolver> Solve for Solver<'_, S> {
-    fn solve(
-        &mut self,
-        loads: &[f64],
-        with_gamma: bool,
-        accelerations: &mut [f64],
-        multipliers: &mut [f64],
-    ) -> Result<(), AnalysisError> {
-        let right = if with_gamma { self.dynamics.function(0) } else { self.zero };
-        Ok(self.solver.solve(loads, right, accelerations, multipliers)?)
-    }
-    fn rows(&self) -> &[usize] {
-        &self.dynamics.rows
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Source {
-    Dynamics,
-    Geometry,
-}
-
 /// See the module documentation.
 pub struct WorkingForm {
     layout: Layout,
@@ -236,42 +105,6 @@ pub struct WorkingForm {
     derivatives_are_paid: bool,
     /// Rates of the element states and power at the state solved last.
     rates: Vec<f64>,
-}
-
-/// What the form in coordinates of bodies is made of.
-pub struct WorkingParts {
-    equations: Equations,
-    plan: Plan,
-    masses: Vec<f64>,
-    /// As [`body_scales`].
-    scales: Vec<f64>,
-    /// Joint and row of every row.
-    pub(super) row_names: Vec<String>,
-    length: f64,
-    start_health: f64,
-}
-
-impl WorkingParts {
-    /// The equations of a planned model. `start_health`: the pivot ratio of the sparse engine at the start; `length`: that of the
-    /// scene, m.
-    #[must_use]
-    pub fn new(equations: &Equations, model: &Model, plan: &Plan, length: f64, start_health: f64) -> Self {
-        let mut equations = equations.clone();
-        equations.graph.rest();
-        let row_name = |row: usize| {
-            let (element, k) = plan.layout.element_of_row(row);
-            model.elements[element].row_name(k)
-        };
-        Self {
-            equations,
-            plan: plan.clone(),
-            masses: mass_values(model),
-            scales: body_scales(model, length),
-            row_names: (0..plan.layout.rows).map(row_name).collect(),
-            length,
-            start_health,
-        }
-    }
 }
 
 impl WorkingForm {
@@ -388,226 +221,11 @@ impl WorkingForm {
         self.inputs[slot..slot + self.layout.states].copy_from_slice(&state[states..states + self.layout.states]);
     }
 
-    /// Accelerations and multipliers at the inputs' state: [M Phi_q^T; Phi_q 0] [a; lambda] = [Q; gamma].
-    fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
-        if let Some(engine) = &mut self.regular {
-            engine.dynamics.evaluate(&self.inputs, &self.sets)?;
-            let health = engine.factor(Source::Dynamics, &self.key, &mut self.counters);
-            if self.is_trusted(Source::Dynamics, &health)
-                && let Some(engine) = &mut self.regular
-            {
-                let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
-                let coupling = self.coupling.as_mut();
-                engine.solve_motion(coupling, &mut self.inputs, &self.sets, solution, &mut self.counters)?;
-                return Ok(Used::Regular);
-            }
-        }
-        self.counters.rank_safe += u64::from(self.regular.is_some());
-        let engine = &mut self.safe;
-        engine.dynamics.evaluate(&self.inputs, &self.sets)?;
-        engine.factor(Source::Dynamics, &self.key, &mut self.counters)?;
-        let solution = Solution { accelerations: &mut self.accelerations, rates: &mut self.rates };
-        engine.solve_motion(self.coupling.as_mut(), &mut self.inputs, &self.sets, solution, &mut self.counters)?;
-        if self.coupling.is_none() {
-            let loads = &engine.dynamics.further(FUNCTIONS)[..self.accelerations.len()];
-            self.balance.take_motion(&engine.dynamics, loads, &self.accelerations, &engine.multipliers);
-            self.balance.accept()?;
-        }
-        Ok(Used::Safe)
-    }
-
-    /// The smallest move (in the metric of the mass) that changes the rows by minus their residual: M d + Phi_q^T mu = 0,
-    /// Phi_q d = -residual. Left in `accelerations`. Returns which residual was worst and by how much. Unless `finely`,
-    /// residuals of positions that are round-off are left alone.
-    fn solve_correction(&mut self, velocity: bool, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
-        self.force.fill(0.0);
-        if let Some(engine) = &mut self.regular {
-            engine.geometry.evaluate(&self.inputs, &self.sets)?;
-            let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
-            // A residual that is not a number is for the caller to report, with its row.
-            if !velocity && ((!finely && worst.0 <= ROUND_OFF * self.length) || !worst.0.is_finite()) {
-                self.accelerations.fill(0.0);
-                return Ok(worst);
-            }
-            let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
-            if self.is_trusted(Source::Geometry, &health)
-                && let Some(engine) = &mut self.regular
-            {
-                engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
-                self.corrected_safely = false;
-                return Ok(worst);
-            }
-        }
-        self.corrected_safely = true;
-        let engine = &mut self.safe;
-        engine.geometry.evaluate(&self.inputs, &self.sets)?;
-        let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
-        if !velocity && !worst.0.is_finite() {
-            return Ok(worst);
-        }
-        engine.factor(Source::Geometry, &self.key, &mut self.counters)?;
-        engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
-        Ok(worst)
-    }
-
-    /// Whether the sparse engine is trusted with what it factored last. Far from singular positions a pivot ratio that has not
-    /// fallen by far is enough; where it has, or next to them, what counts is the ratio that masses have no part in, and how many
-    /// digits elimination keeps. Next to a singular position that is a ratio of whole rows: a small one at the start may be that
-    /// of rows that have nothing to do with it.
-    fn is_trusted(&mut self, from: Source, health: &Result<Health, LinalgError>) -> bool {
-        let Ok(health) = health else { return false };
-        let ratio = health.smallest_pivot_ratio;
-        if self.watch == Watch::Nothing || !self.careful && ratio >= self.least_health {
-            return ratio >= ACCURATE_REFINED;
-        }
-        let least = if self.careful { self.start_independence.max(1.0) } else { self.start_independence };
-        ratio >= ACCURATE_REFINED && self.independence(from) >= SICK_SHARE * least
-    }
-
-    /// Pivot ratio of the rows in use where they were evaluated last, whatever the masses.
-    fn independence(&mut self, from: Source) -> f64 {
-        let (Some(engine), Some(alike)) = (&self.regular, &mut self.alike) else { return 1.0 };
-        let jacobian = match from {
-            Source::Dynamics => engine.dynamics.jacobian(),
-            Source::Geometry => engine.geometry.jacobian(),
-        };
-        let (key, ratio) = &mut self.alike_at;
-        if *key != self.key {
-            self.counters.factorisations += 1;
-            *ratio = alike.refactor(jacobian).map_or(0.0, |health| health.smallest_pivot_ratio);
-            key.clone_from(&self.key);
-        }
-        *ratio
-    }
-
-    /// Newton's method on the positions; with `keep_away`, refused next to a singular position. Without it they are corrected
-    /// once more than usual: what is left of violations goes into the positions divided by the distance.
-    fn project_positions(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
-        let mut again = !keep_away;
-        for _ in 0..MOST_CORRECTIONS {
-            self.load(t, state);
-            let (violation, row) = self.solve_correction(false, !keep_away)?;
-            if keep_away && violation.is_finite() && self.corrected_safely && self.is_singular(NEAR_SINGULAR) {
-                return Err(AnalysisError::NextToSingular);
-            }
-            if !violation.is_finite() {
-                return Err(AnalysisError::NotFinite { what: format!("constraint {}", self.row_name(row)) });
-            }
-            if keep_away && violation <= ROUND_OFF * self.length {
-                return Ok(());
-            }
-            self.counters.position_corrections += 1;
-            let size = self.move_bodies(state);
-            // Quadratic convergence: the next violation is about size^2 / length.
-            let converged = (size / self.length).powi(2) <= ROUND_OFF;
-            if converged && !std::mem::take(&mut again) {
-                self.load(t, state);
-                return Ok(());
-            }
-        }
-        self.load(t, state);
-        let (violation, row) = self.solve_correction(false, false)?;
-        // Near-singular positions stall at a small violation; far ones mean that the branch is lost.
-        if violation > 1e-9 * self.length {
-            let violation = violation / self.length;
-            return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
-        }
-        Ok(())
-    }
-
-    /// Accelerations and multipliers next to a singular position into the inputs; `false` where the velocity does not lead
-    /// through it, and nothing is done.
-    fn observe_between(&mut self, t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
-        // They follow each other among the inputs.
-        let slots = self.layout.acceleration_slot()..self.layout.inputs();
-        let (mut passage, mut forces) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.forces));
-        let passed = passage.interpolate(self, t, state, &mut forces, |form, t, place, forces| {
-            form.project_plainly(t, place, false)?;
-            form.load(t, place);
-            let used = form.solve_dynamics()?;
-            form.publish(used);
-            forces.copy_from_slice(&form.inputs[slots.clone()]);
-            Ok(())
-        });
-        (self.passage, self.forces) = (passage, forces);
-        self.load(t, state);
-        if !passed? {
-            // As it was before.
-            self.solve_dynamics()?;
-            return Ok(false);
-        }
-        self.inputs[slots].copy_from_slice(&self.forces);
-        if self.unbalanced()? > BALANCED {
-            // Reactions may have a pole there. What is solved for next to it is the better for that.
-            self.solve_dynamics()?;
-            return Ok(false);
-        }
-        self.counters.interpolated += 1;
-        Ok(true)
-    }
-
-    /// How far accelerations and multipliers in the inputs miss all equations, see [`Balance::of_all`].
-    fn unbalanced(&mut self) -> Result<f64, AnalysisError> {
-        let dynamics = &mut self.safe.dynamics;
-        dynamics.evaluate(&self.inputs, &self.sets)?;
-        let (a, lambda) = self.inputs[self.layout.acceleration_slot()..].split_at(self.layout.velocities());
-        self.balance.take(dynamics, &dynamics.further(FUNCTIONS)[..a.len()], a, lambda);
-        Ok(self.balance.of_all())
-    }
-
-    /// How far what was solved for and published misses the equations of motion of a body, forces that depend on the solution
-    /// evaluated with it. Where it misses them by more than round-off, the solution is refined once.
-    fn certify(&mut self, used: Used) -> Result<Imbalance, AnalysisError> {
-        let found = self.left_of_bodies(used, Balance::take_motion)?;
-        if found.share <= REFINED {
-            return Ok(found);
-        }
-        self.left_of_bodies(used, Balance::take)?;
-        match (used, &mut self.regular) {
-            (Used::Regular, Some(engine)) => engine.refine(&self.balance, &mut self.accelerations)?,
-            _ => self.safe.refine(&self.balance, &mut self.accelerations)?,
-        }
-        self.publish(used);
-        self.left_of_bodies(used, Balance::take_motion)
-    }
-
-    fn left_of_bodies(
-        &mut self,
-        used: Used,
-        take: fn(&mut Balance, &Constraints, &[f64], &[f64], &[f64]),
-    ) -> Result<Imbalance, AnalysisError> {
-        let (dynamics, lambda) = match (used, &self.regular) {
-            (Used::Regular, Some(engine)) => (&engine.dynamics, &engine.multipliers),
-            _ => (&self.safe.dynamics, &self.safe.multipliers),
-        };
-        let loads = match &mut self.coupling {
-            Some(coupling) => coupling.loads(&self.inputs, &self.sets)?,
-            None => &dynamics.further(FUNCTIONS)[..self.accelerations.len()],
-        };
-        take(&mut self.balance, dynamics, loads, &self.accelerations, lambda);
-        Ok(self.balance.of_bodies())
-    }
-
     /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
     /// where the rank-safe engine factored last.
     fn is_singular(&self, share: f64) -> bool {
         let health = self.safe.health;
         health.rank < self.start.rank || health.smallest_pivot_ratio < share * self.start.smallest_pivot_ratio
-    }
-
-    /// Accelerations and multipliers into the inputs.
-    fn publish(&mut self, used: Used) {
-        let slot = self.layout.acceleration_slot();
-        self.inputs[slot..slot + self.accelerations.len()].copy_from_slice(&self.accelerations);
-        let slot = self.layout.multiplier_slot();
-        self.inputs[slot..slot + self.layout.rows].fill(0.0);
-        let (rows, multipliers) = match (used, &self.regular) {
-            (Used::Regular, Some(engine)) => (&engine.dynamics.rows, &engine.multipliers),
-            _ => (&self.safe.dynamics.rows, &self.safe.multipliers),
-        };
-        for (row, value) in rows.iter().zip(multipliers) {
-            self.inputs[slot + row] = *value;
-        }
     }
 
     /// Factors anew whatever is asked for next.
@@ -626,19 +244,6 @@ impl WorkingForm {
 
     fn row_name(&self, row: Option<usize>) -> String {
         row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
-    }
-
-    /// Moves all bodies by the correction in `accelerations`; gives its size, m.
-    fn move_bodies(&self, state: &mut [f64]) -> f64 {
-        let mut size = 0.0_f64;
-        for body in 0..self.layout.bodies {
-            let d = &self.accelerations[6 * body..6 * body + 6];
-            move_body(&mut state[BODY_STATES * body..BODY_STATES * body + 7], d);
-            for k in 0..3 {
-                size = size.max(d[k].abs()).max(d[3 + k].abs() * self.length);
-            }
-        }
-        size
     }
 }
 
@@ -666,32 +271,6 @@ enum Derivatives {
 enum Used {
     Regular,
     Safe,
-}
-
-/// Puts minus the residual of positions or velocities into `engine.right`; gives the worst violation.
-fn residual<S>(
-    engine: &mut Engine<S>,
-    velocity: bool,
-    layout: &Layout,
-    inputs: &[f64],
-    length: f64,
-) -> (f64, Option<usize>) {
-    if velocity {
-        rate_residual(&engine.geometry, layout, inputs, &mut engine.right);
-    } else {
-        engine.right.copy_from_slice(engine.geometry.function(0));
-    }
-    let worst = engine.geometry.worst(&engine.right, length);
-    engine.right.iter_mut().for_each(|x| *x = -*x);
-    worst
-}
-
-/// Phi_q [v; omega'] + Phi_t.
-fn rate_residual(geometry: &Constraints, layout: &Layout, inputs: &[f64], right: &mut [f64]) {
-    right.copy_from_slice(geometry.function(1));
-    for ((row, column), value) in geometry.structure.jacobian.iter().zip(geometry.jacobian()) {
-        right[*row] += value * inputs[layout.body_slot(column / 6, 7 + column % 6)];
-    }
 }
 
 /// Moves a body's (r, p) by (dr, dpi'): p + G^T dpi' / 2, normalised (Haug 1989, eq. 9.3.33).
@@ -732,147 +311,6 @@ fn groups(layout: &Layout) -> Vec<Group> {
     groups.extend(std::iter::repeat_n(Group::State, layout.states));
     groups.push(Group::Work);
     groups
-}
-
-/// One cluster per body, and one per joint.
-pub(super) fn clusters(layout: &Layout, rows: &[usize]) -> Clusters {
-    Clusters {
-        velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
-        rows: rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
-    }
-}
-
-/// The sparse engine for a choice of rows: one cluster per body and per joint.
-///
-/// # Errors
-/// When the patterns are inconsistent, which would be a defect of the equations.
-pub fn sparse_engine(equations: &Equations, rows: &[usize], layout: &Layout) -> Result<SparseLdl, LinalgError> {
-    let structure = structure(equations, rows)?;
-    SparseLdl::with_computed_order(&structure, Some(&clusters(layout, rows)))
-}
-
-impl Refusing for WorkingForm {
-    fn passage(&mut self) -> &mut Passage {
-        &mut self.passage
-    }
-
-    fn counted(&mut self) -> &mut Counters {
-        &mut self.counters
-    }
-
-    fn is_careful(&self) -> bool {
-        self.careful
-    }
-
-    fn normalise(&self, state: &mut [f64]) {
-        for body in 0..self.layout.bodies {
-            normalise(&mut state[BODY_STATES * body + 3..BODY_STATES * body + 7]);
-        }
-    }
-
-    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError> {
-        self.normalise(state);
-        if self.layout.rows == 0 {
-            return Ok(());
-        }
-        self.project_positions(t, state, keep_away)?;
-        self.load(t, state);
-        self.solve_correction(true, false)?;
-        for body in 0..self.layout.bodies {
-            for k in 0..6 {
-                state[BODY_STATES * body + 7 + k] += self.accelerations[6 * body + k];
-            }
-        }
-        Ok(())
-    }
-
-    fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError> {
-        self.load(t, state);
-        self.safe.geometry.evaluate(&self.inputs, &self.sets)?;
-        let (violation, row) = self.safe.geometry.worst(self.safe.geometry.function(0), self.length);
-        Ok((violation / self.length, self.row_name(row)))
-    }
-
-    fn try_rates(&mut self, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError> {
-        self.load(t, state);
-        let dynamics = &mut self.safe.dynamics;
-        dynamics.evaluate(&self.inputs, &self.sets)?;
-        let bodies = BODY_STATES * self.layout.bodies;
-        let of_bodies = |entries: &[f64]| -> Vec<f64> {
-            entries[..bodies].chunks_exact(BODY_STATES).flat_map(|body| &body[7..13]).copied().collect()
-        };
-        let (velocities, accelerations) = (of_bodies(state), of_bodies(rates));
-        let (loads, further) = dynamics.further(FUNCTIONS).split_at(accelerations.len());
-        let work = self.layout.states;
-        let driven = rates[bodies + work] - further[work];
-        let trial = Trial {
-            structure: &dynamics.structure,
-            values: (self.balance.mass(), dynamics.jacobian()),
-            gamma: dynamics.function(0),
-            velocities: &velocities,
-            accelerations: &accelerations,
-            loads,
-            driven: self.coupling.is_none().then_some(driven),
-        };
-        trial.accept(|row| self.row_names[row].clone())
-    }
-
-    fn rates_plainly(
-        &mut self,
-        t: f64,
-        state: &[f64],
-        rates: &mut [f64],
-        keep_away: bool,
-    ) -> Result<(), AnalysisError> {
-        self.load(t, state);
-        let used = self.solve_dynamics()?;
-        if matches!(used, Used::Safe) && keep_away && self.is_singular(NEAR_SINGULAR) {
-            return Err(AnalysisError::NextToSingular);
-        }
-        let (times, multipliers) = match (used, &self.regular) {
-            (Used::Regular, Some(engine)) => (engine.dynamics.function(1), &engine.multipliers),
-            _ => (self.safe.dynamics.function(1), &self.safe.multipliers),
-        };
-        for body in 0..self.layout.bodies {
-            let y = &state[BODY_STATES * body..BODY_STATES * (body + 1)];
-            let dy = &mut rates[BODY_STATES * body..BODY_STATES * (body + 1)];
-            dy[..3].copy_from_slice(&y[7..10]);
-            let p_rate = parameter_rates([y[3], y[4], y[5], y[6]], [y[10], y[11], y[12]]);
-            dy[3..7].copy_from_slice(&p_rate);
-            dy[7..13].copy_from_slice(&self.accelerations[6 * body..6 * body + 6]);
-        }
-        let states = BODY_STATES * self.layout.bodies;
-        rates[states..states + self.layout.states].copy_from_slice(&self.rates[..self.layout.states]);
-        // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
-        let driven: f64 = times.iter().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
-        rates[states + self.layout.states] = self.rates[self.layout.states] + driven;
-        Ok(())
-    }
-}
-
-impl Passing for WorkingForm {
-    fn fastest(&self, state: &[f64]) -> f64 {
-        let bodies = state[..BODY_STATES * self.layout.bodies].chunks_exact(BODY_STATES);
-        let speeds = bodies.flat_map(|y| y[7..13].iter().enumerate());
-        speeds.fold(0.0, |most, (k, speed)| most.max(speed.abs() / if k < 3 { self.length } else { 1.0 }))
-    }
-
-    fn shift(&self, state: &[f64], s: f64, moved: &mut [f64]) {
-        moved.copy_from_slice(state);
-        for body in moved[..BODY_STATES * self.layout.bodies].chunks_exact_mut(BODY_STATES) {
-            let (pose, velocity) = body.split_at_mut(7);
-            let d = [0, 1, 2, 3, 4, 5].map(|k| s * velocity[k]);
-            move_body(pose, &d);
-        }
-    }
-
-    fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
-        self.load(t, state);
-        self.safe.geometry.evaluate(&self.inputs, &self.sets)?;
-        let health = self.safe.factor(Source::Geometry, &self.key, &mut self.counters)?;
-        let lost = health.rank < self.start.rank;
-        Ok(if lost { 0.0 } else { health.smallest_pivot_ratio / self.start.smallest_pivot_ratio })
-    }
 }
 
 impl Formulation for WorkingForm {
@@ -1011,12 +449,6 @@ impl Formulation for WorkingForm {
         };
         known.fill(&self.inputs, &self.sets, state, engine.dynamics.function(1), &mut solve, matrix)?;
         Ok(true)
-    }
-
-    fn time_derivative(&self, t: f64, slopes: &mut [f64]) -> bool {
-        let Derivatives::Known(known, _) = &self.derivatives else { return false };
-        let exact = known.slopes(t).filter(|_| !self.careful);
-        exact.map(|exact| slopes.copy_from_slice(exact)).is_some()
     }
 
     fn price(&self) -> Price {

@@ -55,32 +55,6 @@ fn derivatives_of_the_rates_are_what_differences_say() {
 }
 
 #[test]
-fn derivatives_with_respect_to_time_are_what_differences_say() {
-    let mut random = Random(223);
-    let drive = driven().replace("speed = 2", "speed = 2, jerk = 3");
-    for (text, depends) in [(drive, true), (scenes::four_bar(1.1), false)] {
-        let mut stand = stand(&text);
-        stand.form.offer_jacobian(&stand.equations);
-        let n = stand.state.len();
-        let state = stand.consistent(&mut random, 0.05);
-        let (mut matrix, mut slopes) = (vec![0.0; n * n], vec![f64::NAN; n]);
-        assert!(!stand.form.time_derivative(TIME, &mut slopes), "not before the Jacobian");
-        assert!(stand.form.jacobian(TIME, &state, &mut matrix).unwrap());
-        assert!(stand.form.time_derivative(TIME, &mut slopes) && !stand.form.time_derivative(2.0 * TIME, &mut slopes));
-        let step = 1e-5;
-        let mut rates = |sign: f64| {
-            let mut rates = vec![0.0; n];
-            stand.form.rates(TIME + sign * step, &state, &mut rates).unwrap();
-            rates
-        };
-        let (after, before) = (rates(1.0), rates(-1.0));
-        let found: Vec<f64> = after.iter().zip(&before).map(|(a, b)| (a - b) / (2.0 * step)).collect();
-        assert!(difference(&slopes, &found) < 1e-7, "{:e}", difference(&slopes, &found));
-        assert_eq!(slopes.iter().any(|slope| *slope != 0.0), depends);
-    }
-}
-
-#[test]
 fn nothing_is_offered_where_derivatives_are_unknown() {
     let mut opaque = stand(&scenes::opaque_tangle());
     opaque.form.offer_jacobian(&opaque.equations);

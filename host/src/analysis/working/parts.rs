@@ -1,0 +1,39 @@
+//! [`WorkingParts`]: what the form in coordinates of bodies is made of.
+
+use super::*;
+
+/// What the form in coordinates of bodies is made of.
+pub struct WorkingParts {
+    pub(in crate::analysis) equations: Equations,
+    pub(in crate::analysis) plan: Plan,
+    pub(in crate::analysis) masses: Vec<f64>,
+    /// As [`body_scales`].
+    pub(in crate::analysis) scales: Vec<f64>,
+    /// Joint and row of every row.
+    pub(in crate::analysis) row_names: Vec<String>,
+    pub(in crate::analysis) length: f64,
+    pub(in crate::analysis) start_health: f64,
+}
+
+impl WorkingParts {
+    /// The equations of a planned model. `start_health`: the pivot ratio of the sparse engine at the start; `length`: that of the
+    /// scene, m.
+    #[must_use]
+    pub fn new(equations: &Equations, model: &Model, plan: &Plan, length: f64, start_health: f64) -> Self {
+        let mut equations = equations.clone();
+        equations.graph.rest();
+        let row_name = |row: usize| {
+            let (element, k) = plan.layout.element_of_row(row);
+            model.elements[element].row_name(k)
+        };
+        Self {
+            equations,
+            plan: plan.clone(),
+            masses: mass_values(model),
+            scales: body_scales(model, length),
+            row_names: (0..plan.layout.rows).map(row_name).collect(),
+            length,
+            start_health,
+        }
+    }
+}
