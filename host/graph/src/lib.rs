@@ -11,7 +11,8 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `graph.rs` | nodes, simplified while they are made |
+//! | `graph.rs` | nodes, each of them once, and what they depend on |
+//! | `operations.rs` | nodes of operations, simplified while they are made |
 //! | `derivative.rs` | exact derivatives along a direction |
 //! | `vector.rs` | vectors and matrices of nodes |
 //! | `import.rs` | recordings to nodes |
@@ -20,11 +21,13 @@
 //! | `eliminate.rs` | linear systems solved operation by operation |
 //! | `ranges.rs` | what nodes can be while their inputs run through ranges |
 //! | `tape.rs` | programs |
+//! | `compile.rs` | how parts of a graph become programs |
 //! | `interpreter.rs` | what runs them without machine code |
 //! | `turn.rs` | sine and cosine of an angle at once |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `costs.rs` | what programs cost |
 
+mod compile;
 mod condense;
 pub mod costs;
 mod derivative;
@@ -34,6 +37,7 @@ mod import;
 mod interpreter;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
+mod operations;
 mod ranges;
 mod rewrite;
 mod tape;

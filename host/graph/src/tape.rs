@@ -5,12 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use element_api::Table;
 use element_api::set::{Batch, ElementSet, Fault, Wanted};
-use rustc_hash::FxHashMap;
 
-use super::graph::{Expr, Graph, Node};
 use super::interpreter::interpret;
 use super::machine::MachineCode;
-use super::turn::pairs_together;
 
 /// A register: an index into the workspace's numbers.
 pub(super) type Register = u32;
@@ -76,9 +73,9 @@ impl Instruction {
 /// Opaque instances of one set that are evaluated in one call.
 #[derive(Debug, Clone)]
 pub(super) struct BatchPlan {
-    set: usize,
-    instances: Vec<u32>,
-    wanted: Wanted,
+    pub(super) set: usize,
+    pub(super) instances: Vec<u32>,
+    pub(super) wanted: Wanted,
     pub(super) arguments: Vec<Register>,
     /// Register of each result of each instance; `None` where nothing uses it.
     pub(super) results: Vec<Option<Register>>,
@@ -87,24 +84,24 @@ pub(super) struct BatchPlan {
 /// Operations, then calls that need them and none of which needs another.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
-    operations: Vec<Instruction>,
+    pub(super) operations: Vec<Instruction>,
     pub(super) batches: Vec<BatchPlan>,
 }
 
 /// Operations in running order, constant. Numbers live in a [`Workspace`].
 #[derive(Debug, Clone)]
 pub struct Program {
-    id: u64,
+    pub(super) id: u64,
     pub(super) constants: Vec<f64>,
     /// Slot of each input in use, ascending, and its register.
     pub(super) inputs: Vec<(u32, Register)>,
     pub(super) stages: Vec<Stage>,
-    after_calls: Vec<Instruction>,
+    pub(super) after_calls: Vec<Instruction>,
     pub(super) outputs: Vec<Register>,
     pub(super) registers: usize,
     pub(super) tables: Vec<Table>,
     /// What runs instead of the interpreter, once there is any.
-    code: Option<Arc<MachineCode>>,
+    pub(super) code: Option<Arc<MachineCode>>,
 }
 
 /// Programs that were made so far.
@@ -141,28 +138,6 @@ pub struct Used<'a> {
 pub type Sets = [Box<dyn ElementSet>];
 
 impl Program {
-    /// Brings everything `outputs` depend on into running order and drops the rest.
-    ///
-    /// Registers are reused once their last user has run. Calls run in stages: together with all that need the results of
-    /// equally many calls one after the other, between the operations that feed them and the operations that use them.
-    #[must_use]
-    pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
-        let live = graph.live(outputs);
-        let calls = used_calls(graph, &live);
-        let arguments: Vec<Node> =
-            calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
-        let mut builder = Builder::new(graph, &live, outputs, &arguments);
-        let mut stages = Vec::new();
-        for level in by_level(graph, calls) {
-            let given = |(call, _): &UsedCall| graph.calls[*call].arguments.iter().copied();
-            let arguments: Vec<Node> = level.iter().flat_map(given).collect();
-            let operations = builder.instructions(&graph.ancestors(&arguments, |_| false));
-            stages.push(Stage { operations, batches: builder.batches(&level) });
-        }
-        let after_calls = builder.instructions(&live);
-        builder.program(outputs, stages, after_calls)
-    }
-
     /// The scratch numbers for this program.
     #[must_use]
     pub fn workspace(&self) -> Workspace {
@@ -180,6 +155,11 @@ impl Program {
     /// The lists of operations: one per stage, then the one after all calls.
     pub(super) fn lists(&self) -> impl Iterator<Item = &[Instruction]> {
         self.stages.iter().map(|stage| &stage.operations[..]).chain([&self.after_calls[..]])
+    }
+
+    /// An id that no program has yet.
+    pub(super) fn next_id() -> u64 {
+        PROGRAMS.fetch_add(1, Ordering::Relaxed)
     }
 
     /// Tells it and its copies from all other programs.
@@ -282,241 +262,5 @@ impl Program {
             *slot = numbers[*register as usize];
         }
         Ok(())
-    }
-}
-
-/// A call with the results that are used: number and node.
-type UsedCall = (usize, Vec<(usize, Node)>);
-
-/// Calls that need no other call, then those that need only these, and so on. A call comes after those it needs.
-fn by_level(graph: &Graph, calls: Vec<UsedCall>) -> Vec<Vec<UsedCall>> {
-    let mut level_of: FxHashMap<u32, usize> = FxHashMap::default();
-    let mut levels: Vec<Vec<UsedCall>> = Vec::new();
-    for used in calls {
-        let call = used.0;
-        // Behind another call is what that one has counted already.
-        let feeding =
-            graph.ancestors(&graph.calls[call].arguments, |node| matches!(graph.expr(node), Expr::Call { .. }));
-        let below = feeding.iter().filter_map(|node| match graph.expr(*node) {
-            Expr::Call { call, .. } => level_of.get(&call).map(|level| level + 1),
-            _ => None,
-        });
-        let level = below.max().unwrap_or(0);
-        level_of.insert(call as u32, level);
-        if levels.len() <= level {
-            levels.resize_with(level + 1, Vec::new);
-        }
-        levels[level].push(used);
-    }
-    levels
-}
-
-/// The calls among `live`, each with the results used, in order of the call.
-fn used_calls(graph: &Graph, live: &[Node]) -> Vec<UsedCall> {
-    let mut calls: FxHashMap<usize, Vec<(usize, Node)>> = FxHashMap::default();
-    for node in live {
-        if let Expr::Call { call, result } = graph.expr(*node) {
-            calls.entry(call as usize).or_default().push((result as usize, *node));
-        }
-    }
-    let mut list: Vec<_> = calls.into_iter().collect();
-    list.sort_unstable_by_key(|(call, _)| *call);
-    list
-}
-
-/// The nodes (ascending) in another order: functions that the processor calls, with all they need, before the rest. As machine
-/// code every number must leave the processor's registers for a call; early there are few.
-fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
-    let mut early = vec![false; nodes.last().map_or(0, |node| node.0 as usize + 1)];
-    for node in nodes.iter().rev() {
-        let called = matches!(
-            graph.expr(*node),
-            Expr::Sin(_)
-                | Expr::Cos(_)
-                | Expr::Atan2(..)
-                | Expr::Exp(_)
-                | Expr::Ln(_)
-                | Expr::Tanh(_)
-                | Expr::Powf(..)
-                | Expr::Table { .. }
-        );
-        if called || early[node.0 as usize] {
-            early[node.0 as usize] = true;
-            if !matches!(graph.expr(*node), Expr::Call { .. }) {
-                graph.operands(*node, |operand| early[operand.0 as usize] = true);
-            }
-        }
-    }
-    let (mut first, rest): (Vec<Node>, Vec<Node>) = nodes.iter().partition(|node| early[node.0 as usize]);
-    first.extend(rest);
-    first
-}
-
-/// No register.
-const NONE: Register = Register::MAX;
-
-/// Gives out registers while instructions are written.
-struct Builder<'g> {
-    graph: &'g Graph,
-    /// By node; [`NONE`] where it has none yet.
-    register_of: Vec<Register>,
-    /// By node: how many users are still to come; outputs and call arguments are held for ever.
-    users: Vec<u32>,
-    free: Vec<Register>,
-    registers: Register,
-    constants: Vec<f64>,
-    inputs: Vec<(u32, Register)>,
-}
-
-impl<'g> Builder<'g> {
-    fn new(graph: &'g Graph, live: &[Node], outputs: &[Node], arguments: &[Node]) -> Self {
-        let end = live.last().map_or(0, |node| node.0 as usize + 1);
-        let mut users = vec![0; end];
-        for node in live {
-            if !matches!(graph.expr(*node), Expr::Call { .. }) {
-                graph.operands(*node, |operand| users[operand.0 as usize] += 1);
-            }
-        }
-        for held in outputs.iter().chain(arguments) {
-            users[held.0 as usize] += 1;
-        }
-        let mut builder = Self {
-            graph,
-            register_of: vec![NONE; end],
-            users,
-            free: Vec::new(),
-            registers: 0,
-            constants: Vec::new(),
-            inputs: Vec::new(),
-        };
-        // Constants come first and are never overwritten; inputs follow.
-        for node in live {
-            if let Some(value) = graph.value(*node) {
-                let register = builder.fresh();
-                builder.constants.push(value);
-                builder.register_of[node.0 as usize] = register;
-                builder.users[node.0 as usize] += 1;
-            }
-        }
-        for node in live {
-            if let Expr::Input(slot) = graph.expr(*node) {
-                let register = builder.fresh();
-                builder.inputs.push((slot, register));
-                builder.register_of[node.0 as usize] = register;
-            }
-        }
-        builder
-    }
-
-    /// The finished program.
-    fn program(self, outputs: &[Node], stages: Vec<Stage>, after_calls: Vec<Instruction>) -> Program {
-        Program {
-            id: PROGRAMS.fetch_add(1, Ordering::Relaxed),
-            outputs: outputs.iter().map(|node| self.register_of[node.0 as usize]).collect(),
-            constants: self.constants,
-            inputs: self.inputs,
-            stages,
-            after_calls,
-            registers: self.registers as usize,
-            tables: self.graph.tables.clone(),
-            code: None,
-        }
-    }
-
-    fn fresh(&mut self) -> Register {
-        self.registers += 1;
-        self.registers - 1
-    }
-
-    fn take(&mut self) -> Register {
-        self.free.pop().unwrap_or_else(|| self.fresh())
-    }
-
-    fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
-        let mut list = Vec::with_capacity(nodes.len());
-        let mut operands = Vec::with_capacity(4);
-        let written = |node: &Node| self.register_of[node.0 as usize] != NONE;
-        let open: Vec<Node> = calls_first(self.graph, nodes).into_iter().filter(|node| !written(node)).collect();
-        for (node, turned) in pairs_together(self.graph, &open) {
-            let expr = self.graph.expr(node);
-            if matches!(expr, Expr::Call { .. }) {
-                continue;
-            }
-            // Operands that nobody else needs give back their register, which the result may take at once.
-            operands.clear();
-            self.graph.operands(node, |operand| operands.push(operand));
-            let mut at = [NONE; 4];
-            for (operand, register) in operands.iter().zip(&mut at) {
-                *register = self.register_of[operand.0 as usize];
-            }
-            for (operand, register) in operands.iter().zip(&at) {
-                let users = &mut self.users[operand.0 as usize];
-                *users -= 1;
-                if *users == 0 {
-                    self.free.push(*register);
-                }
-            }
-            let d = self.take();
-            self.register_of[node.0 as usize] = d;
-            list.push(match expr {
-                Expr::Add(..) => Instruction::Add(d, at[0], at[1]),
-                Expr::Sub(..) => Instruction::Sub(d, at[0], at[1]),
-                Expr::Mul(..) => Instruction::Mul(d, at[0], at[1]),
-                Expr::Div(..) => Instruction::Div(d, at[0], at[1]),
-                Expr::Neg(_) => Instruction::Neg(d, at[0]),
-                Expr::Sqrt(_) => Instruction::Sqrt(d, at[0]),
-                Expr::Sin(_) if turned => Instruction::Turn(d, at[0]),
-                Expr::Cos(_) if turned => Instruction::Turned(d, at[0]),
-                Expr::Sin(_) => Instruction::Sin(d, at[0]),
-                Expr::Cos(_) => Instruction::Cos(d, at[0]),
-                Expr::Atan2(..) => Instruction::Atan2(d, at[0], at[1]),
-                Expr::Exp(_) => Instruction::Exp(d, at[0]),
-                Expr::Ln(_) => Instruction::Ln(d, at[0]),
-                Expr::Tanh(_) => Instruction::Tanh(d, at[0]),
-                Expr::Powi(_, n) => Instruction::Powi(d, at[0], n),
-                Expr::Powf(_, bits) => Instruction::Powf(d, at[0], f64::from_bits(bits)),
-                Expr::Select(..) => Instruction::Select(d, at),
-                Expr::Table { table, order, .. } => Instruction::Table(d, at[0], table, order),
-                Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } => continue,
-            });
-        }
-        list
-    }
-
-    /// One batch per set and per length of results.
-    fn batches(&mut self, calls: &[UsedCall]) -> Vec<BatchPlan> {
-        let mut batches: Vec<BatchPlan> = Vec::new();
-        let mut key_of: Vec<(usize, usize)> = Vec::new();
-        for (call, used) in calls {
-            let description = &self.graph.calls[*call];
-            let key = (description.set, description.results);
-            let position = key_of.iter().position(|known| *known == key).unwrap_or_else(|| {
-                key_of.push(key);
-                batches.push(BatchPlan {
-                    set: description.set,
-                    instances: Vec::new(),
-                    wanted: Wanted { jacobian: false, second: false },
-                    arguments: Vec::new(),
-                    results: Vec::new(),
-                });
-                batches.len() - 1
-            });
-            let mut results = vec![None; description.results];
-            for (result, node) in used {
-                // Results keep their register for the rest of the program.
-                let register = self.fresh();
-                self.register_of[node.0 as usize] = register;
-                self.users[node.0 as usize] += 1;
-                results[*result] = Some(register);
-                let batch = &mut batches[position];
-                batch.wanted.jacobian |= (description.jacobian_from..description.second_from).contains(result);
-                batch.wanted.second |= (description.second_from..description.second_to).contains(result);
-            }
-            let batch = &mut batches[position];
-            batch.instances.push(description.instance);
-            batch.arguments.extend(description.arguments.iter().map(|node| self.register_of[node.0 as usize]));
-            batch.results.extend(results);
-        }
-        batches
     }
 }

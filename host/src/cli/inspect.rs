@@ -5,9 +5,9 @@ use serde::Serialize;
 use odyn::diagnostics::{Severity, render, shown, summary};
 use odyn::session::Session;
 
-use super::args::{CheckArgs, SceneArgs};
 use super::exit;
 use super::failure::{Failure, Message, messages};
+use super::scene_args::{CheckArgs, SceneArgs};
 use super::terminal::{self, Stream};
 
 /// A report for programs.

@@ -7,7 +7,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `args.rs` | what can be written on the command line |
+//! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
 //! | `run.rs` | `run` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
@@ -32,6 +32,7 @@ mod inspect;
 mod plugin;
 mod resume;
 mod run;
+mod scene_args;
 mod schema;
 mod shell;
 mod store;

@@ -6,10 +6,10 @@ use std::path::Path;
 use odyn::results::{CHECKPOINT_FILE, SUMMARY_FILE};
 use odyn::session::{Checkpoint, Session};
 
-use super::args::ResumeArgs;
 use super::exit;
 use super::failure::Failure;
 use super::run::{Told, integrate, stop_on_interrupt, warn};
+use super::scene_args::ResumeArgs;
 use super::terminal;
 
 /// Goes on with a run from its last checkpoint.

@@ -8,10 +8,10 @@ use odyn::diagnostics::{Diagnostic, codes, render, shown};
 use odyn::results::{SUMMARY_FILE, Status, report};
 use odyn::session::{Restart, RunOptions, RunReport, Session};
 
-use super::args::RunArgs;
 use super::exit;
 use super::failure::Failure;
 use super::inspect::refuse_warnings;
+use super::scene_args::RunArgs;
 use super::terminal::{self, Progress, Stream};
 use super::watch;
 

@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use odyn::diagnostics::{Diagnostic, shown};
 use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
 
-use super::args::StudyArgs;
 use super::choices;
 use super::exit;
 use super::failure::Failure;
 use super::run::stop_on_interrupt;
+use super::scene_args::StudyArgs;
 use super::terminal;
 
 /// Runs a scene with all combinations of values and writes the table.

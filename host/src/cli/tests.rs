@@ -6,7 +6,8 @@ use std::path::Path;
 
 use odyn::scene::AuditTolerance;
 
-use super::args::{Arguments, Command, RunArgs};
+use super::args::{Arguments, Command};
+use super::scene_args::RunArgs;
 
 fn run_args(line: &str) -> RunArgs {
     let words = std::iter::once("odyn").chain(line.split(' '));

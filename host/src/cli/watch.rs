@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use odyn::session::{RunOptions, Watched};
 
-use super::args::RunArgs;
 use super::exit;
 use super::failure::Failure;
 use super::run::once;
+use super::scene_args::RunArgs;
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(300);
