@@ -193,7 +193,7 @@ pub(super) struct BodyCoupling {
 impl BodyCoupling {
     /// What must be solved together; `None` when the loads, state rates and power depend on nothing that is solved for.
     pub(super) fn new(equations: &Equations, layout: &Layout) -> Option<Self> {
-        if !equations.needs_solution(layout) {
+        if !equations.needs_solution() {
             return None;
         }
         let mut nodes: Vec<Node> = equations.loads.clone();

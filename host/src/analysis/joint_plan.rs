@@ -51,7 +51,7 @@ impl JointPlan {
             return None;
         }
         let mut refused: Vec<usize> = Vec::new();
-        if equations.needs_solution(&Layout::new(model)) {
+        if equations.needs_solution() {
             // Their reactions are found only where the coordinates make up for all rows.
             let tree = SpanningTree::new(model, |_| true);
             refused.extend(tree.joints.iter().filter_map(|joint| {
@@ -114,7 +114,7 @@ impl JointPlan {
         if joint.take_parameters(layout) {
             return Ok(None);
         }
-        if equations.needs_solution(layout) {
+        if equations.needs_solution() {
             let mass = mass_entries(model);
             let working = Working { equations, layout, mass: &mass };
             joint.dependence = Dependence::new(&joint, &working, &tree, length);

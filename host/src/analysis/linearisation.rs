@@ -42,7 +42,7 @@ impl<'a> Terms<'a> {
     /// In the coordinates of bodies; `None` where derivatives are not known (opaque elements, forces that depend on
     /// accelerations or reactions), or too many.
     pub(super) fn of_bodies(equations: &'a Equations, layout: &Layout) -> Option<Self> {
-        let unknown = !equations.graph.calls.is_empty() || equations.needs_solution(layout);
+        let unknown = !equations.graph.calls.is_empty() || equations.needs_solution();
         let coordinates = Coordinates::of_bodies(layout);
         let possible = !unknown && work(&coordinates, equations.graph.len(), layout) <= MOST_WORK;
         possible.then(|| Self {

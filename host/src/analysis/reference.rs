@@ -117,7 +117,7 @@ impl ReferenceForm {
             length,
             layout: layout.clone(),
             counters: Counters::default(),
-            coupled: equations.needs_solution(layout),
+            coupled: equations.needs_solution(),
         }
     }
 

@@ -20,7 +20,7 @@ pub struct CoupledInput {
 }
 
 impl Equations {
-    /// Finds the accelerations and multipliers that the loads depend on.
+    /// Finds the accelerations and multipliers that the loads, the rates of states and the power depend on.
     pub(super) fn find_coupling(&mut self, layout: &Layout) {
         let slots = self.solved_inputs(&self.loads, layout);
         let one = self.graph.constant(1.0);
@@ -35,6 +35,9 @@ impl Equations {
             };
             self.coupling.push(CoupledInput { slot, slopes });
         }
+        let mut rates = self.state_rates.clone();
+        rates.push(self.power);
+        self.solved_in_rates = self.solved_inputs(&rates, layout);
     }
 
     /// The accelerations and multipliers among the inputs that `nodes` depend on, ascending.
@@ -49,17 +52,10 @@ impl Equations {
         slots
     }
 
-    /// The accelerations and multipliers among the inputs that the rates of states and the power depend on.
-    fn solved_in_rates(&self, layout: &Layout) -> Vec<usize> {
-        let mut nodes = self.state_rates.clone();
-        nodes.push(self.power);
-        self.solved_inputs(&nodes, layout)
-    }
-
     /// Whether loads, rates of states or power depend on accelerations or multipliers.
     #[must_use]
-    pub fn needs_solution(&self, layout: &Layout) -> bool {
-        !self.coupling.is_empty() || !self.solved_in_rates(layout).is_empty()
+    pub fn needs_solution(&self) -> bool {
+        !self.coupling.is_empty() || !self.solved_in_rates.is_empty()
     }
 }
 
@@ -95,7 +91,7 @@ impl Dependence {
         let Working { equations, layout, .. } = working;
         let slots: Vec<usize> = equations.coupling.iter().map(|input| input.slot).collect();
         let mut solved: Vec<usize> = slots.iter().flat_map(|slot| layout.solved_peers(*slot)).collect();
-        solved.extend(equations.solved_in_rates(layout));
+        solved.extend(&equations.solved_in_rates);
         solved.sort_unstable();
         solved.dedup();
         let used = tree.used(layout.row_at.len());

@@ -103,6 +103,8 @@ pub struct Equations {
     pub elements: Vec<ElementEquations>,
     /// Accelerations and multipliers that the loads depend on.
     pub coupling: Vec<CoupledInput>,
+    /// The inputs that are accelerations or multipliers which rates of states or the power depend on, ascending.
+    pub solved_in_rates: Vec<usize>,
 }
 
 impl Equations {
@@ -127,6 +129,7 @@ impl Equations {
             elements: vec![ElementEquations::default(); model.elements.len()],
             rows: Vec::with_capacity(layout.rows),
             coupling: Vec::new(),
+            solved_in_rates: Vec::new(),
             graph,
             form,
             bodies,

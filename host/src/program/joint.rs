@@ -109,7 +109,7 @@ impl JointEquations {
     #[must_use]
     pub fn build_turned(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Option<Self> {
         // What depends on multipliers takes them in the axes that their rows are written in.
-        if closes_no_loop(&tree.used(model.elements.len()), layout) || cartesian.needs_solution(layout) {
+        if closes_no_loop(&tree.used(model.elements.len()), layout) || cartesian.needs_solution() {
             return None;
         }
         let mut turned = cartesian.clone();

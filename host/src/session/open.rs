@@ -144,7 +144,9 @@ impl Session {
             scene,
         };
         // A formulation that the scene does not allow is refused here.
-        session.choose_tree()?;
+        if session.scene.simulation.formulation.is_some() {
+            session.choose_tree()?;
+        }
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
     }
