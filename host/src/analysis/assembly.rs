@@ -208,8 +208,7 @@ pub fn ahead(
 pub fn start_inputs(layout: &Layout, t: f64, assembly: &Assembly) -> Vec<f64> {
     let mut inputs = vec![0.0; layout.inputs()];
     load(layout, t, &assembly.working, &mut inputs);
-    inputs[layout.reference_slot()..layout.discrete_slot()].copy_from_slice(&assembly.references);
-    inputs[layout.discrete_slot()..layout.acceleration_slot()].copy_from_slice(&assembly.discrete);
+    layout.write_discrete(&mut inputs, &assembly.references, &assembly.discrete);
     inputs
 }
 

@@ -5,8 +5,9 @@
 
 use element_api::ElementSet;
 
+use super::assembly::load;
 use super::formulation::{AnalysisError, Counters, Formulation, Observed};
-use super::working::{BODY_STATES, WorkingForm, WorkingParts};
+use super::working::{WorkingForm, WorkingParts};
 use crate::plan::Layout;
 use crate::program::Used;
 
@@ -28,10 +29,7 @@ impl InBodies {
 
     /// As [`Formulation::set_discrete`].
     pub(super) fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
-        let slot = self.layout.reference_slot();
-        self.inputs[slot..slot + references.len()].copy_from_slice(references);
-        let slot = self.layout.discrete_slot();
-        self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
+        self.layout.write_discrete(&mut self.inputs, references, discrete);
         if let Some(form) = &mut self.form {
             form.set_discrete(references, discrete);
         }
@@ -46,14 +44,7 @@ impl InBodies {
 
     /// As [`Formulation::observe`], for a state of the bodies.
     pub(super) fn observe(&mut self, t: f64, working: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
-        self.inputs[Layout::TIME] = t;
-        let (bodies, rest) = working.split_at(BODY_STATES * self.layout.bodies);
-        for (body, state) in bodies.chunks_exact(BODY_STATES).enumerate() {
-            let slot = self.layout.body_slot(body, 0);
-            self.inputs[slot..slot + BODY_STATES].copy_from_slice(state);
-        }
-        let slot = self.layout.state_slot();
-        self.inputs[slot..slot + self.layout.states].copy_from_slice(&rest[..self.layout.states]);
+        load(&self.layout, t, working, &mut self.inputs);
         let imbalance = if dynamics { self.solve(t, working)? } else { Default::default() };
         Ok(Observed { inputs: &self.inputs, imbalance })
     }

@@ -20,11 +20,12 @@ use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms, work};
+use super::newton::{Correcting, ROUND_OFF, project_positions};
 use super::passage::{self, Passage, Passing, Refusing};
 use super::solved::SolvedProgram;
 use super::working::{
-    ACCURATE, APPROACH, BODY_STATES, MOST_CORRECTIONS, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, ROUND_OFF, SICK_SHARE,
-    SICK_TREE, WorkingParts, normalise, parameter_rates,
+    ACCURATE, APPROACH, BODY_STATES, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, SICK_SHARE, SICK_TREE, WorkingParts,
+    normalise, parameter_rates,
 };
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
@@ -292,10 +293,7 @@ impl Formulation for JointForm {
 
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         self.bodies.set_discrete(references, discrete);
-        let slot = self.layout.reference_slot();
-        self.inputs[slot..slot + references.len()].copy_from_slice(references);
-        let slot = self.layout.discrete_slot();
-        self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
+        self.layout.write_discrete(&mut self.inputs, references, discrete);
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {

@@ -16,6 +16,7 @@
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `in_bodies.rs` | a scene in coordinates of bodies, beside its form in those of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
+//! | `newton.rs` | positions brought to the constraints, in any coordinates |
 //! | `passage.rs` | through positions where the constraints lose rank |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
@@ -38,6 +39,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
+mod newton;
 mod passage;
 mod reference;
 mod scales;

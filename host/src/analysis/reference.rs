@@ -356,10 +356,7 @@ impl Formulation for ReferenceForm {
     fn forget(&mut self, _: &[f64]) {}
 
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
-        let slot = self.layout.reference_slot();
-        self.inputs[slot..slot + references.len()].copy_from_slice(references);
-        let slot = self.layout.discrete_slot();
-        self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
+        self.layout.write_discrete(&mut self.inputs, references, discrete);
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {

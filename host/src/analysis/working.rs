@@ -14,11 +14,13 @@ pub use parts::WorkingParts;
 
 use element_api::ElementSet;
 
+use super::assembly::load;
 use super::balance::{Balance, Imbalance, Trial};
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{BodyCoupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
 use super::linearisation::{Linearisation, Terms, work};
+use super::newton::{Correcting, ROUND_OFF, project_positions};
 use super::passage::{self, Passage, Passing, Refusing};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
@@ -50,14 +52,10 @@ pub(super) const APPROACH: f64 = 0.5;
 /// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
 /// where they really vanish.
 pub(super) const MOTION_RANK_TOLERANCE: f64 = 1e-11;
-/// Violations below this share of the scene's size are round-off.
-pub(super) const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Share of what the equations of motion are made of by which interpolated accelerations and reactions may miss them.
 const BALANCED: f64 = 1e-9;
 /// Share of a body's own loads by which a solution may miss them before it is refined.
 const REFINED: f64 = 1e-11;
-/// Newton corrections per projection before the constraints count as lost.
-pub(super) const MOST_CORRECTIONS: usize = 12;
 
 /// See the module documentation.
 pub struct WorkingForm {
@@ -207,18 +205,11 @@ impl WorkingForm {
 
     /// Writes time and state into the inputs of the programs.
     fn load(&mut self, t: f64, state: &[f64]) {
-        self.inputs[Layout::TIME] = t;
+        load(&self.layout, t, state, &mut self.inputs);
         self.key.clear();
         self.key.push(t);
-        for body in 0..self.layout.bodies {
-            let from = BODY_STATES * body;
-            let to = self.layout.body_slot(body, 0);
-            self.inputs[to..to + BODY_STATES].copy_from_slice(&state[from..from + BODY_STATES]);
-            self.key.extend_from_slice(&state[from..from + 7]);
-        }
-        let states = BODY_STATES * self.layout.bodies;
-        let slot = self.layout.state_slot();
-        self.inputs[slot..slot + self.layout.states].copy_from_slice(&state[states..states + self.layout.states]);
+        let bodies = state[..BODY_STATES * self.layout.bodies].chunks_exact(BODY_STATES);
+        bodies.for_each(|body| self.key.extend_from_slice(&body[..7]));
     }
 
     /// Whether the constraints themselves (not only the sparse engine's choice of rows) have lost rank, or nearly so,
@@ -338,10 +329,7 @@ impl Formulation for WorkingForm {
     }
 
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
-        let slot = self.layout.reference_slot();
-        self.inputs[slot..slot + references.len()].copy_from_slice(references);
-        let slot = self.layout.discrete_slot();
-        self.inputs[slot..slot + discrete.len()].copy_from_slice(discrete);
+        self.layout.write_discrete(&mut self.inputs, references, discrete);
         // A joint's equations may contain them.
         self.forget_factors();
     }

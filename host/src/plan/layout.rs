@@ -128,6 +128,13 @@ impl Layout {
         self.reference_slot() + self.references
     }
 
+    /// Writes what stays as it is during a step into the inputs of programs: angle references; discrete element states and
+    /// signals from outside.
+    pub fn write_discrete(&self, inputs: &mut [f64], references: &[f64], discrete: &[f64]) {
+        inputs[self.reference_slot()..self.discrete_slot()].copy_from_slice(references);
+        inputs[self.discrete_slot()..self.acceleration_slot()].copy_from_slice(discrete);
+    }
+
     /// Slot of a signal that is given from outside.
     #[must_use]
     pub fn given_slot(&self, input: usize) -> usize {

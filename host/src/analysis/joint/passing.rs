@@ -27,7 +27,11 @@ impl Refusing for JointForm {
         if self.safe.rows.is_empty() {
             return Ok(());
         }
-        self.project_positions(t, state, keep_away)?;
+        if self.careful {
+            self.load(t, state);
+            self.look()?;
+        }
+        project_positions(self, t, state, keep_away)?;
         self.correct_velocities()?;
         for line in &self.coordinates.lines {
             state[line.velocity] += self.accelerations[line.column];

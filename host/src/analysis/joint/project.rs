@@ -3,9 +3,51 @@
 use super::*;
 
 impl JointForm {
-    /// The smallest move (in the metric of the mass) that meets the rows to first order, left in `accelerations`. Gives the
-    /// worst violation and its row. Unless `finely`, violations that are round-off are left alone.
-    pub(super) fn correct_positions(&mut self, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
+    /// The smallest change of velocities that meets the rows, left in `accelerations`.
+    pub(super) fn correct_velocities(&mut self) -> Result<(), AnalysisError> {
+        let columns = self.coordinates.columns;
+        if let Some(regular) = &mut self.regular {
+            let outputs = regular.velocity.run(&self.inputs, &self.bodies.sets)?;
+            self.accelerations.copy_from_slice(&outputs[..columns]);
+            self.take_look();
+            if self.trusted || !self.careful && self.last.ratio >= self.least_health {
+                self.corrected_safely = false;
+                return Ok(());
+            }
+        }
+        self.corrected_safely = true;
+        self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
+        let mut right = std::mem::take(&mut self.safe.right);
+        right.copy_from_slice(self.safe.function(Function::Time));
+        for ((row, column), slope) in self.safe.structure.jacobian.iter().zip(self.safe.jacobian()) {
+            right[*row] += slope * self.inputs[self.coordinates.velocity_slots[*column]];
+        }
+        right.iter_mut().for_each(|x| *x = -*x);
+        self.safe.right = right;
+        self.safe.solve_correction()?;
+        self.accelerations.copy_from_slice(&self.safe.accelerations);
+        Ok(())
+    }
+}
+
+impl Correcting for JointForm {
+    fn load(&mut self, t: f64, state: &[f64]) {
+        Self::load(self, t, state);
+    }
+
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn was_next_to_singular(&self) -> bool {
+        self.corrected_safely && self.is_singular(NEAR_SINGULAR)
+    }
+
+    fn name_of(&self, row: Option<usize>) -> String {
+        self.row_name(row)
+    }
+
+    fn correct_positions(&mut self, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
         let columns = self.coordinates.columns;
         if let Some(regular) = &mut self.regular {
             regular.position.run(&self.inputs, &self.bodies.sets)?;
@@ -38,77 +80,7 @@ impl JointForm {
         Ok(worst)
     }
 
-    /// The smallest change of velocities that meets the rows, left in `accelerations`.
-    pub(super) fn correct_velocities(&mut self) -> Result<(), AnalysisError> {
-        let columns = self.coordinates.columns;
-        if let Some(regular) = &mut self.regular {
-            let outputs = regular.velocity.run(&self.inputs, &self.bodies.sets)?;
-            self.accelerations.copy_from_slice(&outputs[..columns]);
-            self.take_look();
-            if self.trusted || !self.careful && self.last.ratio >= self.least_health {
-                self.corrected_safely = false;
-                return Ok(());
-            }
-        }
-        self.corrected_safely = true;
-        self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
-        let mut right = std::mem::take(&mut self.safe.right);
-        right.copy_from_slice(self.safe.function(Function::Time));
-        for ((row, column), slope) in self.safe.structure.jacobian.iter().zip(self.safe.jacobian()) {
-            right[*row] += slope * self.inputs[self.coordinates.velocity_slots[*column]];
-        }
-        right.iter_mut().for_each(|x| *x = -*x);
-        self.safe.right = right;
-        self.safe.solve_correction()?;
-        self.accelerations.copy_from_slice(&self.safe.accelerations);
-        Ok(())
-    }
-
-    /// Newton's method on the positions; with `keep_away`, refused next to a singular position. Without it they are corrected
-    /// once more than usual: what is left of violations goes into the positions divided by the distance.
-    pub(super) fn project_positions(
-        &mut self,
-        t: f64,
-        state: &mut [f64],
-        keep_away: bool,
-    ) -> Result<(), AnalysisError> {
-        let mut again = !keep_away;
-        if self.careful {
-            self.load(t, state);
-            self.look()?;
-        }
-        for _ in 0..MOST_CORRECTIONS {
-            self.load(t, state);
-            let (violation, row) = self.correct_positions(!keep_away)?;
-            if keep_away && violation.is_finite() && self.corrected_safely && self.is_singular(NEAR_SINGULAR) {
-                return Err(AnalysisError::NextToSingular);
-            }
-            if !violation.is_finite() {
-                return Err(AnalysisError::NotFinite { what: format!("constraint {}", self.row_name(row)) });
-            }
-            if keep_away && violation <= ROUND_OFF * self.length {
-                return Ok(());
-            }
-            self.counters.position_corrections += 1;
-            let size = self.advance(state);
-            // Quadratic convergence: the next violation is about size^2 / length.
-            let converged = (size / self.length).powi(2) <= ROUND_OFF;
-            if converged && !std::mem::take(&mut again) {
-                self.load(t, state);
-                return Ok(());
-            }
-        }
-        self.load(t, state);
-        let (violation, row) = self.correct_positions(false)?;
-        if violation > 1e-9 * self.length {
-            let violation = violation / self.length;
-            return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
-        }
-        Ok(())
-    }
-
-    /// Moves along the correction in `accelerations`; gives its size, m.
-    pub(super) fn advance(&self, state: &mut [f64]) -> f64 {
+    fn move_along(&self, state: &mut [f64]) -> f64 {
         let mut size = 0.0_f64;
         for line in &self.coordinates.lines {
             let step = self.accelerations[line.column];

@@ -26,7 +26,7 @@ impl Refusing for WorkingForm {
         if self.layout.rows == 0 {
             return Ok(());
         }
-        self.project_positions(t, state, keep_away)?;
+        project_positions(self, t, state, keep_away)?;
         self.load(t, state);
         self.solve_correction(true, false)?;
         for body in 0..self.layout.bodies {

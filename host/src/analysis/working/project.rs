@@ -40,49 +40,30 @@ impl WorkingForm {
         engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
         Ok(worst)
     }
+}
 
-    /// Newton's method on the positions; with `keep_away`, refused next to a singular position. Without it they are corrected
-    /// once more than usual: what is left of violations goes into the positions divided by the distance.
-    pub(super) fn project_positions(
-        &mut self,
-        t: f64,
-        state: &mut [f64],
-        keep_away: bool,
-    ) -> Result<(), AnalysisError> {
-        let mut again = !keep_away;
-        for _ in 0..MOST_CORRECTIONS {
-            self.load(t, state);
-            let (violation, row) = self.solve_correction(false, !keep_away)?;
-            if keep_away && violation.is_finite() && self.corrected_safely && self.is_singular(NEAR_SINGULAR) {
-                return Err(AnalysisError::NextToSingular);
-            }
-            if !violation.is_finite() {
-                return Err(AnalysisError::NotFinite { what: format!("constraint {}", self.row_name(row)) });
-            }
-            if keep_away && violation <= ROUND_OFF * self.length {
-                return Ok(());
-            }
-            self.counters.position_corrections += 1;
-            let size = self.move_bodies(state);
-            // Quadratic convergence: the next violation is about size^2 / length.
-            let converged = (size / self.length).powi(2) <= ROUND_OFF;
-            if converged && !std::mem::take(&mut again) {
-                self.load(t, state);
-                return Ok(());
-            }
-        }
-        self.load(t, state);
-        let (violation, row) = self.solve_correction(false, false)?;
-        // Near-singular positions stall at a small violation; far ones mean that the branch is lost.
-        if violation > 1e-9 * self.length {
-            let violation = violation / self.length;
-            return Err(AnalysisError::LeftConstraints { what: self.row_name(row), violation });
-        }
-        Ok(())
+impl Correcting for WorkingForm {
+    fn load(&mut self, t: f64, state: &[f64]) {
+        Self::load(self, t, state);
     }
 
-    /// Moves all bodies by the correction in `accelerations`; gives its size, m.
-    pub(super) fn move_bodies(&self, state: &mut [f64]) -> f64 {
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn was_next_to_singular(&self) -> bool {
+        self.corrected_safely && self.is_singular(NEAR_SINGULAR)
+    }
+
+    fn name_of(&self, row: Option<usize>) -> String {
+        self.row_name(row)
+    }
+
+    fn correct_positions(&mut self, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
+        self.solve_correction(false, finely)
+    }
+
+    fn move_along(&self, state: &mut [f64]) -> f64 {
         let mut size = 0.0_f64;
         for body in 0..self.layout.bodies {
             let d = &self.accelerations[6 * body..6 * body + 6];
