@@ -1,4 +1,4 @@
-//! Scenes against references that are exact to more digits than double precision has (`reference/`, each with its source
+//! Scenes against references that are exact to more digits than double precision has (`scenes/reference/`, each with its source
 //! in its first lines), and against the other formulation.
 //!
 //! A new case is a scene in `scenes/`, a reference, and a test that calls [`check`], which compares all columns of the
@@ -40,7 +40,7 @@ struct Work {
 #[track_caller]
 fn check(scene: &str, reference: &str, sets: &[&str], tolerances: &Tolerances) -> RunReport {
     let report = support::run(scene, sets);
-    let table = Table::read(&root().join("tests/reference").join(reference)).unwrap();
+    let table = Table::read(&root().join("scenes/reference").join(reference)).unwrap();
     assert_eq!(report.times.len(), table.times.len(), "as many rows");
     for (ours, theirs) in report.times.iter().zip(&table.times) {
         assert!((ours - theirs).abs() <= 1e-12 * theirs.abs(), "a sample at {theirs}, not {ours}");

@@ -7,7 +7,7 @@ use crate::support::{options, root};
 
 #[track_caller]
 fn run(scene: &str, sets: &[&str]) -> RunReport {
-    let path = root().join(format!("verification/{scene}.toml"));
+    let path = root().join(format!("scenes/verification/{scene}.toml"));
     let session = Session::open(&path, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"));
     session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -63,7 +63,7 @@ fn coordinates_of_bodies_find_them_too() {
 #[test]
 fn the_plan_names_what_switches() {
     let plan = |scene: &str| {
-        let path = root().join(format!("verification/{scene}.toml"));
+        let path = root().join(format!("scenes/verification/{scene}.toml"));
         Session::open(&path, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}")).plan_report()
     };
     let report = plan("bump-stop");

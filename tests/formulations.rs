@@ -42,7 +42,7 @@ fn worst(ours: &RunReport, theirs: &RunReport) -> (f64, String) {
 }
 
 fn scenes() -> Vec<PathBuf> {
-    let mut scenes = scenes_in(&root().join("verification")).unwrap();
+    let mut scenes = scenes_in(&root().join("scenes/verification")).unwrap();
     scenes.extend(["compressor", "compressor-speed-control"].map(|name| root().join(format!("scenes/{name}.toml"))));
     scenes.retain(|path| !LEFT_OUT.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name)));
     scenes

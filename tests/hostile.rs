@@ -1,5 +1,5 @@
-//! Input that somebody made to break the program: the kept inputs of `fuzz/corpus`, and random changes of them. The functions
-//! are those that libFuzzer calls; `fuzz/README.md` tells how to let it search for longer.
+//! Input that somebody made to break the program: the kept inputs of `tests/fuzz/corpus`, and random changes of them. The functions
+//! are those that libFuzzer calls; `tests/fuzz/README.md` tells how to let it search for longer.
 
 use std::fs;
 
@@ -11,7 +11,7 @@ use odyn::session::{RunOptions, Session};
 
 use crate::support::root;
 
-#[path = "../fuzz/src/lib.rs"]
+#[path = "fuzz/src/lib.rs"]
 mod targets;
 
 /// How many times as many random changes, from other seeds: `ODYN_HOSTILE_ROUNDS=100 cargo test -p odyn-tests hostile`.
@@ -22,7 +22,7 @@ const ROUNDS: &str = "ODYN_HOSTILE_ROUNDS";
 #[track_caller]
 fn assault(name: &str, changes: usize, target: fn(&[u8])) {
     let mut kept: Vec<_> =
-        fs::read_dir(root().join("fuzz/corpus").join(name)).unwrap().map(|e| e.unwrap().path()).collect();
+        fs::read_dir(root().join("tests/fuzz/corpus").join(name)).unwrap().map(|e| e.unwrap().path()).collect();
     kept.sort();
     let kept: Vec<Vec<u8>> = kept.iter().map(|path| fs::read(path).unwrap()).collect();
     assert!(!kept.is_empty(), "no kept input of `{name}`");
@@ -115,7 +115,7 @@ fn recorded_equations() {
 /// Otherwise the test above would show nothing but that equations are refused.
 #[test]
 fn kept_equations_come_far() {
-    let folder = fs::read_dir(root().join("fuzz/corpus/recording")).unwrap();
+    let folder = fs::read_dir(root().join("tests/fuzz/corpus/recording")).unwrap();
     let reached: Vec<_> = folder.map(|entry| targets::reach(&fs::read(entry.unwrap().path()).unwrap())).collect();
     let come = |far: targets::Reached| reached.iter().filter(|reached| **reached >= far).count();
     assert!(come(targets::Reached::Scene) >= 8, "{reached:?}");

@@ -30,7 +30,7 @@ const MOST_STEPS: u64 = 3000;
 const REFUSED: [&str; 1] = ["door-hinges-apart"];
 
 fn scenes() -> Vec<PathBuf> {
-    let folders = ["verification", "scenes/benchmarks", "stress"];
+    let folders = ["scenes/verification", "scenes/benchmarks", "scenes/stress"];
     let mut scenes: Vec<PathBuf> = folders.iter().flat_map(|folder| scenes_in(&root().join(folder)).unwrap()).collect();
     // The suite is no scene. In `sizes` a pendulum of 1 mm swings beside one of 1 km, by whose size errors are judged. In
     // `point-gravity` a lighter body falls into the centre: the force is written with a mass of its own. The others take long.

@@ -172,7 +172,7 @@ fn all_standard_elements_are_drawn() {
     for library in [odyn_joints::library(), odyn_forces::library(), odyn_controls::library()] {
         for class in &library.classes {
             let name = &class.descriptor().name;
-            // A surface over two signals; `verification/map.toml` has it.
+            // A surface over two signals; `scenes/verification/map.toml` has it.
             if name == "map" {
                 continue;
             }

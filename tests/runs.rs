@@ -14,14 +14,14 @@ const SCENES: [(&str, f64); 10] = [
     ("benchmarks/A03.toml", 0.01),
     // Redundant rows in space.
     ("benchmarks/A04.toml", 1.0),
-    ("../stress/bennett.toml", 2.0),
+    ("stress/bennett.toml", 2.0),
     // Stiff.
     ("benchmarks/bushing_1e6.toml", 0.02),
-    ("../stress/four-bar-change-point.toml", 2.0),
+    ("stress/four-bar-change-point.toml", 2.0),
     // Forces that depend on reactions.
-    ("../stress/friction-decay.toml", 1.0),
+    ("stress/friction-decay.toml", 1.0),
     // Contacts.
-    ("../stress/bounce.toml", 1.0),
+    ("stress/bounce.toml", 1.0),
 ];
 const STOPS: [f64; 3] = [0.3, 0.55, 0.8];
 

@@ -27,7 +27,7 @@ fn finished(path: &std::path::Path, formulation: &str, tolerance: f64) -> RunRep
 /// left.
 #[track_caller]
 fn four_bars(count: usize, formulations: &[&str], tolerances: &[f64]) {
-    let table = Table::read(&root().join(format!("tests/reference/A02_N{count}.csv"))).unwrap();
+    let table = Table::read(&root().join(format!("scenes/reference/A02_N{count}.csv"))).unwrap();
     let path = root().join(format!("scenes/benchmarks/A02_N{count}.toml"));
     for formulation in formulations {
         let mut interpolated = 0;

@@ -1,4 +1,4 @@
-//! The numerical stress suite (`stress/suite.toml`) in its short form: everything within its bounds, and some work pinned.
+//! The numerical stress suite (`scenes/stress/suite.toml`) in its short form: everything within its bounds, and some work pinned.
 //!
 //! A new trial is a table there; `odyn stress` shows it, `odyn stress --full` runs all of it for as long as the scenes say.
 
@@ -24,7 +24,7 @@ const PINNED: [&str; 9] = [
 ];
 
 fn suite() -> Suite {
-    Suite::read(&root().join("stress/suite.toml")).unwrap_or_else(|error| panic!("{error}"))
+    Suite::read(&root().join("scenes/stress/suite.toml")).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// What is wrong with an outcome; empty if nothing is.

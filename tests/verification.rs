@@ -1,4 +1,4 @@
-//! The scenes of `verification/`: every check within its tolerance, every body in balance, every element of the standard
+//! The scenes of `scenes/verification/`: every check within its tolerance, every body in balance, every element of the standard
 //! libraries verified, and the work pinned.
 //!
 //! A new case is a scene file there; `odyn verify` shows it.
@@ -13,7 +13,7 @@ const LIBRARIES: [&str; 4] = ["odyn-compressor", "odyn-controls", "odyn-forces",
 
 /// Runs all scenes.
 fn verified() -> (Vec<Case>, Vec<Element>) {
-    let scenes = scenes_in(&root().join("verification")).unwrap();
+    let scenes = scenes_in(&root().join("scenes/verification")).unwrap();
     let settings = Settings { library_copies: Some(kept("library-copies")), ..Settings::default() };
     let mut verifier = Verifier::new(settings);
     let cases = verifier.verify_all(&scenes, 0, &|_| ());
@@ -71,7 +71,7 @@ fn every_element_is_verified_and_every_scene_passes_with_the_pinned_work() {
 /// A page of the manual names its scene; a scene without elements has no page.
 #[test]
 fn every_scene_belongs_to_an_element() {
-    for path in scenes_in(&root().join("verification")).unwrap() {
+    for path in scenes_in(&root().join("scenes/verification")).unwrap() {
         let (scene, _) = odyn::scene::read(&path, &[]).unwrap_or_else(|r| panic!("{:?}", r.diagnostics));
         let verification = scene.verification.unwrap_or_else(|| panic!("{}: no [verification]", path.display()));
         assert!(!verification.elements.is_empty() && !verification.text.is_empty(), "{}", path.display());

@@ -38,45 +38,32 @@
 //! The command line, checkpoints and islands step their scenes by the same run: it has the one loop, and tells a
 //! [`session::Sink`] what comes.
 //!
-//! Leaves that any room may use: [`diagnostics`] (messages with places), [`linalg`] (linear systems, ranks),
-//! [`interval`] (ranges of numbers and polynomials) and `pool` (runs on several threads). A room uses only rooms before it and the leaves; a test guards the edges.
-//!
-//! Some rooms are crates of their own in folders beside this one's sources, taken in here under their names, so that the
-//! compiler guards what they must not know:
+//! # The crates
+//! Rooms live in crates beside this one's sources, taken in here under their names, so that the compiler guards what they must
+//! not know. Each uses those above it, and no more than its manifest names.
 //!
 //! | crate | rooms |
 //! |---|---|
-//! | `host/catalog` | [`catalog`] |
-//! | `host/diagnostics` | [`diagnostics`], apart from scenes because libraries are loaded and results written without one |
-//! | `host/graph` | the part of [`program`] that knows no bodies: the graph, its derivatives, programs, machine code |
-//! | `host/numerics` | [`linalg`], [`interval`], [`integrate`] |
+//! | `host/diagnostics` | [`diagnostics`]: messages with places, and all codes |
+//! | `host/numerics` | [`linalg`] (linear systems, ranks), [`interval`] (ranges of numbers and polynomials), [`integrate`] |
 //! | `host/scene` | [`scene`] |
+//! | `host/catalog` | [`catalog`] |
+//! | `host/graph` | the part of [`program`] that knows no bodies: the graph, its derivatives, programs, machine code |
+//! | `host/motion` | [`model`], [`plan`], [`program`], [`analysis`] |
+//! | `host/run` | [`results`], [`session`] |
+//! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
 //! [`program::Program`] (constant), [`program::Workspace`] (scratch, allocated once).
 
-pub mod analysis;
-pub mod bench;
-#[cfg(feature = "manual")]
-pub mod manual;
-pub mod model;
-#[cfg(feature = "manual")]
-mod page;
-pub mod plan;
-mod pool;
-pub mod program;
-pub mod results;
-pub mod session;
-pub mod stress;
-pub mod study;
-pub mod verification;
-#[cfg(feature = "workshop")]
-pub mod workshop;
-
 pub use odyn_catalog as catalog;
 pub use odyn_diagnostics as diagnostics;
+pub use odyn_motion::{analysis, model, plan, program};
 pub use odyn_numerics::{integrate, interval, linalg};
+pub use odyn_run::{results, session};
 pub use odyn_scene as scene;
-
-#[cfg(test)]
-mod tests;
+#[cfg(feature = "manual")]
+pub use odyn_trials::manual;
+#[cfg(feature = "workshop")]
+pub use odyn_trials::workshop;
+pub use odyn_trials::{bench, stress, study, verification};

@@ -332,16 +332,16 @@ tolerance = 1e-9
 #[test]
 fn verify_goes_through_all_scenes_and_writes_the_manual() {
     let scratch = Scratch::new("verify");
-    fs::create_dir(scratch.0.join("verification")).unwrap();
-    scratch.file("verification/flight.toml", &flight(2.0));
+    fs::create_dir_all(scratch.0.join("scenes/verification")).unwrap();
+    scratch.file("scenes/verification/flight.toml", &flight(2.0));
     let good = scratch.odyn("verify").ends_with(0);
     assert_eq!(good.err(), "1/1 flight: ok\n");
     assert!(good.out().contains("1 scene, all ok"), "{}", good.out());
     let manual = fs::read_to_string(scratch.0.join("results/verification/index.html")).unwrap();
     assert!(manual.contains("<h3>Flight</h3>") && manual.matches("<svg").count() == 2, "{manual}");
 
-    scratch.file("verification/broken.toml", "title = 1");
-    scratch.file("verification/wrong.toml", &flight(2.5));
+    scratch.file("scenes/verification/broken.toml", "title = 1");
+    scratch.file("scenes/verification/wrong.toml", &flight(2.5));
     let bad = scratch.odyn("verify --quick -o manual").ends_with(7);
     for told in
         ["wrong: `straight on`: off by 0.5 m at t = 1 s, allowed 1e-9", "broken: error[ODY", "3 scenes, 2 FAILED"]
@@ -353,7 +353,7 @@ fn verify_goes_through_all_scenes_and_writes_the_manual() {
     let manual = fs::read_to_string(scratch.0.join("manual/index.html")).unwrap();
     assert!(manual.contains("2 scenes failed"), "{manual}");
 
-    scratch.odyn("verify verification/flight.toml --quick").ends_with(0);
+    scratch.odyn("verify scenes/verification/flight.toml --quick").ends_with(0);
     scratch.odyn("verify nowhere").ends_with(8);
 }
 

@@ -19,7 +19,7 @@ use odyn::results::Table;
 
 /// A mechanism and how it starts.
 pub struct Mechanism {
-    /// Name of the scene of the same mechanism in `scenes/benchmarks`, and of its reference in `tests/reference`.
+    /// Name of the scene of the same mechanism in `scenes/benchmarks`, and of its reference in `scenes/reference`.
     pub problem: &'static str,
     /// Coordinate and its rate at the start.
     pub start: [f64; 2],
@@ -52,7 +52,7 @@ pub struct Run {
 impl Mechanism {
     /// The times of the reference, and its columns that are compared.
     pub fn reference(&self) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/reference");
         let table = Table::read(&folder.join(format!("{}.csv", self.problem))).expect("the references are there");
         let place = |name: &&str| table.names.iter().position(|own| own == name).expect("a column of the reference");
         let columns = self.columns.iter().map(|name| table.columns[place(name)].clone()).collect();

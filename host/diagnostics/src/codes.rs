@@ -122,7 +122,7 @@ table! {
     UNREADABLE = "ODY0118", Files, "the scene file cannot be read",
         "The file doesn't exist, may not be read, or is not UTF-8 text. Save it as UTF-8.";
     BAD_SUITE = "ODY0119", Scene, "the stress suite cannot be understood",
-        "A suite is a TOML file of `[[trial]]`s, each with a name of its own, a scene, and one of `bounds`, `refused` and `stopped`. What a trial is compared with (`equals`) stands before it. The comment at the head of `stress/suite.toml` tells all keys.";
+        "A suite is a TOML file of `[[trial]]`s, each with a name of its own, a scene, and one of `bounds`, `refused` and `stopped`. What a trial is compared with (`equals`) stands before it. The comment at the head of `scenes/stress/suite.toml` tells all keys.";
 
     UNKNOWN_UNIT = "ODY0201", Scene, "unknown unit",
         "Known are m, g, t, s, min, h, N, J, W, Pa, bar, Hz, rad, deg, turn, rev, rpm, in, ft, lbm, lbf, % and 1, those of the metric system with the prefixes p n u m c d k M G T. Products are written with a blank: `N m`, not `Nm`.";

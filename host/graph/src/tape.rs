@@ -153,6 +153,7 @@ impl Program {
     }
 
     /// The lists of operations: one per stage, then the one after all calls.
+    #[cfg(feature = "jit")]
     pub(super) fn lists(&self) -> impl Iterator<Item = &[Instruction]> {
         self.stages.iter().map(|stage| &stage.operations[..]).chain([&self.after_calls[..]])
     }

@@ -101,7 +101,7 @@ Examples:
   odyn verify
   odyn verify --quick
   odyn verify my-scenes --plugin target/release -o results/my-manual
-  odyn verify verification/revolute.toml
+  odyn verify scenes/verification/revolute.toml
 
 The exit code is 7 if a scene fails or an element has no scene.")]
     Verify(VerifyArgs),
@@ -140,7 +140,7 @@ Methods without error control get step sizes instead of tolerances. The exit cod
 Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
 
 Examples:
-  odyn compare results/compressor/results.csv tests/reference/compressor.csv
+  odyn compare results/compressor/results.csv scenes/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
     Compare(CompareArgs),
     /// Explain a message by its code, or a remedy of a run's report by its name
@@ -332,7 +332,7 @@ pub(super) struct DescribeArgs {
 #[derive(Debug, Args)]
 pub(super) struct VerifyArgs {
     /// Scene files, or folders of such
-    #[arg(value_name = "SCENE|DIR", default_value = "verification")]
+    #[arg(value_name = "SCENE|DIR", default_value = "scenes/verification")]
     pub(super) scenes: Vec<PathBuf>,
     /// Folder of the manual
     #[arg(short, long, value_name = "DIR", default_value = "results/verification")]
@@ -357,7 +357,7 @@ pub(super) struct StressArgs {
     #[arg(value_name = "NAME")]
     pub(super) names: Vec<String>,
     /// The file of trials
-    #[arg(long, value_name = "FILE", default_value = "stress/suite.toml")]
+    #[arg(long, value_name = "FILE", default_value = "scenes/stress/suite.toml")]
     pub(super) suite: PathBuf,
     /// Every trial, and for as long as its scene says; else shorter runs where that is given
     #[arg(long)]

@@ -1,0 +1,77 @@
+//! The resolved scene: indices instead of names, everything checked.
+//!
+//! - **Takes**: a [`crate::scene::Scene`] and a [`crate::catalog::Catalog`].
+//! - **Gives**: a [`Model`]: bodies, markers, element instances with their recorded equations, output channels. Or every
+//!   mistake found, each with its place in the scene.
+//! - **May touch**: element classes (create, record).
+//! - **Must not know**: offsets in vectors, solvers.
+//!
+//! | file | content |
+//! |---|---|
+//! | `types.rs` | the model |
+//! | `bodies.rs` | masses and inertias, fixed bodies |
+//! | `elements.rs` | markers, creation and recording of elements |
+//! | `parameters.rs` | parameters against their descriptions |
+//! | `tables.rs` | curves that leave their points, or that no joint can follow |
+//! | `channels.rs` | the words of requested outputs |
+//! | `schema.rs` | what elements add to the JSON schema of scenes |
+
+mod bodies;
+mod channels;
+mod elements;
+mod parameters;
+pub mod schema;
+mod signals;
+mod tables;
+mod types;
+
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Vector3;
+
+use crate::catalog::Catalog;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::Scene;
+
+pub use elements::fault_code;
+pub use parameters::resolve as resolve_parameters;
+pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, rotation, skew};
+
+/// A model and what the user should know about it.
+pub type Resolved = (Model, Vec<Diagnostic>);
+
+/// Resolves a scene.
+///
+/// # Errors
+/// All mistakes found: unknown names, impossible masses, parameters out of range, elements that refuse, unknown outputs.
+pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    let bodies = bodies::resolve(scene, &mut found);
+    let mut elements = elements::resolve(scene, catalog, &bodies, &mut found);
+    if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
+        let place = scene.bodies.first().map_or(scene.simulation.span.clone(), |body| body.name.span.clone());
+        found.push(
+            Diagnostic::error(codes::NOTHING_TO_DO, "no body can move")
+                .at(place, "")
+                .help("add a `[[body]]` without `fixed = true`"),
+        );
+    }
+    let channels = channels::resolve(scene, &bodies, &elements, &mut found);
+    if !found.iter().any(Diagnostic::is_error) {
+        signals::connect(scene, &channels, &mut elements.instances, &mut found);
+        signals::warn_of_unused(scene, &channels, &elements.instances, &mut found);
+    }
+    if found.iter().any(Diagnostic::is_error) {
+        return Err(found);
+    }
+    let model = Model {
+        bodies: bodies.movable,
+        elements: elements.instances,
+        sets: elements.sets,
+        gravity: Vector3::from(scene.simulation.gravity),
+        inputs: scene.inputs.iter().map(signals::given).collect(),
+        channels,
+    };
+    Ok((model, found))
+}

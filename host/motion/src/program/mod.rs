@@ -1,0 +1,63 @@
+//! The equations of a whole scene as one graph of operations. The graph and its programs are `host/graph`.
+//!
+//! - **Takes**: a [`crate::model::Model`] with its recorded elements, a [`crate::plan::Layout`].
+//! - **Gives**: [`Equations`] (nodes with a meaning) and [`Program`]s (operations in running order).
+//! - **May touch**: the elements' recordings; opaque elements while a program runs.
+//! - **Must not know**: integrators, solvers, files.
+//!
+//! Every operation exists once. Derivatives are further nodes of the same graph, so they share everything with the equations
+//! they come from.
+//!
+//! | file | content |
+//! |---|---|
+//! | `kinematics.rs` | bodies and frames |
+//! | `opaque.rs` | elements called at run time |
+//! | `equations.rs` | bodies and joints: rows, Jacobians, gamma, loads, energies |
+//! | `acting.rs` | force and control elements, and the signals between them |
+//! | `coupling.rs` | forces that depend on accelerations and reactions |
+//! | `joint.rs` | the equations of motion in the coordinates of joints |
+//! | `carry.rs` | other quantities in these coordinates |
+//! | `reactions.rs` | accelerations and reactions in these coordinates |
+//! | `projection.rs` | their mass matrix and right side, by pairs of velocities or by composite bodies |
+//! | `spatial.rs` | bodies of a tree at one point: motions, inertias, loads of six numbers |
+//! | `turned_rows.rs` | their rows, without the frames they were seen from |
+//! | `articulated.rs` | accelerations of open trees, body by body |
+//! | `observe.rs` | requested output channels |
+//! | `switches.rs` | where equations switch |
+//! | `sharp.rs` | functions of time, and functions that rise and fall on a short stretch |
+
+mod acting;
+mod articulated;
+mod carry;
+mod coupling;
+mod equations;
+mod joint;
+mod kinematics;
+mod observe;
+mod opaque;
+mod projection;
+mod reactions;
+mod sharp;
+mod spatial;
+mod switches;
+mod turned_rows;
+
+#[cfg(test)]
+mod tests;
+
+pub use odyn_graph::{
+    Call, Elimination, Expr, Graph, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets, Used,
+    Workspace, condense, costs, derivatives, import,
+};
+
+pub use articulated::Articulated;
+pub use coupling::{CoupledInput, Dependence};
+pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
+pub use joint::{JointEquations, JointPose};
+pub use kinematics::BodyNodes;
+pub use projection::Projecting;
+pub use reactions::{Reactions, Working};
+pub use sharp::{Knots, Sharp};
+#[cfg(test)]
+pub use spatial::FAR;
+pub use switches::Switches;

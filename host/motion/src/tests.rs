@@ -1,0 +1,87 @@
+//! What the tests of several rooms share: short ways from the text of a scene to a model and to its equations.
+
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+#[path = "../../testing/foreign/mod.rs"]
+mod foreign;
+
+pub use foreign::*;
+use nalgebra::Matrix3;
+
+use crate::analysis::{Assembly, Constraints, assemble, mass_values, sparse_engine, start_inputs};
+use crate::diagnostics::Diagnostic;
+use crate::linalg::KktSolver;
+use crate::model::{Model, resolve, rotation};
+use crate::plan::{Layout, Plan, Probe, body_scales};
+use crate::program::{Equations, Form};
+
+/// The model of a scene, with what the user should know, or all mistakes.
+#[track_caller]
+pub fn resolved(text: &str) -> Result<(Model, Vec<Diagnostic>), Vec<Diagnostic>> {
+    resolve(&scene(text), &catalog())
+}
+
+/// The model of a scene that has no mistakes.
+#[track_caller]
+pub fn model(text: &str) -> Model {
+    resolved(text).unwrap_or_else(|found| panic!("{found:#?}")).0
+}
+
+/// A model with its equations, its start and its plan.
+pub struct Prepared {
+    pub model: Model,
+    pub equations: Equations,
+    pub assembly: Assembly,
+    pub plan: Plan,
+    /// Pivot ratio of the sparse engine at the start; zero where that has none.
+    pub start_health: f64,
+}
+
+/// Everything before time starts, in the order of the rooms.
+#[track_caller]
+pub fn prepared(text: &str) -> Prepared {
+    let model = model(text);
+    let layout = Layout::new(&model);
+    let equations = Equations::build(&model, &layout, Form::Working);
+    let assembly = assemble(&equations, &model, &layout, 0.0).unwrap_or_else(|error| panic!("{error}"));
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
+    rows.evaluate(&start_inputs(&layout, 0.0, &assembly), &model.sets).unwrap();
+    let body = |k: usize| &assembly.working[13 * k..];
+    let rotations: Vec<Matrix3<f64>> =
+        (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
+    let mass = mass_values(&model);
+    let probe = Probe {
+        structure: &rows.structure,
+        mass: &mass,
+        jacobian: rows.jacobian(),
+        rotations: &rotations,
+        length: assembly.scales.length,
+        scales: &body_scales(&model, assembly.scales.length),
+    };
+    let mut start_health = 0.0;
+    let plan = Plan::decide(&model, &layout, &probe, |chosen, mass| {
+        let mut solver = sparse_engine(&equations, chosen, &layout)?;
+        solver.set_mass(mass)?;
+        let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
+        let picked: Vec<f64> = entries.filter(|((row, _), _)| chosen.contains(row)).map(|(_, value)| *value).collect();
+        let health = solver.refactor(&picked)?;
+        start_health = health.smallest_pivot_ratio;
+        Ok(health)
+    })
+    .unwrap();
+    Prepared { model, equations, assembly, plan, start_health }
+}
+
+impl Random {
+    /// Euler parameters of length one.
+    pub fn euler_parameters(&mut self) -> [f64; 4] {
+        loop {
+            let p: [f64; 4] = std::array::from_fn(|_| self.next());
+            let length = p.iter().map(|e| e * e).sum::<f64>().sqrt();
+            if length > 0.1 {
+                return p.map(|e| e / length);
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Results: channels, files, figures, the audit, and what is told at the end of a run.
+//!
+//! - **Takes**: numbers at sample times with the names, units and places of their channels; counters and times; paths of
+//!   tables to compare, or to check against.
+//! - **Gives**: `results.csv`, `channels.json` and `summary.json` ([`Folder`]), the figures of a scene ([`Figure`]), its
+//!   checks ([`Check`]), the end-of-run text ([`report`]), the comparison of two tables ([`compare`]).
+//! - **May touch**: files in the folder of results, and the tables it is asked to compare.
+//! - **Must not know**: how numbers were obtained: no models, plans, integrators, plugins; no terminals.
+//!
+//! Numbers arrive in SI, except times, and leave in scene units. Files are valid at every moment: the table has whole rows
+//! only, `summary.json` is replaced in one move and says `running` until the end.
+//!
+//! | file | content |
+//! |---|---|
+//! | `folder.rs` | the three files of a run and their order |
+//! | `csv.rs` | the table, row by row |
+//! | `channels.rs` | what each column is |
+//! | `summary.rs` | everything else about a run, as data |
+//! | `audit.rs` | what can be checked without knowing the solution |
+//! | `limits.rs` | what the audit may find before results are suspect |
+//! | `checks.rs` | values against those they should have |
+//! | `figures.rs` | numbers derived from channels, for print beside published ones |
+//! | `remedies.rs` | what was done where the plain way did not get on |
+//! | `report.rs` | the text at the end of a run |
+//! | `seal.rs` | checksums: what is read back is what was written |
+//! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
+//! | `verified.rs` | the differences of two runs by different methods |
+//! | `text.rs` | short numbers and aligned columns |
+
+mod audit;
+mod channels;
+mod checks;
+mod compare;
+mod csv;
+mod error;
+mod figures;
+mod folder;
+mod limits;
+mod remedies;
+mod report;
+mod seal;
+mod summary;
+mod table;
+mod text;
+mod verified;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
+mod tests;
+
+pub use audit::{Audit, AuditRecord};
+pub use channels::ChannelInfo;
+pub use checks::{Check, CheckResult, Expected};
+pub use compare::{ColumnDifference, Comparison, compare};
+pub use csv::{CsvWriter, Written};
+pub use error::ResultsError;
+pub use figures::{Crossing, Figure, FigureError, Samples, Take};
+pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use limits::{AuditLimits, Excess, Measure};
+pub use remedies::{Recoveries, Remedy};
+pub use report::report;
+pub use seal::{checksum, seal, unseal};
+pub use summary::replace;
+pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary};
+pub use table::Table;
+pub use text::significant;
+pub use verified::Verified;
