@@ -8,7 +8,8 @@
 use super::assembly::load;
 use super::constraints::Constraints;
 use super::formulation::AnalysisError;
-use super::working::{BODY_STATES, move_body};
+use super::motion::move_body;
+use super::working::BODY_STATES;
 use crate::model::Model;
 use crate::plan::Layout;
 

@@ -1,8 +1,7 @@
 //! [`JointForm`]: the coordinates of joints along a spanning tree, eliminated operation by operation, and a rank-safe engine
 //! where the rank falls.
 
-mod passing;
-mod project;
+mod engines;
 mod solve;
 
 use solve::{least_health, least_health_at_start};
@@ -20,45 +19,30 @@ use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState, parameters};
 use super::linearisation::{Linearisation, Terms, work};
-use super::newton::{Correcting, ROUND_OFF, project_positions};
-use super::passage::{self, Passage, Passing, Refusing};
+use super::motion::{APPROACH, Engines, Independence, Motion, SICK_TREE, Used, next_step, normalise};
+use super::newton::ROUND_OFF;
+use super::passage;
 use super::solved::SolvedProgram;
-use super::working::{
-    ACCURATE, APPROACH, BODY_STATES, MOTION_RANK_TOLERANCE, NEAR_SINGULAR, SICK_SHARE, SICK_TREE, WorkingParts,
-    normalise, parameter_rates,
-};
+use super::working::{ACCURATE, BODY_STATES, MOTION_RANK_TOLERANCE, SICK_SHARE, WorkingParts};
 use crate::linalg::{Health, KktSolver};
 use crate::model::Model;
-use crate::plan::{Coordinates, Layout, Measure, SpanningTree};
+use crate::plan::{Layout, SpanningTree};
 use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled, Working};
 
 /// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
 pub const STATES_PER_AUDIT: u64 = 8;
 
-/// Which engine solved.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Used {
-    Regular,
-    Safe,
-}
-
 /// See the module documentation.
 pub struct JointForm {
-    layout: Layout,
-    coordinates: Coordinates,
-    groups: Vec<Group>,
+    motion: Motion,
     start: JointStart,
     tree: SpanningTree,
     /// The same scene in the coordinates of the bodies, for what is reported.
     bodies: InBodies,
     kinematics: Evaluator,
     body_state: Vec<f64>,
-    inputs: Vec<f64>,
     regular: Option<Unrolled>,
     safe: Safe,
-    accelerations: Vec<f64>,
-    /// Rates of the element states, then the power.
-    rates: Vec<f64>,
     /// Forces that depend on what is solved for.
     coupling: Option<Coupling>,
     /// What the equations depend on of a solution by the rank-safe engine, once that was called in.
@@ -67,8 +51,6 @@ pub struct JointForm {
     mass: Vec<(usize, usize, f64)>,
     /// Size of the gradient of each row in use, 1 for rows in metres.
     row_sizes: Vec<f64>,
-    row_names: Vec<String>,
-    length: f64,
     /// Whether rows are left out of the regular engine's choice.
     choice: bool,
     /// Rows of the regular engine.
@@ -77,18 +59,12 @@ pub struct JointForm {
     least_health: f64,
     /// The regular engine at the start; independence of the rows where they were sound last.
     first: Look,
-    /// Rank and pivot ratio of the rank-safe engine at the start.
-    at_start: Health,
-    /// [`JointForm::first`] and [`JointForm::at_start`] as they were planned.
-    planned: (Look, Health),
+    /// [`JointForm::first`] as it was planned.
+    planned: Look,
     /// The regular engine where velocities were corrected last.
     last: Look,
     /// Whether it was trusted where a closer look was taken last.
     trusted: bool,
-    corrected_safely: bool,
-    careful: bool,
-    passage: Passage,
-    counters: Counters,
     /// See [`Formulation::turns_added`].
     turns_added: f64,
     /// The equations, for their derivatives.
@@ -131,16 +107,12 @@ impl JointForm {
         // Rows close to dependent at the start are for the rank-safe engine throughout.
         let start = plan.start;
         let regular = Some(plan.regular).filter(|_| start.kept.min(start.independence) >= LEAST_HEALTH);
+        let row_names = bodies.row_names.clone();
         Ok(Self {
-            groups: groups(&coordinates, layout),
             start: JointStart::new(model, &plan.tree, plan.length),
             tree: plan.tree,
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
-            accelerations: vec![0.0; coordinates.columns],
-            rates: vec![0.0; layout.states + 1],
-            row_names: bodies.row_names.clone(),
-            passage: Passage::new(coordinates.motion + layout.states + 1, coordinates.motion + layout.states + 1),
             coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), layout)),
             dependent: None,
             mass: mass_entries(model),
@@ -150,62 +122,32 @@ impl JointForm {
             first: start,
             last: start,
             trusted: false,
-            at_start: plan.at_start,
-            planned: (start, plan.at_start),
+            planned: start,
             turns_added,
             row_sizes: plan.sizes,
-            length: plan.length,
-            inputs: vec![0.0; coordinates.input_count],
-            corrected_safely: false,
-            careful: false,
-            counters: Counters::default(),
             derivatives: Derivatives::Possible,
             size: joint.size,
             derivatives_are_paid: false,
-            layout: layout.clone(),
             equations: joint,
-            coordinates,
             regular,
             safe,
             bodies: InBodies::new(bodies, layout, std::mem::take(&mut model.sets)),
+            motion: Motion::new(layout, coordinates, plan.length, row_names, plan.at_start),
         })
-    }
-
-    fn load(&mut self, t: f64, state: &[f64]) {
-        self.inputs[Layout::TIME] = t;
-        for (range, slot) in &self.coordinates.inputs {
-            self.inputs[*slot..slot + range.len()].copy_from_slice(&state[range.clone()]);
-        }
-        let slot = self.layout.state_slot();
-        let from = self.coordinates.motion;
-        self.inputs[slot..slot + self.layout.states].copy_from_slice(&state[from..from + self.layout.states]);
-    }
-
-    fn is_singular(&self, share: f64) -> bool {
-        let health = self.safe.health;
-        health.rank < self.at_start.rank || health.smallest_pivot_ratio < share * self.at_start.smallest_pivot_ratio
-    }
-
-    fn row_name(&self, row: Option<usize>) -> String {
-        row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
     }
 
     /// Accelerations and multipliers of the regular engine into the inputs.
     fn publish(&mut self) {
-        let Some(regular) = &self.regular else { return };
-        let slot = self.coordinates.acceleration_slot;
-        self.inputs[slot..slot + self.accelerations.len()].copy_from_slice(&self.accelerations);
-        let slot = self.layout.multiplier_slot();
-        let multipliers = &regular.motion.outputs()[self.coordinates.columns..];
-        for (row, value) in regular.rows.iter().zip(multipliers) {
-            self.inputs[slot + row] = *value;
+        if let Some(regular) = &self.regular {
+            let multipliers = &regular.motion.outputs()[self.motion.coordinates.columns..];
+            self.motion.publish(&self.safe.rows, &regular.rows, multipliers);
         }
     }
 
     /// The state of the bodies.
     fn move_bodies(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        self.load(t, state);
-        let outputs = self.kinematics.run(&self.inputs, &self.bodies.sets)?;
+        self.motion.load(t, state);
+        let outputs = self.kinematics.run(&self.motion.inputs, &self.bodies.sets)?;
         for (body, found) in outputs.chunks_exact(18).enumerate() {
             let y = &mut self.body_state[BODY_STATES * body..BODY_STATES * (body + 1)];
             y[..3].copy_from_slice(&found[..3]);
@@ -218,8 +160,8 @@ impl JointForm {
             normalise(&mut y[3..7]);
             y[7..13].copy_from_slice(&found[12..18]);
         }
-        let from = BODY_STATES * self.layout.bodies;
-        self.body_state[from..].copy_from_slice(&state[self.coordinates.motion..]);
+        let from = BODY_STATES * self.motion.layout.bodies;
+        self.body_state[from..].copy_from_slice(&state[self.motion.coordinates.motion..]);
         Ok(())
     }
 }
@@ -236,35 +178,17 @@ fn body_nodes(joint: &JointEquations) -> Vec<Node> {
     joint.bodies.iter().flat_map(of).collect()
 }
 
-fn groups(coordinates: &Coordinates, layout: &Layout) -> Vec<Group> {
-    let mut groups = vec![Group::Parameter; coordinates.motion];
-    for line in &coordinates.lines {
-        let (position, velocity) = match line.measure {
-            Measure::Length => (Group::Position, Group::Velocity),
-            Measure::Angle => (Group::Parameter, Group::AngularVelocity),
-        };
-        groups[line.position] = position;
-        groups[line.velocity] = velocity;
-    }
-    for rotation in &coordinates.rotations {
-        groups[rotation.velocity..rotation.velocity + 3].fill(Group::AngularVelocity);
-    }
-    groups.extend(std::iter::repeat_n(Group::State, layout.states));
-    groups.push(Group::Work);
-    groups
-}
-
 impl Formulation for JointForm {
     fn name(&self) -> &'static str {
         if self.regular.is_some() { "joint" } else { "joint, rank-safe" }
     }
 
     fn groups(&self) -> &[Group] {
-        &self.groups
+        &self.motion.groups
     }
 
     fn state_of(&mut self, working: &[f64], state: &mut [f64]) {
-        let (mut position, mut velocity) = (0, self.coordinates.motion - self.coordinates.columns);
+        let (mut position, mut velocity) = (0, self.motion.coordinates.motion - self.motion.coordinates.columns);
         for joint in self.start.find(working) {
             // Joints whose coordinates can't be found are not in the tree; a state of another branch is caught by the audit.
             let JointState { positions, velocities } = joint.unwrap_or_default();
@@ -273,17 +197,17 @@ impl Formulation for JointForm {
             position += positions.len();
             velocity += velocities.len();
         }
-        state[self.coordinates.motion..].copy_from_slice(&working[BODY_STATES * self.layout.bodies..]);
+        state[self.motion.coordinates.motion..].copy_from_slice(&working[BODY_STATES * self.motion.layout.bodies..]);
         // Of the two sets of Euler parameters of a rotation, bodies go on from these.
         self.body_state.copy_from_slice(working);
     }
 
     fn forget(&mut self, working: &[f64]) {
-        (self.first, self.at_start) = self.planned;
-        self.last = self.first;
-        self.safe.solver.set_rank_limit(self.at_start.rank);
+        self.motion.forget();
+        (self.first, self.last) = (self.planned, self.planned);
+        self.safe.solver.set_rank_limit(self.motion.at_start.rank);
         self.least_health = least_health_at_start(&self.independent, &self.first);
-        (self.trusted, self.corrected_safely, self.careful, self.derivatives_are_paid) = (false, false, false, false);
+        (self.trusted, self.derivatives_are_paid) = (false, false);
         self.body_state.copy_from_slice(working);
         if let Some(coupling) = &mut self.coupling {
             coupling.forget();
@@ -293,7 +217,7 @@ impl Formulation for JointForm {
 
     fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         self.bodies.set_discrete(references, discrete);
-        self.layout.write_discrete(&mut self.inputs, references, discrete);
+        self.motion.layout.write_discrete(&mut self.motion.inputs, references, discrete);
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
@@ -309,37 +233,7 @@ impl Formulation for JointForm {
     }
 
     fn next_step(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        if self.safe.rows.is_empty() {
-            return Ok(());
-        }
-        self.load(t, state);
-        let was_careful = std::mem::take(&mut self.careful);
-        self.careful = match &self.regular {
-            Some(_) => {
-                if was_careful {
-                    // Positions may have been brought to the constraints without the regular engine.
-                    self.look()?;
-                }
-                self.last.independence < APPROACH * APPROACH * self.first.independence
-            }
-            None => self.safe.rows.len() > self.at_start.rank,
-        };
-        if self.careful {
-            // On the constraints the rank is what it is; a scene that starts in a singular position may gain some.
-            self.safe.solver.set_rank_limit(usize::MAX);
-            self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
-            self.at_start.rank = self.at_start.rank.max(self.safe.health.rank);
-            self.safe.solver.set_rank_limit(self.at_start.rank);
-            if !self.choice && !self.is_singular(APPROACH) && self.last.independence > SICK_TREE {
-                // All rows are in use and independent: their order in the regular engine is to blame.
-                self.first.independence = self.last.independence;
-                self.careful = false;
-            }
-        }
-        if self.regular.is_some() {
-            self.least_health = least_health(&self.first, &self.last);
-        }
-        Ok(())
+        next_step(self, t, state)
     }
 
     fn observe(&mut self, t: f64, state: &[f64], dynamics: bool) -> Result<Observed<'_>, AnalysisError> {
@@ -348,12 +242,12 @@ impl Formulation for JointForm {
     }
 
     fn carry(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
-        self.equations.carry(equations, &self.layout, nodes)
+        self.equations.carry(equations, &self.motion.layout, nodes)
     }
 
     fn solved_program(&self, equations: &Equations, nodes: &[Node]) -> Option<SolvedProgram> {
-        let working = Working { equations, layout: &self.layout, mass: &self.mass };
-        let found = self.equations.reactions(&working, &self.tree, self.length, nodes, &[])?;
+        let working = Working { equations, layout: &self.motion.layout, mass: &self.mass };
+        let found = self.equations.reactions(&working, &self.tree, self.motion.length, nodes, &[])?;
         Some(SolvedProgram::new(&found))
     }
 
@@ -363,24 +257,24 @@ impl Formulation for JointForm {
         state: &[f64],
         program: &mut SolvedProgram,
     ) -> Result<Option<Imbalance>, AnalysisError> {
-        self.load(t, state);
+        self.motion.load(t, state);
         if self.solve_dynamics()? != Used::Regular {
             return Ok(None);
         }
         self.publish();
-        program.evaluator.run(&self.inputs, &self.bodies.sets)?;
-        Ok(program.judge(self.length))
+        program.evaluator.run(&self.motion.inputs, &self.bodies.sets)?;
+        Ok(program.judge(self.motion.length))
     }
 
     fn accelerations(&mut self, t: f64, state: &[f64]) -> Result<Option<Vec<f64>>, AnalysisError> {
-        self.load(t, state);
+        self.motion.load(t, state);
         if self.solve_dynamics()? != Used::Regular {
             return Ok(None);
         }
         self.publish();
         let (graph, nodes) = self.equations.body_accelerations();
         let mut program = Evaluator::new(&graph, &nodes);
-        Ok(Some(program.run(&self.inputs, &self.bodies.sets)?.to_vec()))
+        Ok(Some(program.run(&self.motion.inputs, &self.bodies.sets)?.to_vec()))
     }
 
     fn turns_added(&self) -> f64 {
@@ -388,31 +282,32 @@ impl Formulation for JointForm {
     }
 
     fn entry_of(&self, slot: usize) -> Option<usize> {
-        self.coordinates.entry_of(slot, &self.layout)
+        self.motion.coordinates.entry_of(slot, &self.motion.layout)
     }
 
     fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
-        self.load(t, state);
-        own.run(&self.inputs, &self.bodies.sets)
+        self.motion.load(t, state);
+        own.run(&self.motion.inputs, &self.bodies.sets)
     }
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
         if matches!(self.derivatives, Derivatives::Possible)
-            && Terms::of_joints(&self.equations, &self.layout).is_some()
+            && Terms::of_joints(&self.equations, &self.motion.layout).is_some()
         {
             self.write_mass()?;
         }
-        let Some(regular) = self.regular.as_ref().filter(|_| !self.careful) else { return Ok(false) };
+        let Some(regular) = self.regular.as_ref().filter(|_| !self.motion.careful) else { return Ok(false) };
         self.derivatives_are_paid = true;
         if matches!(self.derivatives, Derivatives::Possible) {
-            let terms = Terms::of_joints(&self.equations, &self.layout);
+            let terms = Terms::of_joints(&self.equations, &self.motion.layout);
             self.derivatives = match terms {
                 None => Derivatives::Unknown,
                 Some(terms) => {
-                    let known = Linearisation::new(&terms, &self.layout, &regular.rows);
+                    let known = Linearisation::new(&terms, &self.motion.layout, &regular.rows);
                     let sizes = |row: &usize| self.safe.rows.binary_search(row).map_or(1.0, |k| self.row_sizes[k]);
                     let sizes: Vec<f64> = regular.rows.iter().map(sizes).collect();
-                    let solver = Safe::new(&self.equations, &regular.rows, &sizes, self.length, MOTION_RANK_TOLERANCE)?;
+                    let solver =
+                        Safe::new(&self.equations, &regular.rows, &sizes, self.motion.length, MOTION_RANK_TOLERANCE)?;
                     Derivatives::Known(Box::new(known), Box::new(solver))
                 }
             };
@@ -420,30 +315,30 @@ impl Formulation for JointForm {
         if matches!(self.derivatives, Derivatives::Unknown) {
             return Ok(false);
         }
-        self.load(t, state);
+        self.motion.load(t, state);
         if self.solve_dynamics()? != Used::Regular {
             return Ok(false);
         }
         self.publish();
         let Derivatives::Known(known, solver) = &mut self.derivatives else { return Ok(false) };
-        solver.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
+        solver.factor(&self.motion.inputs, &self.bodies.sets, &mut self.motion.counters)?;
         let times: Vec<f64> = solver.function(Function::Time).to_vec();
         let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
             Ok(solver.solver.solve(loads, gammas, accelerations, multipliers)?)
         };
-        known.fill(&self.inputs, &self.bodies.sets, state, &times, &mut solve, matrix)?;
+        known.fill(&self.motion.inputs, &self.bodies.sets, state, &times, &mut solve, matrix)?;
         Ok(true)
     }
 
     fn price(&self) -> Price {
         let operations = self.regular.as_ref().map_or(0, |regular| regular.motion.program().operations()) as f64;
-        let unknowns = (self.coordinates.columns + self.safe.rows.len()) as f64;
-        let directions = self.coordinates.directions(&self.layout) as f64;
+        let unknowns = (self.motion.coordinates.columns + self.safe.rows.len()) as f64;
+        let directions = self.motion.coordinates.directions(&self.motion.layout) as f64;
         // The right sides of all directions by the rank-revealing factors, which are dense.
         let jacobian = 3.0 * operations + 4.0 * unknowns.powi(3) + 4.0 * directions * unknowns * unknowns;
         let known = !matches!(self.derivatives, Derivatives::Unknown);
         let unpaid = known && !self.derivatives_are_paid;
-        let writing = 50.0 * work(&self.coordinates, self.size, &self.layout) as f64;
+        let writing = 50.0 * work(&self.motion.coordinates, self.size, &self.motion.layout) as f64;
         let preparation = if unpaid { writing } else { 0.0 };
         let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();
         // Besides its operations, an evaluation moves numbers about: measured on scenes of few bodies.
@@ -476,7 +371,7 @@ impl Formulation for JointForm {
 
     fn counters(&self) -> Counters {
         // The form in the coordinates of bodies solves for reactions and accelerations at samples.
-        self.counters + self.bodies.counters()
+        self.motion.counters + self.bodies.counters()
     }
 
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {

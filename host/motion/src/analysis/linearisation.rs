@@ -10,7 +10,7 @@
 //! turns), the velocities themselves, then the element states.
 
 use super::formulation::AnalysisError;
-use super::working::parameter_rates;
+use super::motion::parameter_rates;
 use crate::plan::{Coordinates, Layout};
 use crate::program::{Equations, Graph, JointEquations, Node, Program, Row, Seeds, Sets, Used, Workspace, derivatives};
 

@@ -16,7 +16,8 @@
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `in_bodies.rs` | a scene in coordinates of bodies, beside its form in those of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
-//! | `newton.rs` | positions brought to the constraints, in any coordinates |
+//! | `motion.rs` | a mechanism in any coordinates at some state; what it asks of the engines of those two |
+//! | `newton.rs` | positions and velocities brought to the constraints, in any coordinates |
 //! | `passage.rs` | through positions where the constraints lose rank |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
@@ -39,6 +40,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
+mod motion;
 mod newton;
 mod passage;
 mod reference;

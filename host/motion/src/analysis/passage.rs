@@ -11,7 +11,10 @@
 //! singularity in the complex plane, in units of `g`, the error is about `1.1e5 / r^14`; round-off at the places reaches the
 //! result 16 times. Loads are interpolated with the rest: one that switches on this stretch is smoothed.
 
-use super::formulation::{AnalysisError, Counters};
+use super::formulation::AnalysisError;
+use super::motion::{Engines, NEAR_SINGULAR, Used};
+use super::newton::project_plainly;
+use crate::linalg::Health;
 
 /// Places on each side.
 const PLACES: usize = 7;
@@ -30,7 +33,7 @@ const MET: f64 = 1e-14;
 const MOST_MISSED: f64 = 1e-9;
 const MOST_PROJECTIONS: usize = 2;
 
-/// What a formulation can do, wherever that is sound.
+/// What a polynomial is put through a singular position of.
 pub(super) trait Passing {
     /// Largest rate of the positions, in radians or lengths of the scene, 1/s.
     fn fastest(&self, state: &[f64]) -> f64;
@@ -43,48 +46,32 @@ pub(super) trait Passing {
     fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError>;
 }
 
-/// A formulation that may be next to a singular position. Where its own ways of solving refuse, it takes the passage.
-pub(super) trait Refusing: Passing {
-    /// Its passage.
-    fn passage(&mut self) -> &mut Passage;
-    /// Its counters.
-    fn counted(&mut self) -> &mut Counters;
-    /// Whether stages are brought to the constraints before they are evaluated.
-    fn is_careful(&self) -> bool;
-    /// Brings Euler parameters to length 1.
-    fn normalise(&self, state: &mut [f64]);
-    /// Brings positions and velocities to the constraints; with `keep_away`, refused next to a singular position.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    fn project_plainly(&mut self, t: f64, state: &mut [f64], keep_away: bool) -> Result<(), AnalysisError>;
-    /// The largest violation of the constraints on positions, as a share of the scene's size, and its row.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    fn miss(&mut self, t: f64, state: &[f64]) -> Result<(f64, String), AnalysisError>;
-    /// Puts interpolated rates into the equations at their state.
-    ///
-    /// # Errors
-    /// [`AnalysisError::Uncertified`] where they do not hold.
-    fn try_rates(&mut self, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError>;
-    /// The rates of a state as it is; with `keep_away`, refused next to a singular position.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    fn rates_plainly(&mut self, t: f64, state: &[f64], rates: &mut [f64], keep_away: bool)
-    -> Result<(), AnalysisError>;
+impl<F: Engines> Passing for F {
+    fn fastest(&self, state: &[f64]) -> f64 {
+        self.motion().fastest(state)
+    }
+
+    fn shift(&self, state: &[f64], s: f64, moved: &mut [f64]) {
+        self.motion().shift(state, s, moved);
+    }
+
+    fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
+        self.motion_mut().load(t, state);
+        let Health { rank, smallest_pivot_ratio } = self.factor_safely(false)?;
+        let at_start = self.motion().at_start;
+        Ok(if rank < at_start.rank { 0.0 } else { smallest_pivot_ratio / at_start.smallest_pivot_ratio })
+    }
 }
 
 /// The rates of a state, as they are asked for from outside; `[hot, no allocation]`.
 ///
 /// # Errors
 /// See [`AnalysisError`].
-pub(super) fn rates<F: Refusing>(form: &mut F, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
-    form.counted().evaluations += 1;
-    let mut stage = std::mem::take(&mut form.passage().stage);
+pub(super) fn rates<F: Engines>(form: &mut F, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
+    form.motion_mut().counters.evaluations += 1;
+    let mut stage = std::mem::take(&mut form.motion_mut().passage.stage);
     let result = rates_of_stage(form, t, state, &mut stage, rates);
-    form.passage().stage = stage;
+    form.motion_mut().passage.stage = stage;
     result?;
     if rates.iter().all(|x| x.is_finite()) {
         return Ok(());
@@ -93,20 +80,20 @@ pub(super) fn rates<F: Refusing>(form: &mut F, t: f64, state: &[f64], rates: &mu
 }
 
 /// The rates at a stage of a step, which may be moved to the constraints; `stage` is room for that.
-fn rates_of_stage<F: Refusing>(
+fn rates_of_stage<F: Engines>(
     form: &mut F,
     t: f64,
     state: &[f64],
     stage: &mut [f64],
     rates: &mut [f64],
 ) -> Result<(), AnalysisError> {
-    let careful = form.is_careful();
+    let careful = form.motion().careful;
     let found = if careful {
         stage.copy_from_slice(state);
-        form.counted().stage_projections += 1;
-        form.project_plainly(t, stage, true).and_then(|()| form.rates_plainly(t, stage, rates, true))
+        form.motion_mut().counters.stage_projections += 1;
+        project_plainly(form, t, stage, true).and_then(|()| rates_plainly(form, t, stage, rates, true))
     } else {
-        form.rates_plainly(t, state, rates, true)
+        rates_plainly(form, t, state, rates, true)
     };
     match found {
         Err(AnalysisError::NextToSingular) => {}
@@ -115,20 +102,20 @@ fn rates_of_stage<F: Refusing>(
     if !careful {
         stage.copy_from_slice(state);
     }
-    let mut passage = std::mem::take(form.passage());
+    let mut passage = std::mem::take(&mut form.motion_mut().passage);
     let passed = passage.interpolate(form, t, stage, rates, |form, t, place, rates| {
-        form.project_plainly(t, place, false)?;
-        form.rates_plainly(t, place, rates, false)
+        project_plainly(form, t, place, false)?;
+        rates_plainly(form, t, place, rates, false)
     });
-    *form.passage() = passage;
+    form.motion_mut().passage = passage;
     if passed? {
-        form.counted().interpolated += 1;
+        form.motion_mut().counters.interpolated += 1;
         return Ok(());
     }
     if careful {
-        form.project_plainly(t, stage, false)?;
+        project_plainly(form, t, stage, false)?;
     }
-    form.rates_plainly(t, stage, rates, false)
+    rates_plainly(form, t, stage, rates, false)
 }
 
 /// Brings positions and velocities to the constraints, next to a singular position too. What is interpolated there is looked at:
@@ -136,30 +123,32 @@ fn rates_of_stage<F: Refusing>(
 ///
 /// # Errors
 /// See [`AnalysisError`].
-pub(super) fn project<F: Refusing>(form: &mut F, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
-    match form.project_plainly(t, state, true) {
+pub(super) fn project<F: Engines>(form: &mut F, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+    match project_plainly(form, t, state, true) {
         Err(AnalysisError::NextToSingular) => {}
         result => return result,
     }
     let (mut violation, mut what) = (0.0, String::new());
     for _ in 0..MOST_PROJECTIONS {
-        let mut passage = std::mem::take(form.passage());
+        let mut passage = std::mem::take(&mut form.motion_mut().passage);
         let mut correction = std::mem::take(&mut passage.correction);
         let passed = passage.interpolate(form, t, state, &mut correction, |form, t, place, correction| {
             correction.copy_from_slice(place);
-            form.project_plainly(t, place, false)?;
+            project_plainly(form, t, place, false)?;
             correction.iter_mut().zip(place).for_each(|(before, after)| *before = *after - *before);
             Ok(())
         });
         passage.correction = correction;
-        *form.passage() = passage;
+        form.motion_mut().passage = passage;
         if !passed? {
-            return form.project_plainly(t, state, false);
+            return project_plainly(form, t, state, false);
         }
-        form.counted().interpolated += 1;
-        state.iter_mut().zip(&form.passage().correction).for_each(|(value, by)| *value += by);
-        form.normalise(state);
-        (violation, what) = form.miss(t, state)?;
+        form.motion_mut().counters.interpolated += 1;
+        state.iter_mut().zip(&form.motion_mut().passage.correction).for_each(|(value, by)| *value += by);
+        form.motion().normalise(state);
+        form.motion_mut().load(t, state);
+        let (worst, row) = form.worst_violation()?;
+        (violation, what) = (worst / form.motion().length, form.motion().row_name(row));
         if violation <= MET {
             return Ok(());
         }
@@ -167,19 +156,51 @@ pub(super) fn project<F: Refusing>(form: &mut F, t: f64, state: &mut [f64]) -> R
     if violation <= MOST_MISSED { Ok(()) } else { Err(AnalysisError::LeftConstraints { what, violation }) }
 }
 
+/// The rates of a state as it is; with `keep_away`, refused next to a singular position.
+///
+/// # Errors
+/// See [`AnalysisError`].
+fn rates_plainly<F: Engines>(
+    form: &mut F,
+    t: f64,
+    state: &[f64],
+    rates: &mut [f64],
+    keep_away: bool,
+) -> Result<(), AnalysisError> {
+    form.motion_mut().load(t, state);
+    let used = form.solve_dynamics()?;
+    if used == Used::Safe && keep_away && form.is_singular(NEAR_SINGULAR) {
+        return Err(AnalysisError::NextToSingular);
+    }
+    form.motion().write_rates(state, rates);
+    Ok(())
+}
+
+/// Puts interpolated rates into the equations at their state.
+///
+/// # Errors
+/// [`AnalysisError::Uncertified`] where they do not hold.
+pub(super) fn try_rates<F: Engines>(form: &mut F, t: f64, state: &[f64], rates: &[f64]) -> Result<(), AnalysisError> {
+    form.motion_mut().load(t, state);
+    let motion = form.motion();
+    let power = rates[motion.coordinates.motion + motion.layout.states];
+    let accelerations = motion.accelerations_of(rates);
+    form.try_motion(&accelerations, power)
+}
+
 /// See [`super::Formulation::certify`].
 ///
 /// # Errors
 /// See [`AnalysisError`].
-pub(super) fn certify<F: Refusing>(form: &mut F, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-    let before = form.counted().interpolated;
-    let mut slopes = std::mem::take(&mut form.passage().slopes);
+pub(super) fn certify<F: Engines>(form: &mut F, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+    let before = form.motion_mut().counters.interpolated;
+    let mut slopes = std::mem::take(&mut form.motion_mut().passage.slopes);
     slopes.resize(state.len(), 0.0);
     let mut result = rates(form, t, state, &mut slopes);
-    if result.is_ok() && form.counted().interpolated > before {
-        result = form.try_rates(t, state, &slopes);
+    if result.is_ok() && form.motion_mut().counters.interpolated > before {
+        result = try_rates(form, t, state, &slopes);
     }
-    form.passage().slopes = slopes;
+    form.motion_mut().passage.slopes = slopes;
     result
 }
 

@@ -10,7 +10,8 @@ use element_api::ElementSet;
 
 use super::balance::Imbalance;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
-use super::working::{BODY_STATES, normalise, parameter_rates};
+use super::motion::{normalise, parameter_rates};
+use super::working::BODY_STATES;
 use crate::linalg::FullPivLu;
 use crate::model::Model;
 use crate::plan::{Layout, Plan};

@@ -66,7 +66,7 @@ impl Stand {
             let y = &mut state[13 * body..13 * (body + 1)];
             y[..7].iter_mut().for_each(|x| *x += size * random.next());
             y[7..].iter_mut().for_each(|x| *x = random.next());
-            working::normalise(&mut y[3..7]);
+            motion::normalise(&mut y[3..7]);
         }
         state
     }

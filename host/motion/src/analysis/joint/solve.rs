@@ -11,39 +11,39 @@ const DIFFERENCE: f64 = 1e-7;
 
 impl JointForm {
     /// Accelerations, rates of states and power at the inputs' state.
-    pub(super) fn solve_dynamics(&mut self) -> Result<Used, AnalysisError> {
-        let columns = self.coordinates.columns;
+    pub(super) fn solve(&mut self) -> Result<Used, AnalysisError> {
+        let columns = self.motion.coordinates.columns;
         if let Some(regular) = &mut self.regular {
             if let Some(coupling) = &mut self.coupling {
-                coupling.begin(&mut self.inputs);
+                coupling.begin(&mut self.motion.inputs);
             }
-            regular.motion.run(&self.inputs, &self.bodies.sets)?;
+            regular.motion.run(&self.motion.inputs, &self.bodies.sets)?;
             let ratio = pivot_ratio(regular.motion.outputs(), columns, &regular.squares);
             if self.is_trusted(ratio)? {
                 self.agree()?;
                 if let Some(regular) = &self.regular {
                     let outputs = regular.motion.outputs();
-                    self.accelerations.copy_from_slice(&outputs[..columns]);
+                    self.motion.accelerations.copy_from_slice(&outputs[..columns]);
                     let from = columns + regular.rows.len();
-                    self.rates.copy_from_slice(&outputs[from..from + self.layout.states + 1]);
+                    self.motion.rates.copy_from_slice(&outputs[from..from + self.motion.layout.states + 1]);
                     return Ok(Used::Regular);
                 }
             }
         }
-        self.counters.rank_safe += u64::from(self.regular.is_some());
+        self.motion.counters.rank_safe += u64::from(self.regular.is_some());
         self.write_mass()?;
-        self.safe.factor(&self.inputs, &self.bodies.sets, &mut self.counters)?;
+        self.safe.factor(&self.motion.inputs, &self.bodies.sets, &mut self.motion.counters)?;
         match &self.equations.dependence {
             Some(_) => self.agree_safely()?,
             None => self.safe.solve_motion()?,
         }
         self.safe.accept()?;
-        self.accelerations.copy_from_slice(&self.safe.accelerations);
-        self.rates.copy_from_slice(self.safe.loads().1);
+        self.motion.accelerations.copy_from_slice(&self.safe.accelerations);
+        self.motion.rates.copy_from_slice(self.safe.loads().1);
         // Constraints that depend on time do work too: the power of -Phi_q^T lambda is lambda . Phi_t.
         let times = self.safe.function(Function::Time).iter();
         let driven: f64 = times.zip(&self.safe.multipliers).map(|(time, lambda)| time * lambda).sum();
-        self.rates[self.layout.states] += driven;
+        self.motion.rates[self.motion.layout.states] += driven;
         Ok(Used::Safe)
     }
 
@@ -54,19 +54,19 @@ impl JointForm {
         else {
             return Ok(());
         };
-        let from = self.coordinates.columns + regular.rows.len() + self.layout.states + 1;
+        let from = self.motion.coordinates.columns + regular.rows.len() + self.motion.layout.states + 1;
         let (n, solved) = (dependence.slots.len(), dependence.solved.len());
         loop {
             let (found, rest) = regular.motion.outputs()[from..].split_at(solved);
-            dependence.solved.iter().zip(found).for_each(|(slot, value)| self.inputs[*slot] = *value);
+            dependence.solved.iter().zip(found).for_each(|(slot, value)| self.motion.inputs[*slot] = *value);
             let slopes = |_: &mut [f64], matrix: &mut [f64]| {
                 matrix.copy_from_slice(&rest[..n * n]);
                 Ok(())
             };
-            if coupling.advance(&mut self.inputs, &mut self.counters, slopes)? {
+            if coupling.advance(&mut self.motion.inputs, &mut self.motion.counters, slopes)? {
                 return Ok(());
             }
-            regular.motion.run(&self.inputs, &self.bodies.sets)?;
+            regular.motion.run(&self.motion.inputs, &self.bodies.sets)?;
         }
     }
 
@@ -78,7 +78,7 @@ impl JointForm {
         let found = &dependence.found;
         let dependent = self.dependent.get_or_insert_with(|| Evaluator::new(&found.graph, &found.nodes));
         let (safe, sets) = (&mut self.safe, &self.bodies.sets);
-        let (first, rows) = (self.coordinates.acceleration_slot, self.layout.multiplier_slot());
+        let (first, rows) = (self.motion.coordinates.acceleration_slot, self.motion.layout.multiplier_slot());
         // F(z) into the inputs, for the z that they hold.
         let mut solve = |inputs: &mut [f64]| -> Result<(), AnalysisError> {
             safe.terms.run(inputs, sets)?;
@@ -91,10 +91,10 @@ impl JointForm {
             dependence.solved.iter().zip(values).for_each(|(slot, value)| inputs[*slot] = *value);
             Ok(())
         };
-        coupling.begin(&mut self.inputs);
+        coupling.begin(&mut self.motion.inputs);
         loop {
-            let guess: Vec<f64> = dependence.slots.iter().map(|slot| self.inputs[*slot]).collect();
-            solve(&mut self.inputs)?;
+            let guess: Vec<f64> = dependence.slots.iter().map(|slot| self.motion.inputs[*slot]).collect();
+            solve(&mut self.motion.inputs)?;
             let slopes = |inputs: &mut [f64], matrix: &mut [f64]| -> Result<(), AnalysisError> {
                 let mut there = inputs.to_vec();
                 let size = guess.iter().fold(0.0_f64, |size, z| size.max(z.abs()));
@@ -109,19 +109,19 @@ impl JointForm {
                 }
                 Ok(())
             };
-            if coupling.advance(&mut self.inputs, &mut self.counters, slopes)? {
+            if coupling.advance(&mut self.motion.inputs, &mut self.motion.counters, slopes)? {
                 break;
             }
         }
         // Rates of states and power may depend on more than was found in this way.
-        solve(&mut self.inputs)
+        solve(&mut self.motion.inputs)
     }
 
     /// Whether the regular engine's solution for a pivot ratio is trusted. Far from singular positions a ratio that has not
     /// fallen by far is enough; where it has, or next to them, what counts is what the masses have no part in, and how many digits
     /// elimination keeps.
     pub(super) fn is_trusted(&mut self, ratio: f64) -> Result<bool, AnalysisError> {
-        if self.careful {
+        if self.motion.careful {
             return Ok(self.trusted);
         }
         Ok(ratio >= self.least_health || self.safe.rows.is_empty() || self.look()?)
@@ -130,7 +130,7 @@ impl JointForm {
     /// Looks at the regular engine in the position of the inputs; gives whether it is to be trusted there.
     pub(super) fn look(&mut self) -> Result<bool, AnalysisError> {
         let Some(regular) = &mut self.regular else { return Ok(false) };
-        regular.velocity.run(&self.inputs, &self.bodies.sets)?;
+        regular.velocity.run(&self.motion.inputs, &self.bodies.sets)?;
         self.take_look();
         Ok(self.trusted)
     }
@@ -138,7 +138,7 @@ impl JointForm {
     /// The same, where velocities are corrected.
     pub(super) fn take_look(&mut self) {
         if let Some(regular) = &self.regular {
-            self.last = regular.look(self.coordinates.columns);
+            self.last = regular.look(self.motion.coordinates.columns);
             self.trusted = self.last.kept >= ACCURATE && self.last.independence >= SICK_SHARE * self.first.independence;
         }
     }
@@ -148,12 +148,13 @@ impl JointForm {
         if self.equations.mass_is_written() {
             return Ok(());
         }
-        if self.coordinates.columns > MOST_TO_FACTOR || self.inputs.iter().any(|input| !input.is_finite()) {
+        if self.motion.coordinates.columns > MOST_TO_FACTOR || self.motion.inputs.iter().any(|input| !input.is_finite())
+        {
             return Err(AnalysisError::NotFinite { what: "an acceleration".into() });
         }
         self.equations.write_mass();
-        self.safe = Safe::new(&self.equations, &[], &[], self.length, MOTION_RANK_TOLERANCE)?;
-        self.safe.solver.set_rank_limit(self.at_start.rank);
+        self.safe = Safe::new(&self.equations, &[], &[], self.motion.length, MOTION_RANK_TOLERANCE)?;
+        self.safe.solver.set_rank_limit(self.motion.at_start.rank);
         Ok(())
     }
 }

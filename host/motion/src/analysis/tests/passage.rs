@@ -1,6 +1,6 @@
 //! Interpolation through a singular position against the functions it goes through.
 
-use super::super::passage::{Passage, Passing, Refusing};
+use super::super::passage::{Passage, Passing, try_rates};
 use super::*;
 
 /// A point on a line, `(x, v)`, singular at `x = 0.02`. Remembers how near it was asked.
@@ -85,7 +85,7 @@ fn a_flat_four_bar_accelerates_as_its_neighbours_do() {
         for (entries, blamed) in [(&along[..], "power"), (&[12][..], "joint")] {
             let mut wrong = rates.clone();
             entries.iter().for_each(|at| wrong[*at] += 1e-5 * state[*at]);
-            let error = stand.form.try_rates(TIME, &state, &wrong).unwrap_err();
+            let error = try_rates(&mut stand.form, TIME, &state, &wrong).unwrap_err();
             let AnalysisError::Uncertified { what, share, .. } = &error else { panic!("{error}") };
             assert!((1e-7..1e-4).contains(share) && (blamed == "power") == what.contains("power"), "{angle}: {error}");
         }

@@ -7,38 +7,39 @@ impl WorkingForm {
     /// through it, and nothing is done.
     pub(super) fn observe_between(&mut self, t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
         // They follow each other among the inputs.
-        let slots = self.layout.acceleration_slot()..self.layout.inputs();
-        let (mut passage, mut forces) = (std::mem::take(&mut self.passage), std::mem::take(&mut self.forces));
+        let slots = self.motion.layout.acceleration_slot()..self.motion.layout.inputs();
+        let (mut passage, mut forces) = (std::mem::take(&mut self.motion.passage), std::mem::take(&mut self.forces));
         let passed = passage.interpolate(self, t, state, &mut forces, |form, t, place, forces| {
-            form.project_plainly(t, place, false)?;
-            form.load(t, place);
+            project_plainly(form, t, place, false)?;
+            form.motion.load(t, place);
             let used = form.solve_dynamics()?;
             form.publish(used);
-            forces.copy_from_slice(&form.inputs[slots.clone()]);
+            forces.copy_from_slice(&form.motion.inputs[slots.clone()]);
             Ok(())
         });
-        (self.passage, self.forces) = (passage, forces);
-        self.load(t, state);
+        (self.motion.passage, self.forces) = (passage, forces);
+        self.motion.load(t, state);
         if !passed? {
             // As it was before.
             self.solve_dynamics()?;
             return Ok(false);
         }
-        self.inputs[slots].copy_from_slice(&self.forces);
+        self.motion.inputs[slots].copy_from_slice(&self.forces);
         if self.unbalanced()? > BALANCED {
             // Reactions may have a pole there. What is solved for next to it is the better for that.
             self.solve_dynamics()?;
             return Ok(false);
         }
-        self.counters.interpolated += 1;
+        self.motion.counters.interpolated += 1;
         Ok(true)
     }
 
     /// How far accelerations and multipliers in the inputs miss all equations, see [`Balance::of_all`].
     pub(super) fn unbalanced(&mut self) -> Result<f64, AnalysisError> {
         let dynamics = &mut self.safe.dynamics;
-        dynamics.evaluate(&self.inputs, &self.sets)?;
-        let (a, lambda) = self.inputs[self.layout.acceleration_slot()..].split_at(self.layout.velocities());
+        dynamics.evaluate(&self.motion.inputs, &self.sets)?;
+        let (a, lambda) =
+            self.motion.inputs[self.motion.layout.acceleration_slot()..].split_at(self.motion.layout.velocities());
         self.balance.take(dynamics, &dynamics.further(FUNCTIONS)[..a.len()], a, lambda);
         Ok(self.balance.of_all())
     }
@@ -52,8 +53,8 @@ impl WorkingForm {
         }
         self.left_of_bodies(used, Balance::take)?;
         match (used, &mut self.regular) {
-            (Used::Regular, Some(engine)) => engine.refine(&self.balance, &mut self.accelerations)?,
-            _ => self.safe.refine(&self.balance, &mut self.accelerations)?,
+            (Used::Regular, Some(engine)) => engine.refine(&self.balance, &mut self.motion.accelerations)?,
+            _ => self.safe.refine(&self.balance, &mut self.motion.accelerations)?,
         }
         self.publish(used);
         self.left_of_bodies(used, Balance::take_motion)
@@ -69,25 +70,27 @@ impl WorkingForm {
             _ => (&self.safe.dynamics, &self.safe.multipliers),
         };
         let loads = match &mut self.coupling {
-            Some(coupling) => coupling.loads(&self.inputs, &self.sets)?,
-            None => &dynamics.further(FUNCTIONS)[..self.accelerations.len()],
+            Some(coupling) => coupling.loads(&self.motion.inputs, &self.sets)?,
+            None => &dynamics.further(FUNCTIONS)[..self.motion.accelerations.len()],
         };
-        take(&mut self.balance, dynamics, loads, &self.accelerations, lambda);
+        take(&mut self.balance, dynamics, loads, &self.motion.accelerations, lambda);
         Ok(self.balance.of_bodies())
+    }
+
+    /// The rows that an engine solved for, and their multipliers.
+    pub(super) fn solved(&self, used: Used) -> (&Constraints, &[f64]) {
+        match (used, &self.regular) {
+            (Used::Regular, Some(engine)) => (&engine.dynamics, &engine.multipliers),
+            _ => (&self.safe.dynamics, &self.safe.multipliers),
+        }
     }
 
     /// Accelerations and multipliers into the inputs.
     pub(super) fn publish(&mut self, used: Used) {
-        let slot = self.layout.acceleration_slot();
-        self.inputs[slot..slot + self.accelerations.len()].copy_from_slice(&self.accelerations);
-        let slot = self.layout.multiplier_slot();
-        self.inputs[slot..slot + self.layout.rows].fill(0.0);
         let (rows, multipliers) = match (used, &self.regular) {
             (Used::Regular, Some(engine)) => (&engine.dynamics.rows, &engine.multipliers),
             _ => (&self.safe.dynamics.rows, &self.safe.multipliers),
         };
-        for (row, value) in rows.iter().zip(multipliers) {
-            self.inputs[slot + row] = *value;
-        }
+        self.motion.publish(&self.safe.dynamics.rows, rows, multipliers);
     }
 }

@@ -11,68 +11,40 @@ impl WorkingForm {
         velocity: bool,
         finely: bool,
     ) -> Result<(f64, Option<usize>), AnalysisError> {
+        self.note_position();
         self.force.fill(0.0);
         if let Some(engine) = &mut self.regular {
-            engine.geometry.evaluate(&self.inputs, &self.sets)?;
-            let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
+            engine.geometry.evaluate(&self.motion.inputs, &self.sets)?;
+            let worst = residual(engine, velocity, &self.motion.layout, &self.motion.inputs, self.motion.length);
             // A residual that is not a number is for the caller to report, with its row.
-            if !velocity && ((!finely && worst.0 <= ROUND_OFF * self.length) || !worst.0.is_finite()) {
-                self.accelerations.fill(0.0);
+            if !velocity && ((!finely && worst.0 <= ROUND_OFF * self.motion.length) || !worst.0.is_finite()) {
+                self.motion.accelerations.fill(0.0);
                 return Ok(worst);
             }
-            let health = engine.factor(Source::Geometry, &self.key, &mut self.counters);
+            let health = engine.factor(Source::Geometry, &self.key, &mut self.motion.counters);
             if self.is_trusted(Source::Geometry, &health)
                 && let Some(engine) = &mut self.regular
             {
-                engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
-                self.corrected_safely = false;
+                engine.solver.solve(
+                    &self.force,
+                    &engine.right,
+                    &mut self.motion.accelerations,
+                    &mut engine.multipliers,
+                )?;
+                self.motion.corrected_safely = false;
                 return Ok(worst);
             }
         }
-        self.corrected_safely = true;
+        self.motion.corrected_safely = true;
         let engine = &mut self.safe;
-        engine.geometry.evaluate(&self.inputs, &self.sets)?;
-        let worst = residual(engine, velocity, &self.layout, &self.inputs, self.length);
+        engine.geometry.evaluate(&self.motion.inputs, &self.sets)?;
+        let worst = residual(engine, velocity, &self.motion.layout, &self.motion.inputs, self.motion.length);
         if !velocity && !worst.0.is_finite() {
             return Ok(worst);
         }
-        engine.factor(Source::Geometry, &self.key, &mut self.counters)?;
-        engine.solver.solve(&self.force, &engine.right, &mut self.accelerations, &mut engine.multipliers)?;
+        engine.factor(Source::Geometry, &self.key, &mut self.motion.counters)?;
+        engine.solver.solve(&self.force, &engine.right, &mut self.motion.accelerations, &mut engine.multipliers)?;
         Ok(worst)
-    }
-}
-
-impl Correcting for WorkingForm {
-    fn load(&mut self, t: f64, state: &[f64]) {
-        Self::load(self, t, state);
-    }
-
-    fn length(&self) -> f64 {
-        self.length
-    }
-
-    fn was_next_to_singular(&self) -> bool {
-        self.corrected_safely && self.is_singular(NEAR_SINGULAR)
-    }
-
-    fn name_of(&self, row: Option<usize>) -> String {
-        self.row_name(row)
-    }
-
-    fn correct_positions(&mut self, finely: bool) -> Result<(f64, Option<usize>), AnalysisError> {
-        self.solve_correction(false, finely)
-    }
-
-    fn move_along(&self, state: &mut [f64]) -> f64 {
-        let mut size = 0.0_f64;
-        for body in 0..self.layout.bodies {
-            let d = &self.accelerations[6 * body..6 * body + 6];
-            move_body(&mut state[BODY_STATES * body..BODY_STATES * body + 7], d);
-            for k in 0..3 {
-                size = size.max(d[k].abs()).max(d[3 + k].abs() * self.length);
-            }
-        }
-        size
     }
 }
 
