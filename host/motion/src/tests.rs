@@ -33,8 +33,6 @@ pub struct Prepared {
     pub equations: Equations,
     pub assembly: Assembly,
     pub plan: Plan,
-    /// Pivot ratio of the sparse engine at the start; zero where that has none.
-    pub start_health: f64,
 }
 
 /// Everything before time starts, in the order of the rooms.
@@ -59,18 +57,15 @@ pub fn prepared(text: &str) -> Prepared {
         length: assembly.scales.length,
         scales: &body_scales(&model, assembly.scales.length),
     };
-    let mut start_health = 0.0;
-    let plan = Plan::decide(&model, &layout, &probe, |chosen, mass| {
+    let plan = Plan::decide(&model, &layout, &probe, None, |chosen, mass| {
         let mut solver = sparse_engine(&equations, chosen, &layout)?;
         solver.set_mass(mass)?;
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
         let picked: Vec<f64> = entries.filter(|((row, _), _)| chosen.contains(row)).map(|(_, value)| *value).collect();
-        let health = solver.refactor(&picked)?;
-        start_health = health.smallest_pivot_ratio;
-        Ok(health)
+        solver.refactor(&picked)
     })
     .unwrap();
-    Prepared { model, equations, assembly, plan, start_health }
+    Prepared { model, equations, assembly, plan }
 }
 
 impl Random {

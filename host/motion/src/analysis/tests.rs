@@ -31,9 +31,9 @@ struct Stand {
 
 #[track_caller]
 fn stand(text: &str) -> Stand {
-    let Prepared { mut model, equations, assembly, plan, start_health } = prepared(text);
+    let Prepared { mut model, equations, assembly, plan } = prepared(text);
     let length = assembly.scales.length;
-    let mut form = WorkingForm::new(&equations, &mut model, &plan, length, start_health).unwrap();
+    let mut form = WorkingForm::new(&equations, &mut model, &plan, length).unwrap();
     form.set_discrete(&assembly.references, &assembly.discrete);
     Stand { model, equations, layout: plan.layout, form, state: assembly.working, length }
 }

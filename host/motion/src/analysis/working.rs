@@ -84,15 +84,9 @@ impl WorkingForm {
     ///
     /// # Errors
     /// When the linear algebra refuses the model's mass matrix.
-    pub fn new(
-        equations: &Equations,
-        model: &mut Model,
-        plan: &Plan,
-        length: f64,
-        start_health: f64,
-    ) -> Result<Self, AnalysisError> {
+    pub fn new(equations: &Equations, model: &mut Model, plan: &Plan, length: f64) -> Result<Self, AnalysisError> {
         let sets = std::mem::take(&mut model.sets);
-        Self::of(&WorkingParts::new(equations, model, plan, length, start_health), sets)
+        Self::of(&WorkingParts::new(equations, model, plan, length), sets)
     }
 
     /// The same from its parts, with the opaque elements.
@@ -100,8 +94,8 @@ impl WorkingForm {
     /// # Errors
     /// As for [`WorkingForm::new`].
     pub(super) fn of(parts: &WorkingParts, sets: Vec<Box<dyn ElementSet>>) -> Result<Self, AnalysisError> {
-        let WorkingParts { equations, plan, masses, scales, row_names, length, start_health } = parts;
-        let (length, start_health) = (*length, *start_health);
+        let WorkingParts { equations, plan, masses, scales, row_names, length } = parts;
+        let (length, start_health) = (*length, plan.sparse_health);
         let layout = plan.layout.clone();
         let all: Vec<usize> = (0..layout.rows).collect();
         let regular = match plan.always_rank_safe {

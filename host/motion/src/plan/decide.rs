@@ -45,19 +45,6 @@ impl Reaction {
     }
 }
 
-/// Work that is not done, and why that changes no result.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Skip {
-    /// What is left out.
-    pub what: String,
-    /// Why it may be left out.
-    pub why: String,
-    /// What that saves, as a number with its unit in words; may be empty.
-    pub saved: String,
-    /// The name under which it can be switched off (see [`crate::plan::SAVINGS`]), if it can.
-    pub switch: Option<&'static str>,
-}
-
 /// The constraint equations at the assembled position, as numbers.
 pub struct Probe<'a> {
     /// Patterns of mass matrix and Jacobian (all rows).
@@ -95,17 +82,15 @@ pub struct Plan {
     pub reactions: Vec<Reaction>,
     /// Use the rank-safe engine for every evaluation, and why; `None`: only where the rank falls.
     pub always_rank_safe: Option<String>,
-    /// What is not computed.
-    pub skips: Vec<Skip>,
-    /// Savings that are allowed but not possible here: name of the switch, and why.
-    pub impossible: Vec<(&'static str, String)>,
+    /// Pivot ratio of the sparse engine with those rows; zero where it has none.
+    pub sparse_health: f64,
 }
 
 impl Plan {
     /// Decides from the model and its Jacobian at the assembled position.
     ///
-    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and tells how well that went;
-    /// the last call is that for the rows that are enforced and the true masses.
+    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and tells how well that went.
+    /// `no_choice`: why all rows are for the rank-safe engine whatever that finds, if they are.
     ///
     /// # Errors
     /// When the mass matrix is not positive definite or a number is not finite.
@@ -113,6 +98,7 @@ impl Plan {
         model: &Model,
         layout: &Layout,
         probe: &Probe<'_>,
+        no_choice: Option<&str>,
         sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
     ) -> Result<Self, LinalgError> {
         let topology = Topology::new(model);
@@ -146,12 +132,14 @@ impl Plan {
         let reactions = unique_reactions(model, layout, probe, &null_space);
         let alike = probe.structure.metric(probe.scales);
         let independence = sparse_health(&independent_rows, &alike).map_or(0.0, |health| health.smallest_pivot_ratio);
-        let always_rank_safe = match sparse_health(&independent_rows, probe.mass) {
-            Ok(health) if health.smallest_pivot_ratio >= LEAST_HEALTH => None,
-            Ok(found) => Some(close_to_dependent(found.smallest_pivot_ratio, independence)),
-            Err(error) => Some(error.to_string()),
+        let enforced = sparse_health(&independent_rows, probe.mass);
+        let always_rank_safe = match (no_choice, &enforced) {
+            (Some(why), _) => Some(why.to_string()),
+            (None, Ok(health)) if health.smallest_pivot_ratio >= LEAST_HEALTH => None,
+            (None, Ok(found)) => Some(close_to_dependent(found.smallest_pivot_ratio, independence)),
+            (None, Err(error)) => Some(error.to_string()),
         };
-        let mut plan = Self {
+        Ok(Self {
             layout: layout.clone(),
             topology,
             independent_rows,
@@ -163,42 +151,8 @@ impl Plan {
             independence,
             reactions,
             always_rank_safe,
-            skips: Vec::new(),
-            impossible: Vec::new(),
-        };
-        plan.note_redundancy();
-        Ok(plan)
-    }
-
-    /// Adds an entry to the list of what is skipped.
-    pub fn skip(&mut self, what: impl Into<String>, why: impl Into<String>) {
-        self.skips.push(Skip { what: what.into(), why: why.into(), saved: String::new(), switch: None });
-    }
-
-    /// Adds what the entry made last saves.
-    pub fn saving(&mut self, saved: impl Into<String>) {
-        if let Some(last) = self.skips.last_mut() {
-            last.saved = saved.into();
-        }
-    }
-
-    /// Adds the switch of the entry made last.
-    pub fn switched_by(&mut self, switch: &'static str) {
-        if let Some(last) = self.skips.last_mut() {
-            last.switch = Some(switch);
-        }
-    }
-
-    fn note_redundancy(&mut self) {
-        if !self.redundant_rows.is_empty() {
-            let count = self.redundant_rows.len();
-            self.skip(
-                format!("{count} constraint row{}", if count == 1 { "" } else { "s" }),
-                "dependent on the others at the assembled position; taken up again where the rank changes",
-            );
-            self.saving(format!("{count} of {} unknown multipliers", self.layout.rows));
-            self.switched_by("row-choice");
-        }
+            sparse_health: enforced.map_or(0.0, |health| health.smallest_pivot_ratio),
+        })
     }
 
     /// Whether a component of a reaction is unique; `true` for elements without rows.

@@ -17,7 +17,7 @@ mod tree;
 mod tests;
 
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
-pub use decide::{Plan, Probe, Reaction, RedundantRow, Skip, close_to_dependent};
+pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent};
 pub use layout::Layout;
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};

@@ -12,16 +12,16 @@ use crate::program::Equations;
 use crate::scene::Scene;
 
 /// Why the rank-safe engine is used throughout where a choice of rows is switched off.
-pub(super) const ALL_ROWS: &str = "no choice of rows is wanted";
+const ALL_ROWS: &str = "no choice of rows is wanted";
 
-/// Decides what to compute, from the numbers at a time and assembled position.
+/// Decides what to compute, from the numbers at a time and assembled position; `row_choice`: whether rows may be left out.
 pub(super) fn decide(
     scene: &Scene,
     model: &Model,
     equations: &Equations,
     layout: &Layout,
     (t, assembly): (f64, &Assembly),
-    start_health: &mut f64,
+    row_choice: bool,
 ) -> Result<Plan, SessionError> {
     let broken = |error: &dyn std::fmt::Display| {
         SessionError::one(
@@ -48,16 +48,15 @@ pub(super) fn decide(
         length: assembly.scales.length,
         scales: &body_scales(model, assembly.scales.length),
     };
-    Plan::decide(model, layout, &probe, |chosen, mass| {
+    let no_choice = (!row_choice).then_some(ALL_ROWS);
+    Plan::decide(model, layout, &probe, no_choice, |chosen, mass| {
         let mut solver = sparse_engine(equations, chosen, layout)?;
         solver.set_mass(mass)?;
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
         let picked: Vec<f64> =
             entries.filter(|((row, _), _)| chosen.binary_search(row).is_ok()).map(|(_, value)| *value).collect();
-        let health = solver.refactor(&picked)?;
-        *start_health = health.smallest_pivot_ratio;
-        Ok(health)
+        solver.refactor(&picked)
     })
     .map_err(|e| broken(&e))
 }

@@ -123,13 +123,13 @@ impl Session {
         match engine {
             "auto" | "compiled" | "interpreted" => {
                 let choice = self.choose_formulation()?;
-                let Self { equations, model, plan, start_health, scene, .. } = self;
+                let Self { equations, model, plan, scene, .. } = self;
                 let refused = |e| start_error(scene, &e);
                 let Some(joint) = choice.joint else {
-                    let form = WorkingForm::new(equations, model, plan, length, *start_health).map_err(refused)?;
+                    let form = WorkingForm::new(equations, model, plan, length).map_err(refused)?;
                     return Ok(Box::new(form));
                 };
-                let bodies = WorkingParts::new(equations, model, plan, length, *start_health);
+                let bodies = WorkingParts::new(equations, model, plan, length);
                 Ok(Box::new(JointForm::new(joint, model, &plan.layout, bodies).map_err(refused)?))
             }
             "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),

@@ -4,19 +4,18 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::checkpoint::Origin;
-use super::decide::{ALL_ROWS, decide};
+use super::decide::decide;
 use super::error::SessionError;
 use super::libraries::{load_libraries, refused};
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, one_of};
 use super::prune::{allowed, is_determined};
-use super::savings::{note_determined, note_skips};
 use crate::analysis::{self, Assembly, AssemblyError, assemble, idle_axes};
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::{Model, resolve};
-use crate::plan::Layout;
+use crate::plan::{Layout, Plan};
 use crate::program::{Equations, Form};
 use crate::scene::{Scene, read};
 
@@ -93,35 +92,29 @@ impl Session {
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
-        let mut start_health = 0.0;
-        let mut plan = decide(&scene, &model, &equations, &layout, (t, &assembly), &mut start_health)?;
+        let at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
         let mut ahead = None;
         // Trees whose rows are beyond doubt have no ratio.
-        let near = (f64::MIN_POSITIVE..NEAR).contains(&plan.health.smallest_pivot_ratio);
-        if pruning.row_choice && (near || !plan.redundant_rows.is_empty()) {
+        let near = (f64::MIN_POSITIVE..NEAR).contains(&at_start.health.smallest_pivot_ratio);
+        if pruning.row_choice && (near || !at_start.redundant_rows.is_empty()) {
             let duration = scene.simulation.t_end - t;
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
                 .map_err(|error| refuse(error.into()))?;
         }
-        if let Some((t, place)) = &ahead {
-            let mut health = 0.0;
-            let other = decide(&scene, &model, &equations, &layout, (*t, place), &mut health)?;
-            // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
-            let ratio = plan.health.smallest_pivot_ratio;
-            let nearly =
-                other.health.rank == plan.health.rank && ratio < NEAR_SHARE * other.health.smallest_pivot_ratio;
-            if other.health.rank > plan.health.rank || nearly {
-                (plan, start_health) = (other, health);
-            } else {
-                ahead = None;
-            }
-        }
-        note_skips(&mut plan, &scene, &model, &equations);
-        if !pruning.row_choice {
-            plan.always_rank_safe = Some(ALL_ROWS.into());
-        }
+        let there = match &ahead {
+            Some((t, place)) => Some(decide(&scene, &model, &equations, &layout, (*t, place), true)?),
+            None => None,
+        };
+        // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
+        let better = |other: &Plan| {
+            let (here, there) = (at_start.health, other.health);
+            let nearly = there.rank == here.rank && here.smallest_pivot_ratio < NEAR_SHARE * there.smallest_pivot_ratio;
+            there.rank > here.rank || nearly
+        };
+        let there = there.filter(better);
+        let ahead = ahead.filter(|_| there.is_some());
+        let plan = there.unwrap_or(at_start);
         let determined = is_determined(&scene, &model, &equations, &plan, pruning);
-        note_determined(&mut plan, determined);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let mut session = Self {
             warnings,
@@ -131,7 +124,6 @@ impl Session {
             plan,
             assembly,
             ahead,
-            start_health,
             pruning,
             determined,
             options: options.clone(),

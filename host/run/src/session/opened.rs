@@ -31,8 +31,6 @@ pub struct Session {
     pub assembly: Assembly,
     /// Where the start is a singular position, or next to one: time and state of the place ahead where ranks were found.
     pub(super) ahead: Option<(f64, Assembly)>,
-    /// Pivot ratio of the sparse engine at the start.
-    pub(super) start_health: f64,
     pub(super) options: RunOptions,
     /// Where the elements come from, for the islands.
     pub(super) catalog: Catalog,

@@ -8,9 +8,8 @@ use serde::Serialize;
 use super::apart::Apart;
 use super::guards::Watching;
 use super::opened::Session;
-use super::savings::{plural, right_side, some};
+use super::savings::{Savings, Skip, plural, right_side, some};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
-use crate::plan::Skip;
 use crate::program::{Maker, Program, Switches};
 use crate::results::{StartVelocity, significant};
 use crate::scene::GROUND;
@@ -310,7 +309,7 @@ impl Session {
             skipped: solving
                 .skips
                 .iter()
-                .chain(&self.plan.skips)
+                .chain(&Savings::of(self))
                 .map(|skip| Decision {
                     what: skip.what.clone(),
                     why: skip.why.clone(),
@@ -318,13 +317,7 @@ impl Session {
                     without: skip.switch,
                 })
                 .collect(),
-            impossible: self
-                .plan
-                .impossible
-                .iter()
-                .chain(&not_apart)
-                .map(|(name, why)| format!("{name}: {why}"))
-                .collect(),
+            impossible: not_apart.iter().map(|(name, why)| format!("{name}: {why}")).collect(),
             apart,
         }
     }

@@ -2,6 +2,7 @@
 
 use element_api::Kind;
 
+use super::opened::Session;
 use crate::model::Model;
 use crate::plan::Plan;
 use crate::program::{Equations, Node, Program};
@@ -18,63 +19,124 @@ pub(super) fn right_side(equations: &Equations, rows: &[usize]) -> Program {
     Program::compile(&equations.graph, &nodes)
 }
 
-/// Adds to the plan that the motion is found at each time.
-pub(super) fn note_determined(plan: &mut Plan, determined: bool) {
-    if determined {
-        plan.skip(
-            "integration of the motion",
-            "no freedom is left: positions, velocities and reactions follow from the time",
-        );
-        let states = 13 * plan.layout.bodies;
-        plan.saving(format!("the error control of {states} states: 5 evaluations a step, 12 with the default method"));
-        plan.switched_by("kinematic");
+/// Work that is not done, and why that changes no result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Skip {
+    /// What is left out.
+    pub(super) what: String,
+    /// Why it may be left out.
+    pub(super) why: String,
+    /// What that saves, as a number with its unit in words; may be empty.
+    pub(super) saved: String,
+    /// The name under which it can be switched off (see [`crate::plan::SAVINGS`]), if it can.
+    pub(super) switch: Option<&'static str>,
+}
+
+/// What of a session is not computed.
+#[derive(Default)]
+pub(super) struct Savings {
+    pub(super) list: Vec<Skip>,
+}
+
+impl Savings {
+    /// What equations, requested outputs and freedoms make unnecessary.
+    pub(super) fn of(session: &Session) -> Vec<Skip> {
+        let mut savings = Self::default();
+        note_redundancy(&mut savings, &session.plan);
+        note_skips(&mut savings, &session.scene, &session.model, &session.equations);
+        note_determined(&mut savings, session);
+        savings.list
+    }
+
+    fn skip(&mut self, what: impl Into<String>, why: impl Into<String>) {
+        self.list.push(Skip { what: what.into(), why: why.into(), saved: String::new(), switch: None });
+    }
+
+    /// Adds what the entry made last saves.
+    fn saving(&mut self, saved: impl Into<String>) {
+        if let Some(last) = self.list.last_mut() {
+            last.saved = saved.into();
+        }
+    }
+
+    /// Adds the switch of the entry made last.
+    fn switched_by(&mut self, switch: &'static str) {
+        if let Some(last) = self.list.last_mut() {
+            last.switch = Some(switch);
+        }
     }
 }
 
-/// Adds to the plan what the equations and the requested outputs make unnecessary.
-pub(super) fn note_skips(plan: &mut Plan, scene: &Scene, model: &Model, equations: &Equations) {
+fn note_redundancy(savings: &mut Savings, plan: &Plan) {
+    if !plan.redundant_rows.is_empty() {
+        let count = plan.redundant_rows.len();
+        savings.skip(
+            plural(count, "constraint row", "constraint rows"),
+            "dependent on the others at the assembled position; taken up again where the rank changes",
+        );
+        savings.saving(format!("{count} of {} unknown multipliers", plan.layout.rows));
+        savings.switched_by("row-choice");
+    }
+}
+
+/// The motion is found at each time.
+fn note_determined(savings: &mut Savings, session: &Session) {
+    if session.determined {
+        savings.skip(
+            "integration of the motion",
+            "no freedom is left: positions, velocities and reactions follow from the time",
+        );
+        let states = 13 * session.plan.layout.bodies;
+        savings
+            .saving(format!("the error control of {states} states: 5 evaluations a step, 12 with the default method"));
+        savings.switched_by("kinematic");
+    }
+}
+
+/// What the equations and the requested outputs make unnecessary.
+fn note_skips(savings: &mut Savings, scene: &Scene, model: &Model, equations: &Equations) {
     let fixed = scene.bodies.iter().filter(|body| body.fixed).count();
     if fixed > 0 {
-        plan.skip(plural(fixed, "body", "bodies"), "fixed: part of the ground");
-        plan.saving(format!("{} velocities", 6 * fixed));
+        savings.skip(plural(fixed, "body", "bodies"), "fixed: part of the ground");
+        savings.saving(format!("{} velocities", 6 * fixed));
     }
     let off = scene.elements.iter().filter(|element| !element.enabled).count();
     if off > 0 {
-        plan.skip(plural(off, "element", "elements"), "switched off in the scene");
-        plan.saving("all of their operations");
+        savings.skip(plural(off, "element", "elements"), "switched off in the scene");
+        savings.saving("all of their operations");
     }
-    note_constants(plan, model, equations);
+    note_constants(savings, model, equations);
     if equations.coupling.is_empty() && !equations.rows.is_empty() {
-        plan.skip("iterations between forces and reactions", "no force depends on a reaction or an acceleration");
-        plan.saving("2 or more solutions per evaluation");
+        savings.skip("iterations between forces and reactions", "no force depends on a reaction or an acceleration");
+        savings.saving("2 or more solutions per evaluation");
     }
     let dynamics = model.channels.iter().any(|channel| needs_solver(&channel.quantity, model));
     if !dynamics && !model.channels.is_empty() {
-        plan.skip("accelerations and reactions at output times", "no output asks for them");
-        plan.saving(plural(scene.simulation.sample_times(&scene.units).len(), "solution", "solutions"));
-        plan.switched_by("on-demand");
+        savings.skip("accelerations and reactions at output times", "no output asks for them");
+        savings.saving(plural(scene.simulation.sample_times(&scene.units).len(), "solution", "solutions"));
+        savings.switched_by("on-demand");
     }
     if !equations.rows.is_empty() {
         let reactions = model.elements.iter().filter(|e| e.class.kind == Kind::Joint).count();
         let asked = asked_reactions(model);
         if asked < reactions {
-            plan.skip(
+            savings.skip(
                 format!("reactions of {} of {reactions} joints", reactions - asked),
                 "no output asks for them; their multipliers are still solved for",
             );
-            plan.saving(format!("{} components per output time", 6 * (reactions - asked)));
+            savings.saving(format!("{} components per output time", 6 * (reactions - asked)));
         }
     }
 }
 
 /// Constants and zeros among the derivatives of the constraints.
-fn note_constants(plan: &mut Plan, model: &Model, equations: &Equations) {
+fn note_constants(savings: &mut Savings, model: &Model, equations: &Equations) {
     let (graph, rows) = (&equations.graph, &equations.rows);
     let entries = || rows.iter().flat_map(|row| &row.jacobian);
     let constant = entries().filter(|(_, node)| graph.value(*node).is_some()).count();
     if constant > 0 {
-        plan.skip("derivatives that are constant", "folded when written down");
-        plan.saving(format!("{constant} of {} entries of the Jacobian", entries().count()));
+        savings.skip("derivatives that are constant", "folded when written down");
+        savings.saving(format!("{constant} of {} entries of the Jacobian", entries().count()));
     }
     let possible: usize = model
         .elements
@@ -87,17 +149,17 @@ fn note_constants(plan: &mut Plan, model: &Model, equations: &Equations) {
         })
         .sum();
     if entries().count() < possible {
-        plan.skip("derivatives that are zero", "no part of the Jacobian, nor of its factors");
-        plan.saving(format!("{} of {possible} entries of the Jacobian", possible - entries().count()));
+        savings.skip("derivatives that are zero", "no part of the Jacobian, nor of its factors");
+        savings.saving(format!("{} of {possible} entries of the Jacobian", possible - entries().count()));
     }
     let still = rows.iter().filter(|row| graph.is_zero(row.gamma)).count();
     if still > 0 {
-        plan.skip("gamma of some rows", "zero for every motion");
-        plan.saving(format!("{still} of {} rows", rows.len()));
+        savings.skip("gamma of some rows", "zero for every motion");
+        savings.saving(format!("{still} of {} rows", rows.len()));
     }
     if !rows.is_empty() && rows.iter().all(|row| graph.is_zero(row.time)) {
-        plan.skip("derivatives with respect to time", "no constraint depends on it");
-        plan.saving(plural(rows.len(), "row", "rows"));
+        savings.skip("derivatives with respect to time", "no constraint depends on it");
+        savings.saving(plural(rows.len(), "row", "rows"));
     }
 }
 

@@ -68,9 +68,9 @@ pub(super) fn joint_plan(text: &str) -> (Prepared, JointPlan) {
 }
 
 fn joint_form(text: &str) -> JointForm {
-    let (Prepared { mut model, equations, assembly, plan, start_health }, planned) = joint_plan(text);
+    let (Prepared { mut model, equations, assembly, plan }, planned) = joint_plan(text);
     let length = assembly.scales.length;
-    let bodies = WorkingParts::new(&equations, &model, &plan, length, start_health);
+    let bodies = WorkingParts::new(&equations, &model, &plan, length);
     let mut form = JointForm::new(planned, &mut model, &plan.layout, bodies).unwrap();
     form.set_discrete(&assembly.references, &assembly.discrete);
     form

@@ -12,14 +12,12 @@ pub struct WorkingParts {
     /// Joint and row of every row.
     pub(in crate::analysis) row_names: Vec<String>,
     pub(in crate::analysis) length: f64,
-    pub(in crate::analysis) start_health: f64,
 }
 
 impl WorkingParts {
-    /// The equations of a planned model. `start_health`: the pivot ratio of the sparse engine at the start; `length`: that of the
-    /// scene, m.
+    /// The equations of a planned model. `length`: that of the scene, m.
     #[must_use]
-    pub fn new(equations: &Equations, model: &Model, plan: &Plan, length: f64, start_health: f64) -> Self {
+    pub fn new(equations: &Equations, model: &Model, plan: &Plan, length: f64) -> Self {
         let mut equations = equations.clone();
         equations.graph.rest();
         let row_name = |row: usize| {
@@ -33,7 +31,6 @@ impl WorkingParts {
             scales: body_scales(model, length),
             row_names: (0..plan.layout.rows).map(row_name).collect(),
             length,
-            start_health,
         }
     }
 }

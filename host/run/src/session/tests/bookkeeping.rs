@@ -69,9 +69,9 @@ impl Sink for Disk<'_> {
 
 #[test]
 fn a_sink_that_fails_ends_the_run() {
-    let Session { mut model, mut equations, plan, assembly, start_health, .. } = open(&thrown());
+    let Session { mut model, mut equations, plan, assembly, .. } = open(&thrown());
     let length = assembly.scales.length;
-    let form = WorkingForm::new(&equations, &mut model, &plan, length, start_health).unwrap();
+    let form = WorkingForm::new(&equations, &mut model, &plan, length).unwrap();
     let mut taken = Vec::new();
     let rows = Rows::Sent(Box::new(Disk(&mut taken)));
     let mut system =
