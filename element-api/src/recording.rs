@@ -3,6 +3,8 @@
 //! A recording is a list of operations in an order in which each uses only earlier ones. Constants are kept apart from
 //! the operations and are not folded, so two instances of one element that differ only in numbers record the same list.
 
+mod check;
+
 use crate::descriptor::Kind;
 use crate::scalar::Scalar;
 use crate::table::{Outside, Table};
@@ -393,96 +395,6 @@ pub struct Limits {
 pub const MOST_OPS: usize = 4_000_000;
 
 impl Recording {
-    /// Checks that nothing refers to anything that is not there, so that a host can evaluate the recording without
-    /// looking again. A plugin is a stranger: the host calls this before it uses a recording.
-    ///
-    /// # Errors
-    /// The first defect, in words.
-    pub fn check(&self, limits: &Limits) -> Result<(), String> {
-        if self.ops.len() > MOST_OPS {
-            return Err(format!("{} operations; at most {MOST_OPS} are accepted", self.ops.len()));
-        }
-        if let Some(k) = self.constants.iter().position(|c| !c.is_finite()) {
-            return Err(format!(
-                "constant {k} is {}: a parameter is out of range for this element, or a result is not given",
-                self.constants[k]
-            ));
-        }
-        if let Some(x) = self.initial_states.iter().chain(&self.initial_discrete).find(|x| !x.is_finite()) {
-            return Err(format!("a state is {x} at the start"));
-        }
-        if limits.kind == Kind::Joint && !(self.initial_states.is_empty() && self.initial_discrete.is_empty()) {
-            return Err("a joint has no states".into());
-        }
-        if let Some(k) = self.tables.iter().position(|table| !table.is_sound()) {
-            return Err(format!("table {k} is inconsistent"));
-        }
-        for (k, raw) in self.ops.iter().enumerate() {
-            let op = Op::decode(*raw).ok_or_else(|| format!("operation {k} has the unknown code {}", raw.code))?;
-            self.check_op(k, op, limits)?;
-        }
-        for output in &self.outputs {
-            if output.node as usize >= self.ops.len() {
-                return Err(format!("{:?} refers to operation {}, which does not exist", output.role, output.node));
-            }
-            let (index, count) = match output.role {
-                Role::Residual(k) => (k, limits.rows),
-                Role::Force(k) | Role::Torque(k) => (k, 3 * limits.frames),
-                Role::Angle(k) => (k, limits.angles),
-                Role::Coordinate(k) => (k, limits.coordinates),
-                Role::StateRate(k) => (k, self.initial_states.len()),
-                Role::NextDiscrete(k) => (k, self.initial_discrete.len()),
-                Role::Channel(k) => (k, limits.channels),
-                Role::PosePosition(k) => (k, 3),
-                Role::PoseRotation(k) => (k, 9),
-                Role::Signal(_) => return Err("signals are reserved for a later version".into()),
-                Role::Potential | Role::Dissipation => (0, 1),
-            };
-            if index as usize >= count {
-                return Err(format!("{:?} is outside what the element declares ({count})", output.role));
-            }
-            if !output.role.is_of(limits.kind) {
-                return Err(format!("{:?} is no result of a {} element", output.role, limits.kind.word()));
-            }
-        }
-        let mut roles: Vec<Role> = self.outputs.iter().map(|o| o.role).collect();
-        roles.sort_unstable();
-        if let Some(pair) = roles.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(format!("{:?} is given twice", pair[0]));
-        }
-        let given = |role: Role| roles.binary_search(&role).is_ok();
-        if let Some(k) = (0..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
-            return Err(format!("state {k} has no rate"));
-        }
-        Ok(())
-    }
-
-    fn check_op(&self, k: usize, op: Op, limits: &Limits) -> Result<(), String> {
-        if let Some(later) = op.operands().find(|a| *a as usize >= k) {
-            return Err(format!("operation {k} uses operation {later}, which does not come before it"));
-        }
-        let inside = |index: u32, count: usize, what: &str| {
-            if (index as usize) < count { Ok(()) } else { Err(format!("operation {k} uses {what} {index} of {count}")) }
-        };
-        match op {
-            Op::Constant(c) | Op::Powf(_, c) => inside(c, self.constants.len(), "constant"),
-            Op::Table(table, _) => inside(table, self.tables.len(), "table"),
-            Op::Input(input) => match input {
-                Input::AngleReference(i) => inside(i, limits.angles, "angle"),
-                Input::State(i) => inside(i, self.initial_states.len(), "state"),
-                Input::Discrete(i) => inside(i, self.initial_discrete.len(), "discrete state"),
-                Input::Coordinate(i) => inside(i, limits.mobility, "joint coordinate"),
-                Input::Signal(i) => inside(i, limits.inputs, "signal"),
-                Input::ReactionForce { joint, .. } | Input::ReactionTorque { joint, .. } => {
-                    inside(joint, limits.joints, "joint")
-                }
-                Input::Time => Ok(()),
-                other => inside(other.frame().unwrap_or(u32::MAX), limits.frames, "frame"),
-            },
-            _ => Ok(()),
-        }
-    }
-
     /// Carries out the operations one by one, in the plainest way, and gives the results with their meaning. With a
     /// [`Jet`](crate::Jet) as scalar it differentiates the equations. Runs make programs instead.
     ///

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::analysis::assembly::as_asked;
+use crate::analysis::assembly::velocities::as_asked;
 use crate::model::rotation;
 use crate::program::Form;
 use crate::tests::model;
