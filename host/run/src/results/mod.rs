@@ -61,7 +61,7 @@ pub use remedies::{Recoveries, Remedy};
 pub use report::report;
 pub use seal::{checksum, seal, unseal};
 pub use summary::replace;
-pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary};
+pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary, Work};
 pub use table::Table;
 pub use text::significant;
 pub use verified::Verified;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 
 use super::text::significant;
-use super::{Audit, AuditLimits, CheckResult, Recoveries, ResultsError, Verified};
+use super::{Audit, AuditLimits, CheckResult, Recoveries, Remedy, ResultsError, Verified};
 use crate::diagnostics::Code;
 
 /// How a run stands.
@@ -191,6 +191,23 @@ pub struct IslandWork {
     pub integration_time_s: f64,
 }
 
+/// Work done by a run, without its times.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Steps tried and not accepted.
+    pub rejected: u64,
+    /// Evaluations of the right side.
+    pub evaluations: u64,
+    /// Factorisations of the system for accelerations and multipliers.
+    pub factorisations: u64,
+    /// Evaluations for which the rank-safe engine was called in, and those next to a singular position.
+    pub rank_safe: u64,
+    /// Steps that end where the equations switch.
+    pub events: u64,
+}
+
 /// A component of the velocity of a body at the start.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct StartVelocity {
@@ -254,6 +271,19 @@ pub struct LibraryUsed {
 }
 
 impl Summary {
+    /// The work done.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        Work {
+            steps: self.steps,
+            rejected: self.rejected,
+            evaluations: self.evaluations,
+            factorisations: self.factorisations,
+            rank_safe: self.recoveries[Remedy::RankSafe] + self.recoveries[Remedy::Passage],
+            events: self.recoveries[Remedy::Event],
+        }
+    }
+
     /// Writes the summary in one move: a reader sees the former file or this one, never a part.
     ///
     /// # Errors

@@ -2,8 +2,8 @@
 
 use super::plot;
 use crate::page::html::{Side, code, escape, markdown, table, verdict};
-use crate::results::significant;
-use crate::verification::{BALANCE_BOUND, Balance, Case, Checked, LADDER, Measured, Work};
+use crate::results::{Work, significant};
+use crate::verification::{BALANCE_BOUND, Balance, Case, Checked, LADDER, Measured};
 
 /// Title, problem, checks, plots, work and source of a case.
 pub(super) fn section(case: &Case) -> String {
@@ -89,7 +89,7 @@ fn time(t: f64, unit: &str) -> String {
 }
 
 fn run(measured: &Measured) -> String {
-    let Work { steps, rejected, evaluations, factorisations } = measured.work;
+    let Work { steps, rejected, evaluations, factorisations, .. } = measured.work;
     let mut out = format!(
         "<p class=\"small\">At tolerance {} ({}, {}): {steps} steps, {rejected} rejected, {evaluations} evaluations, \
          {factorisations} factorisations.",

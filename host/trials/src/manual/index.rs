@@ -2,8 +2,8 @@
 
 use super::{Manual, case, page_name};
 use crate::page::html::{self, Side, escape, table, verdict};
-use crate::results::significant;
-use crate::verification::{Case, Element, Measured, Work};
+use crate::results::{Work, significant};
+use crate::verification::{Case, Element, Measured};
 
 /// The overview: totals, a row per element, cases without a page.
 pub(super) fn page(manual: &Manual<'_>) -> String {

@@ -5,7 +5,8 @@ use element_api::{Descriptor, Kind, Named, NamedInput};
 
 use super::{INDEX_FILE, Manual, StressPage};
 use crate::page::html::{escape, markdown};
-use crate::verification::{Balance, Case, Checked, Coverage, Element, Measured, Rung, Work};
+use crate::results::Work;
+use crate::verification::{Balance, Case, Checked, Coverage, Element, Measured, Rung};
 
 fn element(name: &str, kind: Kind) -> Element {
     Element {
@@ -60,7 +61,7 @@ fn case(name: &str, element: &str, worst: f64) -> Case {
     let rung = |tolerance: f64, evaluations| Rung {
         tolerance,
         largest: vec![tolerance.max(1e-11), 0.0],
-        work: Work { steps: 10, rejected: 1, evaluations, factorisations: 7 },
+        work: Work { steps: 10, rejected: 1, evaluations, factorisations: 7, ..Work::default() },
     };
     Case {
         name: name.into(),
@@ -76,7 +77,7 @@ fn case(name: &str, element: &str, worst: f64) -> Case {
             tolerance: 1e-10,
             checks: vec![checked("angle & more", 1e-9, growing), checked("exact", 1e-12, exact)],
             balance: Some(Balance { share: 2.5e-16, body: "rod".into(), torque: true, at: 0.4 }),
-            work: Work { steps: 123, rejected: 4, evaluations: 1567, factorisations: 1890 },
+            work: Work { steps: 123, rejected: 4, evaluations: 1567, factorisations: 1890, ..Work::default() },
             ladder: vec![rung(1e-4, 150), rung(1e-6, 300), rung(1e-8, 700), rung(1e-10, 1567), rung(1e-12, 4000)],
         }),
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::outcome::{Measure, Outcome, Work};
+use super::outcome::{Measure, Outcome};
 use super::suite::{Bounds, Equals, Expected, Message, Reactions, Trial};
 use crate::diagnostics::{Diagnostic, Source, render};
 use crate::results::{ChannelInfo, Remedy, Status, Summary};
@@ -60,7 +60,7 @@ pub(super) fn judge(
         }
     };
     let summary = &report.summary;
-    outcome.work = work(summary);
+    outcome.work = summary.work();
     match &trial.expected {
         Expected::Refused(message) => {
             outcome.faults.push(format!("not refused with {}: {}", message.code, ending(summary)));
@@ -225,15 +225,5 @@ fn ending(summary: &Summary) -> String {
     match summary.reason.is_empty() {
         true => format!("{words}, t = {reached} {unit}"),
         false => format!("{words} at t = {reached} {unit}: {}", summary.reason),
-    }
-}
-
-fn work(summary: &Summary) -> Work {
-    Work {
-        steps: summary.steps,
-        rejected: summary.rejected,
-        evaluations: summary.evaluations,
-        rank_safe: summary.recoveries[Remedy::RankSafe] + summary.recoveries[Remedy::Passage],
-        events: summary.recoveries[Remedy::Event],
     }
 }

@@ -25,6 +25,6 @@ mod suite;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
-pub use outcome::{Measure, Outcome, Work};
+pub use outcome::{Measure, Outcome};
 pub use runner::{Settings, run};
 pub use suite::{Bounds, Equals, Expected, Message, Reactions, Suite, Trial};

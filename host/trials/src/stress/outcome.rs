@@ -1,5 +1,7 @@
 //! [`Outcome`]: what came out of a trial, as plain data.
 
+use crate::results::Work;
+
 /// A trial in one formulation, and how it came out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outcome {
@@ -40,21 +42,6 @@ pub struct Measure {
     pub found: f64,
     /// The largest value that passes.
     pub bound: f64,
-}
-
-/// Work done by a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Accepted steps.
-    pub steps: u64,
-    /// Steps tried and not accepted.
-    pub rejected: u64,
-    /// Evaluations of the right side.
-    pub evaluations: u64,
-    /// Evaluations for which the rank-safe engine was called in, and those next to a singular position.
-    pub rank_safe: u64,
-    /// Steps that end where the equations switch.
-    pub events: u64,
 }
 
 impl Outcome {

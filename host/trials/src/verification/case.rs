@@ -1,5 +1,7 @@
 //! [`Case`]: a verified scene as plain data.
 
+use crate::results::Work;
+
 /// Largest imbalance of a body's equations of motion that passes, as a share of the largest load.
 pub const BALANCE_BOUND: f64 = 1e-9;
 
@@ -82,19 +84,6 @@ pub struct Balance {
     pub torque: bool,
     /// The time.
     pub at: f64,
-}
-
-/// Work done by a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Accepted steps.
-    pub steps: u64,
-    /// Steps tried and not accepted.
-    pub rejected: u64,
-    /// Evaluations of the right side.
-    pub evaluations: u64,
-    /// Factorisations of the system for accelerations and multipliers.
-    pub factorisations: u64,
 }
 
 /// A scene at one tolerance of the integration.

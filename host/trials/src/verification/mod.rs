@@ -24,6 +24,6 @@ mod verifier;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
-pub use case::{BALANCE_BOUND, Balance, Case, Checked, Measured, Rung, Work};
+pub use case::{BALANCE_BOUND, Balance, Case, Checked, Measured, Rung};
 pub use coverage::{Coverage, Element};
 pub use verifier::{LADDER, Settings, Verifier, scenes_in};

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::balance::{self, Reports};
-use super::case::{Case, Checked, Measured, Rung, Work};
+use super::case::{Case, Checked, Measured, Rung};
 use super::coverage::{Element, collect};
 use crate::catalog::{Catalog, Request, SearchPath};
 use crate::diagnostics::{Diagnostic, render};
 use crate::model::{Channel, Model};
 use crate::pool;
-use crate::results::{CheckResult, Status, Summary};
+use crate::results::{CheckResult, Status};
 use crate::scene::{AuditTolerance, CheckRecord, Reference, Scene, read};
 use crate::session::{RunOptions, RunReport, Session, requests, search_path};
 
@@ -175,7 +175,7 @@ fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Meas
         tolerance: report.summary.tolerance,
         checks: scene.checks.iter().zip(&report.checks).map(|(record, result)| checked(record, result)).collect(),
         balance: None,
-        work: work(&report.summary),
+        work: report.summary.work(),
         ladder: Vec::new(),
     };
     // A run of its own: what it reports in addition would be counted as work.
@@ -223,7 +223,7 @@ fn rung(scene: &Scene, catalog: &Catalog, tolerance: f64) -> Option<Rung> {
     scene.simulation.audit_tolerance = Some(AuditTolerance::None);
     let report = run(open(&scene, catalog).ok()?).ok()?;
     let largest = report.checks.iter().map(|check| check.largest).collect();
-    Some(Rung { tolerance, largest, work: work(&report.summary) })
+    Some(Rung { tolerance, largest, work: report.summary.work() })
 }
 
 fn checked(record: &CheckRecord, result: &CheckResult) -> Checked {
@@ -249,13 +249,4 @@ fn checked(record: &CheckRecord, result: &CheckResult) -> Checked {
 /// The engine without the word whether machine code was made, which depends on how busy the machine is, and changes no result.
 fn formulation(engine: &str) -> &str {
     engine.strip_prefix("compiled, ").or_else(|| engine.strip_prefix("interpreted, ")).unwrap_or(engine)
-}
-
-fn work(summary: &Summary) -> Work {
-    Work {
-        steps: summary.steps,
-        rejected: summary.rejected,
-        evaluations: summary.evaluations,
-        factorisations: summary.factorisations,
-    }
 }
