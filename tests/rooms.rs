@@ -12,6 +12,7 @@ use crate::support::root;
 /// not a repair of this test.
 const CRATES: &[(&str, &[&str])] = &[
     ("host/catalog", &["odyn-diagnostics", "element-api"]),
+    ("host/desk", &["odyn-diagnostics", "odyn-run"]),
     ("host/diagnostics", &[]),
     ("host/graph", &["odyn-numerics", "element-api"]),
     ("host/motion", &["odyn-catalog", "odyn-diagnostics", "odyn-graph", "odyn-numerics", "odyn-scene", "element-api"]),
@@ -31,7 +32,16 @@ const CRATES: &[(&str, &[&str])] = &[
     ("host/scene", &["odyn-diagnostics", "element-api"]),
     (
         "host/trials",
-        &["odyn-catalog", "odyn-diagnostics", "odyn-motion", "odyn-numerics", "odyn-run", "odyn-scene", "element-api"],
+        &[
+            "odyn-catalog",
+            "odyn-desk",
+            "odyn-diagnostics",
+            "odyn-motion",
+            "odyn-numerics",
+            "odyn-run",
+            "odyn-scene",
+            "element-api",
+        ],
     ),
 ];
 
@@ -44,11 +54,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("run/src/results", &[]),
     ("run/src/session", &["pool", "results"]),
     ("trials/src/verification", &[]),
-    ("trials/src/page", &[]),
-    ("trials/src/bench", &["page"]),
+    ("trials/src/bench", &[]),
     ("trials/src/study", &[]),
     ("trials/src/stress", &[]),
-    ("trials/src/manual", &["page", "stress", "verification"]),
+    ("trials/src/manual", &["stress", "verification"]),
     ("trials/src/workshop", &[]),
 ];
 

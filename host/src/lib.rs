@@ -51,12 +51,15 @@
 //! | `host/graph` | the part of [`program`] that knows no bodies: the graph, its derivatives, programs, machine code |
 //! | `host/motion` | [`model`], [`plan`], [`program`], [`analysis`] |
 //! | `host/run` | [`results`], [`session`] |
+//! | `host/desk` | `desk`: reports, and what pages are made of |
 //! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
 //! [`program::Program`] (constant), [`program::Workspace`] (scratch, allocated once).
 
 pub use odyn_catalog as catalog;
+#[cfg(feature = "cli")]
+pub use odyn_desk as desk;
 pub use odyn_diagnostics as diagnostics;
 pub use odyn_motion::{analysis, model, plan, program};
 pub use odyn_numerics::{integrate, interval, linalg};

@@ -135,6 +135,16 @@ Examples:
 
 Methods without error control get step sizes instead of tolerances. The exit code is 7 if no run of a scene reaches its end.")]
     Bench(BenchArgs),
+    /// Write one HTML file that shows runs: verdict, motion, plots, table, and how they were computed
+    #[command(after_help = "\
+The file needs no network and no other file: it can be sent. Motion is shown where a run wrote it (`odyn run --motion`). Of several
+runs the plots are laid over each other, with their differences from the first.
+
+Examples:
+  odyn report results/compressor
+  odyn report results/before results/after -o comparison.html
+  odyn run scenes/compressor.toml --report     (at the end of a run)")]
+    Report(super::report::ReportArgs),
     /// Compare two tables of results: largest difference in each common column
     #[command(after_help = "\
 Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
@@ -473,7 +483,9 @@ impl Command {
             Command::Plugin { command: PluginCommand::Check(args) } => args.json,
             Command::Plugin { .. } => false,
             Command::Compare(args) => args.json,
-            Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
+            Command::Report(_) | Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => {
+                false
+            }
             Command::Schema(_) | Command::Completions(_) | Command::Man(_) => false,
         }
     }

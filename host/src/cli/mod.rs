@@ -15,6 +15,7 @@
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `plugin.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `report.rs` | `report`, `run --report` |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
 //! | `choices.rs` | which libraries were passed over |
@@ -30,6 +31,7 @@ mod explain;
 mod failure;
 mod inspect;
 mod plugin;
+mod report;
 mod resume;
 mod run;
 mod scene_args;
@@ -107,6 +109,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::Verify(args) } => store::verify(args),
         Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
         Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
+        Command::Report(args) => report::report(args),
         Command::Compare(args) => compare::compare(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),

@@ -51,7 +51,14 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
         outcome.verify(&how, second.as_ref());
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
-    told.end(&outcome, &folder)
+    let code = told.end(&outcome, &folder)?;
+    if args.report {
+        let file = super::report::of_run(&folder)?;
+        told.note(&format!("report: {}", file.display()));
+    } else {
+        told.note(&format!("to see it: odyn report {}", folder.display()));
+    }
+    Ok(code)
 }
 
 /// What the user wants to be told.
@@ -64,6 +71,13 @@ impl Told {
     /// What is told while a run goes on.
     fn listener(&self, progress: &Progress) -> Box<dyn FnMut(f64) + Send> {
         if self.quiet || self.json { Box::new(|_| ()) } else { progress.listener() }
+    }
+
+    /// A last line for people.
+    fn note(&self, text: &str) {
+        if !self.quiet && !self.json {
+            eprintln!("{}", shown(text));
+        }
     }
 
     /// Tells how a run went, and gives its exit code.

@@ -61,6 +61,9 @@ pub(super) struct RunArgs {
     /// Folder of the results [default: results/NAME of the scene file]
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
+    /// Write report.html into that folder at the end: verdict, motion, plots, table
+    #[arg(long)]
+    pub(super) report: bool,
     /// Go on from where the run with this folder of results ended
     #[arg(long, value_name = "DIR")]
     pub(super) from: Option<PathBuf>,

@@ -6,15 +6,12 @@
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
 //! | [`stress`] | trials with what is expected of them -> outcomes: measures with their bounds | how outcomes are shown |
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
-//! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
 //! | `workshop` | a name -> a crate for elements; a library -> what is wrong with its elements (feature `workshop`) | scenes that are run |
 
 pub mod bench;
 #[cfg(feature = "manual")]
 pub mod manual;
-#[cfg(feature = "manual")]
-mod page;
 pub mod stress;
 pub mod study;
 pub mod verification;
@@ -22,6 +19,8 @@ pub mod verification;
 pub mod workshop;
 
 pub(crate) use odyn_catalog as catalog;
+#[cfg(feature = "manual")]
+pub(crate) use odyn_desk::page;
 pub(crate) use odyn_diagnostics as diagnostics;
 pub(crate) use odyn_motion::model;
 #[cfg(feature = "workshop")]

@@ -11,14 +11,14 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use crate::results::significant;
 
 /// Size of a drawing. Coordinates are whole numbers, so it is drawn large; the page scales it.
-pub(crate) const SIZE: (u32, u32) = (1800, 620);
+pub const SIZE: (u32, u32) = (1800, 620);
 /// Height of letters in a drawing.
 const LETTERS: i32 = 30;
 /// Stands for the colour of the page's text, which replaces it in the finished drawing.
-pub(crate) const INK: RGBColor = RGBColor(1, 2, 3);
+pub const INK: RGBColor = RGBColor(1, 2, 3);
 const INK_WRITTEN: &str = "#010203";
 /// Colours that the colour-blind can tell apart (after Okabe and Ito 2008), middling in brightness.
-pub(crate) const COLORS: [(RGBColor, &str); 8] = [
+pub const COLORS: [(RGBColor, &str); 8] = [
     (RGBColor(0x00, 0x84, 0xd1), "#0084d1"),
     (RGBColor(0xd5, 0x5e, 0x00), "#d55e00"),
     (RGBColor(0x00, 0x9e, 0x73), "#009e73"),
@@ -32,26 +32,26 @@ pub(crate) const COLORS: [(RGBColor, &str); 8] = [
 const MOST_TICKS: u64 = 9;
 
 /// A part of a drawing.
-pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// How drawing ends.
-pub(crate) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+pub type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// An axis; logarithmic ones have the exponents of ten as numbers.
-pub(crate) struct Axis {
+pub struct Axis {
     /// Lower end.
-    pub(crate) from: f64,
+    pub from: f64,
     /// Upper end.
-    pub(crate) to: f64,
+    pub to: f64,
     /// Numbers that are marked.
-    pub(crate) ticks: Vec<f64>,
+    pub ticks: Vec<f64>,
     /// What it shows, with its unit.
-    pub(crate) label: String,
+    pub label: String,
     /// A marked number as written beside it.
-    pub(crate) text: fn(&f64) -> String,
+    pub text: fn(&f64) -> String,
 }
 
 /// Numbers along an axis, with ticks where we want them.
-pub(crate) struct Scale {
+pub struct Scale {
     range: Range<f64>,
     ticks: Vec<f64>,
 }
@@ -86,29 +86,29 @@ impl AsRangedCoord for &Axis {
 }
 
 /// A curve in the numbers of its axes.
-pub(crate) struct Curve {
+pub struct Curve {
     /// Its points, in order.
-    pub(crate) points: Vec<(f64, f64)>,
+    pub points: Vec<(f64, f64)>,
     /// Its colour.
-    pub(crate) color: RGBColor,
+    pub color: RGBColor,
 }
 
 /// A chart: axes, curves, and a dashed line across at some height.
-pub(crate) struct Chart<'a> {
+pub struct Chart<'a> {
     /// The axis across.
-    pub(crate) x: &'a Axis,
+    pub x: &'a Axis,
     /// The axis up.
-    pub(crate) y: &'a Axis,
+    pub y: &'a Axis,
     /// What is drawn; heights outside the axis stand at its end.
-    pub(crate) curves: &'a [Curve],
+    pub curves: &'a [Curve],
     /// Whether points are marked.
-    pub(crate) dots: bool,
+    pub dots: bool,
     /// Height of a dashed line.
-    pub(crate) bound: Option<f64>,
+    pub bound: Option<f64>,
 }
 
 /// Draws a chart into an area.
-pub(crate) fn draw(area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+pub fn draw(area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
     let Chart { x, y, curves, dots, bound } = chart;
     let mut context = ChartBuilder::on(area)
         .margin(12)
@@ -145,12 +145,12 @@ pub(crate) fn draw(area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
 }
 
 /// An axis of exponents of ten.
-pub(crate) fn log_axis(from: f64, to: f64, label: &str) -> Axis {
+pub fn log_axis(from: f64, to: f64, label: &str) -> Axis {
     Axis { from, to, ticks: whole_numbers(from, to), label: label.into(), text: ten_to }
 }
 
 /// An axis of plain numbers.
-pub(crate) fn linear_axis(from: f64, to: f64, label: String) -> Axis {
+pub fn linear_axis(from: f64, to: f64, label: String) -> Axis {
     // Ticks at multiples of 1, 2 or 5 times a power of ten.
     let rough = (to - from) / MOST_TICKS as f64;
     let power = 10f64.powf(rough.log10().floor());
@@ -168,7 +168,7 @@ fn whole_numbers(from: f64, to: f64) -> Vec<f64> {
 }
 
 /// A power of ten by its exponent.
-pub(crate) fn ten_to(exponent: &f64) -> String {
+pub fn ten_to(exponent: &f64) -> String {
     match exponent.round() as i64 {
         0 => "1".into(),
         whole => format!("1e{whole}"),
@@ -176,12 +176,12 @@ pub(crate) fn ten_to(exponent: &f64) -> String {
 }
 
 /// A colour for each curve, in the order of [`COLORS`].
-pub(crate) fn colored(curves: impl Iterator<Item = Vec<(f64, f64)>>) -> Vec<Curve> {
+pub fn colored(curves: impl Iterator<Item = Vec<(f64, f64)>>) -> Vec<Curve> {
     curves.zip(COLORS.iter().cycle()).map(|(points, (color, _))| Curve { points, color: *color }).collect()
 }
 
 /// The drawing as an element of a page, in the page's colour.
-pub(crate) fn drawing(title: &str, content: impl FnOnce(&Area<'_>) -> Drawn) -> String {
+pub fn drawing(title: &str, content: impl FnOnce(&Area<'_>) -> Drawn) -> String {
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();

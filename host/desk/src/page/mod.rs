@@ -7,8 +7,8 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `html.rs` | the frame of a page, tables, escaping, Markdown |
+//! | `html.rs`, `style.css` | the frame of a page, tables, escaping, Markdown; its look |
 //! | `chart.rs` | curves over axes |
 
-pub(crate) mod chart;
-pub(crate) mod html;
+pub mod chart;
+pub mod html;

@@ -3,35 +3,27 @@
 use crate::diagnostics::shown;
 use pulldown_cmark::{Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
 
-const STYLE: &str = "\
-:root{color-scheme:light dark;--line:#8886;--faint:#8881;--good:#1a7f37;--bad:#c62828}
-@media(prefers-color-scheme:dark){:root{--good:#4cc38a;--bad:#ff7b72}}
-body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem}
-h1{margin-bottom:.2rem}h2{margin-top:2.2rem;border-bottom:1px solid var(--line)}
-h3{margin-top:1.6rem}.lead{font-size:1.1rem;margin-top:0}.small{font-size:.875rem;opacity:.8}
-.wide{overflow-x:auto}table{border-collapse:collapse;margin:.8rem 0;font-size:.9rem}
-th,td{padding:.25rem .7rem .25rem 0;text-align:left;vertical-align:top;border-bottom:1px solid var(--line)}
-th{font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}.n,.w{white-space:nowrap}
-code,pre{font:.875em/1.45 ui-monospace,monospace}code{background:var(--faint);padding:0 .2em;border-radius:3px}
-pre{background:var(--faint);padding:.7rem 1rem;overflow-x:auto;border-radius:4px}pre code{background:none;padding:0}
-.good{color:var(--good)}.bad{color:var(--bad);font-weight:600}
-figure{margin:1.2rem 0}figcaption{font-size:.875rem}svg{display:block;width:100%;height:auto}
-.key{list-style:none;display:flex;flex-wrap:wrap;gap:.1rem 1.2rem;padding:0;margin:.2rem 0;font-size:.875rem}
-.key i{display:inline-block;width:1.4rem;height:0;border-top:3px solid;vertical-align:middle;margin-right:.4rem}
-";
+const STYLE: &str = include_str!("style.css");
 
 /// A whole page. `body` is HTML, `title` is text.
-pub(crate) fn page(title: &str, body: &str) -> String {
+pub fn page(title: &str, body: &str) -> String {
+    page_with(title, body, "")
+}
+
+/// The same with a class of its body. What a page may load is said in it: nothing but itself.
+pub fn page_with(title: &str, body: &str, class: &str) -> String {
     let title = escape(title);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; \
+         style-src 'unsafe-inline'; img-src data: blob:\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body class=\"{class}\">\n{body}</body>\n</html>\n"
     )
 }
 
 /// A text as HTML, also for the value of an attribute.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in shown(text).chars() {
         match c {
@@ -47,18 +39,18 @@ pub(crate) fn escape(text: &str) -> String {
 }
 
 /// A text as code.
-pub(crate) fn code(text: &str) -> String {
+pub fn code(text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("<code>{}</code>", escape(text)) }
 }
 
 /// `ok` or `FAILED`.
-pub(crate) fn verdict(passed: bool) -> &'static str {
+pub fn verdict(passed: bool) -> &'static str {
     if passed { "<span class=\"good\">ok</span>" } else { "<span class=\"bad\">FAILED</span>" }
 }
 
 /// Which way the cells of a column are set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
+pub enum Side {
     /// Words.
     Left,
     /// One word, not broken.
@@ -68,7 +60,7 @@ pub(crate) enum Side {
 }
 
 /// A table of cells that are HTML already; empty without rows.
-pub(crate) fn table(head: &[(&str, Side)], rows: &[Vec<String>]) -> String {
+pub fn table(head: &[(&str, Side)], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
     }
@@ -94,7 +86,7 @@ pub(crate) fn table(head: &[(&str, Side)], rows: &[Vec<String>]) -> String {
 }
 
 /// Markdown as HTML, with its headings `lower` levels lower. HTML inside it is shown, not interpreted.
-pub(crate) fn markdown(text: &str, lower: usize) -> String {
+pub fn markdown(text: &str, lower: usize) -> String {
     let events = Parser::new_ext(text, Options::ENABLE_TABLES);
     let moved = events.map(|event| match event {
         Event::Start(Tag::Heading { level, classes, attrs, id }) => {

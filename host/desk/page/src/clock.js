@@ -1,0 +1,42 @@
+// One time for everything on the page.
+
+/** A time that plays, in the unit of the first run. */
+export class Clock {
+  constructor(from, to) {
+    [this.from, this.to, this.now] = [from, to, from];
+    // The whole run in eight seconds, as long as nobody chooses otherwise.
+    this.natural = (to - from) / 8 || 1;
+    this.speed = 1;
+    this.playing = false;
+    this.listeners = [];
+  }
+
+  /** Calls back with the time and where it came from, at once and whenever it changes. */
+  listen(listener) {
+    this.listeners.push(listener);
+    listener(this.now, null);
+  }
+
+  set(t, source = null) {
+    this.now = Math.min(Math.max(t, this.from), this.to);
+    for (const listener of this.listeners) listener(this.now, source);
+  }
+
+  play(on) {
+    if (on === this.playing) return;
+    this.playing = on;
+    if (on && this.now >= this.to) this.set(this.from);
+    let last = null;
+    const tick = (stamp) => {
+      if (!this.playing) return;
+      if (last !== null) {
+        const next = this.now + ((stamp - last) / 1000) * this.natural * this.speed;
+        this.set(next > this.to ? this.from : next);
+      }
+      last = stamp;
+      requestAnimationFrame(tick);
+    };
+    if (on) requestAnimationFrame(tick);
+    this.set(this.now, "play");
+  }
+}

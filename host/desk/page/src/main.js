@@ -1,0 +1,39 @@
+import "./locale.js";
+import { Clock } from "./clock.js";
+import { readRuns } from "./data.js";
+import { el } from "./dom.js";
+import { plots } from "./plots.js";
+import { tables } from "./table.js";
+import { theme } from "./theme.js";
+import { motions } from "./view.js";
+
+async function begin() {
+  const runs = await readRuns(document.getElementById("odyn-data").textContent);
+  const unit = runs[0].secondsPerUnit;
+  for (const run of runs) run.inFirst = run.secondsPerUnit / unit;
+  const first = Math.min(...runs.filter((run) => run.times.length).map((run) => run.times[0] * run.inFirst));
+  const last = Math.max(...runs.map((run) => (run.times.at(-1) ?? 0) * run.inFirst));
+  const clock = new Clock(Number.isFinite(first) ? first : 0, last);
+  theme();
+  // Without a graphics context the rest is shown all the same.
+  const shown = { runs, clock, view: null, charts: [] };
+  const place = document.getElementById("motion");
+  if (place && runs.some((run) => run.motion)) {
+    try {
+      shown.view = motions(place, runs, clock);
+    } catch (error) {
+      place.append(el("p", { class: "note" }, `The motion cannot be drawn here: ${error.message}`));
+    }
+  }
+  shown.charts = plots(document.getElementById("plots"), runs, clock);
+  tables(document.getElementById("table"), runs, clock);
+  // For tests, and for whoever opens the console.
+  window.odyn = shown;
+  document.documentElement.dataset.ready = "yes";
+  if (shown.view && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play(true);
+}
+
+begin().catch((error) => {
+  document.getElementById("plots")?.append(el("p", { class: "bad" }, `The data of this page cannot be read: ${error.message}`));
+  throw error;
+});

@@ -1,0 +1,157 @@
+// Curves over time: one chart per unit and quantity, all runs in it, one cursor for all of them and for the motion.
+
+import uPlot from "uplot";
+import style from "uplot/dist/uPlot.min.css";
+import { locate, short } from "./data.js";
+import { color, el, tick } from "./dom.js";
+
+const MOST_CURVES = 8;
+const HEIGHT = 260;
+
+/** Draws all channels; gives the charts. */
+export function plots(place, runs, clock) {
+  document.head.append(el("style", {}, style));
+  const charts = [];
+  const hosts = el("div");
+  let differences = false;
+  const redraw = () => {
+    charts.splice(0).forEach((chart) => chart.destroy());
+    hosts.replaceChildren();
+    for (const group of groups(runs)) charts.push(chart(hosts, group, runs, clock, differences && runs.length > 1));
+    mark(clock.now);
+  };
+  const reset = el("button", { type: "button", onclick: () => charts.forEach(whole) }, "Whole time");
+  const hint = el("span", { class: "small" }, "Drag across a chart to zoom; the cursor moves the mechanism.");
+  place.append(
+    el(
+      "div",
+      { class: "bar" },
+      reset,
+      runs.length > 1
+        ? tick(`Differences from ${runs[0].name}`, false, (on) => {
+            differences = on;
+            redraw();
+          })
+        : null,
+      hint,
+    ),
+    hosts,
+  );
+  const mark = (t) => {
+    for (const chart of charts) chart.setCursor({ left: chart.valToPos(t, "x"), top: -10 }, false);
+  };
+  redraw();
+  clock.listen((t, source) => source !== "chart" && mark(t));
+  addEventListener("odyn-theme", redraw);
+  let waiting;
+  addEventListener("resize", () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(() => charts.forEach((chart) => chart.setSize({ width: hosts.clientWidth, height: HEIGHT })), 100);
+  });
+  return charts;
+}
+
+function whole(chart) {
+  const times = chart.data[0];
+  chart.setScale("x", { min: times[0], max: times[times.length - 1] });
+}
+
+/** Channels that share quantity and unit, at most so many together; the same names of all runs. */
+function groups(runs) {
+  const found = new Map();
+  for (const run of runs) {
+    for (const channel of run.channels) {
+      const key = `${channel.quantity}\n${channel.unit}`;
+      if (!found.has(key)) found.set(key, { quantity: channel.quantity, unit: channel.unit, names: new Set() });
+      found.get(key).names.add(channel.name);
+    }
+  }
+  return [...found.values()].flatMap((group) => {
+    const names = [...group.names];
+    const parts = [];
+    for (let k = 0; k < names.length; k += MOST_CURVES) parts.push({ ...group, names: names.slice(k, k + MOST_CURVES) });
+    return parts;
+  });
+}
+
+function chart(hosts, group, runs, clock, differences) {
+  const shown = differences ? runs.slice(1) : runs;
+  const tables = shown.map((run) => tableOf(run, group, differences ? runs[0] : null));
+  const data = tables.length > 1 ? uPlot.join(tables) : tables[0];
+  const series = shown.flatMap((run) =>
+    channelsOf(run, group).map((channel) => ({
+      label: (runs.length > 1 ? `${run.name}: ${channel.name}` : channel.name) + (channel.unique ? "" : " (not unique)"),
+      stroke: color(`--curve-${(group.names.indexOf(channel.name) % MOST_CURVES) + 1}`),
+      width: 1.5,
+      dash: run.index ? [4 + 4 * run.index, 4] : undefined,
+      spanGaps: true,
+      points: { show: false },
+      value: (_, x) => short(x),
+    })),
+  );
+  const words = group.quantity.replaceAll("_", " ") || "value";
+  const label = (differences ? "difference of " : "") + words + (group.unit ? ` [${group.unit}]` : "");
+  const axis = {
+    stroke: color("--ink"),
+    grid: { stroke: color("--grid"), width: 1 },
+    ticks: { stroke: color("--grid"), width: 1 },
+    font: "12px system-ui, sans-serif",
+    labelFont: "13px system-ui, sans-serif",
+    values: (_, ticks) => ticks.map((x) => (x === null ? "" : short(x))),
+  };
+  const options = {
+    width: hosts.clientWidth || 800,
+    height: HEIGHT,
+    scales: { x: { time: false } },
+    cursor: { sync: { key: "odyn", setSeries: false }, drag: { x: true, y: false }, points: { size: 7 } },
+    legend: { live: true },
+    axes: [
+      { ...axis, label: `time [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
+      { ...axis, label, labelSize: 22, size: 70 },
+    ],
+    series: [{ label: "t", value: (_, x) => short(x) }, ...series],
+    hooks: {
+      setCursor: [
+        (u) => {
+          // Moved by a person over this chart, not by the clock or by another chart.
+          if (!u.over.matches(":hover") || u.cursor.left < 0 || u.cursor.event === null) return;
+          if (clock.playing) clock.play(false);
+          clock.set(u.posToVal(u.cursor.left, "x"), "chart");
+        },
+      ],
+    },
+  };
+  const host = el("figure", { class: "chart", "aria-label": `${label} over time: ${group.names.join(", ")}` });
+  hosts.append(host);
+  return new uPlot(options, data, host);
+}
+
+function channelsOf(run, group) {
+  const fits = (channel) => channel.quantity === group.quantity && channel.unit === group.unit && group.names.includes(channel.name);
+  return run.channels.filter(fits);
+}
+
+function tableOf(run, group, base) {
+  const times = run.inFirst === 1 ? run.times : run.times.map((t) => t * run.inFirst);
+  const columns = channelsOf(run, group).map((channel) => {
+    if (!base) return finite(channel.values);
+    const own = base.channels.find((other) => other.name === channel.name);
+    return Array.from(times, (t, row) => (own ? gap(channel.values[row] - at(base, own.values, t)) : null));
+  });
+  return [times, ...columns];
+}
+
+/** A column as uPlot wants it: gaps where a number is not finite. */
+function finite(values) {
+  return values.every(Number.isFinite) ? values : Array.from(values, gap);
+}
+
+function gap(x) {
+  return Number.isFinite(x) ? x : null;
+}
+
+/** A column at a time of the page, linear between samples. */
+export function at(run, values, t) {
+  const [row, share] = locate(run.times, t / run.inFirst);
+  return share ? values[row] + share * (values[row + 1] - values[row]) : values[row];
+}

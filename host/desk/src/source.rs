@@ -1,0 +1,89 @@
+//! [`Source`]: a folder of results, read.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::results::{CHANNELS_FILE, RESULTS_FILE, ResultsError, SUMMARY_FILE, Table};
+
+/// The file of poses, see the room of results.
+const MOTION_FILE: &str = "motion.bin";
+
+/// What a run left in its folder.
+pub struct Source {
+    /// The folder's own name.
+    pub name: String,
+    /// `summary.json`.
+    pub summary: Value,
+    /// The entries of `channels.json`, the time first.
+    pub channels: Vec<Value>,
+    /// `results.csv`.
+    pub table: Table,
+    /// `motion.bin`, where the run wrote one.
+    pub motion: Option<Vec<u8>>,
+    /// The scene file as it is now, where it can be read.
+    pub scene: Option<String>,
+}
+
+impl Source {
+    /// Reads a folder, or the folder that a `results.csv` is in.
+    ///
+    /// # Errors
+    /// Files that are missing, damaged, or do not belong together.
+    pub fn read(path: &Path) -> Result<Self, ResultsError> {
+        let folder = if path.is_dir() { path } else { path.parent().unwrap_or(path) };
+        let summary = json(&folder.join(SUMMARY_FILE))?;
+        let channels_path = folder.join(CHANNELS_FILE);
+        let channels = json(&channels_path)?;
+        let channels = channels.get("columns").and_then(Value::as_array).cloned().unwrap_or_default();
+        let table = Table::read(&folder.join(RESULTS_FILE))?;
+        let named = channels.iter().skip(1).filter_map(|channel| channel.get("name")?.as_str());
+        if channels.is_empty() || !named.eq(table.names.iter()) {
+            return Err(ResultsError::NotATable {
+                path: channels_path,
+                line: None,
+                reason: format!(
+                    "its columns are not those of `{RESULTS_FILE}` beside it; run again into an empty folder"
+                ),
+            });
+        }
+        let scene = summary.get("scene").and_then(Value::as_str).and_then(|scene| fs::read_to_string(scene).ok());
+        let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+        let name = whole.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into());
+        Ok(Self { name, summary, channels, table, motion: motion(&folder.join(MOTION_FILE))?, scene })
+    }
+
+    /// A text of the summary; empty where it has none.
+    pub(crate) fn text(&self, key: &str) -> &str {
+        self.summary.get(key).and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// The title of the scene, or the name of the folder.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        match self.text("title") {
+            "" => &self.name,
+            title => title,
+        }
+    }
+}
+
+/// The poses; only a file that begins as one is taken.
+fn motion(path: &Path) -> Result<Option<Vec<u8>>, ResultsError> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(bytes).filter(|bytes| bytes.starts_with(b"{\"format\":\"odyn-motion/"))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(cause) => Err(ResultsError::Read { path: path.to_path_buf(), cause }),
+    }
+}
+
+fn json(path: &PathBuf) -> Result<Value, ResultsError> {
+    let text = fs::read_to_string(path).map_err(|cause| ResultsError::Read { path: path.clone(), cause })?;
+    serde_json::from_str(&text).map_err(|error| ResultsError::NotATable {
+        path: path.clone(),
+        line: Some(error.line() as u64),
+        reason: format!("it is not what a run writes ({error})"),
+    })
+}
