@@ -39,6 +39,7 @@ Examples:
   odyn run scenes/compressor.toml --tol 1e-11 --t-end \"50 ms\"
   odyn run scenes/compressor.toml --audit-tol 1e-9 --json -q
   odyn run scenes/compressor.toml --verify
+  odyn run scenes/compressor.toml --motion
   odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s
   odyn run pendulum.toml --watch
 
@@ -143,6 +144,11 @@ Examples:
   odyn compare results/compressor/results.csv scenes/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
     Compare(CompareArgs),
+    /// Write the motion of a run in a form that other programs show
+    Export {
+        #[command(subcommand)]
+        command: ExportCommand,
+    },
     /// Explain a message by its code, or a remedy of a run's report by its name
     #[command(after_help = "\
 Examples:
@@ -407,6 +413,33 @@ pub(super) struct BenchArgs {
     pub(super) plugins: Vec<PathBuf>,
 }
 
+#[derive(Debug, Subcommand)]
+pub(super) enum ExportCommand {
+    /// As glTF 2.0 in one binary file: bodies with their shapes, or with lines to their joints, in motion
+    #[command(after_help = "\
+The run must have written its motion: `motion = true` in [simulation], or --motion. Nothing else of it is needed. What is above, as
+gravity tells, is the y axis of the file.
+
+Examples:
+  odyn run scenes/compressor.toml --motion
+  odyn export glb results/compressor
+  odyn export glb results/compressor -o compressor.glb --speed 0.02")]
+    Glb(GlbArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct GlbArgs {
+    /// Folder of the results of the run
+    #[arg(value_name = "DIR")]
+    pub(super) folder: PathBuf,
+    /// The file [default: motion.glb in that folder]
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// How fast the animation goes, 1 = as fast as the motion
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
+    pub(super) speed: f64,
+}
+
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
     /// Table to judge
@@ -471,7 +504,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::Check(args) } => args.json,
-            Command::Plugin { .. } => false,
+            Command::Plugin { .. } | Command::Export { .. } => false,
             Command::Compare(args) => args.json,
             Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => false,
             Command::Schema(_) | Command::Completions(_) | Command::Man(_) => false,

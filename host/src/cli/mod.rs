@@ -14,7 +14,7 @@
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `plugin.rs` | `plugin new`, `plugin check` |
-//! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `bench.rs`, `compare.rs`, `explain.rs`, `export.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
 //! | `choices.rs` | which libraries were passed over |
@@ -27,6 +27,7 @@ mod choices;
 mod compare;
 mod elements;
 mod explain;
+mod export;
 mod failure;
 mod inspect;
 mod plugin;
@@ -51,7 +52,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Arguments, Command, ElementsCommand, PluginCommand};
+use args::{Arguments, Command, ElementsCommand, ExportCommand, PluginCommand};
 use failure::Failure;
 
 /// Exit codes.
@@ -108,6 +109,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
         Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Export { command: ExportCommand::Glb(args) } => export::export_glb(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),

@@ -14,7 +14,7 @@ use super::balance::{Imbalance, Trial};
 use super::constraints::mass_entries;
 use super::coupling::Coupling;
 use super::evaluator::Evaluator;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
@@ -381,6 +381,29 @@ impl Formulation for JointForm {
         let (graph, nodes) = self.equations.body_accelerations();
         let mut program = Evaluator::new(&graph, &nodes);
         Ok(Some(program.run(&self.inputs, &self.bodies.sets)?.to_vec()))
+    }
+
+    fn traces(&self) -> Traces {
+        let Traces { guesses: [in_bodies, _], counters: [of_bodies, _], .. } = self.bodies.traces();
+        Traces {
+            guesses: [self.coupling.as_ref().and_then(Coupling::guess), in_bodies],
+            counters: [self.counters, of_bodies],
+            look: Some((self.last, self.trusted)),
+        }
+    }
+
+    fn forget_since(&mut self, traces: &Traces) {
+        let Traces { guesses: [own, in_bodies], counters: [counters, of_bodies], look } = traces;
+        if let Some(coupling) = &mut self.coupling {
+            coupling.start_from(own);
+        }
+        self.counters = *counters;
+        (self.last, self.trusted) = look.unwrap_or((self.last, self.trusted));
+        self.bodies.forget_since(&Traces {
+            guesses: [in_bodies.clone(), None],
+            counters: [*of_bodies, Counters::default()],
+            look: None,
+        });
     }
 
     fn turns_added(&self) -> f64 {
