@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::layout::Layout;
-use crate::model::{Model, skew};
+use crate::model::{Marker, Model, skew};
 
 /// Singular values below this, of rows of length 1, are those of motions that are free.
 const FREE: f64 = 1e-7;
@@ -34,9 +34,9 @@ impl Place<'_> {
         let Some(frame) = markers.iter().rposition(|marker| marker.body.is_some()) else { return "none" };
         let marker = &markers[frame];
         let Some(body) = marker.body else { return "none" };
-        let at = self.positions[body] + self.rotations[body] * marker.position;
+        let at = self.origin(marker);
         let axes = self.rotations[body] * marker.rotation;
-        let others: Vec<&crate::model::Marker> = markers.iter().filter(|marker| marker.body != Some(body)).collect();
+        let others: Vec<&Marker> = markers.iter().filter(|marker| marker.body != Some(body)).collect();
         let rows: Vec<usize> = layout.rows_of(element).filter(|row| !self.driven[*row]).collect();
         if rows.is_empty() {
             return self.driver(layout, element, body);
@@ -51,14 +51,17 @@ impl Place<'_> {
         if markers.len() > 2 || !on_ground && together.norm() > FREE.sqrt() {
             return "gear";
         }
-        let apart = others.first().map_or_else(Vector3::zeros, |other| {
-            let origin = match other.body {
-                Some(body) => self.positions[body] + self.rotations[body] * other.position,
-                None => other.position,
-            };
-            axes.tr_mul(&(at - origin))
-        });
+        let apart = others.first().map_or_else(Vector3::zeros, |other| axes.tr_mul(&(at - self.origin(other))));
         classify(&own, &(apart / self.length))
+    }
+
+    /// Origin of a frame, m, ground axes.
+    #[must_use]
+    pub fn origin(&self, marker: &Marker) -> Vector3<f64> {
+        match marker.body {
+            Some(body) => self.positions[body] + self.rotations[body] * marker.position,
+            None => marker.position,
+        }
     }
 
     /// Rows of length 1 of twists of bodies that move as one: velocity of a point, then angular velocity times the length of the

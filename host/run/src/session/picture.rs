@@ -7,12 +7,15 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::error::SessionError;
 use super::opened::Session;
-use crate::analysis::{Constraints, start_inputs};
+use crate::analysis::{Constraints, Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::{Place, movable_records, place_of_shape, rotation};
 use crate::plan;
 use crate::results::{MOTION_FORMAT, Mesh, MotionHeader, Shape, ShownBody, ShownElement, ShownFrame, ShownLoad};
 use crate::scene::{BodyRecord, Dimension, Scene, ShapeKind, ShapeRecord};
+
+/// Directions that differ by less are the same, as a share of their lengths.
+const ALONG: f64 = 1e-6;
 
 /// Euler parameters of a rotation, scalar first.
 pub(super) fn parameters(rotation: &Matrix3<f64>) -> [f64; 4] {
@@ -151,7 +154,7 @@ impl Session {
         let elements = self.model.elements.iter().enumerate().map(|(number, element)| {
             let glyph = match element.class.kind {
                 Kind::Joint => place.glyph(&self.model, layout, number),
-                Kind::Force => self.glyph_of_force(number),
+                Kind::Force => self.glyph_of_force(number, &inputs, &place),
                 Kind::Control => "none",
             };
             let frames = (0..element.markers.len()).map(|frame| {
@@ -171,16 +174,36 @@ impl Session {
     }
 
     /// The word for a force element in pictures, by the loads that it can have: between two points, at a point, or turning only.
-    fn glyph_of_force(&self, element: usize) -> &'static str {
+    fn glyph_of_force(&self, element: usize, inputs: &[f64], place: &plan::Place<'_>) -> &'static str {
         let graph = &self.equations.graph;
         let loads = &self.equations.elements[element].loads;
         let acts = |vector: &[crate::program::Node; 3]| vector.iter().any(|node| !graph.is_zero(*node));
         let (shifts, turns) = (loads.iter().any(|load| acts(&load.force)), loads.iter().any(|load| acts(&load.torque)));
-        match (shifts, turns, self.model.elements[element].markers.len()) {
-            (false, false, _) => "none",
-            (false, true, _) => "torque",
-            (true, _, 2) => "spring",
-            (true, ..) => "arrow",
+        let [one, other] = self.model.elements[element].markers.as_slice() else {
+            return if shifts {
+                "arrow"
+            } else if turns {
+                "torque"
+            } else {
+                "none"
+            };
+        };
+        match (shifts, turns) {
+            (false, false) => return "none",
+            (false, true) => return "torque",
+            // It holds one frame to another, as a bushing does.
+            (true, true) => return "spring",
+            (true, false) => {}
         }
+        let apart = place.origin(other) - place.origin(one);
+        let found = loads.first().and_then(|load| {
+            let mut program = Evaluator::new(graph, &load.force);
+            program.run(inputs, &self.model.sets).map(Vector3::from_column_slice).ok()
+        });
+        // Where it does not act at the start, it may act along the line between its frames.
+        let across = found
+            .map_or(0.0, |force| force.cross(&apart).norm() / (force.norm() * apart.norm()).max(f64::MIN_POSITIVE));
+        let is_between = apart.norm() > ALONG * place.length && across < ALONG;
+        if is_between { "spring" } else { "arrow" }
     }
 }

@@ -28,7 +28,8 @@ impl Surface {
                 surface.turned(&[([0.0, -half], [0.0, -1.0]), ([radius, -half], [0.0, -1.0])]);
                 surface.turned(&[([radius, half], [0.0, 1.0]), ([0.0, half], [0.0, 1.0])]);
             }
-            ("sphere" | "capsule", _) => {
+            (round @ ("sphere" | "capsule"), _) => {
+                let half = if round == "sphere" { 0.0 } else { 0.5 * length };
                 let arc = |ring: u32, at: f64| {
                     let angle = std::f64::consts::FRAC_PI_2 * (f64::from(ring) / f64::from(RINGS) - 1.0);
                     let (sine, cosine) = angle.sin_cos();
@@ -36,7 +37,7 @@ impl Surface {
                     let cosine = if ring == 0 { 0.0 } else { cosine };
                     ([radius * cosine, radius * sine - at], [cosine, sine])
                 };
-                let lower: Vec<Point> = (0..=RINGS).map(|ring| arc(ring, 0.5 * length)).collect();
+                let lower: Vec<Point> = (0..=RINGS).map(|ring| arc(ring, half)).collect();
                 let upper = lower.iter().rev().map(|([r, z], [nr, nz])| ([*r, -z], [*nr, -nz]));
                 let mut whole: Vec<Point> = lower.iter().copied().chain(upper).collect();
                 whole.dedup();
