@@ -30,5 +30,6 @@ pub(super) fn export_glb(args: &GlbArgs) -> Result<u8, Failure> {
 /// What was written.
 fn told(motion: &Motion, file: &Path) -> String {
     let (bodies, samples) = (motion.header.moving(), motion.times.len());
-    format!("{}: {bodies} bodies in motion, {samples} samples\n", shown(&file.display().to_string()))
+    let bodies = if bodies == 1 { "1 body".to_owned() } else { format!("{bodies} bodies") };
+    format!("{}: {bodies} in motion, {samples} samples\n", shown(&file.display().to_string()))
 }

@@ -103,6 +103,9 @@ impl ResultsError {
                 }
                 _ => "choose another folder with `-o DIR`",
             },
+            Self::Read { path, .. } if path.ends_with(super::MOTION_FILE) => {
+                "a run writes it with `motion = true` in [simulation], or with `--motion`"
+            }
             Self::Read { .. } => "check the path; the table of a run is `results.csv` in its folder",
             Self::NotATable { .. } => {
                 "a table has one header line with a column `t` or `time`, then a number per column in each line"

@@ -3,11 +3,14 @@
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use super::super::seal::Checksum;
 use super::super::{ResultsError, Written};
 use super::{MotionHeader, POSE};
 
+/// A record that comes later than this after the last write takes everything collected to the file.
+const LONGEST_DELAY: Duration = Duration::from_millis(200);
 /// Records are collected up to this many bytes.
 const BUFFER: usize = 1 << 16;
 
@@ -24,6 +27,7 @@ pub struct MotionWriter {
     /// Of what is in the file.
     checksum: Checksum,
     records: u64,
+    last_write: Instant,
     /// Euler parameters of each body in the last record: of the two sets of a rotation, the next record has the nearer one.
     last: Vec<[f32; 4]>,
     /// Numbers of a record besides the time.
@@ -83,6 +87,7 @@ impl MotionWriter {
             written: 0,
             checksum: Checksum::default(),
             records: 0,
+            last_write: Instant::now(),
             last: vec![[0.0; 4]; header.moving()],
             numbers: (header.record_size() - 8) / 4,
         }
@@ -116,7 +121,8 @@ impl MotionWriter {
         }
         loads.iter().for_each(|value| put(&mut self.buffer, *value));
         self.records += 1;
-        if self.buffer.len() >= BUFFER { self.flush() } else { Ok(()) }
+        let is_due = self.buffer.len() >= BUFFER || self.last_write.elapsed() >= LONGEST_DELAY;
+        if is_due { self.flush() } else { Ok(()) }
     }
 
     /// Brings everything that was collected into the file.
@@ -133,6 +139,7 @@ impl MotionWriter {
         self.written += self.buffer.len() as u64;
         self.checksum.add(&self.buffer);
         self.buffer.clear();
+        self.last_write = Instant::now();
         Ok(())
     }
 
