@@ -3,7 +3,7 @@
 use super::dimension::Dimension;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::reader::{NamesTaken, Reader, Record};
-use super::record::{BodyRecord, PointMass};
+use super::record::BodyRecord;
 use super::{rotation, shapes};
 use odyn_diagnostics::{Diagnostic, codes};
 
@@ -24,6 +24,15 @@ pub(super) const KEYS: &[&str] = &[
     "point_masses",
     "shape",
 ];
+
+/// A point mass on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointMass {
+    /// Mass, kg. Not checked here.
+    pub mass: Spanned<f64>,
+    /// Position in the body frame, m.
+    pub position: [f64; 3],
+}
 
 /// Keys that a particle has not.
 const OF_RIGID_BODIES: [&str; 5] = ["inertia", "com", "orientation", "angular_velocity", "point_masses"];

@@ -85,7 +85,7 @@ mod verification;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
-pub use bodies::GROUND;
+pub use bodies::{GROUND, PointMass};
 pub use dimension::Dimension;
 pub use formula::Formula;
 pub use overrides::Override;
@@ -95,7 +95,7 @@ pub use raw::{RawKind, RawTable, RawValue, Spanned};
 pub use record::{
     AuditTolerance, BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, ExternalInput,
     FigureRecord, InputRecord, InputSource, LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement,
-    PluginRequest, PointMass, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
+    PluginRequest, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
 };
 pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;

@@ -1,6 +1,7 @@
 //! The records of a scene. Every number is SI, every direction a unit vector, every orientation a set of
 //! normalised Euler parameters; names are as written and not resolved.
 
+use super::bodies::PointMass;
 use super::raw::{RawTable, RawValue, Spanned};
 use super::shapes::ShapeRecord;
 use super::unit_system::UnitSystem;
@@ -215,15 +216,6 @@ pub struct BodyRecord {
     pub point_masses: Vec<PointMass>,
     /// What it looks like.
     pub shapes: Vec<ShapeRecord>,
-}
-
-/// A point mass on a body.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PointMass {
-    /// Mass, kg. Not checked here.
-    pub mass: Spanned<f64>,
-    /// Position in the body frame, m.
-    pub position: [f64; 3],
 }
 
 /// Which of the three tables an element stands in.

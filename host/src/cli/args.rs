@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::export_args::ExportCommand;
 use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, StudyArgs, not_negative, patience, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
 
@@ -411,33 +412,6 @@ pub(super) struct BenchArgs {
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
-}
-
-#[derive(Debug, Subcommand)]
-pub(super) enum ExportCommand {
-    /// As glTF 2.0 in one binary file: bodies with their shapes, or with lines to their joints, in motion
-    #[command(after_help = "\
-The run must have written its motion: `motion = true` in [simulation], or --motion. Nothing else of it is needed. What is above, as
-gravity tells, is the y axis of the file.
-
-Examples:
-  odyn run scenes/compressor.toml --motion
-  odyn export glb results/compressor
-  odyn export glb results/compressor -o compressor.glb --speed 0.02")]
-    Glb(GlbArgs),
-}
-
-#[derive(Debug, Args)]
-pub(super) struct GlbArgs {
-    /// Folder of the results of the run
-    #[arg(value_name = "DIR")]
-    pub(super) folder: PathBuf,
-    /// The file [default: motion.glb in that folder]
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Option<PathBuf>,
-    /// How fast the animation goes, 1 = as fast as the motion
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
-    pub(super) speed: f64,
 }
 
 #[derive(Debug, Args)]

@@ -6,8 +6,8 @@ use odyn::diagnostics::{Diagnostic, codes, shown};
 use odyn::results::{MOTION_FILE, Motion, glb, replace};
 use odyn::scene::parse_unit;
 
-use super::args::GlbArgs;
 use super::exit;
+use super::export_args::GlbArgs;
 use super::failure::Failure;
 use super::terminal;
 

@@ -14,7 +14,8 @@
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `plugin.rs` | `plugin new`, `plugin check` |
-//! | `bench.rs`, `compare.rs`, `explain.rs`, `export.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
+//! | `export.rs`, `export_args.rs` | `export glb` |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
 //! | `choices.rs` | which libraries were passed over |
@@ -28,6 +29,7 @@ mod compare;
 mod elements;
 mod explain;
 mod export;
+mod export_args;
 mod failure;
 mod inspect;
 mod plugin;
@@ -52,7 +54,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Arguments, Command, ElementsCommand, ExportCommand, PluginCommand};
+use args::{Arguments, Command, ElementsCommand, PluginCommand};
+use export_args::ExportCommand;
 use failure::Failure;
 
 /// Exit codes.

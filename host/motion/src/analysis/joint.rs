@@ -384,26 +384,11 @@ impl Formulation for JointForm {
     }
 
     fn traces(&self) -> Traces {
-        let Traces { guesses: [in_bodies, _], counters: [of_bodies, _], .. } = self.bodies.traces();
-        Traces {
-            guesses: [self.coupling.as_ref().and_then(Coupling::guess), in_bodies],
-            counters: [self.counters, of_bodies],
-            look: Some((self.last, self.trusted)),
-        }
+        self.own_traces()
     }
 
     fn forget_since(&mut self, traces: &Traces) {
-        let Traces { guesses: [own, in_bodies], counters: [counters, of_bodies], look } = traces;
-        if let Some(coupling) = &mut self.coupling {
-            coupling.start_from(own);
-        }
-        self.counters = *counters;
-        (self.last, self.trusted) = look.unwrap_or((self.last, self.trusted));
-        self.bodies.forget_since(&Traces {
-            guesses: [in_bodies.clone(), None],
-            counters: [*of_bodies, Counters::default()],
-            look: None,
-        });
+        self.follow(traces);
     }
 
     fn turns_added(&self) -> f64 {

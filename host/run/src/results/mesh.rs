@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const LONGEST: u64 = 256 << 20;
 /// Bytes before the triangles of a binary STL file, and of each of them.
 const STL_HEAD: usize = 84;
-const STL_TRIANGLE: usize = 50;
+const STL_TRIANGLE: u64 = 50;
 
 /// Triangles with common corners.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ impl Mesh {
     /// In words: a file that cannot be read, of another kind, damaged, or without triangles.
     pub fn read(path: &Path, unit: f64) -> Result<Self, String> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        let parse: fn(&[u8]) -> Result<(Vec<f32>, Vec<u32>), String> = match ending.as_str() {
+        let parse: fn(&[u8]) -> Result<Found, String> = match ending.as_str() {
             "stl" => stl,
             "obj" => obj,
             _ => return Err("its name ends neither with .stl nor with .obj".into()),
@@ -48,17 +48,20 @@ impl Mesh {
     /// Whether all numbers are finite and all corners are there.
     pub(super) fn is_sound(&self) -> bool {
         let corners = self.vertices.len() / 3;
-        self.vertices.len() % 3 == 0
-            && self.triangles.len() % 3 == 0
+        self.vertices.len().is_multiple_of(3)
+            && self.triangles.len().is_multiple_of(3)
             && self.vertices.iter().all(|number| number.is_finite())
             && self.triangles.iter().all(|corner| (*corner as usize) < corners)
     }
 }
 
-fn stl(bytes: &[u8]) -> Result<(Vec<f32>, Vec<u32>), String> {
+/// Numbers of the corners, and which of them make up triangles.
+type Found = (Vec<f32>, Vec<u32>);
+
+fn stl(bytes: &[u8]) -> Result<Found, String> {
     let mut bytes = bytes.to_vec();
     let count = bytes.get(80..STL_HEAD).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
-    let is_binary = count.is_some_and(|count| bytes.len() as u64 == (STL_HEAD + STL_TRIANGLE * count as usize) as u64);
+    let is_binary = count.is_some_and(|count| bytes.len() as u64 == STL_HEAD as u64 + STL_TRIANGLE * u64::from(count));
     // Some programs begin binary files with the word that text files begin with.
     if is_binary && let Some(first) = bytes.first_mut() {
         *first = 0;
@@ -69,7 +72,7 @@ fn stl(bytes: &[u8]) -> Result<(Vec<f32>, Vec<u32>), String> {
     Ok((vertices, corners.collect::<Result<_, _>>().map_err(|_| "it has too many corners")?))
 }
 
-fn obj(bytes: &[u8]) -> Result<(Vec<f32>, Vec<u32>), String> {
+fn obj(bytes: &[u8]) -> Result<Found, String> {
     let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
     // Materials have no part in it.
     let loaded = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Err(tobj::LoadError::OpenFileFailed));

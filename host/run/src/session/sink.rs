@@ -20,7 +20,7 @@ pub trait Sink: Send {
 
     /// What a picture of the motion shows at that sample, which was told just before, SI units and ground axes: per body of the
     /// model the position of the origin of its frame and its Euler parameters, body -> ground, scalar first; then force and torque
-    /// of each load ([`crate::model::Model::shown_loads`]).
+    /// of each load (`Model::shown_loads`).
     ///
     /// # Errors
     /// An error ends the run.
