@@ -28,6 +28,22 @@ fn file_of(scene: &Scene, file: &Path) -> PathBuf {
     Path::new(&scene.source.name).parent().unwrap_or(Path::new("")).join(file)
 }
 
+/// How far a shape reaches from the origin of its frame, m.
+fn reach(shape: &Shape) -> f64 {
+    let (radius, half) = (shape.radius.unwrap_or(0.0), 0.5 * shape.length.unwrap_or(0.0));
+    let box_or_mesh = match (&shape.size, &shape.mesh) {
+        (Some(size), _) => 0.5 * Vector3::from(*size).norm(),
+        (_, Some(mesh)) => {
+            let corners =
+                mesh.vertices.chunks_exact(3).map(|corner| Vector3::new(corner[0], corner[1], corner[2]).norm());
+            f64::from(corners.fold(0.0, f32::max))
+        }
+        _ => 0.0,
+    };
+    let round = if shape.kind == "capsule" { radius + half } else { radius.hypot(half) };
+    box_or_mesh.max(round)
+}
+
 /// A mesh that cannot be had.
 fn bad_mesh(scene: &Scene, path: &Path, span: std::ops::Range<usize>, reason: &str) -> SessionError {
     let message = format!("the mesh `{}` cannot be read: {reason}", path.display());
@@ -81,16 +97,51 @@ impl Session {
                 unique: !is_joint || unique(false) && unique(true),
             }
         });
+        let elements = self.shown_elements()?;
         Ok(MotionHeader {
             format: MOTION_FORMAT.into(),
             title: scene.title.clone(),
             time_unit: scene.units.label(Dimension::TIME),
-            length: self.assembly.scales.length,
+            length: self.shown_size(&bodies, &elements),
             bodies,
-            elements: self.shown_elements()?,
+            elements,
             loads: loads.collect(),
             gravity: self.model.gravity.into(),
         })
+    }
+
+    /// Diagonal of a box around all that is shown, where the session begins, m; the size of the scene where that is a point.
+    fn shown_size(&self, bodies: &[ShownBody], elements: &[ShownElement]) -> f64 {
+        let mut movable = self.model.bodies.iter().zip(self.assembly.working.chunks_exact(13));
+        let mut places = Vec::with_capacity(bodies.len());
+        for body in bodies {
+            let own = if body.fixed { None } else { movable.next() };
+            places.push(match own {
+                Some((own, y)) => {
+                    let turn = rotation(&[y[3], y[4], y[5], y[6]]);
+                    (Vector3::from_column_slice(&y[..3]) - turn * own.center_of_mass, turn)
+                }
+                None => (Vector3::zeros(), Matrix3::identity()),
+            });
+        }
+        let mut range = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+        let mut take = |(origin, turn): &(Vector3<f64>, Matrix3<f64>), r: [f64; 3], reach: f64| {
+            let at = origin + turn * Vector3::from(r);
+            range = [range[0].inf(&at.add_scalar(-reach)), range[1].sup(&at.add_scalar(reach))];
+        };
+        for (body, place) in bodies.iter().zip(&places) {
+            body.shapes.iter().for_each(|shape| take(place, shape.r, reach(shape)));
+            if body.shapes.is_empty() {
+                take(place, body.centre, 0.0);
+            }
+        }
+        for frame in elements.iter().flat_map(|element| &element.frames) {
+            let ground = (Vector3::zeros(), Matrix3::identity());
+            let place = usize::try_from(frame.body).ok().and_then(|body| places.get(body)).unwrap_or(&ground);
+            take(place, frame.r, 0.0);
+        }
+        let size = (range[1] - range[0]).norm();
+        if size > 0.0 && size.is_finite() { size } else { self.assembly.scales.length }
     }
 
     fn shape(&self, body: &BodyRecord, record: &ShapeRecord) -> Result<Shape, SessionError> {

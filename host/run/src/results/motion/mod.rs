@@ -32,7 +32,7 @@ pub struct MotionHeader {
     pub title: String,
     /// Unit of the times.
     pub time_unit: String,
-    /// Size of the scene.
+    /// Diagonal of a box around all that is shown, where the run begins.
     pub length: f64,
     /// All bodies, in the order of the scene.
     pub bodies: Vec<ShownBody>,

@@ -254,6 +254,9 @@ fn shapes_are_where_the_frames_of_elements_would_be() {
         assert!(near(&shape.r, &[3.0, 0.0, 0.0]) && near(turn.column(2).as_slice(), &[1.0, 0.0, 0.0]), "{shape:?}");
     }
     assert_eq!(body.shapes[0].color.as_deref(), Some("#102030"));
+    // A sphere at (1, 0, 0), and the farther ends of the others around (1, 3, 0): 1.1 m, at the same distance in every direction.
+    let expected = [2.2, 4.2, 2.2].iter().map(|x| x * x).sum::<f64>().sqrt();
+    assert!((shown.length - expected).abs() < 1e-12, "{} {expected}", shown.length);
     assert!(near(&body.shapes[2].r, &[0.0; 3]) && near(&body.shapes[2].p, &[1.0, 0.0, 0.0, 0.0]));
 }
 
