@@ -9,7 +9,7 @@
 use element_api::ElementSet;
 
 use super::balance::Imbalance;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Traces};
 use super::working::{BODY_STATES, normalise, parameter_rates};
 use crate::linalg::FullPivLu;
 use crate::model::Model;
@@ -423,6 +423,14 @@ impl Formulation for ReferenceForm {
             normalise(&mut self.inputs[slot..slot + 4]);
         }
         Ok(Observed { inputs: &self.inputs, imbalance: Imbalance::default() })
+    }
+
+    fn traces(&self) -> Traces {
+        Traces { counters: [self.counters, Counters::default()], ..Traces::default() }
+    }
+
+    fn forget_since(&mut self, traces: &Traces) {
+        self.counters = traces.counters[0];
     }
 
     fn counters(&self) -> Counters {

@@ -57,7 +57,7 @@ fn both(name: &str, text: &str) -> (RunReport, Motion) {
     assert!(!plain.0.join(MOTION_FILE).exists());
     let work = |report: &RunReport| {
         let summary = &report.summary;
-        (summary.steps, summary.evaluations, summary.status)
+        (summary.steps, summary.evaluations, summary.factorisations, summary.status)
     };
     assert_eq!(work(&without), work(&with), "{name}");
     let motion = shown.motion();
