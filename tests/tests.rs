@@ -4,6 +4,7 @@
 //! | file | what it shows |
 //! |---|---|
 //! | `benchmarks.rs` | scenes agree with references, in both formulations, and with the work pinned |
+//! | `motion.rs` | a motion that is written beside a table leaves no trace in it |
 //! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
@@ -60,6 +61,7 @@ mod judged;
 mod limit;
 mod masses;
 mod methods;
+mod motion;
 mod opaque;
 mod plugins;
 mod random;

@@ -427,3 +427,21 @@ fn what_a_library_prints_does_not_reach_standard_output() {
         }
     }
 }
+
+#[test]
+fn a_motion_is_written_where_it_is_asked_for_and_exported() {
+    let scratch = Scratch::new("motion");
+    scratch.odyn("run brick.toml -q -o plain").ends_with(0);
+    scratch.odyn("run brick.toml -q -o shown --motion").ends_with(0);
+    let table = |folder: &str| fs::read(scratch.0.join(folder).join("results.csv")).unwrap();
+    assert_eq!(table("plain"), table("shown"));
+    assert!(!scratch.0.join("plain/motion.bin").exists());
+    let ran = scratch.odyn("export glb shown").ends_with(0);
+    assert!(ran.out().ends_with("motion.glb: 1 body in motion, 21 samples\n"), "{}", ran.out());
+    assert_eq!(&fs::read(scratch.0.join("shown/motion.glb")).unwrap()[..4], b"glTF");
+    scratch.odyn("export glb shown -o other.glb --speed 0.1").ends_with(0);
+    assert!(scratch.0.join("other.glb").exists());
+    let none = scratch.odyn("export glb plain").ends_with(8);
+    assert!(none.err().contains("motion.bin") && none.err().contains("--motion"), "{}", none.err());
+    scratch.odyn("export glb shown --speed 0").ends_with(2);
+}

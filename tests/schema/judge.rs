@@ -142,6 +142,9 @@ fn matches(text: &str, rule: &Value) -> bool {
             text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(letter)
         }
         "^[0-9a-fA-F]{64}$" => text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit()),
+        "^#[0-9a-fA-F]{6}$" => text
+            .strip_prefix('#')
+            .is_some_and(|digits| digits.len() == 6 && digits.chars().all(|c| c.is_ascii_hexdigit())),
         other => panic!("the pattern `{other}` is not known here"),
     }
 }

@@ -199,6 +199,8 @@ table! {
         "The library was built with an `element-api` that joins all points by splines, and the interpolation asked for (or meant, `monotone`, where none is named) gives another curve. Build the library again, or accept its splines with `interpolation = \"spline\"`.";
     UNUSED_INPUT = "ODY0326", Scene, "input that nothing takes",
         "An `[[input]]` is a signal that a program changes while the scene runs, but no element has it among its `inputs` and no output reports it, so that changing it changes nothing. Name it where it was meant: `inputs.torque = \"push\"` of a force or control element, or an output of the quantity `input`; or take it away.";
+    BAD_MESH = "ODY0327", Scene, "mesh that cannot be read",
+        "The file of a shape is missing, is neither STL (binary or text) nor OBJ, is damaged, or has no triangles. Its place is relative to the folder of the scene; `unit` tells what its numbers are: `[[body.shape]]` with `kind = \"mesh\"`, `file = \"parts/rod.stl\"`, `unit = \"mm\"`.";
 
     PLUGIN_NOT_FOUND = "ODY0401", Plugin, "plugin library not found",
         "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries.";

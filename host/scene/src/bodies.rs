@@ -3,8 +3,8 @@
 use super::dimension::Dimension;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::reader::{NamesTaken, Reader, Record};
-use super::record::{BodyRecord, PointMass};
-use super::rotation;
+use super::record::BodyRecord;
+use super::{rotation, shapes};
 use odyn_diagnostics::{Diagnostic, codes};
 
 /// The name of the ground, which no body may have.
@@ -22,7 +22,17 @@ pub(super) const KEYS: &[&str] = &[
     "fixed",
     "particle",
     "point_masses",
+    "shape",
 ];
+
+/// A point mass on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointMass {
+    /// Mass, kg. Not checked here.
+    pub mass: Spanned<f64>,
+    /// Position in the body frame, m.
+    pub position: [f64; 3],
+}
 
 /// Keys that a particle has not.
 const OF_RIGID_BODIES: [&str; 5] = ["inertia", "com", "orientation", "angular_velocity", "point_masses"];
@@ -59,6 +69,7 @@ fn read_body(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<'_
     let mass = reader.optional(record, "mass", Dimension::MASS);
     let inertia = record.table.get("inertia").and_then(|raw| read_inertia(raw, &record.what, reader));
     let point_masses = read_point_masses(record, reader);
+    let shapes = shapes::read(record, reader);
     let com = reader.vector_or_zero(record, "com", Dimension::LENGTH);
     let position = reader.vector_or_zero(record, "position", Dimension::LENGTH);
     let orientation = match record.table.get("orientation") {
@@ -80,6 +91,7 @@ fn read_body(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<'_
         fixed,
         particle,
         point_masses,
+        shapes,
     })
 }
 

@@ -15,6 +15,9 @@ pub(super) const KEYS: &[&str] =
 /// Keys of elements that depend on signals or reactions, which no joint does.
 pub(super) const SIGNAL_KEYS: [&str; 2] = ["inputs", "joints"];
 
+/// Keys of a frame in the frame of a body.
+pub(super) const FRAME_KEYS: &[&str] = &["position", "axis", "x_axis"];
+
 /// Keys that place an element in ground, each with the one that gives it per frame.
 const GLOBAL_KEYS: [(&str, &str); 3] = [("point", "points"), ("axis", "axes"), ("x_axis", "x_axes")];
 
@@ -213,26 +216,34 @@ fn check_parallel(record: &Record<'_>, axes: &[[f64; 3]], x_axes: &[[f64; 3]], r
 }
 
 fn read_frames(raw: &RawValue, record: &Record<'_>, reader: &mut Reader<'_>) -> Vec<LocalFrame> {
-    let Some(items) = reader.list(raw, "frames", "a list of tables, one per body") else {
+    let expected = ("frames", "a list of tables, one per body");
+    let Some(items) = reader.list(raw, expected.0, expected.1) else {
         return Vec::new();
     };
-    let mut frames = Vec::new();
-    for (index, item) in items.iter().enumerate() {
-        let Some(table) = item.as_table() else {
-            reader.wrong_type("frames", "a list of tables, one per body", item);
-            continue;
-        };
-        let frame = Record { table, what: format!("frame {} of {}", index + 1, record.what) };
-        reader.check_keys(&frame, &["position", "axis", "x_axis"]);
-        let position = reader.vector_or_zero(&frame, "position", Dimension::LENGTH);
-        let axis = table.get("axis").and_then(|raw| reader.direction(raw, "axis"));
-        let x_axis = table.get("x_axis").and_then(|raw| reader.direction(raw, "x_axis"));
-        if let (Some(z), Some(x), Some(raw)) = (axis, x_axis, table.get("x_axis"))
-            && are_parallel(z, x)
-        {
-            reader.diagnostics.push(parallel("x_axis", "axis", raw));
-        }
-        frames.push(LocalFrame { position, axis, x_axis, span: item.span.clone() });
+    let what = |index: usize| format!("frame {} of {}", index + 1, record.what);
+    items.iter().enumerate().filter_map(|(index, item)| read_frame(item, what(index), expected, reader)).collect()
+}
+
+/// A frame in the frame of a body. `key` and `expected` are told where it is no table.
+pub(super) fn read_frame(
+    raw: &RawValue,
+    what: String,
+    (key, expected): (&str, &str),
+    reader: &mut Reader<'_>,
+) -> Option<LocalFrame> {
+    let Some(table) = raw.as_table() else {
+        reader.wrong_type(key, expected, raw);
+        return None;
+    };
+    let frame = Record { table, what };
+    reader.check_keys(&frame, FRAME_KEYS);
+    let position = reader.vector_or_zero(&frame, "position", Dimension::LENGTH);
+    let axis = table.get("axis").and_then(|raw| reader.direction(raw, "axis"));
+    let x_axis = table.get("x_axis").and_then(|raw| reader.direction(raw, "x_axis"));
+    if let (Some(z), Some(x), Some(raw)) = (axis, x_axis, table.get("x_axis"))
+        && are_parallel(z, x)
+    {
+        reader.diagnostics.push(parallel("x_axis", "axis", raw));
     }
-    frames
+    Some(LocalFrame { position, axis, x_axis, span: raw.span.clone() })
 }

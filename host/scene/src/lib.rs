@@ -25,6 +25,11 @@
 //! mass = 0.3
 //! inertia = [1, 1, 1]
 //! position = ["rod.length/2", 0, 0]
+//! [[body.shape]]                          # what it looks like, of no influence
+//! kind = "capsule"
+//! radius = 10
+//! length = "rod.length"
+//! axis = [1, 0, 0]
 //! [[joint]]
 //! name = "pivot"
 //! type = "revolute"
@@ -71,6 +76,7 @@ mod record;
 mod rotation;
 pub mod schema;
 mod settings;
+mod shapes;
 mod unit_system;
 mod units;
 mod verification;
@@ -79,7 +85,7 @@ mod verification;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
-pub use bodies::GROUND;
+pub use bodies::{GROUND, PointMass};
 pub use dimension::Dimension;
 pub use formula::Formula;
 pub use overrides::Override;
@@ -89,8 +95,9 @@ pub use raw::{RawKind, RawTable, RawValue, Spanned};
 pub use record::{
     AuditTolerance, BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, ExternalInput,
     FigureRecord, InputRecord, InputSource, LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement,
-    PluginRequest, PointMass, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
+    PluginRequest, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
 };
+pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;
 pub use units::{UnitError, parse_unit};
 

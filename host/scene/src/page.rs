@@ -21,6 +21,9 @@ text with a unit or an expression: `0.4`, `\"40 cm\"`, `\"2 * crank.radius\"`. *
 [Functions and signals](functions.md). [Units and expressions](units.md) tells more.
 ";
 
+/// Keys of an inner table that are told in one line.
+const MOST_IN_LINE: usize = 6;
+
 /// The page for a schema of scenes: that of the records alone, or with the elements of libraries.
 #[must_use]
 pub fn page(schema: &Value) -> String {
@@ -45,6 +48,15 @@ pub fn page(schema: &Value) -> String {
         };
         page.push_str(&key_table(&own, &[]));
         page.push_str(&details(&own));
+        for (key, table, meaning) in
+            properties(&own).filter_map(|(key, value)| Some((key, own_section(value)?, sentence(value))))
+        {
+            page.push_str(&format!(
+                "\n### `[[{name}.{key}]]`\n\n{meaning}\n{}{}",
+                key_table(table, &[]),
+                details(table)
+            ));
+        }
         written.push((header, record));
         page.push_str(&elements(name, record));
     }
@@ -69,6 +81,12 @@ fn header(name: &str, value: &Value) -> String {
 /// The table with keys of a `[name]` or `[[name]]`.
 fn record(value: &Value) -> Option<&Value> {
     [value, &value["items"]].into_iter().find(|table| table["properties"].is_object())
+}
+
+/// The table of entries of a list that have too many keys for a line.
+fn own_section(value: &Value) -> Option<&Value> {
+    let table = Some(&value["items"]).filter(|_| value["type"] == "array")?;
+    (properties(table).count() > MOST_IN_LINE).then_some(table)
 }
 
 fn sentence(value: &Value) -> &str {
@@ -200,7 +218,7 @@ fn details(table: &Value) -> String {
             let lines = words.map(|(word, doc)| format!("- `\"{word}\"`: {doc}\n"));
             text.push_str(&format!("\n`{key}` is one of:\n\n{}", lines.collect::<String>()));
         }
-        let inner = inner_tables(value);
+        let inner = if own_section(value).is_some() { Vec::new() } else { inner_tables(value) };
         if !inner.is_empty() {
             let lines = inner.iter().map(|table| format!("- {}\n", one_line(table)));
             let one_of = if inner.len() > 1 { ", one of these ways" } else { "" };

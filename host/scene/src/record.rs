@@ -1,7 +1,9 @@
 //! The records of a scene. Every number is SI, every direction a unit vector, every orientation a set of
 //! normalised Euler parameters; names are as written and not resolved.
 
+use super::bodies::PointMass;
 use super::raw::{RawTable, RawValue, Spanned};
+use super::shapes::ShapeRecord;
 use super::unit_system::UnitSystem;
 use super::{Dimension, Formula, Parameters};
 use odyn_diagnostics::Source;
@@ -94,6 +96,8 @@ pub struct Simulation {
     pub max_steps: Option<u64>,
     /// Simulated time between two checkpoints of a run that writes results, s, positive.
     pub checkpoint_every: Option<f64>,
+    /// Whether poses and loads are written for pictures of the motion.
+    pub motion: bool,
     /// What the audit may find; limits that belong to the tolerance where it is left out.
     pub audit_tolerance: Option<AuditTolerance>,
     /// Savings of the plan that are switched off.
@@ -210,15 +214,8 @@ pub struct BodyRecord {
     pub particle: bool,
     /// Point masses that are part of the body: mass, kg, and position in the body frame, m.
     pub point_masses: Vec<PointMass>,
-}
-
-/// A point mass on a body.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PointMass {
-    /// Mass, kg. Not checked here.
-    pub mass: Spanned<f64>,
-    /// Position in the body frame, m.
-    pub position: [f64; 3],
+    /// What it looks like.
+    pub shapes: Vec<ShapeRecord>,
 }
 
 /// Which of the three tables an element stands in.

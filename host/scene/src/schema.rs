@@ -208,6 +208,11 @@ pub(super) fn simulation_keys() -> Vec<Key> {
             "Simulated time between two checkpoints of a run that writes results.",
         ),
         (
+            "motion",
+            flag(false),
+            "Write `motion.bin`: poses of the bodies and loads of the elements at the output times.",
+        ),
+        (
             "audit_tolerance",
             json!({ "anyOf": [positive(Dimension::DIMENSIONLESS), { "const": "none" }] }),
             "Largest relative violation and energy error that the audit lets pass, or \"none\"; it belongs to the tolerance if left \
@@ -254,6 +259,53 @@ pub(super) fn body_keys() -> Vec<Key> {
         ("fixed", flag(false), "Part of the ground."),
         ("particle", flag(false), "A point mass without rotation and inertia."),
         ("point_masses", list(table(point_mass, &["mass"])), "Point masses that are part of the body."),
+        ("shape", list(table(shape_keys(), &["kind"])), "What it looks like, of no influence on the motion."),
+    ]
+}
+
+/// Keys of `[[body.shape]]`.
+pub(super) fn shape_keys() -> Vec<Key> {
+    let kinds = [
+        ("box", "`size`"),
+        ("cylinder", "`radius`, `length`"),
+        ("sphere", "`radius`"),
+        ("capsule", "`radius`, `length`"),
+        ("mesh", "`file`, `unit`"),
+    ];
+    let color = json!({ "type": "string", "pattern": "^#[0-9a-fA-F]{6}$" });
+    vec![
+        (
+            "kind",
+            one_of(kinds),
+            "What it is; the origin of its frame is in its middle, that of a mesh in that of the file.",
+        ),
+        ("size", list_of(3, positive(Dimension::LENGTH)), "Edges of a box along its x, y and z axes."),
+        ("radius", positive(Dimension::LENGTH), "Radius of a cylinder, sphere or capsule."),
+        (
+            "length",
+            positive(Dimension::LENGTH),
+            "Length of a cylinder, or of a capsule without its caps, along its z axis.",
+        ),
+        ("file", word(), "Triangles of a mesh, relative to this file: STL (binary or text) or OBJ."),
+        ("unit", word(), "Unit of the numbers in that file; m if left out."),
+        (
+            "point",
+            vector_of(Dimension::LENGTH),
+            "Origin of its frame at the start, in ground; that of the body if left out.",
+        ),
+        ("axis", direction(), "z axis of its frame at the start, in ground."),
+        ("x_axis", direction(), "Direction near the x axis of its frame at the start, in ground."),
+        ("frame", table(frame_keys(), &[]), "Its frame in the frame of the body; instead of point and axes."),
+        ("color", color, "Its colour, such as \"#c0392b\"; one for each body if left out."),
+    ]
+}
+
+/// Keys of a frame in the frame of a body.
+fn frame_keys() -> Vec<Key> {
+    vec![
+        ("position", vector_of(Dimension::LENGTH), "Origin in the body frame; zero if left out."),
+        ("axis", direction(), "z axis in body axes."),
+        ("x_axis", direction(), "Direction near the x axis in body axes."),
     ]
 }
 
@@ -279,11 +331,6 @@ fn orientation() -> Value {
 
 /// Keys of `[[joint]]`, and of the other elements where `signals` is true.
 pub(super) fn element_keys(signals: bool) -> Vec<Key> {
-    let frame = vec![
-        ("position", vector_of(Dimension::LENGTH), "Origin in the body frame; zero if left out."),
-        ("axis", direction(), "z axis in body axes."),
-        ("x_axis", direction(), "Direction near the x axis in body axes."),
-    ];
     let mut keys = vec![
         ("name", name(""), "Its name."),
         ("type", word(), "Element type, with or without its library: \"revolute\", \"odyn-joints/revolute\"."),
@@ -294,7 +341,7 @@ pub(super) fn element_keys(signals: bool) -> Vec<Key> {
         ("axes", list(direction()), "z axes of its frames at the start, one per body, in ground."),
         ("x_axis", direction(), "Direction near the x axis of its frames at the start, in ground."),
         ("x_axes", list(direction()), "Directions near the x axes of its frames, one per body, in ground."),
-        ("frames", list(table(frame, &[])), "Its frames in the frame of each body; instead of points and axes."),
+        ("frames", list(table(frame_keys(), &[])), "Its frames in the frame of each body; instead of points and axes."),
         ("params", json!({ "type": "object" }), "Its parameters."),
         ("enabled", flag(true), "False leaves it out."),
     ];

@@ -146,6 +146,7 @@ pub(super) const SIMULATION_KEYS: &[&str] = &[
     "first_step",
     "max_steps",
     "checkpoint_every",
+    "motion",
     "audit_tolerance",
     "without",
 ];
@@ -194,6 +195,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     let fixed_step = reader.positive(&record, "fixed_step", Dimension::TIME);
     let max_steps = reader.whole(&record, "max_steps", 1);
     let checkpoint_every = reader.positive(&record, "checkpoint_every", Dimension::TIME);
+    let motion = reader.flag(&record, "motion", false);
     let not_judged = record.table.get("audit_tolerance").and_then(RawValue::as_text) == Some(NOT_JUDGED);
     let audit_tolerance = if not_judged {
         Some(AuditTolerance::None)
@@ -217,6 +219,7 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         first_step,
         max_steps: max_steps.map(|number| number.value),
         checkpoint_every,
+        motion,
         audit_tolerance,
         without,
     })

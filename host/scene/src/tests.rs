@@ -9,6 +9,7 @@ mod overrides;
 mod records;
 mod rotations;
 mod schema;
+mod shapes;
 mod signals;
 mod units;
 mod verification;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::export_args::ExportCommand;
 use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, StudyArgs, not_negative, patience, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
 
@@ -39,6 +40,7 @@ Examples:
   odyn run scenes/compressor.toml --tol 1e-11 --t-end \"50 ms\"
   odyn run scenes/compressor.toml --audit-tol 1e-9 --json -q
   odyn run scenes/compressor.toml --verify
+  odyn run scenes/compressor.toml --motion
   odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s
   odyn run pendulum.toml --watch
 
@@ -153,6 +155,11 @@ Examples:
   odyn compare results/compressor/results.csv scenes/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
     Compare(CompareArgs),
+    /// Write the motion of a run in a form that other programs show
+    Export {
+        #[command(subcommand)]
+        command: ExportCommand,
+    },
     /// Explain a message by its code, or a remedy of a run's report by its name
     #[command(after_help = "\
 Examples:
@@ -481,7 +488,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::Check(args) } => args.json,
-            Command::Plugin { .. } => false,
+            Command::Plugin { .. } | Command::Export { .. } => false,
             Command::Compare(args) => args.json,
             Command::Report(_) | Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => {
                 false

@@ -16,6 +16,7 @@
 //! | `plugin.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `report.rs` | `report`, `run --report` |
+//! | `export.rs`, `export_args.rs` | `export glb` |
 //! | `schema.rs` | `schema` |
 //! | `shell.rs` | `completions`, `man` |
 //! | `choices.rs` | which libraries were passed over |
@@ -28,6 +29,8 @@ mod choices;
 mod compare;
 mod elements;
 mod explain;
+mod export;
+mod export_args;
 mod failure;
 mod inspect;
 mod plugin;
@@ -54,6 +57,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Arguments, Command, ElementsCommand, PluginCommand};
+use export_args::ExportCommand;
 use failure::Failure;
 
 /// Exit codes.
@@ -111,6 +115,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
         Command::Report(args) => report::report(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Export { command: ExportCommand::Glb(args) } => export::export_glb(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),

@@ -71,6 +71,9 @@ pub(super) struct RunArgs {
     /// every="0.5 s". `odyn resume` goes on from the last one. Steps end at checkpoints, and each costs about as much as the start of the run
     #[arg(long, value_name = "every=TIME", value_parser = every)]
     pub(super) checkpoint: Option<String>,
+    /// Also write `motion.bin`: where all bodies are at the output times, and what acts on them, for pictures
+    #[arg(long)]
+    pub(super) motion: bool,
     /// Run once more by another method, at a tenth of the tolerance and with steps no longer than between samples (with half the
     /// step where that is fixed), and report the largest difference in each output: an estimate of its error. More than the
     /// tolerance explains is `suspect`
@@ -157,6 +160,7 @@ impl RunArgs {
         let mut options = self.scene.options(self.audit_tol);
         let every = self.checkpoint.iter().map(|every| Override::new(format!("simulation.checkpoint_every={every}")));
         options.overrides.extend(every);
+        options.overrides.extend((self.motion || self.report).then(|| Override::new("simulation.motion=true")));
         options
     }
 }

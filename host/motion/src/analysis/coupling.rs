@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use element_api::ElementSet;
 
-use super::formulation::{AnalysisError, Counters};
+use super::formulation::{AnalysisError, Counters, Guess};
 use crate::linalg::FullPivLu;
 use crate::plan::Layout;
 use crate::program::{Equations, Node, Program, Used, Workspace};
@@ -85,6 +85,19 @@ impl Coupling {
     /// Starts from nothing next time.
     pub(super) fn forget(&mut self) {
         self.started = false;
+    }
+
+    /// What the next solution starts from; `None`: from nothing.
+    pub(super) fn guess(&self) -> Guess {
+        self.started.then(|| self.z.clone())
+    }
+
+    /// Starts from there next time.
+    pub(super) fn start_from(&mut self, guess: &Guess) {
+        self.started = guess.is_some();
+        if let Some(guess) = guess {
+            self.z.copy_from_slice(guess);
+        }
     }
 
     /// Writes the first guess of z into the inputs.
@@ -218,6 +231,16 @@ impl BodyCoupling {
     /// Starts from nothing next time.
     pub(super) fn forget(&mut self) {
         self.coupling.forget();
+    }
+
+    /// As [`Coupling::guess`].
+    pub(super) fn guess(&self) -> Guess {
+        self.coupling.guess()
+    }
+
+    /// As [`Coupling::start_from`].
+    pub(super) fn start_from(&mut self, guess: &Guess) {
+        self.coupling.start_from(guess);
     }
 
     /// The program, with how often it was run.

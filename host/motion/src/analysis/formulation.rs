@@ -4,6 +4,7 @@ use element_api::set::Fault;
 
 use super::balance::Imbalance;
 use super::evaluator::Evaluator;
+use super::joint_engines::Look;
 use super::solved::SolvedProgram;
 use crate::linalg::LinalgError;
 use crate::program::{Equations, Graph, Node, Used};
@@ -165,6 +166,20 @@ pub struct Observed<'a> {
     pub imbalance: Imbalance,
 }
 
+/// What a solution of forces that depend on accelerations and reactions starts from; `None`: from nothing.
+pub(super) type Guess = Option<Vec<f64>>;
+
+/// What a formulation has learned so far, as far as it shows in what it does next and in the work that it counts.
+#[derive(Debug, Clone, Default)]
+pub struct Traces {
+    /// Own, and in coordinates of bodies beside those of joints.
+    pub(super) guesses: [Guess; 2],
+    /// The same.
+    pub(super) counters: [Counters; 2],
+    /// How the engine in joint coordinates was found last, and whether it is trusted.
+    pub(super) look: Option<(Look, bool)>,
+}
+
 /// A way of writing the equations of motion. States are plain slices; `dim` numbers each.
 pub trait Formulation: Send {
     /// Short name for reports.
@@ -257,6 +272,14 @@ pub trait Formulation: Send {
     fn accelerations(&mut self, t: f64, state: &[f64]) -> Result<Option<Vec<f64>>, AnalysisError> {
         let _ = (t, state);
         Ok(None)
+    }
+    /// What it has learned; see [`Formulation::forget_since`].
+    fn traces(&self) -> Traces {
+        Traces::default()
+    }
+    /// What was asked for since leaves no trace in what follows, nor in the work that is counted.
+    fn forget_since(&mut self, traces: &Traces) {
+        let _ = traces;
     }
     /// The entry of the state that an input of programs is a copy of, if it is one; see [`Formulation::written_in_state`].
     fn entry_of(&self, slot: usize) -> Option<usize> {

@@ -6,7 +6,7 @@
 use element_api::ElementSet;
 
 use super::assembly::load;
-use super::formulation::{AnalysisError, Counters, Formulation, Observed};
+use super::formulation::{AnalysisError, Counters, Formulation, Observed, Traces};
 use super::working::{WorkingForm, WorkingParts};
 use crate::plan::Layout;
 use crate::program::Used;
@@ -39,6 +39,18 @@ impl InBodies {
     pub(super) fn forget(&mut self, working: &[f64]) {
         if let Some(form) = &mut self.form {
             form.forget(working);
+        }
+    }
+
+    /// As [`Formulation::traces`].
+    pub(super) fn traces(&self) -> Traces {
+        self.form.as_ref().map_or_else(Traces::default, |form| form.traces())
+    }
+
+    /// As [`Formulation::forget_since`].
+    pub(super) fn forget_since(&mut self, traces: &Traces) {
+        if let Some(form) = &mut self.form {
+            form.forget_since(traces);
         }
     }
 

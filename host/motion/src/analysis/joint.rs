@@ -13,7 +13,7 @@ use super::balance::{Imbalance, Trial};
 use super::constraints::mass_entries;
 use super::coupling::Coupling;
 use super::evaluator::Evaluator;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
@@ -275,6 +275,14 @@ impl Formulation for JointForm {
         let (graph, nodes) = self.equations.body_accelerations();
         let mut program = Evaluator::new(&graph, &nodes);
         Ok(Some(program.run(&self.motion.inputs, &self.bodies.sets)?.to_vec()))
+    }
+
+    fn traces(&self) -> Traces {
+        self.own_traces()
+    }
+
+    fn forget_since(&mut self, traces: &Traces) {
+        self.follow(traces);
     }
 
     fn turns_added(&self) -> f64 {

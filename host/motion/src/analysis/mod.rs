@@ -56,7 +56,7 @@ pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
 pub use evaluator::Evaluator;
-pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
+pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
 pub use reference::ReferenceForm;

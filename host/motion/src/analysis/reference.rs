@@ -9,7 +9,7 @@
 use element_api::ElementSet;
 
 use super::balance::Imbalance;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Traces};
 use super::motion::{normalise, parameter_rates};
 use super::working::BODY_STATES;
 use crate::linalg::FullPivLu;
@@ -424,6 +424,14 @@ impl Formulation for ReferenceForm {
             normalise(&mut self.inputs[slot..slot + 4]);
         }
         Ok(Observed { inputs: &self.inputs, imbalance: Imbalance::default() })
+    }
+
+    fn traces(&self) -> Traces {
+        Traces { counters: [self.counters, Counters::default()], ..Traces::default() }
+    }
+
+    fn forget_since(&mut self, traces: &Traces) {
+        self.counters = traces.counters[0];
     }
 
     fn counters(&self) -> Counters {

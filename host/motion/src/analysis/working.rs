@@ -17,7 +17,7 @@ use element_api::ElementSet;
 use super::balance::{Balance, Imbalance, Trial};
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{BodyCoupling, Solve};
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 use super::linearisation::{Linearisation, Terms, work};
 use super::motion::{APPROACH, Engines, Independence, Motion, NEAR_SINGULAR, Used, next_step};
 use super::newton::{ROUND_OFF, project_plainly};
@@ -270,6 +270,18 @@ impl Formulation for WorkingForm {
 
     fn written_in_state(&self, equations: &Equations, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
         Some((equations.graph.clone(), nodes.to_vec()))
+    }
+
+    fn traces(&self) -> Traces {
+        let guess = self.coupling.as_ref().and_then(BodyCoupling::guess);
+        Traces { guesses: [guess, None], counters: [self.motion.counters, Counters::default()], look: None }
+    }
+
+    fn forget_since(&mut self, traces: &Traces) {
+        if let Some(coupling) = &mut self.coupling {
+            coupling.start_from(&traces.guesses[0]);
+        }
+        self.motion.counters = traces.counters[0];
     }
 
     fn offer_jacobian(&mut self, equations: &Equations) {

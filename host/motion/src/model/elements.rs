@@ -237,7 +237,7 @@ fn body_frame(target: &Target, scene: &Scene, _: &ElementRecord, _: usize) -> (V
 
 /// A right-handed triad with the given z axis and an x axis near the hint. Without a hint, x is the direction across z
 /// that is nearest to the x axis (to the y axis where z is nearly along x). `None` when hint and axis are parallel.
-fn triad(axis: Option<[f64; 3]>, hint: Option<[f64; 3]>) -> Option<Matrix3<f64>> {
+pub(super) fn triad(axis: Option<[f64; 3]>, hint: Option<[f64; 3]>) -> Option<Matrix3<f64>> {
     let z = axis.map_or(Vector3::z(), Vector3::from).normalize();
     let hint = match hint {
         Some(hint) => Vector3::from(hint),

@@ -14,12 +14,14 @@
 //! | `parameters.rs` | parameters against their descriptions |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
 //! | `channels.rs` | the words of requested outputs |
+//! | `picture.rs` | what a picture of the motion is made of |
 //! | `schema.rs` | what elements add to the JSON schema of scenes |
 
 mod bodies;
 mod channels;
 mod elements;
 mod parameters;
+mod picture;
 pub mod schema;
 mod signals;
 mod tables;
@@ -36,6 +38,7 @@ use crate::scene::Scene;
 
 pub use elements::fault_code;
 pub use parameters::resolve as resolve_parameters;
+pub use picture::{Place, Shown, movable_records, place_of_shape};
 pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, rotation, skew};
 
 /// A model and what the user should know about it.

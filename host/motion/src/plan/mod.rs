@@ -2,12 +2,13 @@
 //!
 //! - **Takes**: a [`crate::model::Model`]; the constraint Jacobian at the assembled position.
 //! - **Gives**: [`Layout`] (where every number lies) and [`Plan`] (independent rows, unique reactions, engine, what is
-//!   skipped and why).
+//!   skipped and why); how pictures show a joint.
 //! - **May touch**: linear algebra for ranks.
 //! - **Must not know**: integrators, values of the coordinates at run time, how the Jacobian was computed.
 
 mod coordinates;
 mod decide;
+mod glyph;
 mod layout;
 mod pruning;
 mod topology;
@@ -18,6 +19,7 @@ mod tests;
 
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent};
+pub use glyph::Place;
 pub use layout::Layout;
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};

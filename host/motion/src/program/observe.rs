@@ -7,7 +7,7 @@ use odyn_graph::{Node, V3};
 
 use super::equations::{Equations, Form, Row};
 use super::kinematics::{dot4, g_matrix, transposed};
-use crate::model::{Axes, Level, Model, Quantity};
+use crate::model::{Axes, Level, Model, Quantity, Shown};
 use crate::plan::Layout;
 
 impl Equations {
@@ -56,6 +56,32 @@ impl Equations {
             Quantity::PotentialEnergy => self.potential,
             Quantity::TotalEnergy => self.graph.add(self.kinetic, self.potential),
         }
+    }
+
+    /// What a picture of the motion shows of the bodies, SI, ground axes: per body the position of the origin of its frame, then
+    /// the rows of the matrix body -> ground.
+    pub fn poses(&mut self, model: &Model, layout: &Layout) -> Vec<Node> {
+        let mut nodes = Vec::with_capacity(12 * model.bodies.len());
+        for (body, own) in model.bodies.iter().enumerate() {
+            nodes.extend(self.point(body, &-own.center_of_mass, Level::Position, layout));
+            nodes.extend(self.bodies[body].a.iter().flatten());
+        }
+        nodes
+    }
+
+    /// The loads that a picture of the motion shows ([`Model::shown_loads`]), SI, ground axes: per load the force, then the torque
+    /// at the origin of its frame.
+    pub fn shown_loads(&mut self, model: &Model, layout: &Layout) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for Shown { element, frame } in model.shown_loads() {
+            for torque in [false, true] {
+                for component in 0..3 {
+                    let load = Quantity::Load { element, frame, torque, axes: Axes::Ground, component };
+                    nodes.push(self.observe(&load, model, layout));
+                }
+            }
+        }
+        nodes
     }
 
     /// A component of a ground vector in the axes asked for.

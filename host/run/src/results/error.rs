@@ -36,6 +36,14 @@ pub enum ResultsError {
         /// What is wrong.
         reason: String,
     },
+    /// A file is not the motion of a run.
+    #[error("`{}` is not the motion of a run: {reason}", path.display())]
+    NotAMotion {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// Two tables share no times or no columns.
     #[error("`{}` and `{}` cannot be compared: {reason}", first.display(), second.display())]
     NothingToCompare {
@@ -63,7 +71,7 @@ impl ResultsError {
     pub fn code(&self) -> Code {
         match self {
             Self::Write { .. } => codes::CANNOT_WRITE,
-            Self::Read { .. } | Self::NotATable { .. } => codes::CANNOT_READ_RESULTS,
+            Self::Read { .. } | Self::NotATable { .. } | Self::NotAMotion { .. } => codes::CANNOT_READ_RESULTS,
             Self::NothingToCompare { .. } => codes::NOTHING_TO_COMPARE,
         }
     }
@@ -95,9 +103,15 @@ impl ResultsError {
                 }
                 _ => "choose another folder with `-o DIR`",
             },
+            Self::Read { path, .. } if path.ends_with(super::MOTION_FILE) => {
+                "a run writes it with `motion = true` in [simulation], or with `--motion`"
+            }
             Self::Read { .. } => "check the path; the table of a run is `results.csv` in its folder",
             Self::NotATable { .. } => {
                 "a table has one header line with a column `t` or `time`, then a number per column in each line"
+            }
+            Self::NotAMotion { .. } => {
+                "a run writes it with `motion = true` in [simulation], or with `--motion`; run anew"
             }
             Self::NothingToCompare { .. } => {
                 "columns are matched by name, rows by time; both tables need the same units"

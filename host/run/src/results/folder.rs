@@ -1,10 +1,10 @@
-//! [`Folder`]: the three files of a run.
+//! [`Folder`]: the files of a run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::summary::replace;
-use super::{ChannelInfo, CsvWriter, ResultsError, Summary, Written, channels};
+use super::{ChannelInfo, CsvWriter, MotionHeader, MotionWriter, ResultsError, Summary, Written, channels};
 
 /// Name of the table.
 pub const RESULTS_FILE: &str = "results.csv";
@@ -17,17 +17,30 @@ pub const STATE_FILE: &str = "state.toml";
 /// Name of what a run that was killed is resumed from.
 pub const CHECKPOINT_FILE: &str = "checkpoint.toml";
 
+/// Where all bodies were at the samples, where that is asked for.
+pub const MOTION_FILE: &str = "motion.bin";
+
 /// The folder of results of a run that goes on. Files of former results with the same names are replaced, all others are
 /// left alone.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
     table: CsvWriter,
+    motion: Option<MotionWriter>,
+}
+
+/// How far the files of a run are written.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// The table.
+    pub table: Written,
+    /// The motion, where it is written.
+    pub motion: Option<Written>,
 }
 
 impl Folder {
     /// Makes the folder where it is missing, and the files: first the summary, which says `running`, so that a finished
-    /// one never stands beside the table of another run. State and checkpoint of a former run are removed.
+    /// one never stands beside the table of another run. State, checkpoint and motion of a former run are removed.
     ///
     /// # Errors
     /// [`ResultsError::Write`]; also where another run is writing there.
@@ -35,42 +48,50 @@ impl Folder {
         path: &Path,
         time: &ChannelInfo,
         channels: &[ChannelInfo],
+        motion: Option<&MotionHeader>,
         summary: &Summary,
     ) -> Result<Self, ResultsError> {
         fs::create_dir_all(path).map_err(|cause| ResultsError::write(path, cause))?;
         let table = path.join(RESULTS_FILE);
         let claimed = CsvWriter::claim(&table)?;
-        for name in [CHECKPOINT_FILE, STATE_FILE] {
+        for name in [CHECKPOINT_FILE, STATE_FILE, MOTION_FILE] {
             remove(&path.join(name))?;
         }
         summary.write(&path.join(SUMMARY_FILE))?;
         channels::write(&path.join(CHANNELS_FILE), time, channels)?;
         let table = CsvWriter::begin(&table, claimed, channels)?;
-        Ok(Self { path: path.to_path_buf(), table })
+        let motion = motion.map(|header| MotionWriter::create(&path.join(MOTION_FILE), header)).transpose()?;
+        Ok(Self { path: path.to_path_buf(), table, motion })
     }
 
-    /// Continues in the folder of a run that was ended, with what was `kept` of its table.
+    /// Continues in the folder of a run that was ended, with what was `kept` of its files.
     ///
     /// # Errors
     /// [`ResultsError`]; also where another run is writing there, or the table is not the one of the checkpoint.
     pub fn go_on(
         path: &Path,
         channels: &[ChannelInfo],
-        kept: &Written,
+        motion: Option<&MotionHeader>,
+        kept: &Kept,
         summary: &Summary,
     ) -> Result<Self, ResultsError> {
         let table = path.join(RESULTS_FILE);
-        let table = CsvWriter::go_on(&table, CsvWriter::claim(&table)?, channels, kept)?;
+        let table = CsvWriter::go_on(&table, CsvWriter::claim(&table)?, channels, &kept.table)?;
+        let motion = match (motion, &kept.motion) {
+            (Some(header), Some(kept)) => Some(MotionWriter::go_on(&path.join(MOTION_FILE), header, kept)?),
+            _ => None,
+        };
         summary.write(&path.join(SUMMARY_FILE))?;
-        Ok(Self { path: path.to_path_buf(), table })
+        Ok(Self { path: path.to_path_buf(), table, motion })
     }
 
     /// Brings all rows to the disk; returns what is there. For [`Folder::checkpoint`].
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn sync(&mut self) -> Result<Written, ResultsError> {
-        self.table.sync()
+    pub fn sync(&mut self) -> Result<Kept, ResultsError> {
+        let motion = self.motion.as_mut().map(MotionWriter::sync).transpose()?;
+        Ok(Kept { table: self.table.sync()?, motion })
     }
 
     /// A checkpoint that there is no text for.
@@ -94,6 +115,20 @@ impl Folder {
         self.table.row(time, values)
     }
 
+    /// Whether the motion is written.
+    #[must_use]
+    pub fn takes_motion(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// Writes a record of the motion: the time in its unit, then poses and loads, SI.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn record(&mut self, time: f64, values: &[f64]) -> Result<(), ResultsError> {
+        self.motion.as_mut().map_or(Ok(()), |motion| motion.record(time, values))
+    }
+
     /// Rows so far.
     #[must_use]
     pub fn rows(&self) -> u64 {
@@ -106,6 +141,7 @@ impl Folder {
     /// [`ResultsError::Write`]. If the table cannot be completed, the summary still says `running`.
     pub fn finish(mut self, summary: &mut Summary) -> Result<(), ResultsError> {
         self.table.flush()?;
+        self.motion.as_mut().map_or(Ok(()), MotionWriter::flush)?;
         summary.results_sha256 = Some(self.table.written().sha256);
         summary.write(&self.path.join(SUMMARY_FILE))?;
         if summary.status.reached_end() { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }

@@ -2,9 +2,9 @@
 //!
 //! - **Takes**: numbers at sample times with the names, units and places of their channels; counters and times; paths of
 //!   tables to compare, or to check against.
-//! - **Gives**: `results.csv`, `channels.json` and `summary.json` ([`Folder`]), the figures of a scene ([`Figure`]), its
+//! - **Gives**: `results.csv`, `channels.json` and `summary.json`, and `motion.bin` where it is asked for ([`Folder`]), the figures of a scene ([`Figure`]), its
 //!   checks ([`Check`]), the end-of-run text ([`report`]), the comparison of two tables ([`compare`]).
-//! - **May touch**: files in the folder of results, and the tables it is asked to compare.
+//! - **May touch**: files in the folder of results, the tables it is asked to compare, meshes.
 //! - **Must not know**: how numbers were obtained: no models, plans, integrators, plugins; no terminals.
 //!
 //! Numbers arrive in SI, except times, and leave in scene units. Files are valid at every moment: the table has whole rows
@@ -12,13 +12,16 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `folder.rs` | the three files of a run and their order |
+//! | `folder.rs` | the files of a run and their order |
 //! | `csv.rs` | the table, row by row |
 //! | `channels.rs` | what each column is |
 //! | `summary.rs` | everything else about a run, as data |
 //! | `audit.rs` | what can be checked without knowing the solution |
 //! | `limits.rs` | what the audit may find before results are suspect |
 //! | `checks.rs` | values against those they should have |
+//! | `motion/` | `motion.bin`: where all bodies were, and what acted on them |
+//! | `glb/` | a motion as glTF, for other programs |
+//! | `mesh.rs` | triangles of a file |
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
 //! | `remedies.rs` | what was done where the plain way did not get on |
 //! | `report.rs` | the text at the end of a run |
@@ -35,7 +38,10 @@ mod csv;
 mod error;
 mod figures;
 mod folder;
+mod glb;
 mod limits;
+mod mesh;
+mod motion;
 mod remedies;
 mod report;
 mod seal;
@@ -55,8 +61,14 @@ pub use compare::{ColumnDifference, Comparison, compare};
 pub use csv::{CsvWriter, Written};
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
-pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use glb::glb;
 pub use limits::{AuditLimits, Excess, Measure};
+pub use mesh::Mesh;
+pub use motion::{
+    LOAD, MOTION_FORMAT, Motion, MotionHeader, MotionWriter, POSE, Shape, ShownBody, ShownElement, ShownFrame,
+    ShownLoad,
+};
 pub use remedies::{Recoveries, Remedy};
 pub use report::report;
 pub use seal::{checksum, seal, unseal};

@@ -3,6 +3,8 @@
 mod checks;
 mod comparisons;
 mod figures;
+mod glbs;
+mod motions;
 mod reports;
 mod tables;
 

@@ -28,6 +28,9 @@ impl Session {
         stop: &Arc<AtomicBool>,
     ) -> Result<RunReport, SessionError> {
         let started = Instant::now();
+        if folder.is_some() && self.scene.simulation.motion {
+            self.shown = Some(self.picture()?);
+        }
         let mut keeper = Keeper::of(&mut self, folder)?;
         let before = keeper.as_ref().map_or(0.0, |keeper| keeper.point.work.wall_time_s);
         let span =

@@ -10,7 +10,7 @@ use super::options::RunOptions;
 use super::restart::{Format, Restart};
 use crate::catalog::{LibraryInfo, sha256};
 use crate::diagnostics::{Diagnostic, Source, codes};
-use crate::results::{AuditRecord, CHECKPOINT_FILE, Summary, Written, seal, unseal};
+use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, Summary, Written, seal, unseal};
 use crate::scene::{AuditTolerance, Override};
 
 /// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows.
@@ -29,6 +29,9 @@ pub struct Checkpoint {
     pub(super) t_start: f64,
     /// The part of the table that belongs to it.
     pub(super) table: Written,
+    /// The part of the motion that belongs to it, where that is written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) motion: Option<Written>,
     /// What the run is made of; another one cannot go on.
     pub(super) identity: Identity,
     /// How the scene was opened.
@@ -228,6 +231,11 @@ impl Checkpoint {
     pub fn without_scene(folder: &Path) -> Box<Diagnostic> {
         let message = format!("cannot resume from {}: its scene was not read from a file", folder.display());
         Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help("the program that made the scene can resume it"))
+    }
+
+    /// How far the files of the run belong to it.
+    pub(super) fn kept(&self) -> Kept {
+        Kept { table: self.table.clone(), motion: self.motion.clone() }
     }
 
     /// The text of the file. Every number reads back as the same bits.

@@ -7,6 +7,7 @@
 //! island that rests beside a fast one is not held to its own round-off; and the error of a slow one, which common steps
 //! would make far smaller than asked for, comes as close to the tolerance as that of any other.
 
+use std::borrow::Cow;
 use std::collections::{HashSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -17,13 +18,13 @@ use super::opened::Session;
 use super::prepared::Prepared;
 use super::restart::Restart;
 use super::run::Run;
-use super::samplings::Rows;
+use super::samplings::Rows::Sent;
 use super::sink::Sink;
 use crate::analysis::{Assembly, Scales};
 use crate::integrate::Flow;
 use crate::plan::{Island, Layout};
 use crate::pool;
-use crate::results::{Audit, IslandWork, ResultsError, Status, Summary};
+use crate::results::{Audit, IslandWork, LOAD, POSE, ResultsError, Status, Summary};
 use crate::scene::OutputRecord;
 
 /// A scene falls as fast as sqrt(g L): below this share of it, speeds count as rest, whatever the rounding of resting islands.
@@ -35,19 +36,54 @@ pub(super) struct Islands {
     parts: Vec<Prepared>,
 }
 
-/// What runs in all islands give, as it comes: a row goes to the results when all of them have their share of it.
-struct Gathered<'a> {
-    told: Told<'a>,
-    /// The channels of each island.
-    channels: Vec<&'a [usize]>,
+/// Rows of values of all islands, as they come: a row is complete when all of them have their share of it.
+struct Rows<'a> {
+    /// The places of each island's values among those of the whole.
+    places: Vec<Cow<'a, [usize]>>,
     /// Rows of each island that others have not reached.
     waiting: Vec<VecDeque<Vec<f64>>>,
     /// Islands of which no row waits.
     missing: usize,
     /// Rows that are complete.
-    rows: usize,
+    count: usize,
     /// Values of a row.
     values: Vec<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(places: Vec<Cow<'a, [usize]>>, values: usize) -> Self {
+        let islands = places.len();
+        let waiting = vec![VecDeque::new(); islands];
+        Self { places, waiting, missing: islands, count: 0, values: vec![0.0; values] }
+    }
+
+    /// Takes the share of an island. Gives the row that it completes, if it does, with its number.
+    fn take(&mut self, island: usize, values: &[f64]) -> Option<(usize, &[f64])> {
+        if self.waiting[island].is_empty() {
+            self.missing -= 1;
+        }
+        self.waiting[island].push_back(values.to_vec());
+        if self.missing > 0 {
+            return None;
+        }
+        self.values.fill(0.0);
+        for (places, waiting) in self.places.iter().zip(&mut self.waiting) {
+            let row = waiting.pop_front().unwrap_or_default();
+            // Energies of the whole scene are sums; all else belongs to one island.
+            places.iter().zip(row).for_each(|(place, value)| self.values[*place] += value);
+            self.missing += usize::from(waiting.is_empty());
+        }
+        self.count += 1;
+        Some((self.count - 1, &self.values))
+    }
+}
+
+/// What runs in all islands give, as it comes.
+struct Gathered<'a> {
+    told: Told<'a>,
+    channels: Rows<'a>,
+    /// Poses and loads, where they are taken.
+    pictures: Option<Rows<'a>>,
     /// Time that each island has reached, s.
     reached: Vec<f64>,
     /// Sum of the shares of all islands that are done.
@@ -56,22 +92,13 @@ struct Gathered<'a> {
 
 impl Gathered<'_> {
     fn take(&mut self, island: usize, values: &[f64]) -> Result<(), std::io::Error> {
-        if self.waiting[island].is_empty() {
-            self.missing -= 1;
-        }
-        self.waiting[island].push_back(values.to_vec());
-        if self.missing > 0 {
-            return Ok(());
-        }
-        self.values.fill(0.0);
-        for (channels, waiting) in self.channels.iter().zip(&mut self.waiting) {
-            let row = waiting.pop_front().unwrap_or_default();
-            // Energies of the whole scene are sums; all other channels belong to one island.
-            channels.iter().zip(row).for_each(|(channel, value)| self.values[*channel] += value);
-            self.missing += usize::from(waiting.is_empty());
-        }
-        self.rows += 1;
-        self.told.samplings.take(self.rows - 1, &self.values)
+        let row = self.channels.take(island, values);
+        row.map_or(Ok(()), |(number, values)| self.told.samplings.take(number, values))
+    }
+
+    fn picture(&mut self, island: usize, values: &[f64]) -> Result<(), std::io::Error> {
+        let row = self.pictures.as_mut().and_then(|pictures| pictures.take(island, values));
+        row.map_or(Ok(()), |(number, values)| self.told.samplings.picture(number, values))
     }
 
     fn tell(&mut self, island: usize, t: f64) {
@@ -92,6 +119,14 @@ struct Part<'a, 'b> {
 impl Sink for Part<'_, '_> {
     fn sample(&mut self, _: usize, values: &[f64]) -> std::io::Result<()> {
         lock(self.gathered).take(self.island, values)
+    }
+
+    fn takes_pictures(&self) -> bool {
+        lock(self.gathered).pictures.is_some()
+    }
+
+    fn picture(&mut self, _: usize, values: &[f64]) -> std::io::Result<()> {
+        lock(self.gathered).picture(self.island, values)
     }
 
     fn step(&mut self, t: f64) -> Flow {
@@ -127,11 +162,11 @@ pub(super) fn islands_leg(
     let topology = &whole.plan.topology.islands;
     let ended = {
         let gathered = Mutex::new(Gathered {
-            channels: topology.iter().map(|island| island.channels.as_slice()).collect(),
-            waiting: vec![VecDeque::new(); topology.len()],
-            missing: topology.len(),
-            rows: 0,
-            values: vec![0.0; whole.model.channels.len()],
+            channels: Rows::new(
+                topology.iter().map(|island| Cow::Borrowed(island.channels.as_slice())).collect(),
+                whole.model.channels.len(),
+            ),
+            pictures: told.samplings.takes_pictures().then(|| whole.pictures()),
             reached: vec![told.span[0]; topology.len()],
             done: 0.0,
             told: told.lent(),
@@ -140,7 +175,7 @@ pub(super) fn islands_leg(
         for (k, part) in parts.into_iter().enumerate() {
             let sink = Part { gathered: &gathered, island: k };
             let leg = Leg { to: leg.to, first_sample: 0, carried: None };
-            let run = part.begin(Rows::Sent(Box::new(sink)), leg);
+            let run = part.begin(Sent(Box::new(sink)), leg);
             runs.push(run.map_err(|error| whole.in_island(&topology[k], error))?);
         }
         let scales = whole.scales_of(&runs);
@@ -219,6 +254,19 @@ impl Session {
             own.load_memories(&state.memories)?;
         }
         Ok(own)
+    }
+
+    /// The places of what is shown of each island among what is shown of the whole.
+    fn pictures(&self) -> Rows<'static> {
+        let (bodies, loads) = (self.model.bodies.len(), self.model.shown_loads());
+        let block = |from: usize, size: usize, number: usize| (0..size).map(move |k| from + size * number + k);
+        let places = self.plan.topology.islands.iter().map(|island| {
+            let poses = island.bodies.iter().flat_map(|body| block(0, POSE, *body));
+            let own = loads.iter().enumerate().filter(|(_, load)| island.elements.contains(&load.element));
+            let loads = own.flat_map(|(number, _)| block(POSE * bodies, LOAD, number));
+            Cow::Owned(poses.chain(loads).collect())
+        });
+        Rows::new(places.collect(), POSE * bodies + LOAD * loads.len())
     }
 
     /// What an island has of the assembled scene.

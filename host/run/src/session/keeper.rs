@@ -65,7 +65,7 @@ impl Keeper {
     pub(super) fn open(&mut self, session: &Session, summary: &mut Summary) -> Result<Samplings, SessionError> {
         summary.resumed = self.point.resumed;
         let mut samplings = match self.is_resumed {
-            true => Samplings::go_on(session, &self.folder, &self.point.table, summary)
+            true => Samplings::go_on(session, &self.folder, &self.point.kept(), summary)
                 .map_err(|error| session.files_error(&error))?,
             false => session.samplings(Some(&self.folder), summary)?,
         };
@@ -91,7 +91,7 @@ impl Keeper {
     fn write(&mut self, samplings: &mut Samplings) -> Result<(), ResultsError> {
         let point = &mut self.point;
         *point = samplings.checkpoint(|written| {
-            point.table = written;
+            (point.table, point.motion) = (written.table, written.motion);
             let text = point.to_text()?;
             let back = Checkpoint::from_text(&text).map_err(std::io::Error::other)?;
             Ok((text, back))
@@ -115,6 +115,7 @@ fn at_start(session: &Session) -> Checkpoint {
         resumed: 0,
         t_start: session.begins.time,
         table: Written::default(),
+        motion: None,
         identity: Identity::of(&session.scene.source, &session.libraries),
         origin: session.origin.clone(),
         work: Work::default(),

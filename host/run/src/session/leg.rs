@@ -69,6 +69,14 @@ impl Sink for &mut Told<'_> {
         self.samplings.take(number, values)
     }
 
+    fn takes_pictures(&self) -> bool {
+        self.samplings.takes_pictures()
+    }
+
+    fn picture(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
+        self.samplings.picture(number, values)
+    }
+
     fn step(&mut self, t: f64) -> Flow {
         let share = self.share(t);
         (self.progress)(share);

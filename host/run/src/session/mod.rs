@@ -28,6 +28,7 @@
 //! | `saved.rs` | a run at one of its times, to which it can be brought back |
 //! | `sink.rs` | who takes the results of a run as they come |
 //! | `samplings.rs` | rows in the scene's units, kept and written |
+//! | `picture.rs` | what `motion.bin` begins with: bodies with shapes, elements, loads |
 //! | `batch.rs` | a scene by itself, from its start to results |
 //! | `crew.rs`, `islands.rs` | what is integrated side by side: the whole, or parts that share nothing |
 //! | `leg.rs` | a part of a run, from one time to another |
@@ -66,6 +67,7 @@ mod open;
 mod opened;
 mod options;
 mod outcome;
+mod picture;
 mod place;
 mod prepared;
 mod prune;

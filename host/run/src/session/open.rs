@@ -10,6 +10,7 @@ use super::libraries::{load_libraries, refused};
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, one_of};
+use super::picture::check_meshes;
 use super::prune::{allowed, is_determined};
 use crate::analysis::{self, Assembly, AssemblyError, assemble, idle_axes};
 use crate::catalog::Catalog;
@@ -65,6 +66,7 @@ impl Session {
     ) -> Result<Self, SessionError> {
         let pruning = allowed(&scene)?;
         let apart = apart(&scene)?;
+        check_meshes(&scene)?;
         let refused = |diagnostics| SessionError::new(&scene.source, diagnostics);
         let (mut model, notes) = resolve(&scene, catalog).map_err(refused)?;
         warnings.extend(notes);
@@ -131,6 +133,7 @@ impl Session {
             apart,
             begins: Beginning { time: t, sampled_from: t, state: None, checkpoint: None },
             origin: None,
+            shown: None,
             load_time,
             compile_time: 0.0,
             scene,

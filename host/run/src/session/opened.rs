@@ -10,7 +10,7 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::model::Model;
 use crate::plan::{Plan, Pruning};
 use crate::program::Equations;
-use crate::results::ResultsError;
+use crate::results::{MotionHeader, ResultsError};
 use crate::scene::Scene;
 
 /// A scene ready to run.
@@ -44,6 +44,8 @@ pub struct Session {
     pub(super) pruning: Pruning,
     /// The time determines the motion: it is found, not integrated.
     pub(super) determined: bool,
+    /// What a picture of the motion shows, where the run writes one.
+    pub(super) shown: Option<MotionHeader>,
     /// Reading, loading, resolving, s.
     pub load_time: f64,
     /// Writing the equations, planning, assembling, s.

@@ -7,7 +7,7 @@ use super::opened::Session;
 use super::outcome::RunReport;
 use super::restart::Restart;
 use super::sink::Sink;
-use crate::results::{ChannelInfo, CheckResult, Folder, RESULTS_FILE, ResultsError, Summary, Table, Written};
+use crate::results::{ChannelInfo, CheckResult, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table};
 use crate::scene::{Dimension, SampleTime, Simulation};
 
 /// The samples of a run, where they go.
@@ -29,6 +29,16 @@ impl Sink for Samplings {
     fn sample(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
         self.take(number, values)
     }
+
+    fn takes_pictures(&self) -> bool {
+        self.folder.as_ref().is_some_and(Folder::takes_motion)
+    }
+
+    fn picture(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
+        let time = self.times[number].scene;
+        let written = self.folder.as_mut().map_or(Ok(()), |folder| folder.record(time, values));
+        self.told(written)
+    }
 }
 
 impl Samplings {
@@ -40,7 +50,13 @@ impl Samplings {
             column.push(channel.from_si(*value));
         }
         let Some(folder) = &mut self.folder else { return Ok(()) };
-        folder.row(time, values).map_err(|error| {
+        let written = folder.row(time, values);
+        self.told(written)
+    }
+
+    /// Keeps an error that ends the run.
+    fn told(&mut self, written: Result<(), ResultsError>) -> std::io::Result<()> {
+        written.map_err(|error| {
             let told = std::io::Error::other(error.to_string());
             self.error = Some(error);
             told
@@ -71,15 +87,10 @@ impl Samplings {
         self.columns.iter_mut().for_each(|column| column.truncate(kept.unwrap_or(0)));
     }
 
-    /// Continues a table with what was `kept` of it.
-    pub(super) fn go_on(
-        session: &Session,
-        path: &Path,
-        kept: &Written,
-        summary: &Summary,
-    ) -> Result<Self, ResultsError> {
+    /// Continues the files with what was `kept` of them.
+    pub(super) fn go_on(session: &Session, path: &Path, kept: &Kept, summary: &Summary) -> Result<Self, ResultsError> {
         let mut samplings = session.no_samplings();
-        samplings.folder = Some(Folder::go_on(path, &samplings.channels, kept, summary)?);
+        samplings.folder = Some(Folder::go_on(path, &samplings.channels, session.shown.as_ref(), kept, summary)?);
         let table = Table::read(&path.join(RESULTS_FILE))?;
         (samplings.taken, samplings.columns) = (table.times, table.columns);
         Ok(samplings)
@@ -89,7 +100,7 @@ impl Samplings {
     /// `make` gives.
     pub(super) fn checkpoint<T>(
         &mut self,
-        make: impl FnOnce(Written) -> std::io::Result<(String, T)>,
+        make: impl FnOnce(Kept) -> std::io::Result<(String, T)>,
     ) -> Result<T, ResultsError> {
         let folder = self.folder.as_mut().expect("runs with checkpoints have a folder");
         let written = folder.sync()?;
@@ -111,7 +122,7 @@ impl Session {
         if let Some(path) = folder {
             let unit = self.scene.units.factor(Dimension::TIME);
             let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
-            let folder = Folder::create(path, &time, &samplings.channels, summary);
+            let folder = Folder::create(path, &time, &samplings.channels, self.shown.as_ref(), summary);
             samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
         }
         Ok(samplings)

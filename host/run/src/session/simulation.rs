@@ -1,9 +1,11 @@
 //! [`Simulation`]: the equations of motion as the integrators see them, with samples, audit and memory between steps.
 
 mod memory;
+mod picture;
 mod system;
 mod watch;
 
+use self::picture::Picture;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
 use super::tier::Tier;
@@ -194,6 +196,8 @@ pub(super) struct Simulation<'a> {
     /// Largest kinetic energy so far, J.
     largest_kinetic: f64,
     sample_state: Vec<f64>,
+    /// What is shown of a state besides, where somebody takes it.
+    picture: Option<Picture>,
     /// Room for the inputs of the working form at a state.
     observed: Vec<f64>,
     samples: usize,
@@ -218,7 +222,7 @@ impl<'a> Simulation<'a> {
         assembly: &Assembly,
         formulation: Box<dyn Formulation>,
         tolerance: f64,
-        rows_taken: Rows<'a>,
+        mut rows_taken: Rows<'a>,
     ) -> Result<Self, AnalysisError> {
         let mut nodes: Vec<Node> =
             model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
@@ -227,6 +231,8 @@ impl<'a> Simulation<'a> {
             nodes.extend([equations.kinetic, equations.potential]);
         }
         let report = Part::near(formulation.as_ref(), equations, &nodes, layout);
+        let picture = rows_taken.sink().takes_pictures();
+        let picture = picture.then(|| Picture::new(formulation.as_ref(), equations, model, layout));
         let mut after: Vec<Node> = equations.angles.clone();
         after.extend(&equations.next_discrete);
         let told = equations.graph.calls.clone();
@@ -274,6 +280,7 @@ impl<'a> Simulation<'a> {
             thin: thin(model),
             largest_kinetic: 0.0,
             sample_state: Vec::new(),
+            picture,
             observed: Vec::with_capacity(layout.inputs()),
             samples: 0,
             rows_taken,
@@ -417,6 +424,7 @@ impl<'a> Simulation<'a> {
         let mut list = self.formulation.programs();
         list.push(self.rows.used(false));
         list.extend(self.energy.used().chain(self.report.used()).chain(self.accept.used()));
+        list.extend(self.picture.iter_mut().flat_map(Picture::used));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),

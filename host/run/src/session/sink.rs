@@ -13,6 +13,22 @@ pub trait Sink: Send {
     /// An error ends the run.
     fn sample(&mut self, number: usize, values: &[f64]) -> io::Result<()>;
 
+    /// Whether it takes pictures: [`Sink::picture`] is called only then.
+    fn takes_pictures(&self) -> bool {
+        false
+    }
+
+    /// What a picture of the motion shows at that sample, which was told just before, SI units and ground axes: per body of the
+    /// model the position of the origin of its frame and its Euler parameters, body -> ground, scalar first; then force and torque
+    /// of each load (`Model::shown_loads`).
+    ///
+    /// # Errors
+    /// An error ends the run.
+    fn picture(&mut self, number: usize, values: &[f64]) -> io::Result<()> {
+        let _ = (number, values);
+        Ok(())
+    }
+
     /// A step was accepted that ends at a time, s. Tells whether to go on.
     fn step(&mut self, t: f64) -> Flow {
         let _ = t;

@@ -10,6 +10,7 @@ mod islands;
 mod judged;
 mod motions;
 mod particles;
+mod pictures;
 mod pruning;
 mod recoveries;
 mod restarts;

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::super::schema::{self, DIMENSION, Key, ORDER};
-use super::super::{KEYS, bodies, elements, inputs, outputs, page, settings, verification};
+use super::super::{KEYS, bodies, elements, inputs, outputs, page, settings, shapes, verification};
 use super::reject;
 
 #[track_caller]
@@ -22,6 +22,7 @@ fn every_key_of_the_reader_is_in_the_schema() {
     same(&schema::library_keys(), settings::LIBRARY_KEYS);
     same(&schema::simulation_keys(), settings::SIMULATION_KEYS);
     same(&schema::body_keys(), bodies::KEYS);
+    same(&schema::shape_keys(), shapes::KEYS);
     same(&schema::element_keys(false), elements::KEYS);
     same(&schema::element_keys(true), &[elements::KEYS, &elements::SIGNAL_KEYS].concat());
     same(&schema::input_keys(), inputs::KEYS);
@@ -33,8 +34,14 @@ fn every_key_of_the_reader_is_in_the_schema() {
 
 #[test]
 fn every_key_has_a_sentence() {
-    for (key, _, doc) in
-        [schema::root_keys(), schema::simulation_keys(), schema::body_keys(), schema::output_keys()].concat()
+    for (key, _, doc) in [
+        schema::root_keys(),
+        schema::simulation_keys(),
+        schema::body_keys(),
+        schema::shape_keys(),
+        schema::output_keys(),
+    ]
+    .concat()
     {
         assert!(doc.ends_with('.'), "`{key}`: {doc}");
     }
@@ -97,8 +104,14 @@ fn the_schema_tells_the_dimensions_that_the_reader_expects() {
 #[test]
 fn the_page_has_every_key_and_every_sentence() {
     let page = page::page(&schema::schema());
-    for (key, _, doc) in
-        [schema::root_keys(), schema::simulation_keys(), schema::body_keys(), schema::element_keys(true)].concat()
+    for (key, _, doc) in [
+        schema::root_keys(),
+        schema::simulation_keys(),
+        schema::body_keys(),
+        schema::shape_keys(),
+        schema::element_keys(true),
+    ]
+    .concat()
     {
         let named = [format!("| `{key}`"), format!("| `[{key}]`"), format!("| `[[{key}]]`")];
         assert!(named.iter().any(|name| page.contains(name)) && page.contains(doc), "`{key}`: {doc}");

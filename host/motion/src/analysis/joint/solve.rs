@@ -47,6 +47,31 @@ impl JointForm {
         Ok(Used::Safe)
     }
 
+    /// See [`Formulation::traces`].
+    pub(super) fn own_traces(&self) -> Traces {
+        let Traces { guesses: [in_bodies, _], counters: [of_bodies, _], .. } = self.bodies.traces();
+        Traces {
+            guesses: [self.coupling.as_ref().and_then(Coupling::guess), in_bodies],
+            counters: [self.motion.counters, of_bodies],
+            look: Some((self.last, self.trusted)),
+        }
+    }
+
+    /// See [`Formulation::forget_since`].
+    pub(super) fn follow(&mut self, traces: &Traces) {
+        let Traces { guesses: [own, in_bodies], counters: [counters, of_bodies], look } = traces;
+        if let Some(coupling) = &mut self.coupling {
+            coupling.start_from(own);
+        }
+        self.motion.counters = *counters;
+        (self.last, self.trusted) = look.unwrap_or((self.last, self.trusted));
+        self.bodies.forget_since(&Traces {
+            guesses: [in_bodies.clone(), None],
+            counters: [*of_bodies, Counters::default()],
+            look: None,
+        });
+    }
+
     /// Runs the regular engine until forces agree with the reactions and accelerations that they depend on. It was run once.
     pub(super) fn agree(&mut self) -> Result<(), AnalysisError> {
         let (Some(dependence), Some(coupling), Some(regular)) =

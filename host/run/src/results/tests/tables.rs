@@ -141,7 +141,7 @@ fn a_run_leaves_three_files_that_say_running_until_the_end() {
     let folder = scratch.join("results").join("pendulum");
     let time = ChannelInfo::time("ms", 1e-3);
     let channels = [channel("x", "mm", 1e-3)];
-    let mut run = Folder::create(&folder, &time, &channels, &Summary::default()).unwrap();
+    let mut run = Folder::create(&folder, &time, &channels, None, &Summary::default()).unwrap();
     run.row(0.0, &[1e-3]).unwrap();
     assert_eq!(json(&folder.join(SUMMARY_FILE))["status"], "running");
     assert_eq!(run.rows(), 1);
@@ -163,10 +163,10 @@ fn a_new_run_never_stands_beside_an_old_summary() {
     let scratch = Scratch::new("again");
     let (time, channels) = (ChannelInfo::time("s", 1.0), [channel("x", "m", 1.0)]);
     let mut completed = Summary { status: Status::Completed, ..Summary::default() };
-    let mut first = Folder::create(&scratch, &time, &channels, &Summary::default()).unwrap();
+    let mut first = Folder::create(&scratch, &time, &channels, None, &Summary::default()).unwrap();
     first.row(0.0, &[1.0]).unwrap();
     first.finish(&mut completed).unwrap();
-    let second = Folder::create(&scratch, &time, &channels, &Summary::default()).unwrap();
+    let second = Folder::create(&scratch, &time, &channels, None, &Summary::default()).unwrap();
     assert_eq!(json(&scratch.join(SUMMARY_FILE))["status"], "running");
     assert_eq!(fs::read_to_string(scratch.join(RESULTS_FILE)).unwrap(), "t,x\n");
     drop(second);
@@ -177,7 +177,7 @@ fn a_file_where_the_folder_should_be_is_named_with_its_remedy() {
     let scratch = Scratch::new("blocked");
     let blocked = scratch.file("results", "");
     let time = ChannelInfo::time("s", 1.0);
-    let error = Folder::create(&blocked.join("run"), &time, &[], &Summary::default()).unwrap_err();
+    let error = Folder::create(&blocked.join("run"), &time, &[], None, &Summary::default()).unwrap_err();
     let diagnostic = error.diagnostic();
     assert_eq!(diagnostic.code, codes::CANNOT_WRITE);
     assert!(diagnostic.message.contains("results"), "{}", diagnostic.message);

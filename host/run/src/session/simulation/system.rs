@@ -11,7 +11,7 @@ use crate::linalg::LinalgError;
 const INTERPOLATION_MARGIN: f64 = 5.0;
 
 /// A smaller step may help against bad numbers, never against a broken element.
-fn failure(error: AnalysisError) -> Failure {
+pub(super) fn failure(error: AnalysisError) -> Failure {
     match &error {
         AnalysisError::Element { .. }
         | AnalysisError::TorqueOnParticle { .. }
@@ -82,7 +82,8 @@ impl Simulation<'_> {
         if let [kinetic, potential] = *energies {
             self.audit.sample_energy(t, kinetic, potential, state.last().copied().unwrap_or(0.0));
         }
-        self.rows_taken.sink().sample(number, values).map_err(|error| Failure::Fatal(Box::new(error)))
+        self.rows_taken.sink().sample(number, values).map_err(|error| Failure::Fatal(Box::new(error)))?;
+        self.take_picture(number, t, state)
     }
 }
 
