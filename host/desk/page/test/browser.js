@@ -1,0 +1,269 @@
+// Reports in a real browser: node browser.js ODYN REPO [FOLDER FOR PICTURES]
+//
+// Checks that nothing is asked of a network, that nothing is complained of in the console, that what is drawn and listed is what
+// the files of the run say, and that people who use a keyboard or a screen reader can use the page.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { createRequire } from "node:module";
+import { chromium } from "playwright-core";
+
+const [odyn, repository, pictures] = process.argv.slice(2);
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const work = mkdtempSync(join(tmpdir(), "odyn-desk-"));
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+  ],
+});
+
+function run(scene, name, ...more) {
+  const folder = join(work, name);
+  execFileSync(odyn, ["run", scene, "--quiet", "--report", "-o", folder, ...more], { cwd: repository, stdio: ["ignore", "ignore", "inherit"] });
+  return folder;
+}
+
+/** Opens a page; whatever it asks for besides itself, and whatever it complains of, is kept. */
+async function open(file, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1200, height: 900 }, reducedMotion: "reduce", ...options });
+  const page = await context.newPage();
+  const faults = [];
+  page.on("request", (request) => /^(file|blob|data):/.test(request.url()) || faults.push(`request ${request.url()}`));
+  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
+  page.on("pageerror", (error) => faults.push(String(error)));
+  const started = Date.now();
+  await page.goto(pathToFileURL(file).href);
+  await page.waitForSelector("html[data-ready=yes]", { timeout: 20000 });
+  return { page, context, faults, ready: Date.now() - started };
+}
+
+async function accessible(page, words) {
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => window.axe.run());
+  const serious = found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
+  assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), [], words);
+}
+
+function table(folder) {
+  const lines = readFileSync(join(folder, "results.csv"), "utf8").trim().split("\n");
+  const names = lines[0].split(",");
+  return { names, rows: lines.slice(1).map((line) => line.split(",").map(Number)) };
+}
+
+async function picture(page, name, options = {}) {
+  if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`), ...options });
+}
+
+async function compressor() {
+  const folder = run("scenes/compressor.toml", "compressor");
+  const { page, context, faults, ready } = await open(join(folder, "report.html"));
+  const { names, rows } = table(folder);
+
+  const plotted = await page.evaluate(() => {
+    const [run] = window.odyn.runs;
+    return { names: run.channels.map(({ name }) => name), times: [...run.times], columns: run.channels.map(({ values }) => [...values]) };
+  });
+  assert.deepEqual(["t", ...plotted.names], names);
+  rows.forEach((row, k) => {
+    assert.equal(plotted.times[k], row[0]);
+    plotted.columns.forEach((column, c) => assert.equal(column[k], row[c + 1], `${names[c + 1]}, row ${k}`));
+  });
+  const drawn = await page.evaluate(() => window.odyn.charts.flatMap((chart) => chart.series.slice(1).map((s, k) => [s.label, [...chart.data[k + 1]]])));
+  for (const [label, values] of drawn) {
+    const column = names.indexOf(label.replace(" (not unique)", ""));
+    assert.ok(column > 0, label);
+    values.forEach((value, k) => assert.equal(value, rows[k][column]));
+  }
+
+  // Three points at three times: where their poses put them, and where something is drawn.
+  const points = [
+    ["rotor", [0.0085, 0, 0.006]],
+    ["piston", [0.02, 0, 0]],
+    ["conrod", [0, 0, 0]],
+  ];
+  for (const t of [0, 37.25, 150]) {
+    for (const [name, r] of points) {
+      const [found, expected] = await page.evaluate(
+        ([name, r, t]) => {
+          const { view } = window.odyn;
+          const { header, times, poses, poseNumbers } = view.mechanisms[0].motion;
+          const body = header.bodies.findIndex((body) => body.name === name);
+          const found = view.project(body, r, t);
+          // The same by hand, from the numbers of the file and the matrices of the camera.
+          const row = times.findIndex((time) => time >= t);
+          const share = row > 0 ? (t - times[row - 1]) / (times[row] - times[row - 1]) : 1;
+          const mix = (k) => {
+            const at = (row) => poses[row * poseNumbers + 7 * body + k];
+            return row > 0 ? at(row - 1) + share * (at(row) - at(row - 1)) : at(row);
+          };
+          const [x, y, z, e0, e1, e2, e3] = [0, 1, 2, 3, 4, 5, 6].map(mix);
+          const norm = Math.hypot(e0, e1, e2, e3);
+          const [a, b, c, d] = [e0, e1, e2, e3].map((e) => e / norm);
+          const turn = [
+            [1 - 2 * (c * c + d * d), 2 * (b * c - a * d), 2 * (b * d + a * c)],
+            [2 * (b * c + a * d), 1 - 2 * (b * b + d * d), 2 * (c * d - a * b)],
+            [2 * (b * d - a * c), 2 * (c * d + a * b), 1 - 2 * (b * b + c * c)],
+          ];
+          const place = [x, y, z].map((p, k) => p + turn[k][0] * r[0] + turn[k][1] * r[1] + turn[k][2] * r[2]);
+          const times4 = (m, v) => [0, 1, 2, 3].map((k) => m[k] * v[0] + m[4 + k] * v[1] + m[8 + k] * v[2] + m[12 + k] * v[3]);
+          const seen = times4(view.camera.projectionMatrix.elements, times4(view.camera.matrixWorldInverse.elements, [...place, 1]));
+          const { clientWidth, clientHeight } = view.canvas;
+          return [found, [(0.5 + (0.5 * seen[0]) / seen[3]) * clientWidth, (0.5 - (0.5 * seen[1]) / seen[3]) * clientHeight]];
+        },
+        [name, r, t],
+      );
+      const off = Math.hypot(found[0] - expected[0], found[1] - expected[1]);
+      assert.ok(off < 2, `${name} at ${t}: ${off} px`);
+    }
+  }
+
+  // The canvas is not blank, and changes with the time.
+  const canvas = page.locator("#motion canvas");
+  const shot = async (t) => {
+    await page.evaluate((t) => (window.odyn.clock.set(t), window.odyn.view.draw()), t);
+    return canvas.screenshot();
+  };
+  const [one, two] = [await shot(0), await shot(5)];
+  assert.ok(one.length > 5000 && !one.equals(two), "the mechanism is drawn and moves");
+
+  // One cursor for everything.
+  const over = page.locator(".u-over").first();
+  await over.scrollIntoViewIfNeeded();
+  const box = await over.boundingBox();
+  await page.mouse.move(box.x + box.width / 4, box.y + 50);
+  await page.mouse.move(box.x + box.width / 2, box.y + 50);
+  const now = await page.evaluate(() => window.odyn.clock.now);
+  assert.ok(Math.abs(now - 100) < 1, `the cursor of a chart moves the time: ${now}`);
+  await page.mouse.move(5, 5);
+  await page.evaluate(() => window.odyn.clock.set(50));
+  const left = await page.evaluate(() => window.odyn.charts.map((chart) => chart.posToVal(chart.cursor.left, "x")));
+  left.forEach((t) => assert.ok(Math.abs(t - 50) < 1, `the time moves the cursors of charts: ${t}`));
+
+  // By keyboard.
+  await canvas.focus();
+  await page.keyboard.press("Home");
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await page.evaluate(() => window.odyn.clock.now), 0.5);
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => window.odyn.clock.playing && window.odyn.clock.now > 1);
+  await page.keyboard.press("Space");
+  assert.equal(await page.evaluate(() => window.odyn.clock.playing), false);
+
+  // Arrows, paths, seen from a body, hidden bodies, pages of the table.
+  await page.getByLabel("Arrows").selectOption("reaction force");
+  await page.getByText("Bodies and paths").click();
+  await page.getByLabel("crank_pin").check();
+  await page.getByLabel("block", { exact: true }).uncheck();
+  await page.getByLabel("Seen from").selectOption({ label: "conrod" });
+  await page.evaluate(() => window.odyn.clock.set(20));
+  await page.waitForTimeout(200);
+  await picture(page, "arrows");
+  await page.getByLabel("Seen from").selectOption({ label: "ground" });
+  await page.getByLabel("block", { exact: true }).check();
+  await page.getByLabel("Arrows").selectOption("");
+  await page.getByRole("button", { name: "Forward" }).click();
+  assert.match(await page.locator("#table tbody tr").first().innerText(), /^12\.5\s/);
+
+  await accessible(page, "light");
+  await page.evaluate(() => (window.odyn.clock.set(8), scrollTo(0, 0)));
+  await picture(page, "light", { fullPage: true });
+  await page.getByRole("button", { name: "Dark" }).click();
+  await accessible(page, "dark");
+  await picture(page, "dark", { fullPage: true });
+  await page.emulateMedia({ media: "print" });
+  await picture(page, "print", { fullPage: true });
+  assert.deepEqual(faults, []);
+  await context.close();
+  const narrow = await open(join(folder, "report.html"), { viewport: { width: 390, height: 800 } });
+  await picture(narrow.page, "narrow", { fullPage: true });
+  const wide = await narrow.page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(wide <= 391, `a narrow screen is not scrolled sideways: ${wide}`);
+  assert.deepEqual(narrow.faults, []);
+  await narrow.context.close();
+  return ready;
+}
+
+async function two() {
+  const first = run("scenes/compressor.toml", "first");
+  const second = run("scenes/compressor.toml", "second", "--set", "simulation.tolerance=1e-4", "--set", "simulation.output_step=0.7");
+  const file = join(work, "two.html");
+  execFileSync(odyn, ["report", first, second, "-o", file], { stdio: "ignore" });
+  const { page, context, faults } = await open(file);
+  assert.equal(await page.evaluate(() => window.odyn.runs.length), 2);
+  const curves = () => page.evaluate(() => window.odyn.charts.flatMap((chart) => chart.series.slice(1).map(({ label }) => label)));
+  assert.ok((await curves()).includes("second: x_p"));
+  await page.getByLabel("Differences from first").check();
+  const differences = await page.evaluate(() => {
+    const chart = window.odyn.charts.find((chart) => chart.series[1].label === "second: x_p");
+    return chart.data[1].reduce((most, x) => Math.max(most, Math.abs(x ?? 0)), 0);
+  });
+  assert.ok(differences > 0 && differences < 1, `differences of x_p up to ${differences} mm`);
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
+/** Names that would be scripts if anything took them for HTML. */
+async function hostile() {
+  const evil = "<script>document.title='taken'</script><img src=x onerror=document.title='taken'>";
+  const name = JSON.stringify(evil);
+  writeFileSync(
+    join(work, "evil.toml"),
+    `title = ${name}\n[simulation]\nt_end = 1\noutput_step = 0.1\n[[body]]\nname = ${name}\nmass = 1\ninertia = [1, 1, 1]\n` +
+      `[[output]]\nname = ${name}\nquantity = "position"\nof = ${name}\ncomponent = "x"\n`,
+  );
+  const folder = run(join(work, "evil.toml"), "evil");
+  const { page, context, faults } = await open(join(folder, "report.html"));
+  assert.equal(await page.title(), evil);
+  assert.equal(await page.locator("h1").innerText(), evil);
+  assert.equal(await page.locator("img").count(), 0);
+  await page.getByText("Bodies and paths").click();
+  assert.equal(await page.title(), evil);
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
+async function frames() {
+  const bodies = Array.from({ length: 20 }, (_, k) => {
+    const place = `position = [${0.3 * k}, 0, 0]\nvelocity = [0, 0, ${0.1 * k}]\nangular_velocity = [1, ${k}, 0]`;
+    return `[[body]]\nname = "b${k}"\nmass = 1\ninertia = [1, 1.1, 1.2]\n${place}\n[[body.shape]]\nkind = "box"\nsize = [0.2, 0.1, 0.1]\n`;
+  });
+  writeFileSync(join(work, "twenty.toml"), `[simulation]\nt_end = 5\noutput_step = 0.01\n${bodies.join("")}`);
+  const folder = run(join(work, "twenty.toml"), "twenty");
+  const { page, context, faults } = await open(join(folder, "report.html"), { viewport: { width: 832, height: 970 } });
+  await page.addStyleTag({ content: ".stage{height:600px!important}" });
+  const rate = await page.evaluate(async () => {
+    const { view, clock } = window.odyn;
+    await new Promise((done) => setTimeout(done, 300));
+    clock.play(true);
+    const [from, started] = [view.drawn, performance.now()];
+    await new Promise((done) => setTimeout(done, 3000));
+    clock.play(false);
+    return (1000 * (view.drawn - from)) / (performance.now() - started);
+  });
+  await picture(page, "twenty");
+  assert.deepEqual(faults, []);
+  await context.close();
+  return rate;
+}
+
+try {
+  const ready = await compressor();
+  await two();
+  await hostile();
+  const rate = await frames();
+  console.log(`reports in the browser: ok; ready in ${ready} ms, 20 bodies at ${rate.toFixed(0)} frames a second`);
+} finally {
+  await browser.close();
+}
