@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use odyn::results::{MOTION_FILE, Motion, RESULTS_FILE, glb};
-use odyn::session::RunReport;
+use odyn::session::{RunReport, Session};
 
-use crate::support::{Scratch, column, open};
+use crate::support::{Scratch, column, open, options, root};
 
 /// Runs a scene of `scenes/` into a folder.
 #[track_caller]
@@ -15,7 +15,7 @@ fn run_into(scene: &str, sets: &[&str], folder: &Path) -> RunReport {
     session.run(Some(folder), Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The report and the motion of a run whose table is the same without it.
+/// The report and the motion of a run of a scene of `scenes/` whose table is the same without it.
 #[track_caller]
 fn shown(scene: &str, sets: &[&str]) -> (RunReport, Motion) {
     let (plain, shown) = (Scratch::new(), Scratch::new());
@@ -47,6 +47,30 @@ fn tables_stay_as_they_are() {
         let (_, motion) = shown(scene, &sets);
         assert!(motion.poses.iter().chain(&motion.loads).all(|number| number.is_finite()), "{scene}");
     }
+}
+
+/// Friction is found together with the reaction that it depends on, from the solution before; where no output asks for reactions,
+/// only a picture does so at samples.
+#[test]
+fn what_is_solved_for_a_picture_does_not_show_in_what_follows() {
+    let text = std::fs::read_to_string(root().join("scenes/verification/joint-friction-loop.toml")).unwrap();
+    let (begin, end) = (text.find("[verification]").unwrap(), text.find("[plugins]").unwrap());
+    let first = text.find("[[output]]").unwrap();
+    let second = first + text[first + 1..].find("[[output]]").unwrap() + 1;
+    let third = second + text[second + 1..].find("[[output]]").unwrap() + 1;
+    let folder = Scratch::new();
+    folder.file("scene.toml", [&text[..begin], &text[end..third]].concat());
+    let tables = ["false", "true"].map(|motion| {
+        let sets = [format!("simulation.motion={motion}"), "simulation.output_step=0.0137".into()];
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let session =
+            Session::open(&folder.path().join("scene.toml"), &options(&sets, &[])).unwrap_or_else(|e| panic!("{e}"));
+        let into = folder.path().join(motion);
+        session.run(Some(&into), Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+        std::fs::read_to_string(into.join(RESULTS_FILE)).unwrap()
+    });
+    assert!(tables[0].lines().count() > 30);
+    assert_eq!(tables[0], tables[1]);
 }
 
 #[test]
