@@ -1,1 +1,173 @@
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::DeflateDecoder;
+use serde_json::Value;
+
+use crate::pack::pack;
+use crate::results::ResultsError;
+use crate::{Scripts, Source, report};
+
+/// A folder that goes when it is done with.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("odyn-desk-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.0.join(name), content).unwrap();
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+const SUMMARY: &str = r#"{"status": "suspect", "reason": "<b>energy</b>", "scene": "no/such/scene.toml", "title": "A & B",
+    "time_unit": "ms", "t_end": 3.0, "t_end_reached": 3.0, "rows": 3, "steps": 7, "method": "dop853", "mobility": 1,
+    "audit": {"position_violation": 1e-12, "position_violation_at": 0.002, "energy_error_relative": 0.5, "energy_error_at": 0.003},
+    "audit_limits": {"constraints": 1e-8, "energy": 1e-6, "loads": 1e-6},
+    "figures": [{"name": "peak", "value": 1.1, "published": 1.0, "unit": "mm"}],
+    "warnings": ["ODY0309: no rigid body can have the inertia of `x`"]}"#;
+const CHANNELS: &str = r#"{"columns": [{"name": "t", "unit": "ms", "quantity": "time", "si_per_unit": 0.001, "unique": true},
+    {"name": "x", "unit": "mm", "quantity": "position", "si_per_unit": 0.001, "unique": true}]}"#;
+const TABLE: &str = "t,x\n0,0.1\n1.5,-2.5e-300\n3,NaN\n";
+
+fn run(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("summary.json", SUMMARY);
+    folder.write("channels.json", CHANNELS);
+    folder.write("results.csv", TABLE);
+    folder
+}
+
+fn read(path: &Path) -> Source {
+    Source::read(path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The text and the blocks of packed runs.
+fn unpacked(packed: &str) -> (Value, Vec<u8>) {
+    let mut bytes = Vec::new();
+    DeflateDecoder::new(&STANDARD.decode(packed).unwrap()[..]).read_to_end(&mut bytes).unwrap();
+    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+    let text = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+    (text, bytes[(4 + length).next_multiple_of(8)..].to_vec())
+}
+
+fn numbers(block: &Value, blocks: &[u8]) -> Vec<u64> {
+    let (at, count) = (block["at"].as_u64().unwrap() as usize, block["count"].as_u64().unwrap() as usize);
+    assert!(block["type"] == "f64" && at.is_multiple_of(8));
+    blocks[at..at + 8 * count].chunks(8).map(|bytes| u64::from_le_bytes(bytes.try_into().unwrap())).collect()
+}
+
+#[test]
+fn the_data_are_those_of_the_table_bit_for_bit() {
+    let folder = run("bits");
+    let motion = b"{\"format\":\"odyn-motion/1\"}\n12345";
+    folder.write("motion.bin", motion);
+    let sources = [read(&folder.0)];
+    let (text, blocks) = unpacked(&pack(&sources));
+    let run = &text["runs"][0];
+    assert_eq!(run["channels"][1]["name"], "x");
+    assert_eq!(numbers(&run["time"], &blocks), [0.0, 1.5, 3.0].map(f64::to_bits));
+    let column = numbers(&run["columns"][0], &blocks);
+    assert_eq!(column[..2], [0.1, -2.5e-300].map(f64::to_bits));
+    assert!(f64::from_bits(column[2]).is_nan());
+    let at = run["motion"]["at"].as_u64().unwrap() as usize;
+    assert_eq!((&blocks[at..at + motion.len()], &run["motion"]["type"]), (&motion[..], &Value::from("u8")));
+}
+
+#[test]
+fn the_verdict_comes_first_and_texts_are_texts() {
+    let folder = run("verdict");
+    let page = report(&[read(&folder.0)], Scripts::Without);
+    assert!(
+        page.contains("<title>A &amp; B</title>")
+            && page.contains("&lt;b&gt;energy&lt;/b&gt;")
+            && !page.contains("<b>energy")
+    );
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("`{text}` is not in the page"));
+    let order =
+        ["Suspect:", "+10.00 %", "Energy is kept", "ODY0309", ">Motion<", ">Plots<", "How it was computed"].map(at);
+    assert!(order.is_sorted(), "{order:?}");
+    assert_eq!(page.matches(">violated<").count(), 1, "the energy, and not the constraints");
+    assert!(page.contains(">2 ms<"), "times of the audit are in the unit of the table");
+}
+
+#[test]
+fn without_scripts_plots_are_drawings() {
+    let folder = run("drawings");
+    let page = report(&[read(&folder.0)], Scripts::Without);
+    assert!(
+        page.contains("<svg") && page.contains("aria-label=\"position [mm] over time\"") && !page.contains("<script")
+    );
+    assert!(page.contains("wrote no motion"));
+    folder.write("motion.bin", b"{\"format\":\"odyn-motion/1\"}\n");
+    assert!(report(&[read(&folder.0)], Scripts::Without).contains("built without the scripts"));
+}
+
+#[test]
+fn with_scripts_the_page_has_its_data_and_asks_for_nothing() {
+    if !Scripts::are_built_in() {
+        eprintln!("this build has no scripts: not tried");
+        return;
+    }
+    let folder = run("scripts");
+    let page = report(&[read(&folder.0), read(&folder.0)], Scripts::BuiltIn);
+    assert!(page.contains("id=\"odyn-data\"") && !page.contains("<svg"));
+    assert_eq!(page.matches("</script>").count(), 2, "nothing in the scripts ends their elements");
+    assert!(page.contains("default-src 'none'"));
+    for asks in [" src=\"http", " href=\"http", "@import", "url(http"] {
+        assert!(!page.contains(asks), "{asks}");
+    }
+}
+
+#[test]
+fn damaged_folders_are_refused_with_the_file() {
+    let missing = Source::read(Path::new("no/such/folder")).err().unwrap();
+    assert!(matches!(&missing, ResultsError::Read { path, .. } if path.ends_with("summary.json")), "{missing}");
+    for (name, content, told) in [
+        ("summary.json", "{\"status\":", "summary.json"),
+        ("channels.json", "[]", "channels.json"),
+        ("channels.json", "{\"columns\": []}", "channels.json"),
+        ("results.csv", "t,y\n0,1\n", "channels.json"),
+        ("results.csv", "t,x\n0,a\n", "results.csv"),
+    ] {
+        let folder = run("damaged");
+        folder.write(name, content);
+        let error = Source::read(&folder.0).err().unwrap_or_else(|| panic!("{name}: {content}")).to_string();
+        assert!(error.contains(told), "{error}");
+    }
+    // What is no motion is none; the rest is shown.
+    let folder = run("no-motion");
+    folder.write("motion.bin", [0, 159, 146, 150]);
+    assert!(read(&folder.0).motion.is_none());
+}
+
+#[test]
+fn a_hundred_bodies_over_two_thousand_samples_stay_below_eight_megabytes() {
+    let folder = run("large");
+    let mut motion = b"{\"format\":\"odyn-motion/1\"}\n".to_vec();
+    for row in 0..2000 {
+        motion.extend((f64::from(row) * 1e-3).to_le_bytes());
+        for body in 0..100 {
+            // As smooth as motions are, with all of their digits.
+            let phase = 0.003 * f64::from(row) * (1.0 + 0.01 * f64::from(body));
+            let pose = [phase.cos(), phase.sin(), 0.1 * phase, (0.5 * phase).cos(), 0.0, 0.0, (0.5 * phase).sin()];
+            motion.extend(pose.iter().flat_map(|x| (*x as f32).to_le_bytes()));
+        }
+    }
+    folder.write("motion.bin", &motion);
+    let page = report(&[read(&folder.0)], Scripts::BuiltIn);
+    assert!(page.len() < 8_000_000, "{} bytes", page.len());
+}

@@ -159,27 +159,39 @@ export class Mechanism {
     return matrix(start).multiply(matrix(t).invert());
   }
 
-  /** Corners of the box around all origins and shapes over the run. */
-  extent(box) {
-    const step = Math.max(1, Math.floor(this.motion.samples / 200));
-    const own = this.motion.header.bodies.map((body, k) => {
-      const frames = this.motion.header.elements.flatMap((element) => element.frames.filter((frame) => frame.body === k));
-      const points = [body.centre, ...frames.map((frame) => frame.r)];
-      for (const { r, radius = 0, length = 0, size = [0, 0, 0] } of body.shapes) {
-        const reach = Math.max(radius + length / 2, Math.hypot(...size) / 2);
-        for (const sign of [-1, 1]) for (const c of [0, 1, 2]) points.push(r.map((x, i) => x + (i === c ? sign * reach : 0)));
-      }
-      return points;
+  /** Points that everything is between, over the run. */
+  extent() {
+    const step = Math.max(1, Math.floor(this.motion.samples / 100));
+    const { bodies, elements } = this.motion.header;
+    const own = bodies.map((body, k) => {
+      const frames = elements.flatMap((element) => element.frames.filter((frame) => frame.body === k));
+      const bare = [body.centre, ...frames.map((frame) => frame.r)].map((r) => new Vector3(...r));
+      return body.shapes.length ? body.shapes.flatMap(corners) : bare;
     });
+    const found = elements.flatMap((element) => element.frames.filter((frame) => frame.body < 0).map((frame) => new Vector3(...frame.r)));
     for (let row = 0; row < this.motion.samples; row += step) {
       const t = this.motion.times[row] * this.run.inFirst;
-      own.forEach((points, k) => points.forEach((r) => box.expandByPoint(this.point(k, r, t))));
+      own.forEach((points, k) => {
+        const [r, q] = this.pose(k, t);
+        points.forEach((point) => found.push(point.clone().applyQuaternion(q).add(r)));
+      });
     }
-    for (const element of this.motion.header.elements) {
-      for (const frame of element.frames) if (frame.body < 0) box.expandByPoint(new Vector3(...frame.r));
-    }
-    return box;
+    return found.filter((point) => Number.isFinite(point.x + point.y + point.z));
   }
+}
+
+/** The corners of the box around a shape, in the frame of its body. */
+function corners({ kind, r, p, radius = 0, length = 0, size, mesh }) {
+  const turn = new Quaternion(p[1], p[2], p[3], p[0]);
+  const placed = (point) => point.applyQuaternion(turn).add(new Vector3(...r));
+  if (mesh) {
+    const numbers = mesh.vertices.flat();
+    return Array.from({ length: numbers.length / 3 }, (_, k) => placed(new Vector3(...numbers.slice(3 * k, 3 * k + 3))));
+  }
+  const along = { cylinder: length / 2, sphere: radius, capsule: length / 2 + radius }[kind];
+  const half = size ? size.map((x) => x / 2) : [radius, radius, along];
+  const signs = [-1, 1];
+  return signs.flatMap((x) => signs.flatMap((y) => signs.map((z) => placed(new Vector3(x * half[0], y * half[1], z * half[2])))));
 }
 
 /** Puts an object of unit length along z from a point along a vector; `width` null scales it as a whole. */

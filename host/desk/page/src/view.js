@@ -39,7 +39,6 @@ class View {
     this.orbit = new OrbitControls(this.camera, this.canvas);
     this.orbit.addEventListener("change", () => this.request());
     place.append(el("div", { class: "stage" }, this.canvas), this.controls(), this.details());
-    this.frame();
     this.background();
     addEventListener("odyn-theme", () => {
       this.background();
@@ -47,6 +46,7 @@ class View {
     });
     new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
     this.resize();
+    this.frame();
     clock.listen(() => this.request());
     this.canvas.addEventListener("keydown", (event) => this.key(event));
   }
@@ -82,8 +82,8 @@ class View {
 
   /** Looks at everything, from the side that shows most of it. */
   frame() {
-    const box = new Box3();
-    this.mechanisms.forEach((mechanism) => mechanism.extent(box));
+    const points = this.mechanisms.flatMap((mechanism) => mechanism.extent());
+    const box = new Box3().setFromPoints(points);
     const [centre, size] = [box.getCenter(new Vector3()), box.getSize(new Vector3())];
     const gravity = new Vector3(...this.mechanisms[0].motion.header.gravity);
     // Planar mechanisms are looked at along their normal, a little from above and from the side.
@@ -96,8 +96,16 @@ class View {
     const right = up.clone().cross(view);
     const radius = 0.5 * size.length() || this.length;
     const from = view.clone().addScaledVector(right, 0.3).addScaledVector(up, 0.35).normalize();
+    // As near as all points allow.
+    const across = up.clone().cross(from).normalize();
+    const upwards = from.clone().cross(across);
+    const slope = Math.tan((this.camera.fov * Math.PI) / 360);
+    const needed = points.map((point) => {
+      const to = point.clone().sub(centre);
+      return to.dot(from) + Math.max(Math.abs(to.dot(upwards)), Math.abs(to.dot(across)) / this.camera.aspect) / slope;
+    });
+    const distance = 1.12 * needed.reduce((most, x) => Math.max(most, x), 0.1 * radius);
     this.camera.up.copy(up);
-    const distance = (1.15 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect * 0.8);
     this.camera.position.copy(centre).addScaledVector(from, distance);
     [this.camera.near, this.camera.far] = [distance / 100, distance * 20];
     this.camera.updateProjectionMatrix();
@@ -110,7 +118,7 @@ class View {
   floor(centre, up, radius, box) {
     if (this.grid) this.scene.remove(this.grid);
     const step = 10 ** Math.floor(Math.log10(radius));
-    const cells = 2 * Math.ceil((2 * radius) / step);
+    const cells = 2 * Math.ceil((1.5 * radius) / step);
     this.grid = new GridHelper(cells * step, Math.min(cells, 60));
     this.grid.material.transparent = true;
     this.grid.material.opacity = 0.35;
