@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::page::html::{Side, code, escape, table};
-use crate::results::significant;
+use crate::results::{checksum, significant};
 use crate::source::Source;
 
 /// Digits of a number for people.
@@ -228,9 +228,20 @@ pub(crate) fn details(source: &Source, several: bool) -> String {
         .collect();
     out.push_str("<h3>Libraries</h3>\n");
     out.push_str(&table(&[("package", Side::Word), ("version", Side::Word), ("SHA-256", Side::Left)], &libraries));
+    let overrides = texts(source, "overrides");
+    if !overrides.is_empty() {
+        let list: Vec<String> = overrides.iter().map(|text| code(text)).collect();
+        out.push_str(&format!("<p>Set on the command line: {}.</p>\n", list.join(", ")));
+    }
     if let Some(scene) = &source.scene {
+        // What was not noted cannot be compared.
+        let words = match source.text("scene_sha256") {
+            "" => " as it was when this report was made",
+            noted if noted == checksum(scene.as_bytes()) => "",
+            _ => " <b class=\"bad\">as it is now: it was changed since the run</b>",
+        };
         out.push_str(&format!(
-            "<details><summary>The scene, {} as it was when this report was made</summary>\n<pre tabindex=\"0\"><code>{}</code></pre></details>\n",
+            "<details><summary>The scene, {}{words}</summary>\n<pre tabindex=\"0\"><code>{}</code></pre></details>\n",
             code(source.text("scene")),
             escape(scene)
         ));

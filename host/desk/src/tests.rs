@@ -105,6 +105,21 @@ fn the_verdict_comes_first_and_texts_are_texts() {
 }
 
 #[test]
+fn a_scene_that_was_changed_since_its_run_is_told() {
+    let folder = run("scene");
+    let scene = folder.0.join("scene.toml");
+    let noted = crate::results::checksum(b"mass = 1 # <i>");
+    let known = format!("\"scene\": {:?}, \"scene_sha256\": \"{noted}\", \"overrides\": [\"body.a.mass=2\"]", scene);
+    folder.write("summary.json", SUMMARY.replace("\"scene\": \"no/such/scene.toml\"", &known));
+    for (text, changed) in [("mass = 1 # <i>", false), ("mass = 2 # <i>", true)] {
+        folder.write("scene.toml", text);
+        let page = report(&[read(&folder.0)], Scripts::Without);
+        assert!(page.contains("# &lt;i&gt;") && page.contains("<code>body.a.mass=2</code>"));
+        assert_eq!(page.contains("changed since the run"), changed);
+    }
+}
+
+#[test]
 fn without_scripts_plots_are_drawings() {
     let folder = run("drawings");
     let page = report(&[read(&folder.0)], Scripts::Without);

@@ -27,7 +27,7 @@ pub(super) fn report(args: &ReportArgs) -> Result<u8, Failure> {
     let folder = if first.is_dir() { first.as_path() } else { first.parent().unwrap_or(first) };
     let output = args.output.clone().unwrap_or_else(|| folder.join(REPORT_FILE));
     odyn::desk::write(&args.folders, &output)?;
-    terminal::print(&format!("report: {}", output.display()))?;
+    terminal::print(&format!("report: {}\n", output.display()))?;
     Ok(exit::DONE)
 }
 

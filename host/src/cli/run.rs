@@ -54,9 +54,9 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     let code = told.end(&outcome, &folder)?;
     if args.report {
         let file = super::report::of_run(&folder)?;
-        told.note(&format!("report: {}", file.display()));
+        told.note(&format!("report: {}\n", file.display()))?;
     } else {
-        told.note(&format!("to see it: odyn report {}", folder.display()));
+        told.note(&format!("to see it: odyn report {}\n", folder.display()))?;
     }
     Ok(code)
 }
@@ -74,10 +74,8 @@ impl Told {
     }
 
     /// A last line for people.
-    fn note(&self, text: &str) {
-        if !self.quiet && !self.json {
-            eprintln!("{}", shown(text));
-        }
+    fn note(&self, text: &str) -> Result<(), Failure> {
+        if self.quiet || self.json { Ok(()) } else { Ok(terminal::print(text)?) }
     }
 
     /// Tells how a run went, and gives its exit code.

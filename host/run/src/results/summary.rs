@@ -60,6 +60,12 @@ pub struct Summary {
     pub code: Option<Code>,
     /// The scene file as named by the user.
     pub scene: String,
+    /// SHA-256 of its text.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub scene_sha256: String,
+    /// What was set on the command line instead, as `KEY=VALUE`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub overrides: Vec<String>,
     /// Title of the scene; may be empty.
     pub title: String,
     /// Version of the program.

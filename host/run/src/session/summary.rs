@@ -9,7 +9,7 @@ use crate::analysis::Counters;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity, fault_code};
-use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, significant};
+use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
 use crate::scene::Dimension;
 
 /// What an integration leaves behind.
@@ -77,6 +77,8 @@ impl Session {
         Summary {
             status: Status::Running,
             scene: self.scene.source.name.clone(),
+            scene_sha256: checksum(self.scene.source.text.as_bytes()),
+            overrides: self.options.overrides.iter().map(|change| change.text.clone()).collect(),
             title: self.scene.title.clone(),
             odyn_version: env!("CARGO_PKG_VERSION").into(),
             method: method.into(),
