@@ -16,7 +16,7 @@ pub(crate) fn verdict(source: &Source, several: bool) -> String {
     let (mark, words) = match status {
         "completed" => ("good", "Completed: the audit found nothing to object to."),
         "suspect" => ("bad", "Suspect: the end was reached, but results are not to be trusted as they are."),
-        "stopped_early" | "stopped early" => ("bad", "Stopped early: results are valid up to the time below."),
+        "stopped_early" => ("bad", "Stopped early: results are valid up to the time below."),
         "failed" => ("bad", "Failed: results are valid up to the time below."),
         _ => ("bad", "Not ended, or killed: the table has the rows that were written."),
     };

@@ -6,10 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::results::{CHANNELS_FILE, RESULTS_FILE, ResultsError, SUMMARY_FILE, Table};
-
-/// The file of poses, see the room of results.
-const MOTION_FILE: &str = "motion.bin";
+use crate::results::{CHANNELS_FILE, MOTION_FILE, MOTION_FORMAT, RESULTS_FILE, ResultsError, SUMMARY_FILE, Table};
 
 /// What a run left in its folder.
 pub struct Source {
@@ -73,7 +70,10 @@ impl Source {
 /// The poses; only a file that begins as one is taken.
 fn motion(path: &Path) -> Result<Option<Vec<u8>>, ResultsError> {
     match fs::read(path) {
-        Ok(bytes) => Ok(Some(bytes).filter(|bytes| bytes.starts_with(b"{\"format\":\"odyn-motion/"))),
+        Ok(bytes) => {
+            let begin = format!("{{\"format\":\"{MOTION_FORMAT}\"");
+            Ok(Some(bytes).filter(|bytes| bytes.starts_with(begin.as_bytes())))
+        }
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(cause) => Err(ResultsError::Read { path: path.to_path_buf(), cause }),
     }

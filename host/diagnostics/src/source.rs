@@ -1,6 +1,7 @@
 //! The text a diagnostic points into.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// A named text, together with the command-line texts that change it.
 ///
@@ -47,6 +48,12 @@ pub(super) struct Part<'a> {
 }
 
 impl Source {
+    /// A file that this text names: beside it, if it is not absolute.
+    #[must_use]
+    pub fn beside(&self, file: impl AsRef<Path>) -> PathBuf {
+        Path::new(&self.name).parent().unwrap_or(Path::new("")).join(file)
+    }
+
     /// A source without additions.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
         Source { name: name.into(), text: text.into(), additions: Vec::new() }

@@ -34,6 +34,7 @@ class View {
     this.show = { kinds: [], elements: () => true, perForce: 0, perTorque: 0, longest: 0.3 * this.length };
     this.scale = 1;
     this.only = null;
+    this.largest = [{ force: 0, torque: 0 }];
     this.follow = -1;
     this.camera = new PerspectiveCamera(35, 4 / 3, 0.01 * this.length, 100 * this.length);
     this.orbit = new OrbitControls(this.camera, this.canvas);
@@ -196,6 +197,7 @@ class View {
       }),
       choice("Arrows", arrows, "", (kinds) => {
         this.show.kinds = kinds.split(" ").filter(Boolean);
+        this.largest = this.mechanisms.map((mechanism) => mechanism.largest(this.show.kinds));
         this.arrows();
       }),
       choice("of", [["", "all elements"], ...elements], "", (k) => {
@@ -231,8 +233,7 @@ class View {
 
   /** Arrows anew: the longest of what is shown has the length that is wanted. */
   arrows() {
-    const { show } = this;
-    const largest = this.mechanisms.map((mechanism) => mechanism.largest(show.kinds));
+    const { show, largest } = this;
     const most = (what) => Math.max(...largest.map((found) => found[what]));
     const long = show.longest * this.scale;
     show.perForce = most("force") ? long / most("force") : 0;

@@ -17,7 +17,7 @@ use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, 
 use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
-use super::joint_start::{JointStart, JointState, parameters};
+use super::joint_start::{JointStart, JointState};
 use super::linearisation::{Linearisation, Terms, work};
 use super::motion::{APPROACH, Engines, Independence, Motion, SICK_TREE, Used, next_step, normalise};
 use super::newton::ROUND_OFF;
@@ -25,7 +25,7 @@ use super::passage;
 use super::solved::SolvedProgram;
 use super::working::{ACCURATE, BODY_STATES, MOTION_RANK_TOLERANCE, SICK_SHARE, WorkingParts};
 use crate::linalg::{Health, KktSolver};
-use crate::model::Model;
+use crate::model::{Model, euler_parameters};
 use crate::plan::{Layout, SpanningTree};
 use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled, Working};
 
@@ -151,7 +151,7 @@ impl JointForm {
         for (body, found) in outputs.chunks_exact(18).enumerate() {
             let y = &mut self.body_state[BODY_STATES * body..BODY_STATES * (body + 1)];
             y[..3].copy_from_slice(&found[..3]);
-            let mut p = parameters(&Matrix3::from_row_slice(&found[3..12]));
+            let mut p = euler_parameters(&Matrix3::from_row_slice(&found[3..12]));
             // Of the two sets of parameters the one that goes on from the last.
             if p.iter().zip(&y[3..7]).map(|(new, old)| new * old).sum::<f64>() < 0.0 {
                 p.iter_mut().for_each(|e| *e = -*e);

@@ -1,8 +1,8 @@
 //! [`JointStart`]: from positions and velocities of bodies to the coordinates of the joints that carry them.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use crate::model::{Marker, Model, rotation};
+use crate::model::{Marker, Model, euler_parameters, rotation};
 use crate::plan::{SpanningTree, TreeJoint};
 use crate::program::JointPose;
 
@@ -102,7 +102,7 @@ impl JointStart {
         if joint.rotates {
             let own: Vector3<f64> = axes.iter().zip(&state.velocities).map(|(axis, rate)| axis * *rate).sum();
             let free = reached.transpose() * turn;
-            state.positions.extend(parameters(&free));
+            state.positions.extend(euler_parameters(&free));
             state.velocities.extend((turn.transpose() * (spin - own)).iter());
         }
         Some(state)
@@ -116,7 +116,7 @@ fn floating(body: &Placed, joint: &TreeJoint) -> JointState {
         velocities: body.velocity.iter().copied().collect(),
     };
     if joint.rotates {
-        state.positions.extend(parameters(&body.axes));
+        state.positions.extend(euler_parameters(&body.axes));
         state.velocities.extend((body.axes.transpose() * body.spin).iter());
     }
     state
@@ -233,11 +233,4 @@ fn matrix(rows: &[f64]) -> Matrix3<f64> {
 
 fn vee(m: &Matrix3<f64>) -> Vector3<f64> {
     Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]) * 0.5
-}
-
-/// Euler parameters of a rotation matrix, scalar first.
-pub(super) fn parameters(a: &Matrix3<f64>) -> [f64; 4] {
-    let turn: Quaternion<f64> =
-        UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*a)).into_inner();
-    [turn.w, turn.i, turn.j, turn.k]
 }

@@ -39,7 +39,10 @@ use crate::scene::Scene;
 pub use elements::fault_code;
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
-pub use types::{Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, rotation, skew};
+pub use types::{
+    Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, euler_parameters, rotation,
+    skew,
+};
 
 /// A model and what the user should know about it.
 pub type Resolved = (Model, Vec<Diagnostic>);

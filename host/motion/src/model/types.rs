@@ -5,7 +5,7 @@ use std::sync::Arc;
 use element_api::recording::{Input, Op};
 use element_api::set::ElementSet;
 use element_api::{Descriptor, Recording};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::scene::Dimension;
 
@@ -295,6 +295,13 @@ pub enum Quantity {
 #[must_use]
 pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+}
+
+/// Euler parameters of a rotation matrix, scalar first; the twin of [`rotation`].
+#[must_use]
+pub fn euler_parameters(rotation: &Matrix3<f64>) -> [f64; 4] {
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).into_inner();
+    [turn.w, turn.i, turn.j, turn.k]
 }
 
 /// Rotation matrix of Euler parameters of any length but zero (Haug 1989, eq. 9.3.7, divided by the squared length).

@@ -1,7 +1,6 @@
 //! The checks of a scene on the samples of its run.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use super::opened::Session;
 use crate::results::{Check, CheckResult, Expected};
@@ -10,7 +9,6 @@ use crate::scene::{Formula, Reference};
 impl Session {
     /// Makes all checks of the scene; times and columns in scene units, columns in the order of the model's channels.
     pub(super) fn checks(&self, times: &[f64], columns: &[Vec<f64>]) -> Vec<CheckResult> {
-        let folder = Path::new(&self.scene.source.name).parent().unwrap_or(Path::new(""));
         let place: HashMap<&str, usize> =
             self.model.channels.iter().enumerate().map(|(k, channel)| (channel.name.as_str(), k)).collect();
         let at_row = |formula: &Formula, row: usize| {
@@ -27,7 +25,9 @@ impl Session {
             };
             let reference = match &record.reference {
                 Reference::Formula(_) => Expected::Formula(closed_form),
-                Reference::Csv { path, column } => Expected::Column { path: folder.join(&path.value), column },
+                Reference::Csv { path, column } => {
+                    Expected::Column { path: self.scene.source.beside(&path.value), column }
+                }
             };
             let output = place.get(record.value.text().trim()).map(|k| &self.model.channels[*k]);
             let check = Check {

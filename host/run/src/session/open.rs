@@ -103,10 +103,8 @@ impl Session {
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
                 .map_err(|error| refuse(error.into()))?;
         }
-        let there = match &ahead {
-            Some((t, place)) => Some(decide(&scene, &model, &equations, &layout, (*t, place), true)?),
-            None => None,
-        };
+        let decide_at = |(t, place): &(f64, Assembly)| decide(&scene, &model, &equations, &layout, (*t, place), true);
+        let there = ahead.as_ref().map(decide_at).transpose()?;
         // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
         let better = |other: &Plan| {
             let (here, there) = (at_start.health, other.health);

@@ -1,32 +1,21 @@
 //! What `motion.bin` begins with: the bodies with their shapes, the elements with their glyphs, and which loads follow.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use element_api::Kind;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::error::SessionError;
 use super::opened::Session;
 use crate::analysis::{Constraints, Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes};
-use crate::model::{Place, movable_records, place_of_shape, rotation};
+use crate::model::{Place, euler_parameters, movable_records, place_of_shape, rotation};
 use crate::plan;
 use crate::results::{MOTION_FORMAT, Mesh, MotionHeader, Shape, ShownBody, ShownElement, ShownFrame, ShownLoad};
 use crate::scene::{BodyRecord, Dimension, Scene, ShapeKind, ShapeRecord};
 
 /// Directions that differ by less are the same, as a share of their lengths.
 const ALONG: f64 = 1e-6;
-
-/// Euler parameters of a rotation, scalar first.
-pub(super) fn parameters(rotation: &Matrix3<f64>) -> [f64; 4] {
-    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).into_inner();
-    [turn.w, turn.i, turn.j, turn.k]
-}
-
-/// The file of a mesh: beside the scene, if it is not absolute.
-fn file_of(scene: &Scene, file: &Path) -> PathBuf {
-    Path::new(&scene.source.name).parent().unwrap_or(Path::new("")).join(file)
-}
 
 /// How far a shape reaches from the origin of its frame, m.
 fn reach(shape: &Shape) -> f64 {
@@ -57,7 +46,7 @@ fn bad_mesh(scene: &Scene, path: &Path, span: std::ops::Range<usize>, reason: &s
 pub(super) fn check_meshes(scene: &Scene) -> Result<(), SessionError> {
     for shape in scene.bodies.iter().flat_map(|body| &body.shapes) {
         let ShapeKind::Mesh { file, .. } = &shape.kind else { continue };
-        let path = file_of(scene, &file.value);
+        let path = scene.source.beside(&file.value);
         let missing = match path.metadata() {
             Ok(found) => found.is_dir().then(|| "it is a folder".to_string()),
             Err(error) => Some(error.to_string()),
@@ -152,7 +141,7 @@ impl Session {
             length: None,
             size: None,
             r: origin.into(),
-            p: parameters(&rotation),
+            p: euler_parameters(&rotation),
             color: record.color.map(|[red, green, blue]| format!("#{red:02x}{green:02x}{blue:02x}")),
             mesh: None,
         };
@@ -170,7 +159,7 @@ impl Session {
                 if matches!(record.kind, ShapeKind::Capsule { .. }) { "capsule" } else { "cylinder" }
             }
             ShapeKind::Mesh { file, unit } => {
-                let path = file_of(&self.scene, &file.value);
+                let path = self.scene.source.beside(&file.value);
                 let mesh = Mesh::read(&path, *unit);
                 shape.mesh = Some(mesh.map_err(|reason| bad_mesh(&self.scene, &path, file.span.clone(), &reason))?);
                 "mesh"
@@ -211,7 +200,7 @@ impl Session {
             let frames = (0..element.markers.len()).map(|frame| {
                 let (body, Place { origin, rotation }) = self.model.place_of_frame(number, frame);
                 let body = body.and_then(|body| i64::try_from(numbers[body]).ok()).unwrap_or(-1);
-                ShownFrame { body, r: origin.into(), p: parameters(&rotation) }
+                ShownFrame { body, r: origin.into(), p: euler_parameters(&rotation) }
             });
             ShownElement {
                 name: element.name.clone(),

@@ -20,11 +20,12 @@ mod signals;
 mod tiers;
 mod welded;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
-use crate::results::Status;
+use crate::results::{CHECKPOINT_FILE, Status};
 use crate::tests::{catalog, scene, scenes};
 
 #[track_caller]
@@ -56,4 +57,16 @@ fn settings(keys: &str) -> String {
 fn off(report: &RunReport, name: &str, expected: impl Fn(f64) -> f64) -> f64 {
     let pairs = report.times.iter().zip(column(report, name));
     pairs.map(|(t, x)| (x - expected(*t)).abs()).fold(0.0, |m: f64, x| if x <= m { m } else { x })
+}
+
+/// Runs into a folder, from its checkpoint if it has one; stopped after a share of the run.
+fn go_on(text: &str, folder: &Path, until: f64) -> RunReport {
+    let stop = Arc::new(AtomicBool::new(false));
+    let mut session = open(text);
+    if folder.join(CHECKPOINT_FILE).exists() {
+        session.resume(Checkpoint::read(folder).unwrap()).unwrap();
+    }
+    let flag = Arc::clone(&stop);
+    let progress = move |share: f64| flag.store(share > until, Ordering::Relaxed);
+    session.run(Some(folder), Box::new(progress), &stop).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -2,12 +2,11 @@
 
 use nalgebra::Matrix3;
 
-use super::super::picture::parameters;
 use super::system::failure;
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Formulation};
 use crate::integrate::Failure;
-use crate::model::Model;
+use crate::model::{Model, euler_parameters};
 use crate::plan::Layout;
 use crate::program::{Equations, Used};
 use crate::results::POSE;
@@ -46,7 +45,7 @@ impl Picture {
         let (poses, loads) = self.values.split_at_mut(POSE * found.len() / 12);
         for (pose, found) in poses.chunks_exact_mut(POSE).zip(found.chunks_exact(12)) {
             pose[..3].copy_from_slice(&found[..3]);
-            pose[3..].copy_from_slice(&parameters(&Matrix3::from_row_slice(&found[3..])));
+            pose[3..].copy_from_slice(&euler_parameters(&Matrix3::from_row_slice(&found[3..])));
         }
         if let Some(part) = &mut self.loads {
             match part.at(formulation, &mut self.observed, t, state) {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::results::{CHECKPOINT_FILE, RESULTS_FILE, SUMMARY_FILE, seal, unseal};
+use crate::results::{RESULTS_FILE, SUMMARY_FILE, seal, unseal};
 
 struct Scratch(PathBuf);
 
@@ -42,18 +42,6 @@ pub(super) fn machine(keys: &str) -> String {
         + &output("steps", "quantity = \"value\"; of = \"tally\"; channel = \"steps\"")
         + &output("lagging", "quantity = \"value\"; of = \"lag\"")
         + &output("load", "quantity = \"reaction_force\"; of = \"pivot\"; component = \"y\"")
-}
-
-/// Runs into a folder, from its checkpoint if it has one; stopped after a share of the run.
-fn go_on(text: &str, folder: &Path, until: f64) -> RunReport {
-    let stop = Arc::new(AtomicBool::new(false));
-    let mut session = open(text);
-    if folder.join(CHECKPOINT_FILE).exists() {
-        session.resume(Checkpoint::read(folder).unwrap()).unwrap();
-    }
-    let flag = Arc::clone(&stop);
-    let progress = move |share: f64| flag.store(share > until, Ordering::Relaxed);
-    session.run(Some(folder), Box::new(progress), &stop).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

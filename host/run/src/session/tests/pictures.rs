@@ -1,11 +1,11 @@
 //! `motion.bin`: where bodies are and what acts on them, beside a table that stays as it is.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::checkpoints::machine;
 use super::*;
-use crate::results::{CHECKPOINT_FILE, MOTION_FILE, Motion, RESULTS_FILE};
+use crate::results::{MOTION_FILE, Motion, RESULTS_FILE};
 
 struct Scratch(PathBuf);
 
@@ -35,24 +35,12 @@ fn with_motion(text: &str) -> String {
     text.replacen("t_end = ", "motion = true\nt_end = ", 1)
 }
 
-/// Runs into a folder, from its checkpoint if it has one; stopped after a share of the run.
-fn run_into(text: &str, folder: &Path, until: f64) -> RunReport {
-    let stop = Arc::new(AtomicBool::new(false));
-    let mut session = open(text);
-    if folder.join(CHECKPOINT_FILE).exists() {
-        session.resume(Checkpoint::read(folder).unwrap()).unwrap();
-    }
-    let flag = Arc::clone(&stop);
-    let progress = move |share: f64| flag.store(share > until, Ordering::Relaxed);
-    session.run(Some(folder), Box::new(progress), &stop).unwrap_or_else(|error| panic!("{error}"))
-}
-
 /// Runs with and without a motion, which must leave no trace in the table nor in the work that is counted.
 #[track_caller]
 fn both(name: &str, text: &str) -> (RunReport, Motion) {
     let (plain, shown) = (Scratch::new(&format!("{name}-plain")), Scratch::new(&format!("{name}-shown")));
-    let without = run_into(text, &plain.0, 2.0);
-    let with = run_into(&with_motion(text), &shown.0, 2.0);
+    let without = go_on(text, &plain.0, 2.0);
+    let with = go_on(&with_motion(text), &shown.0, 2.0);
     assert!(plain.table() == shown.table(), "{name}: the table is not what it was");
     assert!(!plain.0.join(MOTION_FILE).exists());
     let work = |report: &RunReport| {
@@ -154,9 +142,9 @@ fn a_run_that_is_resumed_has_the_motion_of_one_that_was_left_alone() {
     for keys in ["formulation = \"joint\"", "formulation = \"cartesian\"", "method = \"radau5\"; tolerance = 1e-8"] {
         let (alone, often) = (Scratch::new("alone"), Scratch::new("often"));
         let text = with_motion(&machine(keys));
-        run_into(&text, &alone.0, 2.0);
+        go_on(&text, &alone.0, 2.0);
         for until in [0.01, 0.3, 0.6, 0.95] {
-            run_into(&text, &often.0, until);
+            go_on(&text, &often.0, until);
             // Killed while a record was written.
             let path = often.0.join(MOTION_FILE);
             let mut bytes = fs::read(&path).unwrap();
@@ -164,7 +152,7 @@ fn a_run_that_is_resumed_has_the_motion_of_one_that_was_left_alone() {
             fs::write(&path, &bytes).unwrap();
             assert!(Motion::read(&path).unwrap().times.len() < alone.motion().times.len());
         }
-        run_into(&text, &often.0, 2.0);
+        go_on(&text, &often.0, 2.0);
         let [one, other] = [&alone, &often].map(|folder| fs::read(folder.0.join(MOTION_FILE)).unwrap());
         assert!(one == other, "{keys}");
         assert_eq!(alone.motion().times.len(), 31);
@@ -176,7 +164,7 @@ fn a_run_that_is_resumed_has_the_motion_of_one_that_was_left_alone() {
 fn a_motion_that_was_damaged_is_not_gone_on_with() {
     let folder = Scratch::new("damaged");
     let text = with_motion(&machine(""));
-    run_into(&text, &folder.0, 0.6);
+    go_on(&text, &folder.0, 0.6);
     let path = folder.0.join(MOTION_FILE);
     let mut bytes = fs::read(&path).unwrap();
     bytes[3] ^= 1;
@@ -289,8 +277,8 @@ fn a_former_motion_does_not_stay_beside_a_new_table() {
     let folder = Scratch::new("former");
     let text = settings("t_end = 1; output_step = 0.5")
         + "[[body]]\nname = \"ball\"\nmass = 1\ninertia = [1, 1, 1]\nvelocity = [1, 0, 0]\n";
-    run_into(&with_motion(&text), &folder.0, 2.0);
+    go_on(&with_motion(&text), &folder.0, 2.0);
     assert!(folder.0.join(MOTION_FILE).exists());
-    run_into(&text, &folder.0, 2.0);
+    go_on(&text, &folder.0, 2.0);
     assert!(!folder.0.join(MOTION_FILE).exists());
 }
