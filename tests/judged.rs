@@ -8,7 +8,7 @@ use odyn::results::{Status, Table};
 use odyn::scene::AuditTolerance;
 use odyn::session::{Checkpoint, RunOptions, RunReport, Session};
 
-use crate::support::{Scratch, column, options};
+use crate::support::{Scratch, column, difference, options, root};
 
 #[track_caller]
 fn run(text: &str, sets: &[&str]) -> RunReport {
@@ -185,4 +185,31 @@ fn a_second_run_finds_what_the_first_passed_over() {
     assert_eq!((seen.summary.status, seen.exit_code()), (Status::Completed, 0), "{}", seen.summary.reason);
     let how = &seen.summary.verified.as_ref().unwrap().how;
     assert_eq!(how, "radau5 instead of dop853, tolerance 1e-11 instead of 1e-10, steps up to 0.02 s");
+}
+
+/// Friction in a loop of revolute joints that all turn about z. What rigid bodies leave open there are forces along z and
+/// moments across it: a pin rubs by its radial load, which is unique; a thrust face by its axial load, which is not.
+#[test]
+fn friction_on_reactions_that_are_not_unique_is_suspect() {
+    let squeezer = std::fs::read_to_string(root().join("scenes/benchmarks/A03.toml")).expect("a scene");
+    let both = |friction: &str| {
+        let load = "[[output]]\nname = \"load\"\nquantity = \"value\"\nof = \"rub\"\nchannel = \"normal_force\"\n";
+        let text = format!(
+            "{squeezer}\n[[force]]\nname = \"rub\"\ntype = \"joint-friction\"\njoints = [\"O\"]\n{friction}\n{load}"
+        );
+        ["joint", "cartesian"]
+            .map(|form| run(&text, &["simulation.t_end=0.01", &format!("simulation.formulation={form}")]))
+    };
+    let pin = both("params = { kind = \"rotation\", mu = 0.2, radius = 0.002 }");
+    for report in &pin {
+        assert_eq!(report.summary.status, Status::Completed, "{}", report.summary.reason);
+        assert!(!report.summary.not_unique.contains(&"load".to_owned()));
+    }
+    let loads = pin.each_ref().map(|report| column(report, "load"));
+    assert!(difference(loads[0], loads[1]) < 1e-7, "{:e}", difference(loads[0], loads[1]));
+    for report in &both("params = { kind = \"rotation\", mu = 0.2, radius = 0.002, thrust_radius = 0.003 }") {
+        assert_eq!(report.summary.status, Status::Suspect);
+        assert!(report.summary.reason.starts_with("the load of `rub` depends"), "{}", report.summary.reason);
+        assert!(report.summary.not_unique.contains(&"load".to_owned()));
+    }
 }

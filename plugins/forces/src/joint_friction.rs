@@ -21,9 +21,9 @@
 //!
 //! ## Singular cases
 //! At rest a load below mu N is not held but creeps, with |v| < v_t for loads up to three quarters of mu N. Where a
-//! reaction is not unique (redundant joints), so is the friction. The joint's axis must be the z axis of the frames,
-//! which are those of the joint unless the scene says otherwise. Very heavy friction (mu of the order of lever over
-//! radius) has no unique solution: Painleve's paradox.
+//! reaction is not unique (redundant joints), neither are friction and motion: the run is `suspect` (ODY0322). The
+//! joint's axis must be the z axis of the frames, which are those of the joint unless the scene says otherwise. Very
+//! heavy friction (mu of the order of lever over radius) has no unique solution: Painleve's paradox.
 //!
 //! ## Example
 //! ```toml

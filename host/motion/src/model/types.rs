@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use element_api::recording::{Input, Op};
 use element_api::set::ElementSet;
 use element_api::{Descriptor, Recording};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -143,22 +142,6 @@ impl Instance {
     #[must_use]
     pub fn row(&self, k: usize) -> &str {
         self.rows.get(k).and_then(|row| self.class.rows.get(*row)).map_or("?", String::as_str)
-    }
-
-    /// Whether any of its results depends on one of the inputs that `which` picks. An opaque element may use them all.
-    #[must_use]
-    pub fn uses_input(&self, which: impl Fn(Input) -> bool) -> bool {
-        if self.class.opaque {
-            return true;
-        }
-        let mut needed = vec![false; self.recording.ops.len()];
-        self.recording.outputs.iter().for_each(|output| needed[output.node as usize] = true);
-        (0..needed.len()).rev().filter_map(|k| Op::decode(self.recording.ops[k]).map(|op| (k, op))).any(|(k, op)| {
-            if needed[k] {
-                op.operands().for_each(|a| needed[a as usize] = true);
-            }
-            matches!(op, Op::Input(input) if needed[k] && which(input))
-        })
     }
 
     /// Number of values an opaque instance gives before derivatives: rows in use and coordinates, or channels.

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::layout::Layout;
 use super::topology::Topology;
+use super::undetermined::{NullLoads, Undetermined, undetermined};
 use crate::linalg::{
     Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SparseRank, TRUSTED,
 };
@@ -80,6 +81,8 @@ pub struct Plan {
     pub mobility: usize,
     /// Per joint and frame on a body or ground: which components are unique.
     pub reactions: Vec<Reaction>,
+    /// Elements whose results depend on components that are not unique.
+    pub undetermined: Vec<Undetermined>,
     /// Use the rank-safe engine for every evaluation, and why; `None`: only where the rank falls.
     pub always_rank_safe: Option<String>,
     /// Pivot ratio of the sparse engine with those rows; zero where it has none.
@@ -129,7 +132,8 @@ impl Plan {
                 RedundantRow { row, name: model.elements[element].row_name(k) }
             })
             .collect();
-        let reactions = unique_reactions(model, layout, probe, &null_space);
+        let (reactions, null_loads) = unique_reactions(model, layout, probe, &null_space);
+        let undetermined = undetermined(model, probe.rotations, &null_loads, &reactions);
         let alike = probe.structure.metric(probe.scales);
         let independence = sparse_health(&independent_rows, &alike).map_or(0.0, |health| health.smallest_pivot_ratio);
         let enforced = sparse_health(&independent_rows, probe.mass);
@@ -150,6 +154,7 @@ impl Plan {
             health,
             independence,
             reactions,
+            undetermined,
             always_rank_safe,
             sparse_health: enforced.map_or(0.0, |health| health.smallest_pivot_ratio),
         })
@@ -245,7 +250,9 @@ pub(super) fn unique_reactions(
     layout: &Layout,
     probe: &Probe<'_>,
     null_space: &[NullVector],
-) -> Vec<Reaction> {
+) -> (Vec<Reaction>, Vec<NullLoads>) {
+    let taken: Vec<usize> = model.elements.iter().flat_map(|element| &element.joints).copied().collect();
+    let mut null_loads = Vec::new();
     let mut reactions = Vec::new();
     let mut first_of = vec![0; model.elements.len()];
     for (element, instance) in model.elements.iter().enumerate() {
@@ -279,9 +286,13 @@ pub(super) fn unique_reactions(
                 reaction.torque[k] &= !shows(torque[k] / probe.length);
             }
         }
+        let taken = touched.iter().zip(loads).filter(|(k, _)| taken.contains(&reactions[**k].element));
+        let of_frames: NullLoads =
+            taken.map(|(k, load)| ((reactions[*k].element, reactions[*k].frame), load)).collect();
+        null_loads.push(of_frames);
         vector.iter().for_each(|(row, _)| lambda[*row] = 0.0);
     }
-    reactions
+    (reactions, null_loads)
 }
 
 /// Force and torque at a frame's origin, ground axes, that multipliers cause on the body of the frame (on ground: on all

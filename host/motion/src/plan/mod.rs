@@ -1,7 +1,7 @@
 //! What has to be computed, and what not: decided once, stored as data, told to the user.
 //!
 //! - **Takes**: a [`crate::model::Model`]; the constraint Jacobian at the assembled position.
-//! - **Gives**: [`Layout`] (where every number lies) and [`Plan`] (independent rows, unique reactions, engine, what is
+//! - **Gives**: [`Layout`] (where every number lies) and [`Plan`] (independent rows, unique reactions, what depends on others, engine, what is
 //!   skipped and why); how pictures show a joint.
 //! - **May touch**: linear algebra for ranks.
 //! - **Must not know**: integrators, values of the coordinates at run time, how the Jacobian was computed.
@@ -13,6 +13,7 @@ mod layout;
 mod pruning;
 mod topology;
 mod tree;
+mod undetermined;
 
 #[cfg(test)]
 mod tests;
@@ -24,3 +25,4 @@ pub use layout::Layout;
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};
 pub use tree::{SpanningTree, TreeJoint};
+pub use undetermined::Undetermined;

@@ -271,7 +271,7 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
         let sparse = Rank::by_elimination(layout, &probe).unwrap().unwrap();
         assert_eq!(sparse.health.rank, dense.health.rank);
         assert_eq!(sparse.null_space.len(), dense.null_space.len());
-        let reactions = |rank: &Rank| unique_reactions(&model, layout, &probe, &rank.null_space);
+        let reactions = |rank: &Rank| unique_reactions(&model, layout, &probe, &rank.null_space).0;
         assert_eq!(reactions(&sparse), reactions(&dense));
     }
 }

@@ -61,6 +61,16 @@ impl Session {
             let advice = if k == 0 { format!("; {}", self.advice(excess)) } else { String::new() };
             summary.suspect(code(excess.measure), &format!("{}{advice}", self.finding(excess, name(excess))));
         }
+        if summary.audit_limits.is_some() {
+            for open in self.plan.undetermined.iter().filter(|open| open.load) {
+                let reason = format!(
+                    "the load of `{}` depends on a reaction that rigid bodies do not determine, and the motion with it: other \
+                     coordinates compute another of many motions; free redundant rows with less restrictive joints (`odyn check`)",
+                    self.model.elements[open.element].name
+                );
+                summary.suspect(codes::REACTION_NOT_UNIQUE, &reason);
+            }
+        }
         let missed = summary.recoveries[Remedy::Missed];
         if missed > 0 && summary.audit_limits.is_some() {
             let steps = if missed == 1 { "1 step".into() } else { format!("{missed} steps") };

@@ -1,13 +1,11 @@
 //! What is wrong with the start of a scene, or worth a warning.
 
-use element_api::recording::Input;
-
 use super::error::SessionError;
 use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
-use crate::plan::Plan;
+use crate::plan::{Plan, Undetermined};
 use crate::results::significant;
 use crate::scene::{Dimension, Scene};
 
@@ -180,36 +178,34 @@ pub(super) fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model
 
 /// Elements that depend on reactions which redundant rows leave open.
 pub(super) fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
-    let mut warnings = Vec::new();
-    for element in &model.elements {
-        for (k, joint) in element.joints.iter().enumerate() {
-            let last = model.elements[*joint].markers.len() - 1;
-            let open = |torque: bool| {
-                let used = |input: Input| match input {
-                    Input::ReactionForce { joint, .. } => !torque && joint as usize == k,
-                    Input::ReactionTorque { joint, .. } => torque && joint as usize == k,
-                    _ => false,
-                };
-                !plan.is_unique(*joint, last, torque, None) && element.uses_input(used)
-            };
-            let what = match (open(false), open(true)) {
-                (false, false) => continue,
-                (true, false) => "force",
-                (false, true) => "torque",
-                (true, true) => "force and torque",
-            };
-            let record = scene.elements.iter().find(|record| record.name.value == element.name);
-            let place = record.and_then(|record| record.joints.get(k)).map_or(0..0, |name| name.span.clone());
-            let joint = &model.elements[*joint].name;
-            let message = format!("`{}` depends on the reaction of `{joint}`, which is not unique", element.name);
-            warnings.push(
-                Diagnostic::warning(codes::REACTION_NOT_UNIQUE, message)
-                    .at(place, format!("redundant joint equations leave its {what} open; one of many is used"))
-                    .help("`odyn check` lists the redundant rows: free them with less restrictive joints"),
-            );
-        }
-    }
-    warnings
+    let warning = |open: &Undetermined| {
+        let element = &model.elements[open.element];
+        let record = scene.elements.iter().find(|record| record.name.value == element.name);
+        let of = |joint: usize, torque| !plan.is_unique(joint, model.elements[joint].markers.len() - 1, torque, None);
+        let joints = element.joints.iter().enumerate();
+        let (place, cause) = joints
+            .map(|(k, joint)| (k, *joint, of(*joint, false), of(*joint, true)))
+            .find(|(.., force, torque)| *force || *torque)
+            .map(|(k, joint, force, torque)| {
+                let what = if force && torque { "force and torque" } else { ["torque", "force"][usize::from(force)] };
+                let place = record.and_then(|record| record.joints.get(k)).map_or(0..0, |name| name.span.clone());
+                (place, format!("redundant joint equations leave the {what} of `{}` open", model.elements[joint].name))
+            })
+            .unwrap_or_else(|| {
+                let place = record.map_or(0..0, |record| record.name.span.clone());
+                (place, "takes signals that redundant joint equations leave open".into())
+            });
+        let (open, then) = if open.load {
+            ("the motion is not determined", "one of many motions is computed, and the run is `suspect`")
+        } else {
+            ("it reports one of many values", "the motion is determined, its channels are not")
+        };
+        let message = format!("`{}` depends on a reaction that is not unique: {open}", element.name);
+        Diagnostic::warning(codes::REACTION_NOT_UNIQUE, message)
+            .at(place, format!("{cause}; {then}"))
+            .help("`odyn check` lists the redundant rows: free them with less restrictive joints")
+    };
+    plan.undetermined.iter().map(warning).collect()
 }
 
 /// Where a body's name is written.

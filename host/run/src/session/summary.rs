@@ -58,6 +58,9 @@ impl Session {
                 let component = matches!(axes, crate::model::Axes::Ground).then_some(*component);
                 self.plan.is_unique(*element, *frame, *torque, component)
             }
+            Quantity::Value { element, channel } => {
+                !self.plan.undetermined.iter().any(|open| open.element == *element && open.channels[*channel])
+            }
             _ => true,
         };
         let record = self.scene.outputs.iter().find(|record| record.name.value == channel.name);
