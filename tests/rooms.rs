@@ -30,6 +30,7 @@ const CRATES: &[(&str, &[&str])] = &[
         ],
     ),
     ("host/scene", &["odyn-diagnostics", "element-api"]),
+    ("host/studio", &["odyn-catalog", "odyn-desk", "odyn-diagnostics", "odyn-run", "element-api"]),
     (
         "host/trials",
         &[

@@ -8,23 +8,27 @@ use std::process::{Command, Stdio};
 /// What is bundled, as files of this crate.
 const SOURCES: [&str; 3] = ["page/package.json", "page/package-lock.json", "page/.npmrc"];
 
+/// What is made of them: the scripts of a report, and of the studio.
+const BUNDLES: [&str; 2] = ["report.js", "studio.js"];
+
 fn main() {
     println!("cargo:rerun-if-env-changed=ODYN_DESK");
     println!("cargo:rerun-if-changed=page/src");
     SOURCES.iter().for_each(|file| println!("cargo:rerun-if-changed={file}"));
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
-    let bundle = match bundle(&out) {
-        Ok(script) => script,
-        Err(reason) => {
-            println!("cargo:warning=reports will have their plots as drawings and show no motion: {reason}");
-            String::new()
-        }
-    };
-    fs::write(out.join("report.js"), bundle).expect("the folder of the build can be written");
+    let bundles = bundle(&out).unwrap_or_else(|reason| {
+        println!(
+            "cargo:warning=reports will have their plots as drawings and show no motion, and there will be no studio: {reason}"
+        );
+        BUNDLES.map(|_| String::new())
+    });
+    for (name, text) in BUNDLES.iter().zip(bundles) {
+        fs::write(out.join(name), text).expect("the folder of the build can be written");
+    }
 }
 
-/// The scripts in one, or why there are none.
-fn bundle(out: &Path) -> Result<String, String> {
+/// The scripts of each page in one, or why there are none.
+fn bundle(out: &Path) -> Result<[String; 2], String> {
     if env::var("ODYN_DESK").is_ok_and(|value| value == "off") {
         return Err("ODYN_DESK=off; unset it to have them".into());
     }
@@ -38,16 +42,23 @@ fn bundle(out: &Path) -> Result<String, String> {
         copy(file, &out.join(file))?;
     }
     let _ = fs::remove_dir_all(work.join("src"));
-    for entry in fs::read_dir("page/src").map_err(|error| error.to_string())? {
-        let path = entry.map_err(|error| error.to_string())?.path();
-        copy(&path.to_string_lossy(), &out.join(&path))?;
+    for folder in ["page/src", "page/src/studio"] {
+        for entry in fs::read_dir(folder).map_err(|error| error.to_string())? {
+            let path = entry.map_err(|error| error.to_string())?.path();
+            if path.is_file() {
+                copy(&path.to_string_lossy(), &out.join(&path))?;
+            }
+        }
     }
     npm(&work, &["ci", "--omit=dev", "--ignore-scripts", "--no-audit", "--no-fund", "--prefer-offline"])?;
     npm(&work, &["run", "build", "--silent"])?;
-    let script = work.join("report.js");
-    let text = fs::read_to_string(&script).map_err(|error| format!("{} cannot be read: {error}", script.display()))?;
-    // It stands inside an element of a page.
-    Ok(text.replace("</script", "<\\/script"))
+    let read = |name: &str| {
+        let script = work.join(name);
+        fs::read_to_string(&script).map_err(|error| format!("{} cannot be read: {error}", script.display()))
+    };
+    let [report, studio] = BUNDLES.map(read);
+    // The first stands inside an element of a page.
+    Ok([report?.replace("</script", "<\\/script"), studio?])
 }
 
 fn npm(folder: &Path, arguments: &[&str]) -> Result<(), String> {

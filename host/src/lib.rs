@@ -52,6 +52,7 @@
 //! | `host/motion` | [`model`], [`plan`], [`program`], [`analysis`] |
 //! | `host/run` | [`results`], [`session`] |
 //! | `host/desk` | `desk`: reports, and what pages are made of |
+//! | `host/studio` | `studio`: scenes edited in the browser |
 //! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
@@ -65,6 +66,8 @@ pub use odyn_motion::{analysis, model, plan, program};
 pub use odyn_numerics::{integrate, interval, linalg};
 pub use odyn_run::{results, session};
 pub use odyn_scene as scene;
+#[cfg(feature = "cli")]
+pub use odyn_studio as studio;
 #[cfg(feature = "manual")]
 pub use odyn_trials::manual;
 #[cfg(feature = "workshop")]

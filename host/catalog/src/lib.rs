@@ -192,6 +192,15 @@ impl Catalog {
         if errors.is_empty() { Ok(catalog) } else { Err(errors) }
     }
 
+    /// A catalog of every package that is found, and why libraries are left out.
+    #[must_use]
+    pub fn everything(search: &SearchPath) -> (Self, Vec<CatalogError>) {
+        let mut catalog = Self::new();
+        let add = |(path, _): &(PathBuf, Manifest)| catalog.add(&path.display().to_string(), search).err();
+        let left_out = search.packages().iter().filter_map(add).collect();
+        (catalog, left_out)
+    }
+
     /// Adds a library that is looked for on the search path; `request` is a name or the path of a file. A file that is
     /// already in the catalog is not added again.
     ///

@@ -246,7 +246,19 @@ impl SearchPath {
         self.everything().into_iter().filter_map(|(_, path, manifest)| manifest.ok().map(|m| (path, m))).collect()
     }
 
-    /// The same with those that can't be used, and who names the place of each.
+    /// The library that each package's name leads to: the first one. Nothing is run.
+    #[must_use]
+    pub fn packages(&self) -> Vec<(PathBuf, Manifest)> {
+        let mut first: Vec<(PathBuf, Manifest)> = Vec::new();
+        for (path, manifest) in self.manifests() {
+            if first.iter().all(|(_, known)| known.package != manifest.package) {
+                first.push((path, manifest));
+            }
+        }
+        first
+    }
+
+    /// All libraries with those that can't be used, and who names the place of each.
     #[must_use]
     pub fn everything(&self) -> Vec<(Origin, PathBuf, Result<Manifest, CatalogError>)> {
         #[cfg(feature = "abi")]

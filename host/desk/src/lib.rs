@@ -27,6 +27,7 @@ mod source;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
+pub use pack::pack as data;
 pub use report::{Scripts, report, write};
 pub use source::Source;
 

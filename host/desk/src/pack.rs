@@ -17,8 +17,12 @@ use crate::source::Source;
 /// What the text says it is.
 const FORMAT: &str = "odyn-report/1";
 
-/// Packs runs.
-pub(crate) fn pack(sources: &[Source]) -> String {
+/// The data of runs for the scripts of a page, as text.
+///
+/// # Panics
+/// Never: memory can be written.
+#[must_use]
+pub fn pack(sources: &[Source]) -> String {
     let mut blocks = Vec::new();
     let runs: Vec<Value> = sources
         .iter()

@@ -13,6 +13,9 @@ use crate::source::Source;
 /// The scripts of a page, bundled when this crate was built; empty where they could not be.
 const BUNDLE: &str = include_str!(concat!(env!("OUT_DIR"), "/report.js"));
 
+/// The scripts of the studio's page, likewise.
+const STUDIO: &str = include_str!(concat!(env!("OUT_DIR"), "/studio.js"));
+
 /// Which scripts a page gets.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Scripts {
@@ -28,6 +31,12 @@ impl Scripts {
     #[must_use]
     pub fn are_built_in() -> bool {
         !BUNDLE.is_empty()
+    }
+
+    /// The scripts of the studio's page; empty where they were not built in.
+    #[must_use]
+    pub fn studio() -> &'static str {
+        STUDIO
     }
 
     fn text(self) -> Option<&'static str> {

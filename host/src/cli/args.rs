@@ -147,6 +147,13 @@ Examples:
   odyn report results/before results/after -o comparison.html
   odyn run scenes/compressor.toml --report     (at the end of a run)")]
     Report(super::report::ReportArgs),
+    /// Edit a scene in the browser, with messages, mechanism and runs beside the text
+    #[command(after_help = "\
+Prints an address for browsers on this machine; nothing is sent elsewhere, and only SCENE is written, when you save.
+
+Examples:
+  odyn studio scenes/compressor.toml")]
+    Studio(super::studio::StudioArgs),
     /// Compare two tables of results: largest difference in each common column
     #[command(after_help = "\
 Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
@@ -183,7 +190,7 @@ Examples:
   odyn schema --plugin ../my-plugin/target/release -o odyn.schema.json
   odyn schema scenes/compressor.toml > odyn.schema.json
   odyn schema --markdown > scene.md")]
-    Schema(SchemaArgs),
+    Schema(super::schema::SchemaArgs),
     /// Print the script with which a shell completes the command line
     #[command(after_help = "\
 Examples:
@@ -448,21 +455,6 @@ pub(super) struct ExplainArgs {
 }
 
 #[derive(Debug, Args)]
-pub(super) struct SchemaArgs {
-    /// Scene file whose libraries are meant; all libraries that are found if left out
-    pub(super) scene: Option<PathBuf>,
-    /// File to write; standard output if left out
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Option<PathBuf>,
-    /// The same as a page for people, in Markdown: the reference of the scene format
-    #[arg(long)]
-    pub(super) markdown: bool,
-    /// Library of elements, or folder to look for libraries in; may be repeated
-    #[arg(long = "plugin", value_name = "PATH")]
-    pub(super) plugins: Vec<PathBuf>,
-}
-
-#[derive(Debug, Args)]
 pub(super) struct CompletionsArgs {
     /// The shell
     pub(super) shell: clap_complete::Shell,
@@ -488,12 +480,8 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::Check(args) } => args.json,
-            Command::Plugin { .. } | Command::Export { .. } => false,
             Command::Compare(args) => args.json,
-            Command::Report(_) | Command::Verify(_) | Command::Stress(_) | Command::Bench(_) | Command::Explain(_) => {
-                false
-            }
-            Command::Schema(_) | Command::Completions(_) | Command::Man(_) => false,
+            _ => false,
         }
     }
 }

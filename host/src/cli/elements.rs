@@ -1,7 +1,6 @@
 //! `odyn elements`
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use element_api::descriptor::{Descriptor, Kind, Named, NamedInput};
 use element_api::documentation::manual_page;
@@ -18,7 +17,7 @@ use super::terminal;
 
 /// Lists all element types by what the libraries say about themselves; nothing is run.
 pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
-    let libraries = first_of_each(SearchPath::standard(&args.plugins, &[]).manifests());
+    let libraries = SearchPath::standard(&args.plugins, &[]).packages();
     if args.json {
         #[derive(Serialize)]
         struct Element<'a> {
@@ -63,7 +62,7 @@ pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
 /// Shows one element type. The libraries that provide it are opened.
 pub(super) fn describe(args: &DescribeArgs) -> Result<u8, Failure> {
     let search = SearchPath::standard(&args.places.plugins, &[]);
-    let libraries = first_of_each(search.manifests());
+    let libraries = search.packages();
     let (package, short) = match args.name.split_once('/') {
         Some((package, short)) => (Some(package), short),
         None => (None, args.name.as_str()),
@@ -85,17 +84,6 @@ pub(super) fn describe(args: &DescribeArgs) -> Result<u8, Failure> {
     let text = if args.places.json { description_json(&element) } else { description(&element) };
     terminal::print(&text)?;
     Ok(exit::DONE)
-}
-
-/// The library that a package's name leads to: the first one.
-pub(super) fn first_of_each(found: Vec<(PathBuf, Manifest)>) -> Vec<(PathBuf, Manifest)> {
-    let mut first: Vec<(PathBuf, Manifest)> = Vec::new();
-    for (path, manifest) in found {
-        if first.iter().all(|(_, known)| known.package != manifest.package) {
-            first.push((path, manifest));
-        }
-    }
-    first
 }
 
 pub(super) fn nothing_found() -> &'static str {

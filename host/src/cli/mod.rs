@@ -18,6 +18,7 @@
 //! | `report.rs` | `report`, `run --report` |
 //! | `export.rs`, `export_args.rs` | `export glb` |
 //! | `schema.rs` | `schema` |
+//! | `studio.rs` | `studio` |
 //! | `shell.rs` | `completions`, `man` |
 //! | `choices.rs` | which libraries were passed over |
 //! | `failure.rs` | why a command failed |
@@ -43,6 +44,7 @@ mod shell;
 mod store;
 mod store_args;
 mod stress;
+mod studio;
 mod study;
 mod terminal;
 mod verify;
@@ -114,6 +116,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plugin { command: PluginCommand::New(args) } => plugin::new(args),
         Command::Plugin { command: PluginCommand::Check(args) } => plugin::check(args),
         Command::Report(args) => report::report(args),
+        Command::Studio(args) => studio::studio(args),
         Command::Compare(args) => compare::compare(args),
         Command::Export { command: ExportCommand::Glb(args) } => export::export_glb(args),
         Command::Verify(args) => verify::verify(args),

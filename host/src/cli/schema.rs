@@ -1,15 +1,32 @@
 //! `odyn schema`
 
+use std::path::PathBuf;
+
+use clap::Args;
+
 use odyn::catalog::{Catalog, SearchPath};
 use odyn::diagnostics::render;
 use odyn::integrate::Methods;
 use odyn::session::{RunOptions, catalog_of_scene, scene_page, scene_schema};
 
-use super::args::SchemaArgs;
-use super::elements::first_of_each;
 use super::exit;
 use super::failure::{Failure, cannot_write};
 use super::terminal::{self, Stream};
+
+#[derive(Debug, Args)]
+pub(super) struct SchemaArgs {
+    /// Scene file whose libraries are meant; all libraries that are found if left out
+    pub(super) scene: Option<PathBuf>,
+    /// File to write; standard output if left out
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// The same as a page for people, in Markdown: the reference of the scene format
+    #[arg(long)]
+    pub(super) markdown: bool,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+}
 
 /// Writes the JSON schema of scenes, or the page of reference made of it, with the elements of a scene's libraries, or of all that can be found.
 pub(super) fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
@@ -31,14 +48,11 @@ pub(super) fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
 /// All libraries that can be opened; of the others it is told that they are left out.
 fn everything_found(args: &SchemaArgs) -> Catalog {
     let search = SearchPath::standard(&args.plugins, &[]);
-    let mut catalog = Catalog::new();
-    for (path, _) in first_of_each(search.manifests()) {
-        if let Err(error) = catalog.add(&path.display().to_string(), &search) {
-            let help = "its elements are not in the schema";
-            let diagnostic = error.diagnostic().help(help);
-            let source = odyn::diagnostics::Source::new("", "");
-            eprintln!("{}", render(&[diagnostic], &source, terminal::color(Stream::Error)).trim_end());
-        }
+    let (catalog, left_out) = Catalog::everything(&search);
+    for error in left_out {
+        let diagnostic = error.diagnostic().help("its elements are not in the schema");
+        let source = odyn::diagnostics::Source::new("", "");
+        eprintln!("{}", render(&[diagnostic], &source, terminal::color(Stream::Error)).trim_end());
     }
     catalog
 }

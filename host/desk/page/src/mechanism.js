@@ -21,6 +21,7 @@ export class Mechanism {
     header.elements.forEach((element) => this.element(element));
     this.arrows = header.loads.map((load) => this.load(load));
     this.traces = new Map();
+    this.lit = [];
     if (ghost) {
       this.group.traverse((object) => {
         if (object.material) Object.assign(object.material, { transparent: true, opacity: ghost, depthWrite: false });
@@ -59,6 +60,28 @@ export class Mechanism {
       this.group.add(object);
       this.links.push({ object, ends: element.frames.slice(0, 2) });
     }
+  }
+
+  /** Shows elements and bodies of these names in a colour that is seen through everything. */
+  light(names) {
+    this.lit.forEach((object) => object.removeFromParent());
+    const bright = "#e8273f";
+    const elements = this.motion.header.elements.filter((element) => names.includes(element.name));
+    this.lit = elements.flatMap((element) =>
+      element.frames.slice(-1).map((frame) => {
+        const object = place(glyph(element.glyph, 1.3 * this.size, bright), frame);
+        object.traverse((part) => {
+          if (part.material) Object.assign(part.material, { depthTest: false, transparent: true, opacity: 0.75 });
+          part.renderOrder = 1;
+        });
+        this.carrier(frame.body).add(object);
+        return object;
+      }),
+    );
+    this.bodies.forEach((group) => {
+      const on = names.includes(group.name);
+      group.traverse((part) => part.material?.emissive?.set(on ? "#7a1020" : "#000000"));
+    });
   }
 
   load(load) {

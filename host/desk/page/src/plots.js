@@ -9,8 +9,8 @@ const MOST_CURVES = 8;
 const HEIGHT = 260;
 
 /** Draws all channels; gives the charts. */
-export function plots(place, runs, clock) {
-  document.head.append(el("style", {}, style));
+export function plots(place, runs, clock, signal) {
+  if (!document.getElementById("plot-style")) document.head.append(el("style", { id: "plot-style" }, style));
   const charts = [];
   const hosts = el("div");
   let differences = false;
@@ -42,12 +42,14 @@ export function plots(place, runs, clock) {
   };
   redraw();
   clock.listen((t, source) => source !== "chart" && mark(t));
-  addEventListener("odyn-theme", redraw);
+  addEventListener("odyn-theme", redraw, { signal });
+  signal?.addEventListener("abort", () => charts.splice(0).forEach((chart) => chart.destroy()));
   let waiting;
-  addEventListener("resize", () => {
+  const resize = () => {
     clearTimeout(waiting);
     waiting = setTimeout(() => charts.forEach((chart) => chart.setSize({ width: hosts.clientWidth, height: HEIGHT })), 100);
-  });
+  };
+  addEventListener("resize", resize, { signal });
   return charts;
 }
 

@@ -7,12 +7,17 @@ import { choice, color, el, labelled, tick } from "./dom.js";
 import { COLORS } from "./glyphs.js";
 import { Mechanism } from "./mechanism.js";
 
-export function motions(place, runs, clock) {
-  return new View(place, runs.filter((run) => run.motion && run.motion.samples), clock);
+export function motions(place, runs, clock, signal) {
+  return new View(place, runs.filter((run) => run.motion && run.motion.samples), clock, { signal });
+}
+
+/** The mechanism as it stands: one sample, no controls of time. */
+export function still(place, run, clock) {
+  return new View(place, [run], clock, { still: true });
 }
 
 class View {
-  constructor(place, runs, clock) {
+  constructor(place, runs, clock, { signal, still = false } = {}) {
     this.clock = clock;
     this.canvas = el("canvas", {
       tabindex: "0",
@@ -27,10 +32,7 @@ class View {
     const sun = new DirectionalLight(0xffffff, 2.0);
     this.scene.add(sun);
     this.sun = sun;
-    const header = runs[0].motion.header;
-    this.length = header.length || 1;
-    this.mechanisms = runs.map((run, k) => new Mechanism(run, 0.06 * this.length, k ? 0.35 : 0));
-    this.mechanisms.forEach((mechanism) => this.world.add(mechanism.group));
+    this.take(runs);
     this.show = { kinds: [], elements: () => true, perForce: 0, perTorque: 0, longest: 0.3 * this.length };
     this.scale = 1;
     this.only = null;
@@ -39,17 +41,43 @@ class View {
     this.camera = new PerspectiveCamera(35, 4 / 3, 0.01 * this.length, 100 * this.length);
     this.orbit = new OrbitControls(this.camera, this.canvas);
     this.orbit.addEventListener("change", () => this.request());
-    place.append(el("div", { class: "stage" }, this.canvas), this.controls(), this.details());
+    place.append(el("div", { class: "stage" }, this.canvas), ...(still ? [] : [this.controls(), this.details()]));
     this.background();
-    addEventListener("odyn-theme", () => {
+    const recolor = () => {
       this.background();
       this.request();
+    };
+    addEventListener("odyn-theme", recolor, { signal });
+    signal?.addEventListener("abort", () => {
+      this.renderer.dispose();
+      this.renderer.forceContextLoss();
     });
     new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
     this.resize();
     this.frame();
     clock.listen(() => this.request());
     this.canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  take(runs) {
+    this.length = runs[0].motion.header.length || 1;
+    this.mechanisms = runs.map((run, k) => new Mechanism(run, 0.06 * this.length, k ? 0.35 : 0));
+    this.mechanisms.forEach((mechanism) => this.world.add(mechanism.group));
+  }
+
+  /** Shows others in their place, from where one looks at the moment, unless their size is quite another. */
+  replace(runs) {
+    const before = this.length;
+    for (const { group } of this.mechanisms) {
+      this.world.remove(group);
+      group.traverse((part) => {
+        part.geometry?.dispose();
+        part.material?.dispose();
+      });
+    }
+    this.take(runs);
+    if (Math.abs(Math.log(this.length / before)) > 0.7) this.frame();
+    this.request();
   }
 
   /** Draws once, at the next chance. */

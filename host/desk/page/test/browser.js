@@ -5,29 +5,10 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { createRequire } from "node:module";
-import { chromium } from "playwright-core";
-
-const [odyn, repository, pictures] = process.argv.slice(2);
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const work = mkdtempSync(join(tmpdir(), "odyn-desk-"));
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-  ],
-});
+import { accessible, browser, odyn, picture, pictures, repository, work } from "./common.js";
 
 function run(scene, name, ...more) {
   const folder = join(work, name);
@@ -49,21 +30,10 @@ async function open(file, options = {}) {
   return { page, context, faults, ready: Date.now() - started };
 }
 
-async function accessible(page, words) {
-  await page.evaluate(axe);
-  const found = await page.evaluate(() => window.axe.run());
-  const serious = found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
-  assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), [], words);
-}
-
 function table(folder) {
   const lines = readFileSync(join(folder, "results.csv"), "utf8").trim().split("\n");
   const names = lines[0].split(",");
   return { names, rows: lines.slice(1).map((line) => line.split(",").map(Number)) };
-}
-
-async function picture(page, name, options = {}) {
-  if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`), ...options });
 }
 
 async function compressor() {

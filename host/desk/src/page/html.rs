@@ -10,13 +10,20 @@ pub fn page(title: &str, body: &str) -> String {
     page_with(title, body, "")
 }
 
-/// The same with a class of its body. What a page may load is said in it: nothing but itself.
+/// What a page may load that is a file of its own: nothing but itself.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
+
+/// The same with a class of its body.
 pub fn page_with(title: &str, body: &str, class: &str) -> String {
+    page_under(POLICY, title, body, class)
+}
+
+/// The same for a page that may load what a content security policy allows.
+pub fn page_under(policy: &str, title: &str, body: &str, class: &str) -> String {
     let title = escape(title);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; \
-         style-src 'unsafe-inline'; img-src data: blob:\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body class=\"{class}\">\n{body}</body>\n</html>\n"
     )

@@ -14,11 +14,11 @@ use super::picture::check_meshes;
 use super::prune::{allowed, is_determined};
 use crate::analysis::{self, Assembly, AssemblyError, assemble, idle_axes};
 use crate::catalog::Catalog;
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::model::{Model, resolve};
 use crate::plan::{Layout, Plan};
 use crate::program::{Equations, Form};
-use crate::scene::{Scene, read};
+use crate::scene::{Rejected, Scene, parse, read};
 
 /// Ratio of pivots below which constraints of full rank may be next to a singular position.
 const NEAR: f64 = 0.01;
@@ -34,7 +34,27 @@ impl Session {
     /// Mistakes in the scene, missing or broken libraries, joints that cannot be assembled.
     pub fn open(path: &Path, options: &RunOptions) -> Result<Self, SessionError> {
         let started = Instant::now();
-        let (scene, mut warnings) = read(path, &options.overrides).map_err(|rejected| refused(*rejected))?;
+        Self::of_file(path, read(path, &options.overrides), options, started)
+    }
+
+    /// The same with a text in place of the file's content, as an editor has it: `path` is where the file would be, and what
+    /// files and libraries that the text names are looked for from.
+    ///
+    /// # Errors
+    /// As for [`Session::open`].
+    pub fn open_text(path: &Path, text: String, options: &RunOptions) -> Result<Self, SessionError> {
+        let started = Instant::now();
+        let source = Source::new(path.display().to_string(), text);
+        Self::of_file(path, parse(source, &options.overrides), options, started)
+    }
+
+    fn of_file(
+        path: &Path,
+        read: Result<(Scene, Vec<Diagnostic>), Box<Rejected>>,
+        options: &RunOptions,
+        started: Instant,
+    ) -> Result<Self, SessionError> {
+        let (scene, mut warnings) = read.map_err(|rejected| refused(*rejected))?;
         let catalog = load_libraries(&scene, path, options)?;
         warnings.extend(catalog.warnings().iter().cloned());
         let mut session = Self::of_scene(scene, warnings, &catalog, options, None, started)?;

@@ -11,7 +11,7 @@ use crate::analysis::{Constraints, Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::{Place, euler_parameters, movable_records, place_of_shape, rotation};
 use crate::plan;
-use crate::results::{MOTION_FORMAT, Mesh, MotionHeader, Shape, ShownBody, ShownElement, ShownFrame, ShownLoad};
+use crate::results::{MOTION_FORMAT, Mesh, MotionHeader, POSE, Shape, ShownBody, ShownElement, ShownFrame, ShownLoad};
 use crate::scene::{BodyRecord, Dimension, Scene, ShapeKind, ShapeRecord};
 
 /// Directions that differ by less are the same, as a share of their lengths.
@@ -59,6 +59,21 @@ pub(super) fn check_meshes(scene: &Scene) -> Result<(), SessionError> {
 }
 
 impl Session {
+    /// What a picture of the mechanism shows where the session begins, and there per body that can move the position of the
+    /// origin of its frame, m, and its Euler parameters, body -> ground, scalar first.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read; equations without a value at the start.
+    pub fn start_picture(&self) -> Result<(MotionHeader, Vec<[f64; POSE]>), SessionError> {
+        let pose = |(body, y): (&crate::model::Body, &[f64])| {
+            let turn = rotation(&[y[3], y[4], y[5], y[6]]);
+            let r = Vector3::from_column_slice(&y[..3]) - turn * body.center_of_mass;
+            [r.x, r.y, r.z, y[3], y[4], y[5], y[6]]
+        };
+        let poses = self.model.bodies.iter().zip(self.assembly.working.chunks_exact(13)).map(pose).collect();
+        Ok((self.picture()?, poses))
+    }
+
     /// What a picture of the motion shows, at the place where the session begins.
     ///
     /// # Errors

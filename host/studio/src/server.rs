@@ -1,0 +1,245 @@
+//! [`Studio`]: requests and answers.
+//!
+//! | request | answer |
+//! |---|---|
+//! | `GET /` | the page |
+//! | `GET /studio.js` | its scripts |
+//! | `GET /api/scene` | text, path and version of the file |
+//! | `GET /api/elements` | what can be inserted; the schema of scenes |
+//! | `POST /api/check` | what the solver says of the text sent |
+//! | `POST /api/save?version=` | saves the text sent |
+//! | `POST /api/run` | begins a run of the text sent |
+//! | `GET /api/run/N` | how far it is, or how it ended |
+//! | `POST /api/run/N/stop` | ends it after its step |
+//! | `GET /api/data/N,M` | tables and motions of runs |
+//! | `GET /api/report/N,M` | their report |
+
+use std::io::{self, Read};
+use std::net::Ipv4Addr;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use odyn_catalog::SearchPath;
+use odyn_desk::Scripts;
+use odyn_desk::page::html::page_under;
+use odyn_diagnostics::{Diagnostic, codes};
+use odyn_run::session::RunOptions;
+use serde_json::{Value, json};
+use tiny_http::{Header, Method, Request, Response, Server};
+
+use crate::check::check;
+use crate::elements::elements;
+use crate::file::{NotSaved, SceneFile};
+use crate::guard::{Guard, Refusal};
+use crate::runs::Runs;
+
+/// Longest text that is taken, bytes.
+const LONGEST: u64 = 16 << 20;
+/// Requests that are answered at the same time.
+const WORKERS: usize = 4;
+/// Time between looks at the flag that ends the studio.
+const PAUSE: Duration = Duration::from_millis(200);
+/// What the page may load: its own scripts and answers.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self'; \
+                      base-uri 'none'; form-action 'none'";
+
+/// What a studio is started with.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// The scene file, which need not exist; none: nothing can be saved.
+    pub scene: Option<PathBuf>,
+    /// The port; 0: any that is free.
+    pub port: u16,
+    /// How scenes are opened.
+    pub options: RunOptions,
+}
+
+/// A server that listens already.
+pub struct Studio {
+    server: Server,
+    guard: Guard,
+    file: SceneFile,
+    runs: Runs,
+    options: RunOptions,
+}
+
+/// What is sent back.
+struct Answer {
+    status: u16,
+    kind: &'static str,
+    body: String,
+}
+
+impl Answer {
+    fn json(value: &Value) -> Self {
+        Self { status: 200, kind: "application/json", body: value.to_string() }
+    }
+
+    fn html(body: String) -> Self {
+        Self { status: 200, kind: "text/html; charset=utf-8", body }
+    }
+
+    fn refused(status: u16, words: impl Into<String>) -> Self {
+        Self { status, kind: "text/plain; charset=utf-8", body: words.into() }
+    }
+}
+
+impl Studio {
+    /// Listens on the loopback address.
+    ///
+    /// # Errors
+    /// No port is free, or that asked for is taken; no folder for results; this copy was built without the scripts of the page.
+    pub fn start(settings: Settings) -> Result<Self, Diagnostic> {
+        if Scripts::studio().is_empty() {
+            let message = "this copy of odyn was built without the scripts of the studio";
+            let help = "install Node.js with npm, unset ODYN_DESK, and build again with a connection to the network";
+            return Err(Diagnostic::error(codes::NO_STUDIO, message).help(help));
+        }
+        let cannot = |what: &dyn std::fmt::Display| {
+            let help = "name a port that is free with --port, or leave it out";
+            Diagnostic::error(codes::NO_STUDIO, format!("the studio cannot be started: {what}")).help(help)
+        };
+        let server = Server::http((Ipv4Addr::LOCALHOST, settings.port)).map_err(|error| cannot(&error))?;
+        let port = server.server_addr().to_ip().map_or(settings.port, |address| address.port());
+        let guard = Guard::new(port).map_err(|error| cannot(&error))?;
+        let runs = Runs::new().map_err(|error| cannot(&error))?;
+        let studio = Self { server, guard, file: SceneFile::new(settings.scene), runs, options: settings.options };
+        // A file that cannot be read is told before a page shows something else in its place.
+        studio.file.read()?;
+        Ok(studio)
+    }
+
+    /// The address with the token, to be opened in a browser.
+    #[must_use]
+    pub fn address(&self) -> String {
+        self.guard.address()
+    }
+
+    /// Answers until the flag is raised.
+    pub fn serve(&self, stop: &AtomicBool) {
+        thread::scope(|scope| {
+            for _ in 0..WORKERS {
+                scope.spawn(|| {
+                    while !stop.load(Ordering::Relaxed) {
+                        if let Ok(Some(request)) = self.server.recv_timeout(PAUSE) {
+                            self.take(request);
+                        }
+                    }
+                });
+            }
+        });
+        self.runs.stop_all();
+    }
+
+    fn take(&self, mut request: Request) {
+        let url = request.url().to_owned();
+        let (path, query) = url.split_once('?').unwrap_or((&url, ""));
+        let answer = match self.guard.judge(&request, query) {
+            // The scripts are no secret, and pages load them without a token.
+            Err(Refusal::Token) if path == "/studio.js" => self.answer(&mut request, path, query),
+            Err(refusal) => Answer::refused(403, refusal.words()),
+            Ok(()) => self.answer(&mut request, path, query),
+        };
+        let mut response = Response::from_string(answer.body).with_status_code(answer.status);
+        let headers = [
+            ("Content-Type", answer.kind),
+            ("Content-Security-Policy", "frame-ancestors 'none'"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Referrer-Policy", "no-referrer"),
+            ("Cache-Control", "no-store"),
+        ];
+        for (name, value) in headers {
+            response.add_header(Header::from_bytes(name, value).expect("plain letters"));
+        }
+        // A browser that has gone needs no answer.
+        let _ = request.respond(response);
+    }
+
+    fn answer(&self, request: &mut Request, path: &str, query: &str) -> Answer {
+        let parts: Vec<&str> = path.trim_matches('/').split('/').collect();
+        let found = match (request.method(), parts.as_slice()) {
+            (Method::Get, [""]) => {
+                let body = "<div id=\"studio\"></div>\n<script src=\"/studio.js\"></script>\n";
+                Some(Answer::html(page_under(POLICY, "O-DYN studio", body, "studio")))
+            }
+            (Method::Get, ["studio.js"]) => {
+                Some(Answer { status: 200, kind: "text/javascript; charset=utf-8", body: Scripts::studio().into() })
+            }
+            (Method::Get, ["api", "scene"]) => Some(self.scene()),
+            (Method::Get, ["api", "elements"]) => Some(Answer::json(&elements(&self.search(), &self.options))),
+            (Method::Get, ["api", "run", number]) => {
+                numbers(number).and_then(|numbers| self.runs.state(*numbers.first()?)).map(|state| Answer::json(&state))
+            }
+            (Method::Get, ["api", "data", list]) => numbers(list)
+                .and_then(|numbers| self.runs.data(&numbers))
+                .map(|body| Answer { status: 200, kind: "text/plain", body }),
+            (Method::Get, ["api", "report", list]) => {
+                numbers(list).and_then(|numbers| self.runs.report(&numbers)).map(Answer::html)
+            }
+            (Method::Post, ["api", "run", number, "stop"]) => {
+                numbers(number).and_then(|numbers| self.runs.stop(*numbers.first()?)).map(|()| Answer::json(&json!({})))
+            }
+            (Method::Post, ["api", what @ ("check" | "save" | "run")]) => {
+                let what = (*what).to_owned();
+                Some(match text(request) {
+                    Ok(text) => self.with_text(&what, text, query),
+                    Err(error) => Answer::refused(400, error.to_string()),
+                })
+            }
+            _ => None,
+        };
+        found.unwrap_or_else(|| Answer::refused(404, "There is nothing here."))
+    }
+
+    fn with_text(&self, what: &str, text: String, query: &str) -> Answer {
+        match what {
+            "check" => Answer::json(&check(self.file.place(), &text, &self.options)),
+            "run" => Answer::json(&json!({ "run": self.runs.begin(self.file.place(), text, &self.options) })),
+            _ => {
+                let version = query.split('&').find_map(|part| part.strip_prefix("version=")).unwrap_or_default();
+                match self.file.save(&text, version) {
+                    Ok(version) => Answer::json(&json!({ "version": version })),
+                    Err(NotSaved::Changed(now)) => {
+                        Answer { status: 409, ..Answer::json(&json!({ "text": now.text, "version": now.version })) }
+                    }
+                    Err(NotSaved::Failed(words)) => Answer::refused(500, words),
+                }
+            }
+        }
+    }
+
+    fn scene(&self) -> Answer {
+        let path = self.file.path();
+        match self.file.read() {
+            Ok(content) => Answer::json(&json!({
+                "path": path.map(|path| path.display().to_string()),
+                "text": content.text,
+                "version": content.version,
+            })),
+            Err(diagnostic) => Answer::refused(500, diagnostic.message),
+        }
+    }
+
+    fn search(&self) -> SearchPath {
+        let folder = self.file.place().parent().unwrap_or(std::path::Path::new(""));
+        SearchPath::for_scene(&self.options.plugins, &[], folder)
+    }
+}
+
+/// Numbers of runs, with commas between them.
+fn numbers(list: &str) -> Option<Vec<u64>> {
+    list.split(',').map(|number| number.parse().ok()).collect()
+}
+
+/// The text that a request carries.
+fn text(request: &mut Request) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    request.as_reader().take(LONGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(io::Error::other(format!("texts may have {} MB at most", LONGEST >> 20)));
+    }
+    String::from_utf8(bytes).map_err(|_| io::Error::other("the text is not UTF-8"))
+}
