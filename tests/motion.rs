@@ -97,7 +97,7 @@ fn the_motion_of_the_compressor_is_that_of_its_table() {
 }
 
 #[test]
-fn glyphs_are_found_from_what_elements_do() {
+fn glyphs_are_found_from_what_elements_do_or_say() {
     let glyphs = |scene: &str| {
         let folder = Scratch::new();
         run_into(scene, &["simulation.motion=true"], folder.path());
@@ -120,6 +120,8 @@ fn glyphs_are_found_from_what_elements_do() {
         ("translational-spring-damper", "translational-spring-damper", "spring"),
         ("rotational-spring-damper", "rotational-spring-damper", "torque"),
         ("bushing", "bushing", "spring"),
+        // As it says itself: its loads are those of a bushing.
+        ("beam", "beam", "rod"),
     ] {
         let found = glyphs(&format!("verification/{scene}.toml"));
         let own = found.iter().find(|(name, _)| name == of).unwrap_or_else(|| panic!("{scene}: {found:?}"));

@@ -68,6 +68,7 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         angles: T::ANGLES,
         mobility: None,
         turns_freely: false,
+        glyph: T::GLYPH.to_owned(),
         frames: frames(T::FRAMES),
         rows: Vec::new(),
         inputs: Vec::new(),

@@ -58,6 +58,25 @@ pub struct NamedInput {
     pub default: Option<f64>,
 }
 
+/// What pictures of mechanisms know. At its last frame a joint and at its first another element is shown as `hinge`, `slider`,
+/// `cylinder` and `screw` (about and along z), `ball`, `universal`, `plane` (across z), `weld`, `gear` (about z) or `torque`
+/// (about z); between its first two frames as `rod` or `spring`; `none` is not shown.
+pub const GLYPHS: [&str; 13] = [
+    "hinge",
+    "slider",
+    "cylinder",
+    "screw",
+    "ball",
+    "universal",
+    "plane",
+    "weld",
+    "gear",
+    "torque",
+    "rod",
+    "spring",
+    "none",
+];
+
 /// An element class. Travels as TOML text: fields that a later version adds are ignored by an earlier host, and fields
 /// that an earlier plugin lacks take their defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -83,6 +102,9 @@ pub struct Descriptor {
     /// Whether the second frame turns freely on top of the mobility's pose.
     #[serde(default)]
     pub turns_freely: bool,
+    /// How pictures show it, one of [`GLYPHS`]; empty: found from its equations.
+    #[serde(default)]
+    pub glyph: String,
     /// Frames it connects.
     #[serde(default)]
     pub frames: Vec<Named>,

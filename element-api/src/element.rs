@@ -17,6 +17,8 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// cases, and a minimal scene in a fenced block marked `toml`. Markdown. Usually the documentation of the file:
     /// `const DOC: &'static str = doc_of(include_str!("revolute.rs"));`
     const DOC: &'static str = "";
+    /// How pictures of a mechanism show it: one of [`GLYPHS`](crate::descriptor::GLYPHS); empty: found from its equations.
+    const GLYPH: &'static str = "";
     /// The frames it connects: name and meaning, in the order of `bodies` in a scene. Any number.
     const FRAMES: &'static [FrameSpec];
     /// Number of angles followed over many turns with [`Configuration::angle`].

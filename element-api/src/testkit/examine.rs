@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::sync::Barrier;
 
 use crate::adapt;
-use crate::descriptor::{Descriptor, Kind};
+use crate::descriptor::{Descriptor, GLYPHS, Kind};
 use crate::element::{Constraint, Control, Force, Reaction};
 use crate::fence::fenced;
 use crate::geometry::Vec3;
@@ -127,6 +127,10 @@ impl<'a> Examination<'a> {
         let table = complete(&class.descriptor().params, params);
         report.examine(Check::Recording);
         report.examine(Check::UnwrittenOutput);
+        let glyph = &class.descriptor().glyph;
+        if !glyph.is_empty() && !GLYPHS.contains(&glyph.as_str()) {
+            report.add(Check::Recording, format!("GLYPH is `{glyph}`; pictures know {}", GLYPHS.join(", ")));
+        }
         match fenced(|| Probe::from_table(class.as_ref(), &table)).unwrap_or_else(|text| Err(CreateError::Fault(text)))
         {
             Ok(probe) => {

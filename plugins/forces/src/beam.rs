@@ -139,6 +139,7 @@ impl Element for Beam {
     const NAME: &'static str = "beam";
     const SUMMARY: &'static str = "linear Timoshenko beam between two frames, along x";
     const DOC: &'static str = doc_of(include_str!("beam.rs"));
+    const GLYPH: &'static str = "rod";
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new("i", "first end; its x axis is the axis of the beam"),
         FrameSpec::new("j", "second end; without load parallel to the first, at x = length"),

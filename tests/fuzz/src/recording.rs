@@ -120,6 +120,7 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         angles: up_to(2),
         mobility: (kind == Kind::Joint).then(|| mobility.checked_sub(1)).flatten(),
         turns_freely: up_to(3) == 0,
+        glyph: String::new(),
         frames: named('f', if kind == Kind::Control { up_to(3) } else { 1 + up_to(2) }),
         rows: names('r', up_to(7)).collect(),
         inputs: names('i', up_to(2))

@@ -107,6 +107,7 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         angles: element.angles as usize,
         mobility: flag(table::HAS_MOBILITY).then_some(element.mobility as usize),
         turns_freely: flag(table::TURNS_FREELY),
+        glyph: String::new(),
         frames: named(element.frames, element.frame_count, "frames")?,
         // SAFETY: as above.
         rows: rows.into_iter().map(|row| unsafe { needed(row, "rows") }.map_err(inside)).collect::<Result<_, _>>()?,

@@ -5,7 +5,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { readFileSync, writeFileSync } from "node:fs";
+import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { accessible, browser, odyn, picture, pictures, repository, work } from "./common.js";
@@ -212,13 +212,29 @@ async function hostile() {
   await context.close();
 }
 
-async function frames() {
-  const bodies = Array.from({ length: 20 }, (_, k) => {
-    const place = `position = [${0.3 * k}, 0, 0]\nvelocity = [0, 0, ${0.1 * k}]\nangular_velocity = [1, ${k}, 0]`;
+/** A scene of boxes that fly and turn. */
+function boxes(count, samples) {
+  const bodies = Array.from({ length: count }, (_, k) => {
+    const place = `position = [${0.3 * k}, 0, 0]\nvelocity = [0, 0, ${0.1 * k}]\nangular_velocity = [1, ${k % 20}, 0]`;
     return `[[body]]\nname = "b${k}"\nmass = 1\ninertia = [1, 1.1, 1.2]\n${place}\n[[body.shape]]\nkind = "box"\nsize = [0.2, 0.1, 0.1]\n`;
   });
-  writeFileSync(join(work, "twenty.toml"), `[simulation]\nt_end = 5\noutput_step = 0.01\n${bodies.join("")}`);
-  const folder = run(join(work, "twenty.toml"), "twenty");
+  const file = join(work, `boxes-${count}.toml`);
+  writeFileSync(file, `[simulation]\nt_end = 5\noutput_step = ${5 / samples}\n${bodies.join("")}`);
+  return run(file, `boxes-${count}`);
+}
+
+/** How long the page of 100 bodies and 2000 samples takes, ms, and how large it is, MB. */
+async function large() {
+  const file = join(boxes(100, 2000), "report.html");
+  const { page, context, faults, ready } = await open(file);
+  assert.equal(await page.evaluate(() => window.odyn.runs[0].motion.samples), 2001);
+  assert.deepEqual(faults, []);
+  await context.close();
+  return [ready, statSync(file).size / 1e6];
+}
+
+async function frames() {
+  const folder = boxes(20, 500);
   const { page, context, faults } = await open(join(folder, "report.html"), { viewport: { width: 832, height: 970 } });
   await page.addStyleTag({ content: ".stage{height:600px!important}" });
   const rate = await page.evaluate(async () => {
@@ -241,6 +257,8 @@ try {
   await two();
   await hostile();
   const rate = await frames();
+  const [waited, megabytes] = await large();
+  console.log(`100 bodies and 2000 samples: ${megabytes.toFixed(1)} MB, ready in ${waited} ms`);
   console.log(`reports in the browser: ok; ready in ${ready} ms, 20 bodies at ${rate.toFixed(0)} frames a second`);
 } finally {
   await browser.close();

@@ -208,6 +208,7 @@ impl Session {
         };
         let elements = self.model.elements.iter().enumerate().map(|(number, element)| {
             let glyph = match element.class.kind {
+                _ if !element.class.glyph.is_empty() => element.class.glyph.as_str(),
                 Kind::Joint => place.glyph(&self.model, layout, number),
                 Kind::Force => self.glyph_of_force(number, &inputs, &place),
                 Kind::Control => "none",

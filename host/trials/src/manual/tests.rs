@@ -23,6 +23,7 @@ fn element(name: &str, kind: Kind) -> Element {
             angles: 1,
             mobility: Some(1),
             turns_freely: false,
+            glyph: String::new(),
             frames: vec![Named { name: "i".into(), unit: String::new(), doc: "The hole.".into() }],
             rows: vec!["along x".into(), "along y".into()],
             inputs: vec![NamedInput { name: "measured".into(), unit: "rad/s".into(), doc: "A speed.".into(), default: Some(0.5) }],

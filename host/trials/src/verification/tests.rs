@@ -106,6 +106,7 @@ fn element(name: &str) -> Element {
         angles: 0,
         mobility: None,
         turns_freely: false,
+        glyph: String::new(),
         frames: Vec::new(),
         rows: Vec::new(),
         inputs: Vec::new(),
