@@ -111,7 +111,34 @@ impl Mechanism {
                 _ => mechanism.furnish(style, &mut random),
             }
         }
+        mechanism.measure(&mut Random::new(seed ^ 0x005e_2505));
         mechanism
+    }
+
+    /// Adds sensors with a lag, from which nothing follows: of reactions and, less often since joint coordinates have none, of
+    /// Euler parameters. Across a plane both are zero but for round-off.
+    fn measure(&mut self, random: &mut Random) {
+        let largest = (0..self.bodies.len()).map(|body| self.mass(Some(body))).fold(0.0, f64::max);
+        for _ in 0..random.below(3) {
+            let lag = ("time_constant", number(random.decades(-2.5, -0.5)));
+            if random.chance(0.25) {
+                let body = random.below(self.bodies.len());
+                let e = random.of(&["e0", "e1", "e2", "e3"]);
+                let part = self.part("control", "sensor", &[Some(body)], &[]);
+                (part.inputs, part.params) = (vec![("input", format!("p_@_{e}"))], vec![lag]);
+                continue;
+            }
+            let joints: Vec<&Part> = self.parts.iter().filter(|part| part.table == "joint").collect();
+            if joints.is_empty() {
+                return;
+            }
+            let joint = joints[random.below(joints.len())];
+            let Some(body) = joint.bodies.iter().flatten().next().copied() else { continue };
+            let (letter, c) = (random.of(&["F", "T"]), random.of(&["x", "y", "z"]));
+            let signal = format!("{letter}_{}_@_{c}", joint.name);
+            let part = self.part("control", "sensor", &[Some(body)], &[]);
+            (part.inputs, part.params) = (vec![("input", signal)], vec![lag, ("gain", number(1.0 / (10.0 * largest)))]);
+        }
     }
 
     /// Gives bodies any mass; forces that were in proportion to others are left out.

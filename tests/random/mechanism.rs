@@ -70,7 +70,14 @@ pub struct Part {
 impl Part {
     /// Whether it takes a signal or the reaction of another part.
     fn needs(&self, other: &str) -> bool {
-        let from = |signal: &String| signal.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'));
+        // `part.channel`, or one of its loads: `F_part_body_x`.
+        let load = |signal: &str| {
+            let name =
+                signal.strip_prefix("F_").or(signal.strip_prefix("T_")).and_then(|rest| rest.strip_prefix(other));
+            name.is_some_and(|rest| rest.starts_with('_'))
+        };
+        let from =
+            |signal: &String| signal.strip_prefix(other).is_some_and(|rest| rest.starts_with('.')) || load(signal);
         self.of.as_deref() == Some(other) || self.inputs.iter().any(|(_, signal)| from(signal))
     }
 }

@@ -14,6 +14,7 @@
 //! | `graph.rs` | nodes, each of them once, and what they depend on |
 //! | `operations.rs` | nodes of operations, simplified while they are made |
 //! | `derivative.rs` | exact derivatives along a direction |
+//! | `magnitude.rs` | the sums of magnitudes that values are made of |
 //! | `vector.rs` | vectors and matrices of nodes |
 //! | `import.rs` | recordings to nodes |
 //! | `rewrite.rs` | nodes of one graph carried over to another |
@@ -37,6 +38,7 @@ mod import;
 mod interpreter;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
+mod magnitude;
 mod operations;
 mod ranges;
 mod rewrite;
@@ -54,6 +56,7 @@ pub use eliminate::Elimination;
 pub use graph::{Call, Expr, Graph, Node};
 pub use import::{import, operation};
 pub use machine::MachineCode;
+pub use magnitude::magnitudes;
 pub use ranges::Ranges;
 pub use rewrite::Rewriting;
 pub use tape::{Program, Sets, Used, Workspace};

@@ -12,6 +12,7 @@ mod eliminate;
 mod graph;
 #[cfg(feature = "jit")]
 mod machine;
+mod magnitudes;
 mod ranges;
 mod tape;
 mod turn;

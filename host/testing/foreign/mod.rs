@@ -67,6 +67,7 @@ pub fn library(package: &str) -> Library {
             control::<Amplifier>(),
             control::<Smoother<false>>(),
             control::<Smoother<true>>(),
+            control::<Follower>(),
         ],
     }
 }

@@ -97,3 +97,18 @@ impl<const OPAQUE: bool> Control for Smoother<OPAQUE> {
         out.push((at.inputs[0] - at.states[0]) / self.factor);
     }
 }
+
+factor_element!(Follower, "follower", false, &[]);
+
+/// The same for anything.
+impl Control for Follower {
+    const INPUTS: &'static [InputSpec] = &[InputSpec::required("in", "", "what to follow")];
+    const OUTPUTS: &'static [ChannelSpec] = &[ChannelSpec::new("out", "", "smoothed")];
+    const STATES: &'static [ChannelSpec] = &[ChannelSpec::new("out", "", "smoothed")];
+    fn outputs<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.states[0]);
+    }
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push((at.inputs[0] - at.states[0]) / self.factor);
+    }
+}

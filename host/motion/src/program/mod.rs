@@ -22,6 +22,7 @@
 //! | `spatial.rs` | bodies of a tree at one point: motions, inertias, loads of six numbers |
 //! | `turned_rows.rs` | their rows, without the frames they were seen from |
 //! | `articulated.rs` | accelerations of open trees, body by body |
+//! | `rate_sizes.rs` | what the rates of element states are made of |
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
 //! | `sharp.rs` | functions of time, and functions that rise and fall on a short stretch |
@@ -36,6 +37,7 @@ mod kinematics;
 mod observe;
 mod opaque;
 mod projection;
+mod rate_sizes;
 mod reactions;
 mod sharp;
 mod spatial;
@@ -56,6 +58,7 @@ pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use projection::Projecting;
+pub use rate_sizes::RateSizes;
 pub use reactions::{Reactions, Working};
 pub use sharp::{Knots, Sharp};
 #[cfg(test)]

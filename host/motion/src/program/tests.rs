@@ -5,6 +5,7 @@
 mod equations;
 #[cfg(feature = "jit")]
 mod machine;
+mod rate_sizes;
 mod reports;
 mod sharp;
 mod switches;

@@ -30,7 +30,7 @@
 //! # Life of a step
 //! In this order, and in no other:
 //!
-//! 1. `max_step_hint`, then `rhs` at the stages of the method, `error_norm`. A step may be
+//! 1. `max_step_hint`, `begin_step`, then `rhs` at the stages of the method, `error_norm`. A step may be
 //!    rejected and tried again smaller; discrete memory must not change here.
 //! 2. `project`: the new state is brought back to its manifold. Then `rhs` there: it is the
 //!    first stage of the next step, and the interpolation uses it.

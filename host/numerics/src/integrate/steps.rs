@@ -149,6 +149,7 @@ pub(super) fn steps_of_one_size(
     for k in 0..count {
         run.check_step_limit()?;
         let t_new = run.fixed_step_end(k, count);
+        run.system.begin_step(run.t, y, t_new - run.t);
         if let Err(fault) = method.make_step(run, y, t_new) {
             run.counters.rejected += 1;
             return Err(match fault {
@@ -194,6 +195,7 @@ pub(super) fn adaptive_steps(
             return Err(Trouble::Stop(StopReason::StepTooSmall { step: h }));
         }
         method.expect_interpolation(events.is_pending() || events.watches_steps());
+        run.system.begin_step(run.t, y, tried);
         let reason = match method.try_step(run, y, t_new) {
             Ok(error) if error <= 1.0 => {
                 if let Some(again) = missed(method, run, y, t_new, &mut events)? {

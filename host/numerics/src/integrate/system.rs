@@ -17,6 +17,10 @@ pub trait System {
     /// See [`Failure`].
     fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure>;
 
+    /// A step of size `h` from the accepted state `y` at `t` is about to be tried: the errors asked about from here on are made in
+    /// it. `[hot]`
+    fn begin_step(&mut self, _t: f64, _y: &[f64], _h: f64) {}
+
     /// Size of `error`, a small difference of states, such that 1 is the tolerance. `y0` and
     /// `y1` are the states at the ends of the step, for relative tolerances. It has to be a
     /// norm (homogeneous in `error`); the first step size relies on it too. `[hot]`

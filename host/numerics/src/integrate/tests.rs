@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod begun;
 mod events;
 mod fixtures;
 mod kinematic;

@@ -1,10 +1,12 @@
 //! [`Simulation`]: the equations of motion as the integrators see them, with samples, audit and memory between steps.
 
+mod floor;
 mod memory;
 mod picture;
 mod system;
 mod watch;
 
+use self::floor::Floor;
 use self::picture::Picture;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
@@ -157,6 +159,8 @@ pub(super) struct Simulation<'a> {
     scales: Scales,
     /// Largest magnitude of each element state so far.
     state_sizes: Vec<f64>,
+    /// What of them is round-off.
+    floor: Floor,
     references: Vec<f64>,
     discrete: Vec<f64>,
     accept: Part,
@@ -269,6 +273,7 @@ impl<'a> Simulation<'a> {
             tolerance,
             scales: assembly.scales,
             state_sizes: vec![0.0; layout.states],
+            floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),

@@ -6,6 +6,7 @@ mod bookkeeping;
 mod checkpoints;
 mod checks;
 mod curves;
+mod floors;
 mod islands;
 mod judged;
 mod motions;

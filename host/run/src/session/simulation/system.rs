@@ -27,10 +27,10 @@ pub(super) fn failure(error: AnalysisError) -> Failure {
 }
 
 impl Simulation<'_> {
-    /// The largest entry of a difference of states, as a share of the size of its group.
+    /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
+    /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
-        let states_at = y0.len() - self.state_sizes.len() - 1;
         let mut worst = 0.0_f64;
         for (k, group) in self.formulation.groups().iter().enumerate() {
             let size = match group {
@@ -38,19 +38,32 @@ impl Simulation<'_> {
                 Group::Parameter => 1.0,
                 Group::Velocity => speed,
                 Group::AngularVelocity => spin,
-                Group::State => {
-                    let size = &mut self.state_sizes[k - states_at];
-                    *size = size.max(y0[k].abs()).max(y1[k].abs());
-                    if *size > 0.0 { *size } else { 1.0 }
-                }
-                Group::Work => continue,
+                Group::State | Group::Work => continue,
             };
             let share = error[k].abs() / size;
             if share.is_nan() || share > worst {
                 worst = share;
             }
         }
+        let states_at = y0.len() - self.state_sizes.len() - 1;
+        for k in 0..self.state_sizes.len() {
+            let [y0, y1, error] = [y0, y1, error].map(|list| list[states_at + k].abs());
+            self.state_sizes[k] = self.state_sizes[k].max(y0).max(y1);
+            let size = if self.state_sizes[k] > 0.0 { self.state_sizes[k] } else { 1.0 };
+            let share = error / size;
+            if share.is_nan() {
+                worst = share;
+            } else if share > worst {
+                let round_off = self.floor.of(k, self.formulation.as_mut(), &self.scales);
+                worst = worst.max(error / size.max(round_off / self.allowed()));
+            }
+        }
         worst
+    }
+
+    /// The error of a step that is allowed, as a share of the sizes of groups.
+    fn allowed(&self) -> f64 {
+        self.tolerance / INTERPOLATION_MARGIN
     }
 
     /// The largest angular velocity in a state, rad/s.
@@ -96,8 +109,12 @@ impl System for Simulation<'_> {
         self.formulation.rates(t, y, dy).map_err(failure)
     }
 
+    fn begin_step(&mut self, t: f64, y: &[f64], h: f64) {
+        self.floor.begin_step(t, y, h);
+    }
+
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        self.largest_share(y0, y1, error) / (self.tolerance / INTERPOLATION_MARGIN)
+        self.largest_share(y0, y1, error) / self.allowed()
     }
 
     fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
@@ -114,7 +131,7 @@ impl System for Simulation<'_> {
     }
 
     fn tolerance(&self) -> Option<f64> {
-        Some(self.tolerance / INTERPOLATION_MARGIN)
+        Some(self.allowed())
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {

@@ -1,0 +1,57 @@
+//! Every step is announced before its errors are asked about.
+
+use super::fixtures::{Probe, smooth};
+use crate::integrate::{Accepted, Failure, Flow, Options, Span, System, by_name};
+
+/// Records the steps that are announced, and counts the errors asked about in each.
+struct Announced {
+    probe: Probe,
+    /// Beginning and size, and the questions about errors from there on.
+    steps: Vec<(f64, f64, usize)>,
+    now: f64,
+}
+
+impl System for Announced {
+    fn dim(&self) -> usize {
+        self.probe.dim()
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        self.probe.rhs(t, y, dy)
+    }
+
+    fn begin_step(&mut self, t: f64, y: &[f64], h: f64) {
+        assert!(y.iter().all(|value| value.is_finite()) && h > 0.0);
+        self.steps.push((t, h, 0));
+    }
+
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        if let Some((t, _, asked)) = self.steps.last_mut() {
+            assert_eq!(*t, self.now, "errors are those of steps from the last accepted state");
+            *asked += 1;
+        }
+        self.probe.error_norm(y0, y1, error)
+    }
+
+    fn accept(&mut self, t: f64, _y: &mut [f64]) -> Result<Accepted, Failure> {
+        let (from, h, asked) = self.steps[self.steps.len() - 1];
+        assert!((from + h - t).abs() <= 1e-15 * t.abs() && asked > 0, "{from} {h} {t} {asked}");
+        Ok(Accepted::Unchanged)
+    }
+
+    fn step_done(&mut self, t: f64, _y: &[f64], _h: f64) -> Flow {
+        self.now = t;
+        Flow::Continue
+    }
+}
+
+#[test]
+fn every_step_is_announced_with_its_size() {
+    for name in ["dop853", "dopri5", "radau5", "auto"] {
+        let mut system = Announced { probe: Probe::new(smooth, 3, 1e-8), steps: Vec::new(), now: 0.0 };
+        let span = Span { t_start: 0.0, t_end: 7.0, sample_times: &[] };
+        let mut y = [1.0, 1.0, 0.0];
+        let outcome = by_name(name).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+        assert_eq!(system.steps.len(), outcome.counters.steps + outcome.counters.rejected, "{name}");
+    }
+}

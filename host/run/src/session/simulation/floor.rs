@@ -1,0 +1,110 @@
+//! [`Floor`]: what of the states of elements is round-off.
+//!
+//! The rate of a state is known to round-off of the sum F of the magnitudes of its terms. No step of size h makes the state better
+//! known than to `ROUND_OFF F h`, or to `ROUND_OFF F / w` where it forgets at the pace w what was longer ago. A state that is less
+//! than this follows what is zero but for round-off, and there is nothing to resolve in it.
+
+use crate::analysis::{AnalysisError, Evaluator, Formulation, Scales};
+use crate::model::Model;
+use crate::plan::Layout;
+use crate::program::{Equations, RateSizes};
+
+/// Errors of rates, as a share of what these are made of, that count as round-off: 45 times that of one operation. A hundred times as
+/// much would show in true states at the tightest tolerances.
+const ROUND_OFF: f64 = 1e-14;
+/// Rounds, at most, in which states that follow other states take over what is round-off in those.
+const ROUNDS: usize = 8;
+/// Growth in a round from which on there is another.
+const GROWTH: f64 = 1.1;
+
+/// See the module documentation.
+pub(super) struct Floor {
+    /// [`RateSizes`]; none where there are no states.
+    evaluator: Option<Evaluator>,
+    /// Whether accelerations or multipliers must be known for it.
+    needs_dynamics: bool,
+    layout: Layout,
+    /// Beginning and size of the step under way.
+    t: f64,
+    y: Vec<f64>,
+    h: f64,
+    /// What no error in it has to be below, per state, where that was asked for.
+    errors: Vec<f64>,
+    is_known: bool,
+    inputs: Vec<f64>,
+}
+
+impl Floor {
+    pub(super) fn new(equations: &Equations, model: &Model, layout: &Layout) -> Self {
+        let evaluator = (layout.states > 0).then(|| {
+            let RateSizes { graph, nodes } = RateSizes::new(equations, model, layout);
+            Evaluator::new(&graph, &nodes)
+        });
+        let solved = layout.acceleration_slot()..layout.inputs();
+        Self {
+            needs_dynamics: evaluator.as_ref().is_some_and(|evaluator| evaluator.program().uses_inputs(solved)),
+            evaluator,
+            layout: layout.clone(),
+            t: 0.0,
+            y: Vec::new(),
+            h: 0.0,
+            errors: vec![0.0; layout.states],
+            is_known: true,
+            inputs: Vec::with_capacity(RateSizes::inputs(layout)),
+        }
+    }
+
+    /// A step begins.
+    pub(super) fn begin_step(&mut self, t: f64, y: &[f64], h: f64) {
+        if self.evaluator.is_none() {
+            return;
+        }
+        (self.t, self.h, self.is_known) = (t, h, false);
+        self.y.clear();
+        self.y.extend_from_slice(y);
+    }
+
+    /// What the error of a state in the step under way does not have to be below; zero where no step is under way. Nothing of the
+    /// question shows in what follows.
+    pub(super) fn of(&mut self, state: usize, formulation: &mut dyn Formulation, scales: &Scales) -> f64 {
+        if !self.is_known {
+            self.is_known = true;
+            let traces = formulation.traces();
+            if self.find(formulation, scales).is_err() {
+                // Whatever it is, the step will fail of it, too.
+                self.errors.fill(0.0);
+            }
+            formulation.forget_since(&traces);
+        }
+        self.errors[state]
+    }
+
+    fn find(&mut self, formulation: &mut dyn Formulation, scales: &Scales) -> Result<(), AnalysisError> {
+        let Some(evaluator) = &mut self.evaluator else { return Ok(()) };
+        let observed = formulation.observe(self.t, &self.y, self.needs_dynamics)?;
+        self.inputs.clear();
+        self.inputs.extend_from_slice(&observed.inputs[..self.layout.inputs()]);
+        let first = self.layout.state_slot();
+        self.inputs.extend_from_within(first..first + self.layout.states);
+        self.inputs.extend([scales.length, scales.speed_scale(), scales.spin_scale()]);
+        let given = self.layout.inputs();
+        self.inputs[given..given + self.layout.states].iter_mut().for_each(|state| *state = state.abs());
+        for _ in 0..ROUNDS {
+            let found = evaluator.run(&self.inputs, formulation.sets())?;
+            let (sizes, paces) = found.split_at(self.layout.states);
+            let mut grows = false;
+            for (k, (size, pace)) in sizes.iter().zip(paces).enumerate() {
+                let made = size * self.h / (1.0 + pace * self.h);
+                let made = if made.is_finite() { made } else { 0.0 };
+                self.errors[k] = ROUND_OFF * made;
+                let state = &mut self.inputs[given + k];
+                grows |= made > GROWTH * *state;
+                *state = state.max(made);
+            }
+            if !grows {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
