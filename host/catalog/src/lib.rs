@@ -14,7 +14,7 @@
 //! |---|---|
 //! | `request.rs`, `search.rs` | what is asked for, where it is looked for, which one is taken |
 //! | `hash.rs` | SHA-256 |
-//! | `file.rs`, `loader.rs`, `private_copy.rs`, `watchdog.rs` | a file judged, loaded, kept, watched |
+//! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
 //! | `error.rs` | why a library or an element type can't be had |
 //!
@@ -31,6 +31,8 @@ mod error;
 #[cfg(feature = "abi")]
 mod file;
 mod hash;
+#[cfg(feature = "abi")]
+mod known;
 #[cfg(feature = "abi")]
 mod loader;
 #[cfg(feature = "abi")]

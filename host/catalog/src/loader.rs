@@ -1,6 +1,6 @@
 //! Loading a library: everything that can be checked before its code runs is checked before.
 //!
-//! Order: bytes -> manifest -> interface, conventions, processor -> private copy -> system loader -> layout -> elements.
+//! Order: bytes (unless known from an earlier start) -> manifest -> interface, conventions, processor -> private copy -> system loader -> layout -> elements.
 //! A library is never unloaded: what it once gave may still be in use anywhere.
 
 // Loading foreign code and reading the floating-point control register can't be expressed safely.
@@ -17,8 +17,9 @@ use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, Profi
 use element_api::set::ElementClass;
 
 use super::c_library;
-use super::file::manifest;
+use super::file::{manifest, read_manifest};
 use super::hash::sha256;
+use super::known::{self, Identity, Known};
 use super::private_copy::private_copy;
 use super::{CatalogError, LibraryInfo};
 use odyn_diagnostics::{Diagnostic, codes};
@@ -33,16 +34,36 @@ pub(super) struct Opened {
 /// The libraries of this process by the hash of their content; a second load gives the same classes.
 static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
 
+/// What is in a file, or how that is known.
+enum Content<'a> {
+    Known(&'a Known),
+    /// Its bytes, and what told it from others before they were read.
+    Read {
+        bytes: Vec<u8>,
+        before: Option<Identity>,
+    },
+}
+
 type Classes = Vec<Arc<dyn ElementClass>>;
 
 /// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`,
 /// only a file with this SHA-256.
 pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Opened, CatalogError> {
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
-    let bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-    let manifest = manifest(path, bytes.as_slice())?;
+    let known = if expected.is_none() { known::find(path, copies) } else { None };
+    let (manifest, content) = match &known {
+        Some(known) => (read_manifest(path)?, Content::Known(known)),
+        None => {
+            let before = Identity::of(path);
+            let bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+            (manifest(path, bytes.as_slice())?, Content::Read { bytes, before })
+        }
+    };
     check(path, &manifest)?;
-    let sha256 = sha256(&bytes);
+    let sha256 = match &content {
+        Content::Known(known) => known.sha256.clone(),
+        Content::Read { bytes, .. } => sha256(bytes),
+    };
     if let Some(expected) = expected.filter(|expected| *expected != sha256) {
         return Err(CatalogError::Changed { path: path.into(), found: sha256, expected: expected.into() });
     }
@@ -59,8 +80,15 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
     let classes = match loaded.get(&sha256) {
         Some(classes) => classes.clone(),
         None => {
-            let copy = private_copy(&bytes, &sha256, copies)
-                .map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
+            let copy = match &content {
+                Content::Known(known) => known.copy.clone(),
+                Content::Read { bytes, before } => {
+                    let copy = private_copy(bytes, &sha256, copies)
+                        .map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
+                    known::note(path, before.as_ref(), &sha256, &copy);
+                    copy
+                }
+            };
             let classes = open(path, &copy, &manifest, &mut warnings)?;
             loaded.insert(sha256.clone(), classes.clone());
             classes

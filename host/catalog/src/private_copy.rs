@@ -15,6 +15,8 @@ use super::search::user_folders;
 
 /// Copies that were not used for this long are removed.
 const KEPT: Duration = Duration::from_secs(14 * 24 * 3600);
+/// Copies younger than this are not marked as used: their times stay, by which they are known (`known.rs`).
+const FRESH: Duration = Duration::from_secs(24 * 3600);
 /// Bytes compared at a time; about what stays in a processor's cache.
 const PIECE: usize = 128 * 1024;
 
@@ -24,7 +26,7 @@ pub(super) fn private_copy(bytes: &[u8], sha256: &str, folder: Option<&Path>) ->
     if let Some(folder) = folder {
         return copy_into(folder, bytes, sha256);
     }
-    for folder in user_folders("XDG_CACHE_HOME", "LOCALAPPDATA", &[".cache"]) {
+    for folder in copy_folders(None) {
         if let Ok(path) = copy_into(&folder, bytes, sha256) {
             return Ok(path);
         }
@@ -32,13 +34,27 @@ pub(super) fn private_copy(bytes: &[u8], sha256: &str, folder: Option<&Path>) ->
     copy_into(&temporary_folder()?, bytes, sha256)
 }
 
+/// Where copies are kept from start to start: in `folder`, if one is given, else in the user's cache.
+pub(super) fn copy_folders(folder: Option<&Path>) -> Vec<PathBuf> {
+    folder.map_or_else(|| user_folders("XDG_CACHE_HOME", "LOCALAPPDATA", &[".cache"]), |folder| vec![folder.into()])
+}
+
+/// The name of the copy of a content.
+pub(super) fn name(sha256: &str) -> String {
+    format!("{sha256}{DLL_SUFFIX}")
+}
+
 /// Writes the copy unless it is there already.
 pub(super) fn copy_into(folder: &Path, bytes: &[u8], sha256: &str) -> io::Result<PathBuf> {
     fs::create_dir_all(folder)?;
-    let path = folder.join(format!("{sha256}{DLL_SUFFIX}"));
+    let path = folder.join(name(sha256));
     if holds(&path, bytes) {
-        // Not essential: it only keeps the copy from being taken for an old one.
-        let _ = File::options().write(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
+        let now = SystemTime::now();
+        let age = fs::metadata(&path).and_then(|data| data.modified()).map(|then| now.duration_since(then));
+        if !age.is_ok_and(|age| age.is_ok_and(|age| age < FRESH)) {
+            // Not essential: it only keeps the copy from being taken for an old one.
+            let _ = File::options().write(true).open(&path).and_then(|file| file.set_modified(now));
+        }
         return Ok(path);
     }
     // Written under another name and renamed, so that no other process ever sees half a file.

@@ -1,3 +1,5 @@
+#[cfg(all(feature = "abi", unix))]
+mod known;
 #[cfg(all(feature = "abi", target_os = "linux"))]
 mod packages;
 #[cfg(all(feature = "abi", target_os = "linux"))]

@@ -1,0 +1,65 @@
+//! What is known of a library holds for the content that was hashed, and for no other.
+
+use std::fs;
+use std::path::PathBuf;
+
+use super::super::known::{Identity, find, note, write};
+use super::super::private_copy::{copy_into, name};
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("odyn-known-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(path.join("copies")).expect("a folder");
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_library_is_known_until_it_or_its_copy_changes() {
+    let folder = Folder::new("changes");
+    let (library, copies) = (folder.0.join("library.so"), folder.0.join("copies"));
+    let known = || find(&library, Some(&copies)).map(|known| (known.sha256, known.copy));
+    fs::write(&library, b"first").expect("writable");
+    let copy = copy_into(&copies, b"first", "0123").expect("a copy");
+    assert_eq!(known(), None);
+    let identity = Identity::of(&library);
+    // A file of this moment may change once more without another time.
+    note(&library, identity.as_ref(), "0123", &copy);
+    assert_eq!(known(), None);
+    write(identity.as_ref(), "0123", &copy);
+    assert_eq!(known(), Some(("0123".into(), copies.join(name("0123")))));
+    // Taken again, the copy stays as it is.
+    copy_into(&copies, b"first", "0123").expect("a copy");
+    assert!(known().is_some());
+
+    // The same length, and times set back to what they were.
+    let then = fs::metadata(&library).and_then(|data| data.modified()).expect("a time");
+    fs::write(&library, b"other").expect("writable");
+    fs::File::options().write(true).open(&library).and_then(|file| file.set_modified(then)).expect("settable");
+    assert_eq!(known(), None);
+
+    write(Identity::of(&library).as_ref(), "0123", &copy);
+    assert!(known().is_some());
+    let then = fs::metadata(&copy).and_then(|data| data.modified()).expect("a time");
+    fs::write(&copy, b"wrong").expect("writable");
+    fs::File::options().write(true).open(&copy).and_then(|file| file.set_modified(then)).expect("settable");
+    assert_eq!(known(), None, "a copy that was exchanged");
+
+    write(Identity::of(&library).as_ref(), "0123", &copy);
+    fs::remove_file(&copy).expect("removable");
+    assert_eq!(known(), None, "a copy that is gone");
+    // What is no entry is none.
+    for entry in fs::read_dir(&copies).expect("a folder").filter_map(Result::ok) {
+        fs::write(entry.path(), b"\xff\xff").expect("writable");
+    }
+    assert_eq!(known(), None);
+}
