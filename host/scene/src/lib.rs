@@ -74,6 +74,7 @@ mod raw;
 mod reader;
 mod record;
 mod rotation;
+mod rounding;
 pub mod schema;
 mod settings;
 mod shapes;

@@ -3,6 +3,7 @@
 
 use super::bodies::PointMass;
 use super::raw::{RawTable, RawValue, Spanned};
+use super::rounding::round_to_15_digits;
 use super::shapes::ShapeRecord;
 use super::unit_system::UnitSystem;
 use super::{Dimension, Formula, Parameters};
@@ -179,11 +180,6 @@ impl Simulation {
             }
         }
     }
-}
-
-/// The nearest number with 15 decimal digits, which undoes the rounding of a unit conversion.
-fn round_to_15_digits(value: f64) -> f64 {
-    format!("{value:.14e}").parse().expect("a formatted number is a number")
 }
 
 /// `[[body]]`.

@@ -1,11 +1,11 @@
 //! [`Check`]: values of a run against those they should have.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
-use super::Table;
 use super::compare::common_rows;
+use super::{ResultsError, Table};
 
 /// A value, what it should be, and how near. Times in the unit of the table, numbers in units of the columns.
 pub struct Check<'a> {
@@ -33,8 +33,10 @@ pub enum Expected<'a> {
     Formula(&'a dyn Fn(usize) -> f64),
     /// A column of a table with times, which are matched as in [`super::compare`].
     Column {
-        /// The table.
-        path: PathBuf,
+        /// The file of the table.
+        path: &'a Path,
+        /// What was read there, or why nothing was.
+        table: &'a Result<Table, ResultsError>,
         /// The column.
         column: &'a str,
     },
@@ -118,8 +120,11 @@ impl Check<'_> {
         let rows = (0..times.len()).filter(|row| self.takes(times[*row]));
         match &self.reference {
             Expected::Formula(reference) => Ok(rows.map(|row| sample(row, reference(row))).collect()),
-            Expected::Column { path, column } => {
-                let (table, column) = read(path, column)?;
+            Expected::Column { path, table, column: name } => {
+                let table = table.as_ref().map_err(ToString::to_string)?;
+                let column = table.column(name).ok_or_else(|| {
+                    format!("`{}` has no column `{name}`, its columns are {}", path.display(), table.names.join(", "))
+                })?;
                 let pairs = common_rows(times, &table.times);
                 if pairs.is_empty() {
                     return Err(format!("no time of `{}` is a sample of the run", path.display()));
@@ -136,19 +141,6 @@ impl Check<'_> {
         let near = |limit: f64| 1e-12 * limit.abs();
         self.from.is_none_or(|from| t >= from - near(from)) && self.to.is_none_or(|to| t <= to + near(to))
     }
-}
-
-/// The table with the values of its column.
-fn read(path: &Path, column: &str) -> Result<(Table, Vec<f64>), String> {
-    let table = Table::read(path).map_err(|error| error.to_string())?;
-    let Some(values) = table.column(column).map(<[f64]>::to_vec) else {
-        return Err(format!(
-            "`{}` has no column `{column}`, its columns are {}",
-            path.display(),
-            table.names.join(", ")
-        ));
-    };
-    Ok((table, values))
 }
 
 /// The largest magnitude of a difference and its time; the first NaN is larger than everything.

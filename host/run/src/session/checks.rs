@@ -1,9 +1,10 @@
 //! The checks of a scene on the samples of its run.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use super::opened::Session;
-use crate::results::{Check, CheckResult, Expected};
+use crate::results::{Check, CheckResult, Expected, ResultsError, Table};
 use crate::scene::{Formula, Reference};
 
 impl Session {
@@ -17,18 +18,31 @@ impl Session {
                 _ => place.get(name).map(|k| columns[*k][row]),
             })
         };
+        // Each table is read once.
+        let mut tables: HashMap<PathBuf, Result<Table, ResultsError>> = HashMap::new();
+        for record in &self.scene.checks {
+            if let Reference::Csv { path, .. } = &record.reference {
+                let path = self.scene.source.beside(&path.value);
+                tables.entry(path).or_insert_with_key(|path| Table::read(path));
+            }
+        }
         let mut results = Vec::new();
         for record in &self.scene.checks {
             let closed_form: &dyn Fn(usize) -> f64 = &|row| match &record.reference {
                 Reference::Formula(formula) => at_row(formula, row),
                 Reference::Csv { .. } => f64::NAN,
             };
-            let reference = match &record.reference {
-                Reference::Formula(_) => Expected::Formula(closed_form),
+            let table = match &record.reference {
                 Reference::Csv { path, column } => {
-                    Expected::Column { path: self.scene.source.beside(&path.value), column }
+                    tables.get_key_value(&self.scene.source.beside(&path.value)).map(|found| (found, column))
                 }
+                Reference::Formula(_) => None,
             };
+            let reference = table.map_or(Expected::Formula(closed_form), |((path, table), column)| Expected::Column {
+                path,
+                table,
+                column,
+            });
             let output = place.get(record.value.text().trim()).map(|k| &self.model.channels[*k]);
             let check = Check {
                 name: &record.name.value,

@@ -1,7 +1,7 @@
 //! Checks of values whose errors are known.
 
 use super::Scratch;
-use crate::results::{Check, CheckResult, Expected, Status, Summary, report};
+use crate::results::{Check, CheckResult, Expected, Status, Summary, Table, report};
 
 const TIMES: [f64; 5] = [0.0, 0.1, 0.2, 0.30000000000000004, 0.4];
 
@@ -50,7 +50,8 @@ fn what_is_not_a_number_fails() {
 fn tables_are_matched_by_time() {
     let scratch = Scratch::new("checks");
     let path = scratch.file("ref.csv", "# source\nt,x,y\n0,1,0\n0.15,9,0\n0.3,1.25,0\n0.4,1,0\n0.5,9,0\n");
-    let column = |column| Expected::Column { path: path.clone(), column };
+    let table = Table::read(&path);
+    let column = |column| Expected::Column { path: &path, table: &table, column };
     let value = |row: usize| [1.0, 7.0, 7.0, 1.5, 1.0][row];
     let found = check(&value, column("x")).evaluate(&TIMES);
     assert_eq!((found.samples, found.largest, found.at, found.passed), (3, 0.25, TIMES[3], true));
@@ -59,7 +60,8 @@ fn tables_are_matched_by_time() {
 
     let lost = check(&value, column("z")).evaluate(&TIMES);
     assert!(!lost.passed && lost.problem.unwrap().ends_with("has no column `z`, its columns are x, y"));
-    let missing = Expected::Column { path: scratch.join("none.csv"), column: "x" };
+    let (path, none) = (scratch.join("none.csv"), Table::read(&scratch.join("none.csv")));
+    let missing = Expected::Column { path: &path, table: &none, column: "x" };
     let missing = check(&value, missing).evaluate(&TIMES);
     assert!(!missing.passed && missing.problem.unwrap().starts_with("cannot read"));
     let apart = check(&value, column("x")).evaluate(&[7.0, 8.0]);
