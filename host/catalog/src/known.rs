@@ -13,7 +13,7 @@ use super::private_copy::copy_folders;
 /// Files that were changed less long ago are not taken as known: a second change may bear the same time.
 const SETTLED: Duration = Duration::from_secs(2);
 
-/// What tells a state of a file from all others.
+/// What distinguishes a state of a file from all others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Identity(String);
 

@@ -37,7 +37,7 @@ static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
 /// What is in a file, or how that is known.
 enum Content<'a> {
     Known(&'a Known),
-    /// Its bytes, and what told it from others before they were read.
+    /// Its bytes, and its identity before they were read.
     Read {
         bytes: Vec<u8>,
         before: Option<Identity>,

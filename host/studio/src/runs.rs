@@ -28,6 +28,8 @@ pub(crate) struct Runs {
 /// One run.
 struct Run {
     folder: PathBuf,
+    /// What is run, whatever the scene file has.
+    text: String,
     stop: Arc<AtomicBool>,
     /// Bits of the share done.
     share: AtomicU64,
@@ -55,6 +57,7 @@ impl Runs {
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let run = Arc::new(Run {
             folder: self.folder.path().join(format!("run-{number}")),
+            text,
             stop: Arc::default(),
             share: AtomicU64::new(0f64.to_bits()),
             began: Instant::now(),
@@ -73,7 +76,7 @@ impl Runs {
         drop(known);
         let (place, options) = (place.to_path_buf(), options.clone());
         thread::spawn(move || {
-            let work = || run.work(&place, text, &options);
+            let work = || run.work(&place, &options);
             let end = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|_| {
                 let message = "the run ended by a defect of the program; the terminal of `odyn studio` has more";
                 json!({ "ok": false, "messages": [{ "severity": "error", "code": "", "message": message, "label": "", "help": [],
@@ -109,7 +112,7 @@ impl Runs {
         let runs = numbers.iter().filter_map(|number| Some((*number, self.find(*number)?)));
         runs.map(|(number, run)| {
             let source = Source::read(&run.folder)?;
-            Ok(Source { name: format!("Run {number}"), ..source })
+            Ok(Source { name: format!("Run {number}"), scene: Some(run.text.clone()), ..source })
         })
         .collect()
     }
@@ -131,16 +134,16 @@ impl Run {
         self.end.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn work(&self, place: &Path, text: String, options: &RunOptions) -> Value {
-        let session = match Session::open_text(place, text, options) {
+    fn work(&self, place: &Path, options: &RunOptions) -> Value {
+        let session = match Session::open_text(place, self.text.clone(), options) {
             Ok(mut session) => {
                 session.scene.simulation.motion = true;
                 session
             }
             Err(error) => return refused(&error),
         };
-        let told = |share: f64| self.share.store(share.to_bits(), Ordering::Relaxed);
-        match session.run(Some(&self.folder), Box::new(told), &self.stop) {
+        let progress = |share: f64| self.share.store(share.to_bits(), Ordering::Relaxed);
+        match session.run(Some(&self.folder), Box::new(progress), &self.stop) {
             Ok(outcome) => {
                 let summary = &outcome.summary;
                 let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| &check.name);

@@ -106,7 +106,7 @@ impl Studio {
         let guard = Guard::new(port).map_err(|error| cannot(&error))?;
         let runs = Runs::new().map_err(|error| cannot(&error))?;
         let studio = Self { server, guard, file: SceneFile::new(settings.scene), runs, options: settings.options };
-        // A file that cannot be read is told before a page shows something else in its place.
+        // A file that cannot be read is reported before a page shows something else in its place.
         studio.file.read()?;
         Ok(studio)
     }
@@ -140,7 +140,15 @@ impl Studio {
             // The scripts are no secret, and pages load them without a token.
             Err(Refusal::Token) if path == "/studio.js" => self.answer(&mut request, path, query),
             Err(refusal) => Answer::refused(403, refusal.words()),
-            Ok(()) => self.answer(&mut request, path, query),
+            Ok(()) => {
+                // A defect met in one request leaves the others answered.
+                let answer = || self.answer(&mut request, path, query);
+                std::panic::catch_unwind(std::panic::AssertUnwindSafe(answer)).unwrap_or_else(|_| {
+                    let words =
+                        "A defect of the program was met; the terminal of `odyn studio` has more. Please report it.";
+                    Answer::refused(500, words)
+                })
+            }
         };
         let mut response = Response::from_string(answer.body).with_status_code(answer.status);
         let headers = [

@@ -138,7 +138,7 @@ fn a_mistake_has_its_place_and_a_scene_its_picture() {
 }
 
 #[test]
-fn runs_go_on_in_the_background_and_can_be_compared() {
+fn runs_are_made_in_the_background_and_can_be_compared() {
     let Some(studio) = Serving::start(Some(FALL)) else { return };
     let mut last = Value::Null;
     for text in [FALL.to_owned(), FALL.replace("-9.81", "-1.62")] {
@@ -155,6 +155,8 @@ fn runs_go_on_in_the_background_and_can_be_compared() {
     assert_eq!(studio.ask("GET", "/api/data/2,1", "").0, 200);
     let (status, report) = studio.ask("GET", "/api/report/2,1", "");
     assert!(status == 200 && report.contains("Run 2") && report.contains("Run 1"));
+    // It has the texts that were run, which the file has not.
+    assert!(report.contains("-1.62") && !report.contains("changed since"), "{report}");
     assert_eq!(studio.ask("GET", "/api/data/77", "").0, 404);
     let refused = studio.json("POST", "/api/run", "nonsense")["run"].as_u64().unwrap();
     let end = loop {

@@ -211,7 +211,7 @@ async function safety() {
   await two.page.getByText("changed elsewhere").waitFor();
   assert.ok(!readFileSync(scene, "utf8").includes("# second"), "the second tab writes nothing over the first");
   await picture(two.page, "studio-conflict");
-  await two.page.getByRole("button", { name: "Write this text over it" }).click();
+  await two.page.getByRole("button", { name: "Overwrite the file" }).click();
   await two.page.waitForFunction(() => window.odyn.state.saved.includes("# second"));
   const saved = readFileSync(scene, "utf8");
   assert.ok(saved.includes("# second") && !saved.includes("# first"));
@@ -228,8 +228,8 @@ async function safety() {
   const { port } = new URL(address);
   const next = await start(scene, "--port", port);
   const third = await open(next.address, context);
-  await third.page.getByText("not saved").first().waitFor();
-  await third.page.getByRole("button", { name: "Take it" }).click();
+  await third.page.getByText("unsaved text").waitFor();
+  await third.page.getByRole("button", { name: "Restore it" }).click();
   assert.ok((await text(third.page)).includes("and unsaved, still"));
   assert.deepEqual([...one.faults, ...third.faults], []);
   next.program.kill("SIGINT");

@@ -36,8 +36,8 @@ const LOOK = EditorView.theme({
   ".cm-panels": { backgroundColor: "var(--faint)", color: "var(--ink)" },
 });
 
-/** An editor in a place; `told` hears of the text and of the cursor. */
-export function editor(place, text, known, told) {
+/** An editor in a place; `handlers` are called when the text or the cursor changes, to save and to run. */
+export function editor(place, text, known, handlers) {
   return new EditorView({
     parent: place,
     state: EditorState.create({
@@ -62,8 +62,8 @@ export function editor(place, text, known, told) {
         EditorView.contentAttributes.of({ "aria-label": "Text of the scene", tabindex: "0" }),
         // Tab leaves the editor, as people who use the keyboard expect of a page.
         keymap.of([
-          { key: "Mod-s", run: () => (told.save(), true) },
-          { key: "Mod-Enter", run: () => (told.run(), true) },
+          { key: "Mod-s", run: () => (handlers.save(), true) },
+          { key: "Mod-Enter", run: () => (handlers.run(), true) },
           ...closeBracketsKeymap,
           ...defaultKeymap,
           ...searchKeymap,
@@ -72,8 +72,8 @@ export function editor(place, text, known, told) {
           ...lintKeymap,
         ]),
         EditorView.updateListener.of((update) => {
-          if (update.docChanged) told.changed();
-          if (update.docChanged || update.selectionSet) told.moved();
+          if (update.docChanged) handlers.changed();
+          if (update.docChanged || update.selectionSet) handlers.moved();
         }),
       ],
     }),

@@ -192,11 +192,11 @@ async function begin() {
   /** The file is another than the one that this page knows. */
   function conflict({ text: other, version }) {
     notice(
-      "The file was changed elsewhere since this page read it, so nothing was written.",
+      "The file was changed elsewhere since this page read it. Nothing was written.",
       "conflict",
-      ["Write this text over it", () => store(version)],
+      ["Overwrite the file", () => store(version)],
       [
-        "Take the other text",
+        "Load the file",
         () => {
           Object.assign(state, { saved: other, version });
           replace(view, other);
@@ -250,7 +250,7 @@ async function begin() {
   }
   const draft = localStorage.getItem(key);
   if (draft !== null && draft !== scene.text) {
-    notice("There is text from before that was not saved.", "draft", ["Take it", () => (replace(view, draft), notice(null, "draft"))], ["Forget it", () => (forget(), notice(null, "draft"))]);
+    notice("There is unsaved text from an earlier session.", "draft", ["Restore it", () => (replace(view, draft), notice(null, "draft"))], ["Discard it", () => (forget(), notice(null, "draft"))]);
   }
   addEventListener("beforeunload", (event) => text() !== state.saved && event.preventDefault());
   // Another tab or program may have written the file meanwhile.

@@ -11,10 +11,10 @@ import { get, post, text as fetchText } from "./api.js";
 const PAUSE = 150;
 
 export class Runs {
-  /** `told.messages` hears what is wrong with a text that cannot be run, `told.shown` when results are there. */
-  constructor(bar, place, told) {
-    Object.assign(this, { place, told, now: null, done: [], compare: false, shown: null });
-    this.start = el("button", { type: "button", class: "play", onclick: () => told.run() }, "Run");
+  /** `handlers.messages` gets what is wrong with a text that cannot be run; `handlers.shown` is called when results are there. */
+  constructor(bar, place, handlers) {
+    Object.assign(this, { place, handlers, now: null, done: [], compare: false, shown: null });
+    this.start = el("button", { type: "button", class: "play", onclick: () => handlers.run() }, "Run");
     this.halt = el("button", { type: "button", disabled: true, onclick: () => this.now && post(`/api/run/${this.now}/stop`).catch(() => {}) }, "Stop");
     this.progress = el("progress", { max: "1", value: "0", hidden: true, "aria-label": "Progress of the run" });
     this.words = el("span", { class: "small", role: "status" });
@@ -28,7 +28,7 @@ export class Runs {
       }),
       this.words,
     );
-    place.append(el("p", { class: "note" }, "Nothing was run yet. Run (Ctrl+Enter) shows motion, plots and table here."));
+    place.append(el("p", { class: "note" }, "No run yet. Run (Ctrl+Enter) shows motion, plots and table here."));
   }
 
   async begin(text) {
@@ -40,15 +40,15 @@ export class Runs {
       this.now = (await post("/api/run", text)).run;
       const state = await this.watch();
       const { end } = state;
-      this.told.messages(end.ok ? null : end.messages);
+      this.handlers.messages(end.ok ? null : end.messages);
       if (end.ok) {
         this.done.push({ number: this.now, end });
         this.words.textContent = `Run ${this.now}: ${end.status}, ${end.seconds.toFixed(2)} s`;
         await this.show();
-      } else this.words.textContent = `Run ${this.now}: not possible, see the messages`;
+      } else this.words.textContent = `Run ${this.now}: cannot be run, see the messages`;
     } catch (error) {
-      this.words.textContent = `The run is lost: ${error.message}`;
-      this.told.failed(error);
+      this.words.textContent = `The run failed: ${error.message}`;
+      this.handlers.failed(error);
     } finally {
       this.now = null;
       this.start.disabled = false;
@@ -96,7 +96,7 @@ export class Runs {
       el("details", {}, el("summary", {}, "What the solver says"), el("pre", { tabindex: "0" }, end.text)),
     );
     // The place must be seen before charts can measure it.
-    this.told.shown();
+    this.handlers.shown();
     let view = null;
     if (runs.some((run) => run.motion?.samples)) {
       try {
