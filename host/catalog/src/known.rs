@@ -8,7 +8,7 @@ use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::private_copy::copy_folders;
+use super::private_copy::{copy_folders, name, put};
 
 /// Files that were changed less long ago are not taken as known: a second change may bear the same time.
 const SETTLED: Duration = Duration::from_secs(2);
@@ -78,7 +78,7 @@ pub(super) fn find(path: &Path, copies: Option<&Path>) -> Option<Known> {
     });
     let (folder, text) = text?;
     let (sha256, copy_identity) = text.trim_end().split_once(' ')?;
-    let copy = folder.join(super::private_copy::name(sha256));
+    let copy = folder.join(name(sha256));
     (Identity::of(&copy)?.0 == copy_identity).then(|| Known { sha256: sha256.into(), copy })
 }
 
@@ -94,9 +94,5 @@ pub(super) fn write(identity: Option<&Identity>, sha256: &str, copy: &Path) {
     let (Some(before), Some(folder), Some(copy_identity)) = (identity, copy.parent(), Identity::of(copy)) else {
         return;
     };
-    let draft = folder.join(format!("{sha256}.{}.known.draft", std::process::id()));
-    let written = fs::write(&draft, format!("{sha256} {}\n", copy_identity.0));
-    if written.and_then(|()| fs::rename(&draft, before.entry(folder))).is_err() {
-        let _ = fs::remove_file(&draft);
-    }
+    let _ = put(&before.entry(folder), format!("{sha256} {}\n", copy_identity.0).as_bytes());
 }

@@ -57,16 +57,20 @@ pub(super) fn copy_into(folder: &Path, bytes: &[u8], sha256: &str) -> io::Result
         }
         return Ok(path);
     }
-    // Written under another name and renamed, so that no other process ever sees half a file.
-    let draft = folder.join(format!("{sha256}.{}.{:?}.draft", std::process::id(), std::thread::current().id()));
-    let written =
-        File::create(&draft).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&draft, &path));
-    if let Err(error) = written {
-        let _ = fs::remove_file(&draft);
-        return Err(error);
-    }
+    put(&path, bytes)?;
     remove_old(folder, SystemTime::now());
     Ok(path)
+}
+
+/// Writes a file under another name and renames it, so that no other process ever sees half of it.
+pub(super) fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let draft = path.with_extension(format!("{}.{:?}.draft", std::process::id(), std::thread::current().id()));
+    let written =
+        File::create(&draft).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&draft, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&draft);
+    }
+    written
 }
 
 /// Whether a file has exactly these bytes. Read in pieces: libraries are large, and this is done at every start.

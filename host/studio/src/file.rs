@@ -79,16 +79,14 @@ impl SceneFile {
         // What a link leads to is replaced, not the link.
         let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         let now = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Ok(bytes) => Some(bytes),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             Err(error) => return Err(failed(error)),
         };
-        let found = if path.exists() { checksum(&now) } else { String::new() };
+        let found = now.as_deref().map_or_else(String::new, checksum);
         if found != version {
-            return Err(NotSaved::Changed(Content {
-                text: String::from_utf8_lossy(&now).into_owned(),
-                version: found,
-            }));
+            let text = String::from_utf8_lossy(&now.unwrap_or_default()).into_owned();
+            return Err(NotSaved::Changed(Content { text, version: found }));
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut written = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;

@@ -1,5 +1,14 @@
 // One time for everything on the page.
 
+/** One clock for runs, in the unit of the first; sets `inFirst` of each run, its own unit in that of the first. */
+export function clockOf(runs) {
+  const unit = runs[0].secondsPerUnit;
+  for (const run of runs) run.inFirst = run.secondsPerUnit / unit;
+  const first = Math.min(...runs.filter((run) => run.times.length).map((run) => run.times[0] * run.inFirst));
+  const last = Math.max(...runs.map((run) => (run.times.at(-1) ?? 0) * run.inFirst));
+  return new Clock(Number.isFinite(first) ? first : 0, last);
+}
+
 /** A time that plays, in the unit of the first run. */
 export class Clock {
   constructor(from, to) {

@@ -36,6 +36,13 @@ export function choice(text, entries, chosen, change) {
   return labelled(text, list);
 }
 
+/** Hands a blob over as a file. */
+export function download(name, blob) {
+  const link = el("a", { download: name, href: URL.createObjectURL(blob) });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
 /** What a name of the style sheet stands for now. */
 export function color(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();

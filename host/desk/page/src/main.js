@@ -1,5 +1,5 @@
 import "./locale.js";
-import { Clock } from "./clock.js";
+import { clockOf } from "./clock.js";
 import { readRuns } from "./data.js";
 import { el } from "./dom.js";
 import { plots } from "./plots.js";
@@ -9,11 +9,7 @@ import { motions } from "./view.js";
 
 async function begin() {
   const runs = await readRuns(document.getElementById("odyn-data").textContent);
-  const unit = runs[0].secondsPerUnit;
-  for (const run of runs) run.inFirst = run.secondsPerUnit / unit;
-  const first = Math.min(...runs.filter((run) => run.times.length).map((run) => run.times[0] * run.inFirst));
-  const last = Math.max(...runs.map((run) => (run.times.at(-1) ?? 0) * run.inFirst));
-  const clock = new Clock(Number.isFinite(first) ? first : 0, last);
+  const clock = clockOf(runs);
   theme();
   // Without a graphics context the rest is shown all the same.
   const shown = { runs, clock, view: null, charts: [] };

@@ -1,7 +1,7 @@
 // The table of a run, a page of rows at a time.
 
 import { locate } from "./data.js";
-import { choice, el } from "./dom.js";
+import { choice, download, el } from "./dom.js";
 
 const ROWS = 25;
 
@@ -54,7 +54,5 @@ function save(run) {
   const quoted = (name) => (/[",\n]/.test(name) ? `"${name.replaceAll('"', '""')}"` : name);
   const lines = [["t", ...run.channels.map((channel) => quoted(channel.name))].join(",")];
   run.times.forEach((t, row) => lines.push([t, ...run.channels.map((channel) => channel.values[row])].join(",")));
-  const link = el("a", { download: `${run.name}.csv`, href: URL.createObjectURL(new Blob([lines.join("\n") + "\n"])) });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  download(`${run.name}.csv`, new Blob([lines.join("\n") + "\n"]));
 }

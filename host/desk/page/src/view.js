@@ -3,7 +3,7 @@
 import { Box3, Color, DirectionalLight, GridHelper, Group, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { short } from "./data.js";
-import { choice, color, el, labelled, tick } from "./dom.js";
+import { choice, color, download, el, labelled, tick } from "./dom.js";
 import { COLORS } from "./glyphs.js";
 import { Mechanism } from "./mechanism.js";
 
@@ -279,10 +279,6 @@ class View {
 
   save() {
     this.draw();
-    this.canvas.toBlob((blob) => {
-      const link = el("a", { download: "mechanism.png", href: URL.createObjectURL(blob) });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-    });
+    this.canvas.toBlob((blob) => download("mechanism.png", blob));
   }
 }

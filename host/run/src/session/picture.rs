@@ -65,13 +65,16 @@ impl Session {
     /// # Errors
     /// A mesh that cannot be read; equations without a value at the start.
     pub fn start_picture(&self) -> Result<(MotionHeader, Vec<[f64; POSE]>), SessionError> {
-        let pose = |(body, y): (&crate::model::Body, &[f64])| {
+        Ok((self.picture()?, self.start_poses().collect()))
+    }
+
+    /// Where the frames of the bodies are that can move, where the session begins.
+    fn start_poses(&self) -> impl Iterator<Item = [f64; POSE]> {
+        self.model.bodies.iter().zip(self.assembly.working.chunks_exact(13)).map(|(body, y)| {
             let turn = rotation(&[y[3], y[4], y[5], y[6]]);
             let r = Vector3::from_column_slice(&y[..3]) - turn * body.center_of_mass;
             [r.x, r.y, r.z, y[3], y[4], y[5], y[6]]
-        };
-        let poses = self.model.bodies.iter().zip(self.assembly.working.chunks_exact(13)).map(pose).collect();
-        Ok((self.picture()?, poses))
+        })
     }
 
     /// What a picture of the motion shows, at the place where the session begins.
@@ -116,17 +119,12 @@ impl Session {
 
     /// Diagonal of a box around all that is shown, where the session begins, m; the size of the scene where that is a point.
     fn shown_size(&self, bodies: &[ShownBody], elements: &[ShownElement]) -> f64 {
-        let mut movable = self.model.bodies.iter().zip(self.assembly.working.chunks_exact(13));
+        let mut movable = self.start_poses();
+        let ground = (Vector3::zeros(), Matrix3::identity());
         let mut places = Vec::with_capacity(bodies.len());
         for body in bodies {
             let own = if body.fixed { None } else { movable.next() };
-            places.push(match own {
-                Some((own, y)) => {
-                    let turn = rotation(&[y[3], y[4], y[5], y[6]]);
-                    (Vector3::from_column_slice(&y[..3]) - turn * own.center_of_mass, turn)
-                }
-                None => (Vector3::zeros(), Matrix3::identity()),
-            });
+            places.push(own.map_or(ground, |[x, y, z, p @ ..]| (Vector3::new(x, y, z), rotation(&p))));
         }
         let mut range = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
         let mut take = |(origin, turn): &(Vector3<f64>, Matrix3<f64>), r: [f64; 3], reach: f64| {
@@ -140,7 +138,6 @@ impl Session {
             }
         }
         for frame in elements.iter().flat_map(|element| &element.frames) {
-            let ground = (Vector3::zeros(), Matrix3::identity());
             let place = usize::try_from(frame.body).ok().and_then(|body| places.get(body)).unwrap_or(&ground);
             take(place, frame.r, 0.0);
         }

@@ -1,13 +1,13 @@
 // The studio: the text of a scene on the left, what the solver makes of it on the right.
 
 import "../locale.js";
-import { el } from "../dom.js";
+import { download, el } from "../dom.js";
 import { theme } from "../theme.js";
 import { Gone, Refused, get, post } from "./api.js";
 import { annotate, details, editor, go, replace } from "./editor.js";
 import { form } from "./form.js";
 import { inserter } from "./insert.js";
-import { Runs, save } from "./runs.js";
+import { Runs } from "./runs.js";
 import { Still } from "./still.js";
 import style from "./style.css";
 import { tableAt, tables, word } from "./toml.js";
@@ -168,10 +168,15 @@ async function begin() {
     page.save.disabled = !state.path || !changed;
   }
 
+  /** Hands the text over as a file, where it cannot be saved. */
+  function keepCopy() {
+    download("scene.toml", new Blob([text()]));
+  }
+
   /** Writes the text into the file. */
   async function store(version = state.version) {
     if (!state.path) {
-      save("scene.toml", text());
+      keepCopy();
       return;
     }
     const own = text();
@@ -208,7 +213,7 @@ async function begin() {
   }
 
   function gone() {
-    notice("The program does not answer: was `odyn studio` ended? The text is still here.", "gone", ["Save as file", () => save("scene.toml", text())]);
+    notice("The program does not answer: was `odyn studio` ended? The text is still here.", "gone", ["Save as file", keepCopy]);
     clearTimeout(state.retry);
     state.retry = setTimeout(check, RETRY);
   }

@@ -1,8 +1,8 @@
 // Runs: begun, watched, stopped, shown, compared with the one before.
 
-import { Clock } from "../clock.js";
+import { clockOf } from "../clock.js";
 import { readRuns } from "../data.js";
-import { el, tick } from "../dom.js";
+import { download, el, tick } from "../dom.js";
 import { plots } from "../plots.js";
 import { tables } from "../table.js";
 import { motions } from "../view.js";
@@ -77,11 +77,7 @@ export class Runs {
     // What the last one needed is given back.
     this.shown?.abort.abort();
     const abort = new AbortController();
-    const unit = runs[0].secondsPerUnit;
-    for (const run of runs) run.inFirst = run.secondsPerUnit / unit;
-    const first = Math.min(...runs.filter((run) => run.times.length).map((run) => run.times[0] * run.inFirst));
-    const to = Math.max(...runs.map((run) => (run.times.at(-1) ?? 0) * run.inFirst));
-    const clock = new Clock(Number.isFinite(first) ? first : 0, to);
+    const clock = clockOf(runs);
     const part = () => el("div");
     const [motion, charts, table] = [part(), part(), part()];
     const { end } = last;
@@ -111,13 +107,6 @@ export class Runs {
 
   /** One file for somebody else. */
   async report(list) {
-    save("report.html", await fetchText(`/api/report/${list}`), "text/html");
+    download("report.html", new Blob([await fetchText(`/api/report/${list}`)], { type: "text/html" }));
   }
-}
-
-/** Hands a text over as a file. */
-export function save(name, content, type = "text/plain") {
-  const link = el("a", { download: name, href: URL.createObjectURL(new Blob([content], { type })) });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
