@@ -3,7 +3,7 @@
 //! Accelerations and multipliers are inputs here: they come from the solver. What a channel does not use is not computed.
 
 use element_api::Kind;
-use odyn_graph::{Node, V3};
+use odyn_graph::{Expr, Node, V3};
 
 use super::equations::{Equations, Form, Row};
 use super::kinematics::{dot4, g_matrix, transposed};
@@ -56,6 +56,39 @@ impl Equations {
             Quantity::PotentialEnergy => self.potential,
             Quantity::TotalEnergy => self.graph.add(self.kinetic, self.potential),
         }
+    }
+
+    /// The angle references that the equations, memories between steps or requested quantities depend on, ascending: how often
+    /// the other angles have turned is of no consequence.
+    pub fn counted_angles(&mut self, model: &Model, layout: &Layout) -> Vec<usize> {
+        if layout.references == 0 {
+            return Vec::new();
+        }
+        let mut roots: Vec<Node> =
+            model.channels.iter().map(|channel| self.observe(&channel.quantity, model, layout)).collect();
+        roots.extend([self.kinetic, self.potential, self.power]);
+        let lists = [&self.loads, &self.state_rates, &self.next_discrete, &self.dissipation, &self.supplied];
+        roots.extend(lists.into_iter().flatten());
+        for row in &self.rows {
+            roots.extend([row.value, row.time, row.gamma]);
+            roots.extend(row.jacobian.iter().map(|(_, node)| *node));
+        }
+        for element in &self.elements {
+            roots.extend(element.loads.iter().flat_map(|load| load.force.into_iter().chain(load.torque)));
+        }
+        roots.extend(self.graph.calls.iter().flat_map(|call| &call.arguments));
+        let slots = layout.reference_slot()..layout.discrete_slot();
+        let mut counted: Vec<usize> = self
+            .graph
+            .live(&roots)
+            .into_iter()
+            .filter_map(|node| match self.graph.expr(node) {
+                Expr::Input(slot) if slots.contains(&(slot as usize)) => Some(slot as usize - slots.start),
+                _ => None,
+            })
+            .collect();
+        counted.sort_unstable();
+        counted
     }
 
     /// What a picture of the motion shows of the bodies, SI, ground axes: per body the position of the origin of its frame, then

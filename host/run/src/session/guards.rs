@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range;
+use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, Expr, Node, Ranges, Sharp, Switches};
 
@@ -61,14 +62,15 @@ pub(super) struct Watching {
     /// Functions that change their sign where the equations switch, or where a table jumps or has a corner.
     conditions: Vec<Node>,
     sharp: Sharp,
-    angles: Vec<Node>,
+    /// Counted angles, each with its reference.
+    angles: Vec<(Node, usize)>,
     /// Values of rows that must stay within plus and minus a limit.
     pub(super) rows: Vec<(Node, f64)>,
 }
 
 impl Watching {
     /// Looks for it in the equations, which gain the nodes to watch.
-    pub(super) fn find(equations: &mut Equations, layout: &Layout) -> Self {
+    pub(super) fn find(equations: &mut Equations, model: &Model, layout: &Layout) -> Self {
         let sharp = Sharp::find(equations, layout);
         let mut switches = Switches::find(equations, layout);
         // What depends on time alone is known before a step.
@@ -80,7 +82,9 @@ impl Watching {
             g.tables.push(sides.clone());
             conditions.push(g.table(g.tables.len() as u32 - 1, 0, *at));
         }
-        Self { conditions, sharp, angles: equations.angles.clone(), rows: Vec::new() }
+        let counted = equations.counted_angles(model, layout).into_iter();
+        let angles = counted.map(|reference| (equations.angles[reference], reference)).collect();
+        Self { conditions, sharp, angles, rows: Vec::new() }
     }
 
     /// Functions that change their sign where steps had better end.
@@ -96,7 +100,8 @@ impl Watching {
             _ => Some(format!("{number} {many}")),
         };
         let list = |parts: Vec<Option<String>>| parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
-        let all = self.conditions.iter().chain(&self.sharp.of_motion).chain(&self.angles);
+        let angles = self.angles.iter().map(|(angle, _)| angle);
+        let all = self.conditions.iter().chain(&self.sharp.of_motion).chain(angles);
         let unknown = all.filter(|node| !is_of_motion(equations, layout, **node)).count();
         Watched {
             within: list(vec![
@@ -131,8 +136,8 @@ impl Watching {
             all.iter().filter(|(node, _)| is_of_motion(equations, layout, *node)).cloned().collect();
         let is_partial = known.len() < all.len();
         let g = &mut equations.graph;
-        let angles = self.angles.iter().enumerate().map(|(k, angle)| {
-            let reference = g.input(layout.reference_slot() + k);
+        let angles = self.angles.iter().map(|(angle, reference)| {
+            let reference = g.input(layout.reference_slot() + reference);
             (g.sub(*angle, reference), Guard::Turn)
         });
         let angles: Vec<(Node, Guard)> = angles.collect();

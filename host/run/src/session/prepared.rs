@@ -128,7 +128,7 @@ impl Prepared {
         let Session { equations, model, assembly, scene, .. } = &mut session;
         let mut system = Simulation::new(equations, model, &layout, assembly, formulation, tolerance, rows)
             .map_err(|e| start_error(scene, &e))?;
-        let mut watching = Watching::find(&mut session.equations, &layout);
+        let mut watching = Watching::find(&mut session.equations, &session.model, &layout);
         if session.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&session.equations, watching.conditions());
         }
@@ -141,8 +141,9 @@ impl Prepared {
             system.watch_every_state();
         }
         let state = system.start(t_start, &session.assembly).map_err(|e| start_error(&session.scene, &e))?;
-        watching.rows =
-            system.rows_to_bound(&session.equations, t_start, &state).map_err(|e| start_error(&session.scene, &e))?;
+        watching.rows = system
+            .watch_rows_left_out(&session.equations, t_start, &state)
+            .map_err(|e| start_error(&session.scene, &e))?;
         let bounded = system.guard(&mut session.equations, &watching);
         session.equations.graph.rest();
         let lightest = session.model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);

@@ -284,7 +284,8 @@ impl Session {
             format!("{} ({})", self.model.elements[*element].name, plural(*count, "condition", "conditions"))
         };
         let mut equations = self.equations.clone();
-        let watched = Watching::find(&mut equations, &self.plan.layout).in_words(&equations, &self.plan.layout);
+        let watched =
+            Watching::find(&mut equations, &self.model, &self.plan.layout).in_words(&equations, &self.plan.layout);
         PlanReport {
             enclosed: watched.within,
             known_ahead: watched.ahead,

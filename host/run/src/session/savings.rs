@@ -45,6 +45,7 @@ impl Savings {
         note_redundancy(&mut savings, &session.plan);
         note_skips(&mut savings, &session.scene, &session.model, &session.equations);
         note_determined(&mut savings, session);
+        note_angles(&mut savings, session);
         savings.list
     }
 
@@ -90,6 +91,23 @@ fn note_determined(savings: &mut Savings, session: &Session) {
         savings
             .saving(format!("the error control of {states} states: 5 evaluations a step, 12 with the default method"));
         savings.switched_by("kinematic");
+    }
+}
+
+/// Angles whose turns nobody asks for.
+fn note_angles(savings: &mut Savings, session: &Session) {
+    let layout = &session.plan.layout;
+    if layout.references == 0 {
+        return;
+    }
+    let counted = session.equations.clone().counted_angles(&session.model, layout).len();
+    let others = layout.references - counted;
+    if others > 0 {
+        savings.skip(
+            format!("turns of {}", plural(others, "joint angle", "joint angles")),
+            "no load, memory or output depends on how often they have turned",
+        );
+        savings.saving("their evaluation in every accepted state, and their enclosure over every step");
     }
 }
 

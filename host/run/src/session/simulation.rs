@@ -8,20 +8,17 @@ mod watch;
 
 use self::floor::Floor;
 use self::picture::Picture;
+use self::watch::RowValues;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
 use super::tier::Tier;
 use crate::analysis::{
-    AnalysisError, Assembly, CONTRADICTION, Constraints, Counters, Evaluator, Formulation, Imbalance, Scales,
-    SolvedProgram,
+    AnalysisError, Assembly, Constraints, Counters, Evaluator, Formulation, Imbalance, Scales, SolvedProgram,
 };
 use crate::model::{Model, Thin};
 use crate::plan::Layout;
 use crate::program::{Equations, MachineError, Node, Used};
 use crate::results::Audit;
-
-/// Errors of the interpolation, in tolerances, beyond which a row that does not hold within a step contradicts others.
-const MOST_INTERPOLATED: f64 = 100.0;
 
 /// What is known of the part of the work that is turned into heat.
 #[derive(Clone, Copy, PartialEq)]
@@ -162,6 +159,8 @@ pub(super) struct Simulation<'a> {
     /// What of them is round-off.
     floor: Floor,
     references: Vec<f64>,
+    /// Those of them that anything depends on ([`Equations::counted_angles`]): only they follow the motion.
+    counted: Vec<usize>,
     discrete: Vec<f64>,
     accept: Part,
     told: Vec<Told>,
@@ -175,6 +174,8 @@ pub(super) struct Simulation<'a> {
     /// The same at a state, where ranges cannot be had: switches and functions, and turns.
     looks: [Option<Part>; 2],
     rows: Constraints,
+    /// Their values alone, where rows are left out.
+    values: Option<RowValues>,
     /// Whether some of them depend on time: then those left out may contradict the others for a moment.
     is_driven: bool,
     /// Joint and row of each of the rows of the scene.
@@ -237,7 +238,8 @@ impl<'a> Simulation<'a> {
         let report = Part::near(formulation.as_ref(), equations, &nodes, layout);
         let picture = rows_taken.sink().takes_pictures();
         let picture = picture.then(|| Picture::new(formulation.as_ref(), equations, model, layout));
-        let mut after: Vec<Node> = equations.angles.clone();
+        let counted = equations.counted_angles(model, layout);
+        let mut after: Vec<Node> = counted.iter().map(|angle| equations.angles[*angle]).collect();
         after.extend(&equations.next_discrete);
         let told = equations.graph.calls.clone();
         let told = told
@@ -262,6 +264,7 @@ impl<'a> Simulation<'a> {
             told,
             is_driven,
             rows,
+            values: None,
             row_names: all
                 .iter()
                 .map(|row| layout.element_of_row(*row))
@@ -275,6 +278,7 @@ impl<'a> Simulation<'a> {
             state_sizes: vec![0.0; layout.states],
             floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
+            counted,
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
             watched: 0,
@@ -358,35 +362,6 @@ impl<'a> Simulation<'a> {
         bounded
     }
 
-    /// The rows that may come to contradict others for a moment, since they or others are driven and some are left out, each with
-    /// how far it may be off.
-    ///
-    /// # Errors
-    /// Equations without a value at the start.
-    pub(super) fn rows_to_bound(
-        &mut self,
-        equations: &Equations,
-        t: f64,
-        state: &[f64],
-    ) -> Result<Vec<(Node, f64)>, AnalysisError> {
-        if !self.is_driven || !self.formulation.leaves_rows_out() {
-            return Ok(Vec::new());
-        }
-        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
-        self.rows.evaluate(&inputs, self.formulation.sets())?;
-        let length = self.scales.length;
-        let share = CONTRADICTION.max(MOST_INTERPOLATED * self.tolerance);
-        let mut rows = Vec::new();
-        // By how many metres a row is off where its value is 1.
-        self.rows.violations(&vec![1.0; self.rows.rows.len()], length, |row, metres| {
-            let node = equations.rows[row].value;
-            if !equations.graph.is_zero(equations.rows[row].time) && metres > 0.0 {
-                rows.push((node, share * length / metres));
-            }
-        });
-        Ok(rows)
-    }
-
     /// Solves for accelerations and reactions at every sample, asked for or not.
     pub(super) fn solve_at_samples(&mut self) {
         self.report.needs_dynamics = true;
@@ -428,6 +403,7 @@ impl<'a> Simulation<'a> {
     fn programs(&mut self) -> Vec<Used<'_>> {
         let mut list = self.formulation.programs();
         list.push(self.rows.used(false));
+        list.extend(self.values.iter_mut().flat_map(RowValues::used));
         list.extend(self.energy.used().chain(self.report.used()).chain(self.accept.used()));
         list.extend(self.picture.iter_mut().flat_map(Picture::used));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));

@@ -200,7 +200,7 @@ impl System for Simulation<'_> {
     }
 
     fn max_step_hint(&self, _: f64, y: &[f64]) -> f64 {
-        if self.references.is_empty() {
+        if self.counted.is_empty() {
             return f64::INFINITY;
         }
         // Angles must stay within half a turn of their references: at most 1 rad is used up, and two bodies may turn

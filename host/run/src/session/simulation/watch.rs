@@ -1,9 +1,10 @@
 //! What is looked at in accepted states: energies, violations, memory that changes between steps.
 
-use super::{Heat, Simulation};
+use super::{Heat, Part, Simulation};
 use crate::analysis::{AnalysisError, CONTRADICTION};
 use crate::integrate::Accepted;
 use crate::plan::Layout;
+use crate::program::{Equations, Node, Used};
 
 /// An angle that has moved this far from its reference gets a new one, rad.
 const NEW_REFERENCE: f64 = 1.0;
@@ -11,8 +12,27 @@ const NEW_REFERENCE: f64 = 1.0;
 /// Angular velocity of a particle, as a share of the scene's, from which a torque must be acting on it.
 const PARTICLE_SPIN: f64 = 1e-6;
 
+/// Errors of the interpolation, in tolerances, beyond which a row that does not hold within a step contradicts others.
+const MOST_INTERPOLATED: f64 = 100.0;
+
+/// Share of what contradicts below which rows are not looked at closely: their gradients may differ by this from those at the start.
+const FAR_FROM_CONTRADICTION: f64 = 1e-3;
+
 /// Rows that are named where they are not met.
 const MOST_NAMED: usize = 4;
+
+/// The values of all rows, in the coordinates of the formulation: those of a tree's joints are zero there.
+pub(super) struct RowValues {
+    part: Part,
+    /// By how many metres each is off where its value is 1, at the start.
+    metres: Vec<f64>,
+}
+
+impl RowValues {
+    pub(super) fn used(&mut self) -> impl Iterator<Item = Used<'_>> {
+        self.part.used()
+    }
+}
 
 impl Simulation<'_> {
     /// Violations at the last accepted state, unless they are known: to be called at the end of the run.
@@ -95,8 +115,47 @@ impl Simulation<'_> {
         Ok(())
     }
 
+    /// Prepares to look at the rows that are left out, if any are. Gives those that may come to contradict others for a moment,
+    /// since they or others are driven, each with how far it may be off.
+    ///
+    /// # Errors
+    /// Equations without a value at the start.
+    pub(in crate::session) fn watch_rows_left_out(
+        &mut self,
+        equations: &Equations,
+        t: f64,
+        state: &[f64],
+    ) -> Result<Vec<(Node, f64)>, AnalysisError> {
+        let mut driven = Vec::new();
+        if !self.formulation.leaves_rows_out() {
+            return Ok(driven);
+        }
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        self.rows.evaluate(&inputs, self.formulation.sets())?;
+        let length = self.scales.length;
+        let share = CONTRADICTION.max(MOST_INTERPOLATED * self.tolerance);
+        let (mut nodes, mut metres) = (Vec::new(), Vec::new());
+        self.rows.violations(&vec![1.0; self.rows.rows.len()], length, |row, off| {
+            nodes.push(equations.rows[row].value);
+            metres.push(off);
+            if self.is_driven && !equations.graph.is_zero(equations.rows[row].time) && off > 0.0 {
+                driven.push((equations.rows[row].value, share * length / off));
+            }
+        });
+        self.values =
+            Some(RowValues { part: Part::near(self.formulation.as_ref(), equations, &nodes, &self.layout), metres });
+        Ok(driven)
+    }
+
     /// Fails where rows that projection leaves to themselves do not hold any more.
     pub(super) fn check_rows_left_out(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        if let Some(RowValues { part, metres }) = &mut self.values {
+            let values = part.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+            let limit = FAR_FROM_CONTRADICTION * CONTRADICTION * self.scales.length;
+            if values.iter().zip(metres).all(|(value, metres)| value.abs() * *metres <= limit) {
+                return Ok(());
+            }
+        }
         let inputs = self.formulation.observe(t, state, false)?.inputs;
         self.observed.clear();
         self.observed.extend_from_slice(inputs);
@@ -136,8 +195,9 @@ impl Simulation<'_> {
         let mut changed = Accepted::Unchanged;
         if !self.accept.evaluator.outputs().is_empty() {
             let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
-            let (angles, discrete) = found.split_at(self.references.len());
-            for (reference, angle) in self.references.iter_mut().zip(angles) {
+            let (angles, discrete) = found.split_at(self.counted.len());
+            for (number, angle) in self.counted.iter().zip(angles) {
+                let reference = &mut self.references[*number];
                 if (angle - *reference).abs() > NEW_REFERENCE {
                     *reference = *angle;
                     changed = Accepted::Changed;
