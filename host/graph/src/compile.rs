@@ -4,8 +4,8 @@ use element_api::set::Wanted;
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
-use super::tape::{BatchPlan, Instruction, Program, Register, Stage};
-use super::turn::pairs_together;
+use super::tape::{BatchPlan, Instruction, Program, Register, Stage, Turns};
+use super::turn::{first_angles, lanes, pairs_together};
 
 impl Program {
     /// Brings everything `outputs` depend on into running order and drops the rest.
@@ -19,12 +19,12 @@ impl Program {
         let arguments: Vec<Node> =
             calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
         let mut builder = Builder::new(graph, &live, outputs, &arguments);
-        let mut stages = Vec::new();
+        let mut stages: Vec<Stage> = builder.turns(&live).into_iter().collect();
         for level in by_level(graph, calls) {
             let given = |(call, _): &UsedCall| graph.calls[*call].arguments.iter().copied();
             let arguments: Vec<Node> = level.iter().flat_map(given).collect();
             let operations = builder.instructions(&graph.ancestors(&arguments, |_| false));
-            stages.push(Stage { operations, batches: builder.batches(&level) });
+            stages.push(Stage { operations, turns: Turns::default(), batches: builder.batches(&level) });
         }
         let after_calls = builder.instructions(&live);
         builder.program(outputs, stages, after_calls)
@@ -176,6 +176,32 @@ impl<'g> Builder<'g> {
 
     fn take(&mut self) -> Register {
         self.free.pop().unwrap_or_else(|| self.fresh())
+    }
+
+    /// Sines and cosines that need no others, with what feeds them.
+    fn turns(&mut self, live: &[Node]) -> Option<Stage> {
+        let found = first_angles(self.graph, live);
+        if found.is_empty() {
+            return None;
+        }
+        let angles: Vec<Node> = found.iter().map(|(angle, _)| *angle).collect();
+        let operations = self.instructions(&self.graph.ancestors(&angles, |_| false));
+        let lanes = lanes(angles.len());
+        let first = self.registers;
+        self.registers += 2 * lanes as Register;
+        let mut used = 0;
+        for (place, (_, both)) in found.iter().enumerate() {
+            for (node, from) in both.iter().zip([0, lanes]) {
+                if let Some(node) = node {
+                    // Results keep their register for the rest of the program.
+                    self.register_of[node.0 as usize] = first + (from + place) as Register;
+                    self.users[node.0 as usize] += 1;
+                    used += 1;
+                }
+            }
+        }
+        let angles = angles.iter().map(|angle| self.register_of[angle.0 as usize]).collect();
+        Some(Stage { operations, turns: Turns { angles, first, lanes, used }, batches: Vec::new() })
     }
 
     fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {

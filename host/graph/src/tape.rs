@@ -8,6 +8,7 @@ use element_api::set::{Batch, ElementSet, Fault, Wanted};
 
 use super::interpreter::interpret;
 use super::machine::MachineCode;
+use super::turn;
 
 /// A register: an index into the workspace's numbers.
 pub(super) type Register = u32;
@@ -81,10 +82,41 @@ pub(super) struct BatchPlan {
     pub(super) results: Vec<Option<Register>>,
 }
 
-/// Operations, then calls that need them and none of which needs another.
+/// Sines and cosines that are computed at once.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Turns {
+    pub(super) angles: Vec<Register>,
+    /// Register of the first sine; the others follow, then the cosines from `first + lanes` on.
+    pub(super) first: Register,
+    /// Number of angles, made up to whole vectors.
+    pub(super) lanes: usize,
+    /// How many of the sines and cosines are used.
+    pub(super) used: usize,
+}
+
+impl Turns {
+    /// The registers of all results.
+    #[cfg(feature = "jit")]
+    pub(super) fn results(&self) -> impl Iterator<Item = Register> {
+        self.first..self.first + 2 * self.lanes as Register
+    }
+
+    /// `[hot, no allocation]`
+    fn run(&self, numbers: &mut [f64], angles: &mut [f64]) {
+        let angles = &mut angles[..self.lanes];
+        angles.iter_mut().zip(&self.angles).for_each(|(angle, register)| *angle = numbers[*register as usize]);
+        angles[self.angles.len()..].fill(0.0);
+        let results = &mut numbers[self.first as usize..];
+        let (sines, cosines) = results[..2 * self.lanes].split_at_mut(self.lanes);
+        turn::all(angles, sines, cosines);
+    }
+}
+
+/// Operations, then sines, cosines and calls that need them and none of which needs another.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
     pub(super) operations: Vec<Instruction>,
+    pub(super) turns: Turns,
     pub(super) batches: Vec<BatchPlan>,
 }
 
@@ -111,6 +143,7 @@ static PROGRAMS: AtomicU64 = AtomicU64::new(0);
 #[derive(Debug, Clone)]
 pub struct Workspace {
     numbers: Vec<f64>,
+    angles: Vec<f64>,
     call_inputs: Vec<f64>,
     call_results: Vec<f64>,
     runs: u64,
@@ -146,6 +179,7 @@ impl Program {
         let largest = |f: fn(&BatchPlan) -> usize| self.batches().map(f).max().unwrap_or(0);
         Workspace {
             numbers,
+            angles: vec![0.0; self.stages.iter().map(|stage| stage.turns.lanes).max().unwrap_or(0)],
             call_inputs: vec![0.0; largest(|b| b.arguments.len())],
             call_results: vec![0.0; largest(|b| b.results.len())],
             runs: 0,
@@ -196,6 +230,12 @@ impl Program {
     /// Number of operations run per evaluation.
     #[must_use]
     pub fn operations(&self) -> usize {
+        self.listed() + self.stages.iter().map(|stage| stage.turns.used).sum::<usize>()
+    }
+
+    /// Number of these that machine code would run: sines and cosines that are computed at once are none of them.
+    #[must_use]
+    pub fn listed(&self) -> usize {
         self.stages.iter().map(|stage| stage.operations.len()).sum::<usize>() + self.after_calls.len()
     }
 
@@ -241,6 +281,7 @@ impl Program {
         }
         for (list, stage) in self.stages.iter().enumerate() {
             self.run_list(list, &stage.operations, numbers);
+            stage.turns.run(numbers, &mut workspace.angles);
             for batch in &stage.batches {
                 let given = &mut workspace.call_inputs[..batch.arguments.len()];
                 for (slot, register) in given.iter_mut().zip(&batch.arguments) {

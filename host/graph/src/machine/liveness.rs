@@ -27,8 +27,10 @@ pub(super) fn backwards<E>(
     let mut live = vec![false; program.registers];
     program.outputs.iter().for_each(|register| live[*register as usize] = true);
     for (number, list) in lists.iter().enumerate().rev() {
-        // A stage's list is followed by its calls.
+        // A stage's list is followed by its sines, cosines and calls.
         if let Some(stage) = program.stages.get(number) {
+            stage.turns.results().for_each(|register| live[register as usize] = false);
+            stage.turns.angles.iter().for_each(|register| live[*register as usize] = true);
             for batch in &stage.batches {
                 batch.results.iter().flatten().for_each(|register| live[*register as usize] = false);
             }

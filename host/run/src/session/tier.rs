@@ -189,13 +189,13 @@ impl Tier {
 
 /// Whether there is something to compile.
 fn is_open(used: &Used<'_>) -> bool {
-    !used.program.is_machine_code() && used.program.operations() > 0
+    !used.program.is_machine_code() && used.program.listed() > 0
 }
 
 /// Whether compiling a program pays if `to_come` times as many runs follow as it has had.
 fn pays(maker: Maker, used: &Used<'_>, to_come: f64) -> bool {
     let runs = used.runs as f64;
-    let paying = maker.runs_that_pay(used.program.operations());
+    let paying = maker.runs_that_pay(used.program.listed());
     runs >= PROOF * paying && runs * to_come >= MARGIN * paying
 }
 

@@ -58,7 +58,7 @@ impl Fake {
     fn new() -> Self {
         let mut graph = Graph::default();
         let a = graph.input(0);
-        let node = graph.sin(a);
+        let node = graph.tanh(a);
         let program = Program::compile(&graph, &[node]);
         Self { workspace: program.workspace(), program, runs: 0 }
     }
