@@ -28,7 +28,7 @@ mod plugin;
 #[cfg(test)]
 mod tests;
 
-pub use host::{OpenError, decode, open};
+pub use host::{OpenError, UnreadClass, decode, open, open_unread};
 pub use layout::v1_layout_text;
 pub use plugin::{Exported, header};
 

@@ -69,6 +69,32 @@ impl std::error::Error for OpenError {}
 /// `entry` is null or the address of the symbol that [`export_plugin!`](crate::export_plugin) exports, in a library that
 /// is never unloaded.
 pub unsafe fn open(entry: *const ()) -> Result<Vec<Box<dyn ElementClass>>, OpenError> {
+    // SAFETY: as the caller's.
+    unsafe { open_unread(entry) }?.iter().map(UnreadClass::read).collect()
+}
+
+/// A class of a library, of which nothing was asked yet.
+pub struct UnreadClass(Arc<ClassBoxV1>);
+
+impl UnreadClass {
+    /// Asks for its descriptor, judges that, and gives the class. A few tens of microseconds, most of which go into text.
+    ///
+    /// # Errors
+    /// [`OpenError::Root`].
+    pub fn read(&self) -> Result<Box<dyn ElementClass>, OpenError> {
+        load_class(&self.0).map_err(OpenError::Root)
+    }
+}
+
+/// As [`open`], but no class is asked for its descriptor: a scene needs few of a library's classes. They come in the order of
+/// the library's manifest.
+///
+/// # Errors
+/// See [`OpenError`].
+///
+/// # Safety
+/// As for [`open`].
+pub unsafe fn open_unread(entry: *const ()) -> Result<Vec<UnreadClass>, OpenError> {
     const _: () = assert!(size_of::<AbiHeaderRef>() == size_of::<*const ()>());
     if entry.is_null() {
         return Err(OpenError::Header);
@@ -100,18 +126,18 @@ pub unsafe fn open(entry: *const ()) -> Result<Vec<Box<dyn ElementClass>>, OpenE
         RResult::ROk(classes) => classes,
         RResult::RErr(error) => return Err(OpenError::Root(error.message.into())),
     };
-    classes.into_iter().map(|class| load_class(class).map_err(OpenError::Root)).collect()
+    Ok(classes.into_iter().map(|class| UnreadClass(Arc::new(class))).collect())
 }
 
 /// A class that came over the interface as one of the host's.
-fn load_class(class: ClassBoxV1) -> Result<Box<dyn ElementClass>, String> {
+fn load_class(class: &Arc<ClassBoxV1>) -> Result<Box<dyn ElementClass>, String> {
     let text = match class.descriptor() {
         RResult::ROk(text) => text,
         RResult::RErr(error) => return Err(error.message.into()),
     };
     let descriptor: Descriptor = toml::from_str(&text).map_err(|e| format!("a descriptor can't be read: {e}"))?;
     check_descriptor(&descriptor)?;
-    Ok(Box::new(LoadedClass { descriptor, class }))
+    Ok(Box::new(LoadedClass { descriptor, class: Arc::clone(class) }))
 }
 
 /// Sizes that no sensible element has would make the host allocate without bound.
@@ -135,7 +161,7 @@ fn check_descriptor(descriptor: &Descriptor) -> Result<(), String> {
 
 struct LoadedClass {
     descriptor: Descriptor,
-    class: ClassBoxV1,
+    class: Arc<ClassBoxV1>,
 }
 
 impl ElementClass for LoadedClass {

@@ -200,7 +200,7 @@ pub enum CatalogError {
         /// Kind that was asked for.
         expected: &'static str,
         /// Kind that it is.
-        found: &'static str,
+        found: String,
     },
 }
 

@@ -12,6 +12,7 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `offer.rs` | an element type, read when it is needed |
 //! | `request.rs`, `search.rs` | what is asked for, where it is looked for, which one is taken |
 //! | `hash.rs` | SHA-256 |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
@@ -35,6 +36,7 @@ mod hash;
 mod known;
 #[cfg(feature = "abi")]
 mod loader;
+mod offer;
 #[cfg(feature = "abi")]
 mod package;
 #[cfg(feature = "abi")]
@@ -49,13 +51,14 @@ mod watchdog;
 mod tests;
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use element_api::descriptor::{Descriptor, Kind};
 use element_api::fence;
 use element_api::manifest::{ABI, CONVENTIONS, INTERFACE, Library, ManifestElement, Profile};
 use element_api::set::ElementClass;
 
+use self::offer::Offer;
 use odyn_diagnostics::{Diagnostic, suggest};
 
 #[cfg(feature = "abi")]
@@ -92,7 +95,32 @@ pub struct Catalog {
 #[derive(Clone)]
 struct Entry {
     info: Arc<LibraryInfo>,
-    classes: Vec<Arc<dyn ElementClass>>,
+    types: Vec<Type>,
+}
+
+/// An element type, with its class once that was needed.
+#[derive(Clone)]
+struct Type {
+    offer: Arc<Offer>,
+    /// As it is handed out: watched, where there is a watchdog.
+    class: Arc<OnceLock<Arc<dyn ElementClass>>>,
+    watchdog: Option<Watchdog>,
+}
+
+impl Type {
+    /// # Errors
+    /// See [`Offer::class`].
+    fn handle(&self, library: &Arc<LibraryInfo>) -> Result<ElementHandle, CatalogError> {
+        let class = match (self.class.get(), &self.watchdog) {
+            (Some(class), _) => class,
+            (None, None) => self.offer.class()?,
+            (None, Some(watchdog)) => {
+                let class = Arc::clone(watchdog.load(&library.origin(), || self.offer.class())?);
+                self.class.get_or_init(|| watchdog.class(&library.package, class))
+            }
+        };
+        Ok(ElementHandle { class: Arc::clone(class), library: Arc::clone(library) })
+    }
 }
 
 /// What is known of a library.
@@ -204,16 +232,24 @@ impl Catalog {
     }
 
     /// Adds a library that is looked for on the search path; `request` is a name or the path of a file. A file that is
-    /// already in the catalog is not added again.
+    /// already in the catalog is not added again. All its element types are read.
     ///
     /// # Errors
     /// See [`CatalogError`]; the catalog is then as before.
     pub fn add(&mut self, request: &str, search: &SearchPath) -> Result<Arc<LibraryInfo>, CatalogError> {
-        self.add_request(&Request::named(request), search)
+        let before = self.libraries.len();
+        let info = self.add_request(&Request::named(request), search)?;
+        let read = |entry: &Entry| entry.types.iter().try_for_each(|one| one.handle(&entry.info).map(|_| ()));
+        let read = self.libraries[before..].iter().try_for_each(read);
+        if let Err(error) = read {
+            self.libraries.truncate(before);
+            return Err(error);
+        }
+        Ok(info)
     }
 
-    /// The same for a request that may be pinned to versions or to a content. A choice between different libraries of
-    /// the same name adds a note to [`Catalog::warnings`].
+    /// The same for a request that may be pinned to versions or to a content; an element type is read when it is asked for. A
+    /// choice between different libraries of the same name adds a note to [`Catalog::warnings`].
     ///
     /// # Errors
     /// See [`CatalogError`]; the catalog is then as before.
@@ -232,7 +268,7 @@ impl Catalog {
         if let Some(known) = self.libraries.iter().find(same) {
             return Ok(Arc::clone(&known.info));
         }
-        let info = self.insert(opened.info, opened.classes)?;
+        let info = self.insert(opened.info, opened.offers)?;
         self.warnings.extend(opened.warnings);
         self.warnings.extend(choice.note(request));
         Ok(info)
@@ -270,14 +306,11 @@ impl Catalog {
             profile: Profile::OWN,
             features: Vec::new(),
         };
-        self.insert(info, library.classes.into_iter().map(|class| Arc::from(fence::class(class))).collect())
+        let offers = library.classes.into_iter().map(|class| Arc::new(Offer::of(Arc::from(fence::class(class)))));
+        self.insert(info, offers.collect())
     }
 
-    fn insert(
-        &mut self,
-        info: LibraryInfo,
-        classes: Vec<Arc<dyn ElementClass>>,
-    ) -> Result<Arc<LibraryInfo>, CatalogError> {
+    fn insert(&mut self, info: LibraryInfo, offers: Vec<Arc<Offer>>) -> Result<Arc<LibraryInfo>, CatalogError> {
         if let Some(known) = self.libraries.iter().find(|entry| entry.info.package == info.package) {
             return Err(CatalogError::DuplicatePackage {
                 package: info.package.clone(),
@@ -285,12 +318,10 @@ impl Catalog {
                 second: info.origin(),
             });
         }
-        let classes = match &self.watchdog {
-            Some(watchdog) => classes.into_iter().map(|class| watchdog.class(&info.package, class)).collect(),
-            None => classes,
-        };
+        let offered = |offer| Type { offer, class: Arc::default(), watchdog: self.watchdog.clone() };
+        let types = offers.into_iter().map(offered).collect();
         let info = Arc::new(info);
-        self.libraries.push(Entry { info: Arc::clone(&info), classes });
+        self.libraries.push(Entry { info: Arc::clone(&info), types });
         Ok(info)
     }
 
@@ -303,26 +334,26 @@ impl Catalog {
             Some((package, short)) => (Some(package), short),
             None => (None, name),
         };
-        let named: Vec<ElementHandle> = self
-            .elements()
-            .filter(|e| e.descriptor().name == short && package.is_none_or(|p| e.library.package == p))
+        let named: Vec<(&Type, &Arc<LibraryInfo>)> = self
+            .types()
+            .filter(|(one, library)| one.offer.name() == short && package.is_none_or(|p| library.package == p))
             .collect();
-        let mut fitting = named.iter().filter(|e| kind.is_none_or(|k| e.descriptor().kind == k));
+        let mut fitting = named.iter().filter(|(one, _)| one.offer.is(kind));
         match (fitting.next(), fitting.next()) {
-            (Some(only), None) => Ok(only.clone()),
+            (Some((only, library)), None) => only.handle(library),
             (Some(_), Some(_)) => Err(CatalogError::AmbiguousType {
                 name: name.into(),
                 candidates: named
                     .iter()
-                    .filter(|e| kind.is_none_or(|k| e.descriptor().kind == k))
-                    .map(ElementHandle::full_name)
+                    .filter(|(one, _)| one.offer.is(kind))
+                    .map(|(one, library)| format!("{}/{}", library.package, one.offer.name()))
                     .collect(),
             }),
             (None, _) => Err(match named.first() {
-                Some(other) => CatalogError::WrongKind {
+                Some((other, _)) => CatalogError::WrongKind {
                     name: name.into(),
                     expected: kind.map_or("element", Kind::word),
-                    found: other.descriptor().kind.word(),
+                    found: other.offer.kind().into(),
                 },
                 None => self.unknown(name, package, short, kind),
             }),
@@ -331,9 +362,8 @@ impl Catalog {
 
     /// Why a name may be unknown: mistyped, or from a library that isn't loaded.
     fn unknown(&self, name: &str, package: Option<&str>, short: &str, kind: Option<Kind>) -> CatalogError {
-        let known: Vec<ElementHandle> =
-            self.elements().filter(|e| kind.is_none_or(|k| e.descriptor().kind == k)).collect();
-        let mut words: Vec<String> = known.iter().map(|e| e.descriptor().name.clone()).collect();
+        let known = self.types().filter(|(one, _)| one.offer.is(kind));
+        let mut words: Vec<String> = known.map(|(one, _)| one.offer.name().to_string()).collect();
         words.sort();
         words.dedup();
         let provider = self.search.provider(package, short).filter(|(manifest, _)| !self.has(&manifest.package));
@@ -349,12 +379,13 @@ impl Catalog {
         self.libraries.iter().any(|entry| entry.info.package == package)
     }
 
-    /// All element types, library after library in the order of loading.
+    fn types(&self) -> impl Iterator<Item = (&Type, &Arc<LibraryInfo>)> {
+        self.libraries.iter().flat_map(|entry| entry.types.iter().map(move |one| (one, &entry.info)))
+    }
+
+    /// All element types that their libraries give, library after library in the order of loading.
     pub fn elements(&self) -> impl Iterator<Item = ElementHandle> + '_ {
-        self.libraries.iter().flat_map(|entry| {
-            let handle = |class| ElementHandle { class: Arc::clone(class), library: Arc::clone(&entry.info) };
-            entry.classes.iter().map(handle)
-        })
+        self.types().filter_map(|(one, library)| one.handle(library).ok())
     }
 
     /// The libraries in the order of loading.

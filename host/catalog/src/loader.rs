@@ -12,14 +12,15 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use element_api::abi::{self, OpenError};
-use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, Profile};
+use element_api::abi::{self, OpenError, UnreadClass};
+use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, ManifestElement, Profile};
 use element_api::set::ElementClass;
 
 use super::c_library;
 use super::file::{manifest, read_manifest};
 use super::hash::sha256;
 use super::known::{self, Identity, Known};
+use super::offer::Offer;
 use super::private_copy::private_copy;
 use super::{CatalogError, LibraryInfo};
 use odyn_diagnostics::{Diagnostic, codes};
@@ -27,12 +28,12 @@ use odyn_diagnostics::{Diagnostic, codes};
 /// A library that has been loaded.
 pub(super) struct Opened {
     pub info: LibraryInfo,
-    pub classes: Classes,
+    pub offers: Offers,
     pub warnings: Vec<Diagnostic>,
 }
 
 /// The libraries of this process by the hash of their content; a second load gives the same classes.
-static LOADED: Mutex<Option<HashMap<String, Classes>>> = Mutex::new(None);
+static LOADED: Mutex<Option<HashMap<String, Offers>>> = Mutex::new(None);
 
 /// What is in a file, or how that is known.
 enum Content<'a> {
@@ -44,7 +45,7 @@ enum Content<'a> {
     },
 }
 
-type Classes = Vec<Arc<dyn ElementClass>>;
+type Offers = Vec<Arc<Offer>>;
 
 /// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`,
 /// only a file with this SHA-256.
@@ -77,8 +78,8 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
     }
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
     let loaded = loaded.get_or_insert_with(HashMap::new);
-    let classes = match loaded.get(&sha256) {
-        Some(classes) => classes.clone(),
+    let offers = match loaded.get(&sha256) {
+        Some(offers) => Offers::clone(offers),
         None => {
             let copy = match &content {
                 Content::Known(known) => known.copy.clone(),
@@ -89,9 +90,9 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
                     copy
                 }
             };
-            let classes = open(path, &copy, &manifest, &mut warnings)?;
-            loaded.insert(sha256.clone(), classes.clone());
-            classes
+            let offers = open(path, &copy, &manifest, &mut warnings)?;
+            loaded.insert(sha256.clone(), offers.clone());
+            offers
         }
     };
     let info = LibraryInfo {
@@ -107,7 +108,7 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
         features: manifest.features,
         elements: manifest.elements,
     };
-    Ok(Opened { info, classes, warnings })
+    Ok(Opened { info, offers, warnings })
 }
 
 /// What the manifest alone tells.
@@ -152,12 +153,7 @@ fn processor_has(_: &str) -> bool {
 }
 
 /// Opens the private copy of a checked file.
-fn open(
-    path: &Path,
-    copy: &Path,
-    manifest: &Manifest,
-    warnings: &mut Vec<Diagnostic>,
-) -> Result<Classes, CatalogError> {
+fn open(path: &Path, copy: &Path, manifest: &Manifest, warnings: &mut Vec<Diagnostic>) -> Result<Offers, CatalogError> {
     let package = || manifest.package.clone();
     let before = floating_point_control();
     let entry = entry(copy, &manifest.entry);
@@ -176,13 +172,27 @@ fn open(
     }
     let failed = |message: String| CatalogError::Failed { path: path.into(), package: package(), message };
     let entry = entry.map_err(|error| failed(with_cause(&error)))?;
-    let classes = match manifest.table {
+    let announced = &manifest.elements;
+    let offers = match manifest.table {
         // SAFETY: the symbol that the manifest of an O-DYN library names is its header, and `entry` never unloads.
-        EntryTable::Rust => unsafe { abi::open(entry) },
+        EntryTable::Rust => unsafe { abi::open_unread(entry) }.and_then(|classes| {
+            let fits = classes.len() == announced.len();
+            let offers = announced.iter().zip(classes);
+            let offers = offers.map(|(announced, class)| Arc::new(offer(announced, class, path, &manifest.package)));
+            fits.then(|| offers.collect()).ok_or_else(|| OpenError::Root(OTHERS.into()))
+        }),
         // SAFETY: as above; the manifest says that it is the function of the C header.
-        EntryTable::C => unsafe { c_library::open(entry) },
+        EntryTable::C => unsafe { c_library::open(entry) }.and_then(|classes| {
+            let is_announced = |class: &dyn ElementClass| {
+                let descriptor = class.descriptor();
+                announced.iter().any(|element| element.is(descriptor.kind, &descriptor.name))
+            };
+            let fits = classes.len() == announced.len() && classes.iter().all(|class| is_announced(&**class));
+            let offers = classes.into_iter().map(|class| Arc::new(Offer::of(Arc::from(class))));
+            fits.then(|| offers.collect()).ok_or_else(|| OpenError::Root(OTHERS.into()))
+        }),
     };
-    let classes = classes.map_err(|error| match error {
+    offers.map_err(|error| match error {
         OpenError::Layout(differences) => CatalogError::Layout { path: path.into(), package: package(), differences },
         OpenError::Version { host, library } => {
             CatalogError::AbiVersion { path: path.into(), package: package(), found: library, expected: host }
@@ -192,15 +202,27 @@ fn open(
         }
         OpenError::Root(message) => failed(message),
         other => failed(other.to_string()),
-    })?;
-    let announced = |class: &dyn ElementClass| {
+    })
+}
+
+/// Why a library is refused that offers something else than its manifest says.
+const OTHERS: &str = "its elements are not the ones that its manifest names";
+
+/// A class that is asked for its descriptor when it is needed.
+fn offer(announced: &ManifestElement, class: UnreadClass, path: &Path, package: &str) -> Offer {
+    let (expected, path, package) = (announced.clone(), path.to_path_buf(), package.to_string());
+    Offer::unread(announced.clone(), move || {
+        let failed = |message: String| CatalogError::Failed { path: path.clone(), package: package.clone(), message };
+        let class = class.read().map_err(|error| match error {
+            OpenError::Root(message) => failed(message),
+            other => failed(other.to_string()),
+        })?;
         let descriptor = class.descriptor();
-        manifest.elements.iter().any(|element| element.is(descriptor.kind, &descriptor.name))
-    };
-    if classes.len() != manifest.elements.len() || !classes.iter().all(|class| announced(&**class)) {
-        return Err(failed("its elements are not the ones that its manifest names".into()));
-    }
-    Ok(classes.into_iter().map(Arc::from).collect())
+        if !expected.is(descriptor.kind, &descriptor.name) {
+            return Err(failed(OTHERS.into()));
+        }
+        Ok(Arc::from(class))
+    })
 }
 
 /// The system's own words are in the cause.
