@@ -266,9 +266,10 @@ fn contradictions_of_some_milliseconds_end_the_run() {
                     "{width} s, {sets:?}: {}",
                     summary.reason
                 );
-                // From there on the angles differ by more than the limit; the last state from which a step was tried lies before.
+                // From there on the angles differ by more than the limit; the last state from which a step was tried lies before, by
+                // no more than that step.
                 let end = summary.t_end_reached;
-                assert!((1.0123 - 7.0 * width..1.0123).contains(&end), "{sets:?}: {end}");
+                assert!((1.0123 - 7.0 * width - 1e-3..1.0123).contains(&end), "{sets:?}: {end}");
             }
         }
     }

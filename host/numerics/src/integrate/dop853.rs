@@ -12,7 +12,7 @@ pub(super) static PAIR: Pair = Pair {
     a_dense: &A_DENSE,
     d: &D,
     order: 8.0,
-    beta: 0.0,
+    beta: 0.04,
     beta_share: 0.2,
     // Middles of 0.118..0.25, 0.333..0.6, 0.651..0.857, 0.857..1.
     stability: 6.1,
@@ -27,6 +27,9 @@ pub(super) static PAIR: Pair = Pair {
 ///   projected state;
 /// - norms come from the system;
 /// - steps that fail, or are not finite, are tried again at a quarter of their size;
+/// - the error of the step before weighs in (Gustafsson, "Control theoretic techniques for stepsize selection in explicit
+///   Runge-Kutta methods", 1991), and a smaller share of the predicted step size is tried: 3 to 22 % fewer evaluations at equal
+///   error on the benchmark scenes;
 /// - the last two steps are made equal;
 /// - where stability limits the steps, those with samples inside are made to end there.
 ///

@@ -155,19 +155,20 @@ pub struct Options {
     /// Steps of this size without error control, made a little smaller so that a whole number
     /// of them fills the interval. `first_step`, `max_step` and hints are not looked at.
     pub fixed_step: Option<f64>,
-    /// Share of the predicted step size that is tried, 0..1.
+    /// Share of the predicted step size that is tried, 0..1. At 0.9 a fifth of the steps of the benchmark scenes is rejected, at 0.8
+    /// with a weight of 0.04 of the previous error one in thirty.
     pub safety: f64,
     /// Limits of the ratio of successive step sizes.
     pub min_factor: f64,
     /// See `min_factor`.
     pub max_factor: f64,
     /// Weight of the previous error in the choice of step size (Gustafsson's PI control), 0 to
-    /// about 0.04; 0 = none, the usual choice for high orders. The method's own if absent; explicit methods only.
+    /// about 0.06; 0 = none. The method's own if absent; explicit methods only.
     pub beta: Option<f64>,
 }
 
 impl Default for Options {
-    /// The values of the program DOP853.
+    /// The values of the program DOP853, but a smaller share of the predicted step size.
     fn default() -> Self {
         Self {
             first_step: None,
@@ -175,7 +176,7 @@ impl Default for Options {
             max_steps: 1_000_000,
             steps_before: 0,
             fixed_step: None,
-            safety: 0.9,
+            safety: 0.8,
             min_factor: 1.0 / 3.0,
             max_factor: 6.0,
             beta: None,
