@@ -2,8 +2,12 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "../../../testing/random.rs"]
+mod random;
+
 mod begun;
 mod events;
+mod factors;
 mod fixtures;
 mod kinematic;
 mod stiff;
