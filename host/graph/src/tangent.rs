@@ -36,6 +36,8 @@ struct Block {
     seeds: Vec<(u32, u8, u32)>,
     /// Steps that depend on any of the directions, ascending.
     runs: Vec<Range<u32>>,
+    /// What the block before leaves that is zero for this one: places that are not among the runs.
+    clear: Vec<Range<u32>>,
     /// Function, its place, the lanes on which it depends.
     results: Vec<(u32, u32, u8)>,
 }
@@ -90,7 +92,11 @@ impl Tangents {
             block.reach(&steps, &places, &mut masks);
             block
         });
-        let blocks: Vec<Block> = blocks.collect();
+        let mut blocks: Vec<Block> = blocks.collect();
+        for at in 0..blocks.len() {
+            let before = (at + blocks.len() - 1) % blocks.len();
+            blocks[at].clear = without(&blocks[before].runs, &blocks[at].runs);
+        }
         let (varying, constant): (Vec<Node>, Vec<Node>) =
             numbers.list.iter().partition(|node| graph.value(**node).is_none());
         let program = Program::compile(graph, &varying);
@@ -141,6 +147,7 @@ impl Tangents {
         let Self { program, workspace, numbers, varying, steps, blocks, lanes } = self;
         program.run(inputs, sets, workspace, &mut numbers[..*varying])?;
         for (number, block) in blocks.iter().enumerate() {
+            block.clear.iter().for_each(|run| lanes[run.start as usize..run.end as usize].fill([0.0; LANES]));
             for (place, lane, number) in &block.seeds {
                 lanes[*place as usize][*lane as usize] = numbers[*number as usize];
             }
@@ -153,9 +160,7 @@ impl Tangents {
                     found(LANES * number + lane, *function as usize, derivatives[lane]);
                 }
             }
-            // What the next block does not touch is zero for it.
             block.seeds.iter().for_each(|(place, ..)| lanes[*place as usize] = [0.0; LANES]);
-            block.runs.iter().for_each(|run| lanes[run.start as usize..run.end as usize].fill([0.0; LANES]));
         }
         Ok(())
     }
@@ -203,6 +208,26 @@ impl Block {
         }
         masks[first as usize..].fill(0);
     }
+}
+
+/// What the first ranges have and the others have not; both ascending.
+fn without(ranges: &[Range<u32>], others: &[Range<u32>]) -> Vec<Range<u32>> {
+    let mut left = Vec::new();
+    let mut others = others.iter().peekable();
+    for range in ranges {
+        let mut from = range.start;
+        while let Some(other) = others.next_if(|other| other.end <= range.end) {
+            if other.start > from {
+                left.push(from..other.start);
+            }
+            from = from.max(other.end);
+        }
+        let end = others.peek().map_or(range.end, |other| other.start.min(range.end));
+        if end > from {
+            left.push(from..end);
+        }
+    }
+    left
 }
 
 /// Nodes that are numbers of the chain rule, each of them once.

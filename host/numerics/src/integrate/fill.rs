@@ -18,7 +18,9 @@ pub(super) struct Fill {
     /// Places before the dense rest.
     pub(super) head: usize,
     /// By place: where the entries of `J` of that row are: (place of the column, index in `J`).
-    pub(super) entries: Vec<Vec<(u32, u32)>>,
+    entries: Vec<Vec<(u32, u32)>>,
+    /// By place: the entries of `J` of that row: place of the column, value.
+    pub(super) values: Vec<Vec<(u32, f64)>>,
     /// By place: places of the head before it that its row has entries at, ascending.
     pub(super) before: Vec<Vec<u32>>,
     /// By place of the head: places after it that its row has entries at, ascending.
@@ -29,15 +31,16 @@ impl Fill {
     /// For `n` unknowns; no entry is known yet.
     pub(super) fn resize(&mut self, n: usize) {
         *self = Self { n, pattern: vec![0; n * n.div_ceil(64)], ..Self::default() };
-        self.leave_dense();
-    }
-
-    /// All in one dense matrix, in its own order.
-    pub(super) fn leave_dense(&mut self) {
         self.arrange(Vec::new(), &[]);
     }
 
-    /// Takes the pattern of `jacobian`, column by column. True if it has entries that were zero up to now.
+    /// All of `jacobian`, which was taken last, in one dense matrix, in its own order.
+    pub(super) fn leave_dense(&mut self, jacobian: &[f64]) {
+        self.arrange(Vec::new(), &[]);
+        self.take(jacobian);
+    }
+
+    /// Takes `jacobian`, column by column. True if it has entries that were zero up to now.
     pub(super) fn take(&mut self, jacobian: &[f64]) -> bool {
         let words = self.n.div_ceil(64);
         let mut grown = false;
@@ -51,6 +54,11 @@ impl Fill {
         if grown {
             let (head, fill) = self.choose();
             self.arrange(head, &fill);
+        }
+        for (values, entries) in self.values.iter_mut().zip(&self.entries) {
+            for ((_, value), (_, index)) in values.iter_mut().zip(entries) {
+                *value = jacobian[*index as usize];
+            }
         }
         grown
     }
@@ -117,11 +125,9 @@ impl Fill {
         let mut place_of = vec![usize::MAX; n];
         head.iter().enumerate().for_each(|(place, unknown)| place_of[*unknown] = place);
         self.order = head;
-        for unknown in 0..n {
-            if place_of[unknown] == usize::MAX {
-                place_of[unknown] = self.order.len();
-                self.order.push(unknown);
-            }
+        for (unknown, place) in place_of.iter_mut().enumerate().filter(|(_, place)| **place == usize::MAX) {
+            *place = self.order.len();
+            self.order.push(unknown);
         }
         self.entries = vec![Vec::new(); n];
         for (column, known) in self.pattern.chunks_exact(words.max(1)).enumerate() {
@@ -129,6 +135,8 @@ impl Fill {
                 self.entries[place_of[row]].push((place_of[column] as u32, (row + n * column) as u32));
             }
         }
+        let values = |entries: &Vec<(u32, u32)>| entries.iter().map(|(column, _)| (*column, 0.0)).collect();
+        self.values = self.entries.iter().map(values).collect();
         (self.before, self.after) = (vec![Vec::new(); n], vec![Vec::new(); self.head]);
         if self.head == 0 {
             return;

@@ -30,6 +30,12 @@ impl Jacobian {
         }
     }
 
+    /// Its matrices are eliminated with row pivoting throughout from now on.
+    pub(super) fn leave_dense(&mut self) {
+        self.fill.leave_dense(&self.matrix);
+        self.fill_is_new = true;
+    }
+
     /// `f_y` at the accepted state `y`, where `f` is `start`: the system's own, or differences of its right side.
     pub(super) fn take(&mut self, run: &mut Run<'_>, y: &[f64], start: &[f64]) -> Result<(), Trouble> {
         run.counters.jacobians += 1;

@@ -1,8 +1,13 @@
 //! [`Lu`]: elimination of the matrices of implicit steps, real or complex.
 
+use std::ops::Range;
+
 use nalgebra::{Complex, ComplexField};
 
 use super::fill::Fill;
+
+/// Columns of the rest that are eliminated at a time.
+const PANEL: usize = 4;
 
 /// Share of the shift below which a pivot of the head is not relied on.
 const LEAST_PIVOT: f64 = 1e-3;
@@ -19,8 +24,14 @@ pub(super) trait Number: ComplexField<RealField = f64> + Copy {
     /// Puts the number at `k` of a row of `n`.
     fn put(self, row: &mut [f64], n: usize, k: usize);
 
-    /// `target := target - factor row`, from number `from` on, both of `n`.
-    fn take_from(self, target: &mut [f64], row: &[f64], n: usize, from: usize);
+    /// The sum of products of a row with a row of unknowns, both of `n`, over a range of the numbers.
+    fn dot(row: &[f64], unknowns: &[f64], n: usize, range: Range<usize>) -> Self;
+
+    /// `target := target - factor row` for a range of the numbers, both rows of `n`.
+    fn take_from(self, target: &mut [f64], row: &[f64], n: usize, range: Range<usize>);
+
+    /// The same with rows that follow each other, one after the other, from number `from` on.
+    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize);
 }
 
 impl Number for f64 {
@@ -34,8 +45,23 @@ impl Number for f64 {
         row[k] = self;
     }
 
-    fn take_from(self, target: &mut [f64], row: &[f64], _: usize, from: usize) {
-        target[from..].iter_mut().zip(&row[from..]).for_each(|(entry, other)| *entry -= self * other);
+    fn dot(row: &[f64], unknowns: &[f64], _: usize, range: Range<usize>) -> Self {
+        products(&row[range.clone()], &unknowns[range])
+    }
+
+    fn take_from(self, target: &mut [f64], row: &[f64], _: usize, range: Range<usize>) {
+        target[range.clone()].iter_mut().zip(&row[range]).for_each(|(entry, other)| *entry -= self * other);
+    }
+
+    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize) {
+        let others: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * q + from..n * (q + 1)]);
+        for (k, entry) in target[from..n].iter_mut().enumerate() {
+            let mut left = *entry;
+            for (factor, other) in factors.iter().zip(others) {
+                left -= factor * other[k];
+            }
+            *entry = left;
+        }
     }
 }
 
@@ -50,15 +76,49 @@ impl Number for Complex<f64> {
         (row[k], row[n + k]) = (self.re, self.im);
     }
 
-    fn take_from(self, target: &mut [f64], row: &[f64], n: usize, from: usize) {
+    fn dot(row: &[f64], unknowns: &[f64], n: usize, range: Range<usize>) -> Self {
+        let [(re, im), (x, y)] = [row, unknowns].map(|row| row.split_at(n));
+        let [re, im, x, y] = [re, im, x, y].map(|part| &part[range.clone()]);
+        Self::new(products(re, x) - products(im, y), products(re, y) + products(im, x))
+    }
+
+    fn take_from(self, target: &mut [f64], row: &[f64], n: usize, range: Range<usize>) {
         let (re, im) = target.split_at_mut(n);
         let (other_re, other_im) = row.split_at(n);
-        let others = other_re[from..].iter().zip(&other_im[from..n]);
-        for ((re, im), (other_re, other_im)) in re[from..].iter_mut().zip(&mut im[from..n]).zip(others) {
+        let others = other_re[range.clone()].iter().zip(&other_im[range.clone()]);
+        for ((re, im), (other_re, other_im)) in re[range.clone()].iter_mut().zip(&mut im[range]).zip(others) {
             *re -= self.re * other_re - self.im * other_im;
             *im -= self.re * other_im + self.im * other_re;
         }
     }
+
+    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize) {
+        let others_re: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[2 * n * q + from..n * (2 * q + 1)]);
+        let others_im: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * (2 * q + 1) + from..n * (2 * q + 2)]);
+        let (re, im) = target.split_at_mut(n);
+        for (k, (re, im)) in re[from..].iter_mut().zip(&mut im[from..n]).enumerate() {
+            let (mut left_re, mut left_im) = (*re, *im);
+            for ((factor, other_re), other_im) in factors.iter().zip(others_re).zip(others_im) {
+                left_re -= factor.re * other_re[k] - factor.im * other_im[k];
+                left_im -= factor.re * other_im[k] + factor.im * other_re[k];
+            }
+            (*re, *im) = (left_re, left_im);
+        }
+    }
+}
+
+/// The sum of products, four at a time.
+fn products(a: &[f64], b: &[f64]) -> f64 {
+    let (a, a_rest) = a.as_chunks::<4>();
+    let (b, b_rest) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// `shift I - J`, eliminated in the order of a [`Fill`]: the head row by row with pivots on the diagonal, what is left as
@@ -77,6 +137,8 @@ pub(super) struct Lu<T> {
     swaps: Vec<usize>,
     /// One row; zero between uses.
     row: Vec<T>,
+    /// The unknowns of the rest, as a row of it.
+    unknowns: Vec<f64>,
 }
 
 impl<T: Number> Lu<T> {
@@ -87,22 +149,23 @@ impl<T: Number> Lu<T> {
         self.inverses = vec![T::zero(); fill.head];
         self.rest = fill.order.len() - fill.head;
         self.rows = vec![0.0; T::PARTS * self.rest * self.rest];
+        self.unknowns = vec![0.0; T::PARTS * self.rest];
         self.swaps = vec![0; self.rest];
         self.row = vec![T::zero(); fill.order.len()];
     }
 
-    /// Factors `shift I - J`, with `J` column by column. False if that is singular, or not finite, or has a small pivot in the
-    /// head. `is_new` tells that the fill is not that of the last call.
-    pub(super) fn factor(&mut self, shift: T, jacobian: &[f64], fill: &Fill, is_new: bool) -> bool {
+    /// Factors `shift I - J` with the `J` that `fill` took. False if that is singular, or not finite, or has a small pivot in the
+    /// head. `is_new` tells that the order is not that of the last call.
+    pub(super) fn factor(&mut self, shift: T, fill: &Fill, is_new: bool) -> bool {
         if is_new || self.row.len() != fill.order.len() {
             self.resize(fill);
         }
         let (head, rest) = (fill.head, self.rest);
         let least = LEAST_PIVOT * shift.norm1();
-        for (place, entries) in fill.entries.iter().enumerate() {
+        for (place, values) in fill.values.iter().enumerate() {
             self.row[place] = shift;
-            for (column, index) in entries {
-                self.row[*column as usize] -= T::from_real(jacobian[*index as usize]);
+            for (column, value) in values {
+                self.row[*column as usize] -= T::from_real(*value);
             }
             for (k, factor) in fill.before[place].iter().zip(&mut self.lower[place]) {
                 let k = *k as usize;
@@ -129,7 +192,7 @@ impl<T: Number> Lu<T> {
                 }
             }
         }
-        (0..rest).all(|k| self.eliminate(k))
+        self.eliminate()
     }
 
     /// Row `i` of the rest.
@@ -137,7 +200,37 @@ impl<T: Number> Lu<T> {
         &self.rows[T::PARTS * self.rest * i..][..T::PARTS * self.rest]
     }
 
-    fn eliminate(&mut self, k: usize) -> bool {
+    /// The rest, a few columns at a time, so that rows are loaded less often. Each entry has its terms taken in the same order
+    /// as one by one.
+    fn eliminate(&mut self) -> bool {
+        let n = self.rest;
+        let length = T::PARTS * n;
+        for first in (0..n).step_by(PANEL) {
+            let end = (first + PANEL).min(n);
+            if !(first..end).all(|k| self.eliminate_column(k, end)) {
+                return false;
+            }
+            let (above, below) = self.rows.split_at_mut(length * end);
+            let panel = &mut above[length * first..];
+            for k in 1..end - first {
+                let (before, own) = panel.split_at_mut(length * k);
+                for (q, row) in before.chunks_exact(length).enumerate() {
+                    T::get(own, n, first + q).take_from(&mut own[..length], row, n, end..n);
+                }
+            }
+            // Below a panel that is not complete is nothing.
+            for target in below.chunks_exact_mut(length) {
+                let factors = std::array::from_fn(|q| T::get(target, n, first + q));
+                if factors.iter().any(|factor: &T| !factor.is_zero()) {
+                    T::take_panel_from(factors, target, panel, n, end);
+                }
+            }
+        }
+        true
+    }
+
+    /// Column `k`, and what follows from it up to column `end`.
+    fn eliminate_column(&mut self, k: usize, end: usize) -> bool {
         let n = self.rest;
         let size = |i: usize| T::get(self.row(i), n, k).norm1();
         let mut pivot = k;
@@ -166,7 +259,7 @@ impl<T: Number> Lu<T> {
             }
             let factor = entry * inverse;
             factor.put(target, n, k);
-            factor.take_from(target, row, n, k + 1);
+            factor.take_from(target, row, n, k + 1..end);
         }
         true
     }
@@ -183,15 +276,16 @@ impl<T: Number> Lu<T> {
         for (k, swap) in self.swaps.iter().enumerate() {
             rest.swap(k, *swap);
         }
-        for i in 1..n {
-            let row = self.row(i);
-            rest[i] = (0..i).fold(rest[i], |sum, k| sum - T::get(row, n, k) * rest[k]);
+        let mut z = std::mem::take(&mut self.unknowns);
+        for (i, value) in rest.iter().enumerate() {
+            (*value - T::dot(self.row(i), &z, n, 0..i)).put(&mut z, n, i);
         }
-        for i in (0..n).rev() {
+        for (i, value) in rest.iter_mut().enumerate().rev() {
             let row = self.row(i);
-            let sum = (i + 1..n).fold(rest[i], |sum, k| sum - T::get(row, n, k) * rest[k]);
-            rest[i] = sum / T::get(row, n, i);
+            *value = (T::get(&z, n, i) - T::dot(row, &z, n, i + 1..n)) / T::get(row, n, i);
+            value.put(&mut z, n, i);
         }
+        self.unknowns = z;
         for place in (0..head).rev() {
             let taken = fill.after[place].iter().zip(&self.upper[place]);
             let sum = taken.fold(y[place], |sum, (k, entry)| sum - *entry * y[*k as usize]);

@@ -5,7 +5,7 @@ mod tableau;
 
 use nalgebra::Complex;
 
-use self::control::{Control, KEEP_JACOBIAN};
+use self::control::Control;
 use self::tableau::{A, ALPHA, BETA, C, E, GAMMA, SEEN, STAGES, T, T_INVERSE};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
@@ -87,6 +87,7 @@ impl Radau5 {
     ) -> Result<Option<f64>, Trouble> {
         self.allocate(y.len());
         self.control = Control::new(run.system.tolerance());
+        self.control.keep_by_price(run.system.price(), y.len());
         if run.options.fixed_step.is_some() {
             self.control.iterate_to_round_off(run.system.tolerance());
         }
@@ -110,7 +111,9 @@ impl Radau5 {
 
     /// Jacobian and factorisations for a step of size `h`, as far as they are not in force.
     fn prepare(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<(), Fault> {
-        if !self.control.has_jacobian || (self.control.theta > KEEP_JACOBIAN && !self.control.jacobian_is_current) {
+        if !self.control.has_jacobian
+            || (self.control.theta > self.control.keep_jacobian && !self.control.jacobian_is_current)
+        {
             // Newton's method failed with that of an earlier state.
             run.counters.recoveries.fresh_jacobian +=
                 usize::from(self.control.has_jacobian && self.control.theta >= 1.0);
@@ -126,8 +129,7 @@ impl Radau5 {
         let mut regular = self.factor(h);
         if !regular && self.jacobian.fill.head > 0 {
             // Pivots are searched for then.
-            self.jacobian.fill.leave_dense();
-            self.jacobian.fill_is_new = true;
+            self.jacobian.leave_dense();
             regular = self.factor(h);
         }
         self.control.factored = regular.then_some(h);
@@ -136,10 +138,10 @@ impl Radau5 {
 
     /// False where one of the matrices for a step of size `h` is singular, or their elimination broke off.
     fn factor(&mut self, h: f64) -> bool {
-        let Jacobian { matrix, fill, fill_is_new, .. } = &mut self.jacobian;
+        let Jacobian { fill, fill_is_new, .. } = &mut self.jacobian;
         let is_new = std::mem::replace(fill_is_new, false);
-        let real = self.real.factor(GAMMA / h, matrix, fill, is_new);
-        self.complex.factor(Complex::new(ALPHA / h, BETA / h), matrix, fill, is_new) && real
+        let real = self.real.factor(GAMMA / h, fill, is_new);
+        self.complex.factor(Complex::new(ALPHA / h, BETA / h), fill, is_new) && real
     }
 
     /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
@@ -148,7 +150,7 @@ impl Radau5 {
         self.prepare(run, y, h)?;
         self.guess(h);
         self.control.convergence = self.control.convergence.max(f64::EPSILON).powf(0.8);
-        self.control.theta = KEEP_JACOBIAN;
+        self.control.theta = self.control.keep_jacobian;
         let (mut last, mut last_rate) = (0.0, 0.0);
         for iteration in 1..=self.control.most_iterations {
             run.counters.newton_iterations += 1;

@@ -2,9 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../../testing/random.rs"]
-mod random;
-
 mod begun;
 mod events;
 mod factors;

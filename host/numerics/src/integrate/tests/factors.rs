@@ -2,17 +2,17 @@
 
 use nalgebra::Complex;
 
-use super::random::Random;
 use crate::integrate::fill::Fill;
 use crate::integrate::lu::{Lu, Number};
+use crate::random::Random;
 
 /// What `shift - J` leaves of a right side, as a share of it, with the solution by its factors; `None` where these are refused.
 fn left<T: Number + Default>(jacobian: &[f64], n: usize, shift: T, fill: &Fill) -> Option<f64> {
     let mut lu = Lu::<T>::default();
     let mut noise = Random(5);
     // The second time with everything that the first leaves behind.
-    lu.factor(shift, &vec![0.5; n * n], fill, true);
-    if !lu.factor(shift, jacobian, fill, false) {
+    lu.factor(shift + shift, fill, true);
+    if !lu.factor(shift, fill, false) {
         return None;
     }
     let right: Vec<T> = (0..n).map(|_| T::from_real(noise.next())).collect();
@@ -35,7 +35,7 @@ fn solved(jacobian: &[f64], n: usize) -> usize {
         let real = left(jacobian, n, 30.0, &fill).unwrap();
         let complex = left(jacobian, n, Complex::new(25.0, 30.0), &fill).unwrap();
         assert!(real < 1e-11 && complex < 1e-11, "{real:e} {complex:e}");
-        fill.leave_dense();
+        fill.leave_dense(jacobian);
     }
     head
 }
@@ -78,6 +78,7 @@ fn full_matrices_are_dense() {
     assert_eq!(fill.head, 0);
     assert!(left(&jacobian, 3, 2.0, &fill).unwrap() < 1e-14);
     assert!(left(&jacobian, 3, Complex::new(2.0, 0.75), &fill).unwrap() < 1e-14);
+    fill.take(&[0.0; 9]);
     assert!(left(&[0.0; 9], 3, 0.0, &fill).is_none(), "singular");
 }
 
@@ -94,7 +95,7 @@ fn a_diagonal_without_pivots_is_refused_and_left_to_pivoting() {
     fill.take(&jacobian);
     assert!(fill.head > 0);
     assert!(left(&jacobian, n, 30.0, &fill).is_none());
-    fill.leave_dense();
+    fill.leave_dense(&jacobian);
     assert!(left(&jacobian, n, 30.0, &fill).unwrap() < 1e-10);
 }
 
