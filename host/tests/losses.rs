@@ -204,7 +204,7 @@ fn a_folder_that_is_removed_during_the_run_ends_it() {
 fn a_verified_run_tells_how_far_off_it_is() {
     let scratch = Scratch::new("verify-run");
     // More than the tolerance explains: such tumbling is too sensitive for it.
-    let ran = scratch.odyn("run brick.toml --tol 1e-6 --verify -o out").ends_with(7);
+    let ran = scratch.odyn("run brick.toml --t-end 4000 --tol 1e-6 --verify -o out").ends_with(7);
     for told in [
         "verified with radau5 instead of dop853, tolerance 1e-7 instead of 1e-6",
         "ODY0704",
@@ -215,9 +215,9 @@ fn a_verified_run_tells_how_far_off_it_is() {
     }
     let verified = scratch.json("out/summary.json")["verified"].clone();
     let w1 = &verified["outputs"][0];
-    assert_eq!((&w1["name"], &verified["t_last"]), (&"w1".into(), &2000.0.into()));
+    assert_eq!((&w1["name"], &verified["t_last"]), (&"w1".into(), &4000.0.into()));
     let absolute = w1["absolute"].as_f64().unwrap();
-    // 10 000 rad of tumbling: the run at 1e-12 differs by 0.057.
+    // 20 000 rad of tumbling amplify what the tolerance allows.
     assert!(absolute > 0.02 && absolute < 0.1, "{absolute}");
     // Without the option nothing is said of it.
     scratch.odyn("run brick.toml -o out -q").ends_with(0);

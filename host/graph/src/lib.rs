@@ -13,7 +13,8 @@
 //! |---|---|
 //! | `graph.rs` | nodes, each of them once, and what they depend on |
 //! | `operations.rs` | nodes of operations, simplified while they are made |
-//! | `derivative.rs` | exact derivatives along a direction |
+//! | `derivative.rs` | exact derivatives along a direction, as nodes |
+//! | `tangent.rs` | the same along many directions, as numbers |
 //! | `magnitude.rs` | the sums of magnitudes that values are made of |
 //! | `vector.rs` | vectors and matrices of nodes |
 //! | `import.rs` | recordings to nodes |
@@ -42,6 +43,7 @@ mod magnitude;
 mod operations;
 mod ranges;
 mod rewrite;
+mod tangent;
 mod tape;
 mod turn;
 mod vector;
@@ -59,5 +61,6 @@ pub use machine::MachineCode;
 pub use magnitude::magnitudes;
 pub use ranges::Ranges;
 pub use rewrite::Rewriting;
+pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};

@@ -9,3 +9,7 @@
 pub mod integrate;
 pub mod interval;
 pub mod linalg;
+
+#[cfg(test)]
+#[path = "../../testing/random.rs"]
+mod random;

@@ -45,7 +45,7 @@ fn every<S: Scalar>(x: S, y: S) -> Vec<(&'static str, S)> {
 }
 
 /// [`every`], recorded and imported: names and nodes; x and y are the inputs 0 and 1.
-fn imported() -> (Graph, Vec<(&'static str, Node)>) {
+pub(super) fn imported() -> (Graph, Vec<(&'static str, Node)>) {
     let mut names = Vec::new();
     let recording = record(|| {
         let results = every(input(Input::Coordinate(0)), input(Input::Coordinate(1)));

@@ -15,16 +15,16 @@ use super::coupling::Coupling;
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 use super::in_bodies::InBodies;
-use super::joint_engines::{Function, Look, Safe, Unrolled, pivot_ratio};
+use super::joint_engines::{Function, Look, Safe, Unrolled, motion_nodes, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState};
-use super::linearisation::{Linearisation, Terms, work};
+use super::linearisation::{Linearisation, PREPARATION};
 use super::motion::{APPROACH, Engines, Independence, Motion, SICK_TREE, Used, next_step, normalise};
 use super::newton::ROUND_OFF;
 use super::passage;
 use super::solved::SolvedProgram;
 use super::working::{ACCURATE, BODY_STATES, MOTION_RANK_TOLERANCE, SICK_SHARE, WorkingParts};
-use crate::linalg::{Health, KktSolver};
+use crate::linalg::Health;
 use crate::model::{Model, euler_parameters};
 use crate::plan::{Layout, SpanningTree};
 use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled, Working};
@@ -80,8 +80,7 @@ pub struct JointForm {
 enum Derivatives {
     Unknown,
     Possible,
-    /// With a factorisation of the rows in use, for right sides of all kinds.
-    Known(Box<Linearisation>, Box<Safe>),
+    Known(Box<Linearisation>),
 }
 
 impl JointForm {
@@ -108,6 +107,9 @@ impl JointForm {
         let start = plan.start;
         let regular = Some(plan.regular).filter(|_| start.kept.min(start.independence) >= LEAST_HEALTH);
         let row_names = bodies.row_names.clone();
+        // Of opaque elements they are not known, nor of forces that depend on accelerations or reactions.
+        let known = joint.graph.calls.is_empty() && joint.dependence.is_none();
+        let derivatives = if known { Derivatives::Possible } else { Derivatives::Unknown };
         Ok(Self {
             start: JointStart::new(model, &plan.tree, plan.length),
             tree: plan.tree,
@@ -125,7 +127,7 @@ impl JointForm {
             planned: start,
             turns_added,
             row_sizes: plan.sizes,
-            derivatives: Derivatives::Possible,
+            derivatives,
             size: joint.size,
             derivatives_are_paid: false,
             equations: joint,
@@ -299,26 +301,13 @@ impl Formulation for JointForm {
     }
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
-        if matches!(self.derivatives, Derivatives::Possible)
-            && Terms::of_joints(&self.equations, &self.motion.layout).is_some()
-        {
-            self.write_mass()?;
-        }
         let Some(regular) = self.regular.as_ref().filter(|_| !self.motion.careful) else { return Ok(false) };
         self.derivatives_are_paid = true;
         if matches!(self.derivatives, Derivatives::Possible) {
-            let terms = Terms::of_joints(&self.equations, &self.motion.layout);
-            self.derivatives = match terms {
-                None => Derivatives::Unknown,
-                Some(terms) => {
-                    let known = Linearisation::new(&terms, &self.motion.layout, &regular.rows);
-                    let sizes = |row: &usize| self.safe.rows.binary_search(row).map_or(1.0, |k| self.row_sizes[k]);
-                    let sizes: Vec<f64> = regular.rows.iter().map(sizes).collect();
-                    let solver =
-                        Safe::new(&self.equations, &regular.rows, &sizes, self.motion.length, MOTION_RANK_TOLERANCE)?;
-                    Derivatives::Known(Box::new(known), Box::new(solver))
-                }
-            };
+            let (joint, layout) = (&self.equations, &self.motion.layout);
+            let mut nodes = motion_nodes(joint, &regular.rows, regular.by_bodies);
+            nodes.1.drain(joint.coordinates.columns..joint.coordinates.columns + regular.rows.len());
+            self.derivatives = Derivatives::Known(Box::new(Linearisation::of_solution(joint, layout, nodes)));
         }
         if matches!(self.derivatives, Derivatives::Unknown) {
             return Ok(false);
@@ -327,14 +316,8 @@ impl Formulation for JointForm {
         if self.solve_dynamics()? != Used::Regular {
             return Ok(false);
         }
-        self.publish();
-        let Derivatives::Known(known, solver) = &mut self.derivatives else { return Ok(false) };
-        solver.factor(&self.motion.inputs, &self.bodies.sets, &mut self.motion.counters)?;
-        let times: Vec<f64> = solver.function(Function::Time).to_vec();
-        let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
-            Ok(solver.solver.solve(loads, gammas, accelerations, multipliers)?)
-        };
-        known.fill(&self.motion.inputs, &self.bodies.sets, state, &times, &mut solve, matrix)?;
+        let Derivatives::Known(known) = &mut self.derivatives else { return Ok(false) };
+        known.fill(&self.motion.inputs, &self.bodies.sets, state, &[], &mut |_, _, _, _| Ok(()), matrix)?;
         Ok(true)
     }
 
@@ -342,13 +325,12 @@ impl Formulation for JointForm {
         let operations = self.regular.as_ref().map_or(0, |regular| regular.motion.program().operations()) as f64;
         let unknowns = (self.motion.coordinates.columns + self.safe.rows.len()) as f64;
         let directions = self.motion.coordinates.directions(&self.motion.layout) as f64;
-        // The right sides of all directions by the rank-revealing factors, which are dense.
-        let jacobian = 3.0 * operations + 4.0 * unknowns.powi(3) + 4.0 * directions * unknowns * unknowns;
+        // Measured on chains, where nearly every operation depends on nearly every direction.
+        let jacobian = operations * (3.0 + 0.3 * directions);
         let known = !matches!(self.derivatives, Derivatives::Unknown);
         let unpaid = known && !self.derivatives_are_paid;
-        let writing = 50.0 * work(&self.motion.coordinates, self.size, &self.motion.layout) as f64;
-        let preparation = if unpaid { writing } else { 0.0 };
-        let known = known && self.regular.is_some() && self.equations.graph.calls.is_empty();
+        let preparation = if unpaid { PREPARATION * self.size as f64 } else { 0.0 };
+        let known = known && self.regular.is_some();
         // Besides its operations, an evaluation moves numbers about: measured on scenes of few bodies.
         let rates = operations + 200.0 + 25.0 * unknowns;
         Price { rates, jacobian: known.then_some(jacobian), preparation }
@@ -371,8 +353,8 @@ impl Formulation for JointForm {
         list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));
         list.extend(self.bodies.programs());
-        if let Derivatives::Known(known, solver) = &mut self.derivatives {
-            list.extend([known.used(), solver.terms.used(true)]);
+        if let Derivatives::Known(known) = &mut self.derivatives {
+            list.push(known.used());
         }
         list
     }

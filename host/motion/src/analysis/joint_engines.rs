@@ -148,6 +148,22 @@ impl Unrolled {
     }
 }
 
+/// Accelerations, multipliers of the rows, rates of states and power as functions of state and time, as they are before they
+/// are condensed: what [`Unrolled::motion`] computes first.
+pub(super) fn motion_nodes(joint: &JointEquations, rows: &[usize], by_bodies: bool) -> (Graph, Vec<Node>) {
+    let mut g = joint.graph.clone();
+    let (accelerations, multipliers) = if by_bodies {
+        (joint.articulated(&mut g).accelerations, Vec::new())
+    } else {
+        let chosen = || rows.iter().map(|row| &joint.rows[*row]);
+        let jacobian: Vec<Vec<(usize, Node)>> = chosen().map(|row| row.jacobian.clone()).collect();
+        let gammas: Vec<Node> = chosen().map(|row| row.gamma).collect();
+        Elimination::new(&mut g, joint.coordinates.columns, &joint.mass, &jacobian).solve(&mut g, &joint.loads, &gammas)
+    };
+    let nodes = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &[]);
+    (g, nodes)
+}
+
 /// The outputs of [`Unrolled::motion`].
 fn motion_outputs(
     joint: &JointEquations,

@@ -18,7 +18,7 @@ use super::balance::{Balance, Imbalance, Trial};
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{BodyCoupling, Solve};
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
-use super::linearisation::{Linearisation, Terms, work};
+use super::linearisation::{Linearisation, PREPARATION};
 use super::motion::{APPROACH, Engines, Independence, Motion, NEAR_SINGULAR, Used, next_step};
 use super::newton::{ROUND_OFF, project_plainly};
 use super::passage;
@@ -285,7 +285,8 @@ impl Formulation for WorkingForm {
     }
 
     fn offer_jacobian(&mut self, equations: &Equations) {
-        if Terms::of_bodies(equations, &self.motion.layout).is_some() {
+        // Of opaque elements they are not known, nor of forces that depend on accelerations or reactions.
+        if equations.graph.calls.is_empty() && !equations.needs_solution() {
             self.derivatives = Derivatives::Possible(Box::new(equations.clone()));
         }
     }
@@ -299,9 +300,8 @@ impl Formulation for WorkingForm {
         self.derivatives_are_paid = true;
         if let Derivatives::Possible(equations) = &self.derivatives {
             let size = equations.graph.len();
-            let terms = Terms::of_bodies(equations, &self.motion.layout);
-            let known = terms.map(|terms| Linearisation::new(&terms, &self.motion.layout, &engine.dynamics.rows));
-            self.derivatives = known.map_or(Derivatives::Unknown, |known| Derivatives::Known(Box::new(known), size));
+            let known = Linearisation::of_residuals(equations, &self.motion.layout, &engine.dynamics.rows);
+            self.derivatives = Derivatives::Known(Box::new(known), size);
         }
         if matches!(self.derivatives, Derivatives::Unknown) {
             return Ok(false);
@@ -336,7 +336,7 @@ impl Formulation for WorkingForm {
         };
         let known = size.is_some();
         let unpaid = size.filter(|_| !self.derivatives_are_paid);
-        let preparation = unpaid.map_or(0.0, |size| 50.0 * work(coordinates, size, &self.motion.layout) as f64);
+        let preparation = unpaid.map_or(0.0, |size| PREPARATION * size as f64);
         Price { rates: operations + 100.0 * unknowns, jacobian: known.then_some(jacobian), preparation }
     }
 

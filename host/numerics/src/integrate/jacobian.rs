@@ -1,6 +1,7 @@
 //! [`Jacobian`]: the derivatives that implicit methods need, exact where the system knows them.
 
 use super::StopReason;
+use super::fill::Fill;
 use super::run::{Run, Trouble, all_finite};
 
 /// `f_y` at the start of a step.
@@ -8,6 +9,10 @@ use super::run::{Run, Trouble, all_finite};
 pub(super) struct Jacobian {
     /// `f_y`, column by column.
     pub(super) matrix: Vec<f64>,
+    /// How `shift I - f_y` is eliminated.
+    pub(super) fill: Fill,
+    /// Whether that has changed since it was last eliminated.
+    pub(super) fill_is_new: bool,
     argument: Vec<f64>,
     rates: Vec<f64>,
 }
@@ -17,10 +22,18 @@ impl Jacobian {
     pub(super) fn resize(&mut self, n: usize) {
         self.matrix.clear();
         self.matrix.resize(n * n, 0.0);
+        self.fill.resize(n);
+        self.fill_is_new = true;
         for work in [&mut self.argument, &mut self.rates] {
             work.clear();
             work.resize(n, 0.0);
         }
+    }
+
+    /// Its matrices are eliminated with row pivoting throughout from now on.
+    pub(super) fn leave_dense(&mut self) {
+        self.fill.leave_dense(&self.matrix);
+        self.fill_is_new = true;
     }
 
     /// `f_y` at the accepted state `y`, where `f` is `start`: the system's own, or differences of its right side.
@@ -42,7 +55,9 @@ impl Jacobian {
                 }
             }
         }
-        finite_or_retry(&self.matrix)
+        finite_or_retry(&self.matrix)?;
+        self.fill_is_new |= self.fill.take(&self.matrix);
+        Ok(())
     }
 }
 

@@ -19,7 +19,7 @@
 //! | `explicit.rs`, `pair.rs` | what explicit pairs share: stages, dense output, step control; their table |
 //! | `dop853.rs`, `dop853_tableau.rs`, `dopri5.rs` | the pairs |
 //! | `radau5.rs`, `radau5/` | Radau IIA: Newton's method, coefficients, control of steps and iterations |
-//! | `jacobian.rs`, `lu.rs` | the matrices of implicit steps |
+//! | `jacobian.rs`, `fill.rs`, `lu.rs` | the matrices of implicit steps |
 //! | `rk4.rs` | the classical method, steps of one size |
 //! | `auto.rs`, `rivals.rs`, `stiffness.rs` | the choice between dop853 and radau5 |
 //! | `kinematic.rs` | motions that are found, not integrated |
@@ -51,6 +51,7 @@ mod dopri5;
 mod enclosure;
 mod events;
 mod explicit;
+mod fill;
 mod interpolation;
 mod jacobian;
 mod kinematic;

@@ -5,7 +5,7 @@ mod tableau;
 
 use nalgebra::Complex;
 
-use self::control::{Control, KEEP_JACOBIAN};
+use self::control::Control;
 use self::tableau::{A, ALPHA, BETA, C, E, GAMMA, SEEN, STAGES, T, T_INVERSE};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
@@ -87,6 +87,7 @@ impl Radau5 {
     ) -> Result<Option<f64>, Trouble> {
         self.allocate(y.len());
         self.control = Control::new(run.system.tolerance());
+        self.control.keep_by_price(run.system.price(), y.len());
         if run.options.fixed_step.is_some() {
             self.control.iterate_to_round_off(run.system.tolerance());
         }
@@ -97,8 +98,6 @@ impl Radau5 {
     }
 
     fn allocate(&mut self, n: usize) {
-        self.real.resize(n);
-        self.complex.resize(n);
         self.jacobian.resize(n);
         self.pair.clear();
         self.pair.resize(n, Complex::new(0.0, 0.0));
@@ -112,7 +111,9 @@ impl Radau5 {
 
     /// Jacobian and factorisations for a step of size `h`, as far as they are not in force.
     fn prepare(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<(), Fault> {
-        if !self.control.has_jacobian || (self.control.theta > KEEP_JACOBIAN && !self.control.jacobian_is_current) {
+        if !self.control.has_jacobian
+            || (self.control.theta > self.control.keep_jacobian && !self.control.jacobian_is_current)
+        {
             // Newton's method failed with that of an earlier state.
             run.counters.recoveries.fresh_jacobian +=
                 usize::from(self.control.has_jacobian && self.control.theta >= 1.0);
@@ -125,10 +126,22 @@ impl Radau5 {
             return Ok(());
         }
         run.counters.factorisations += 1;
-        let regular = self.real.factor(GAMMA / h, &self.jacobian.matrix)
-            && self.complex.factor(Complex::new(ALPHA / h, BETA / h), &self.jacobian.matrix);
+        let mut regular = self.factor(h);
+        if !regular && self.jacobian.fill.head > 0 {
+            // Pivots are searched for then.
+            self.jacobian.leave_dense();
+            regular = self.factor(h);
+        }
         self.control.factored = regular.then_some(h);
         if regular { Ok(()) } else { Err(Fault::Slow(0.5)) }
+    }
+
+    /// False where one of the matrices for a step of size `h` is singular, or their elimination broke off.
+    fn factor(&mut self, h: f64) -> bool {
+        let Jacobian { fill, fill_is_new, .. } = &mut self.jacobian;
+        let is_new = std::mem::replace(fill_is_new, false);
+        let real = self.real.factor(GAMMA / h, fill, is_new);
+        self.complex.factor(Complex::new(ALPHA / h, BETA / h), fill, is_new) && real
     }
 
     /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
@@ -137,7 +150,7 @@ impl Radau5 {
         self.prepare(run, y, h)?;
         self.guess(h);
         self.control.convergence = self.control.convergence.max(f64::EPSILON).powf(0.8);
-        self.control.theta = KEEP_JACOBIAN;
+        self.control.theta = self.control.keep_jacobian;
         let (mut last, mut last_rate) = (0.0, 0.0);
         for iteration in 1..=self.control.most_iterations {
             run.counters.newton_iterations += 1;
@@ -227,8 +240,8 @@ impl Radau5 {
             self.error[k] = side(0) - gamma * w1;
             self.pair[k] = Complex::new(side(1) - alpha * w2 + beta * w3, side(2) - alpha * w3 - beta * w2);
         }
-        self.real.solve(&mut self.error);
-        self.complex.solve(&mut self.pair);
+        self.real.solve(&mut self.error, &self.jacobian.fill);
+        self.complex.solve(&mut self.pair, &self.jacobian.fill);
         for k in 0..n {
             self.f[0][k] = self.error[k];
             self.f[1][k] = self.pair[k].re;
@@ -250,7 +263,7 @@ impl Radau5 {
             self.f[0][k] = (E[0] * self.z[0][k] + E[1] * self.z[1][k] + E[2] * self.z[2][k]) / h;
             self.error[k] = self.f[0][k] + self.start[k];
         }
-        self.real.solve(&mut self.error);
+        self.real.solve(&mut self.error, &self.jacobian.fill);
         let mut size = run.system.error_norm(y, &self.y_new, &self.error) / self.control.test;
         if size > 1.0 && self.control.doubts_errors() {
             for (k, argument) in self.argument.iter_mut().enumerate() {
@@ -260,7 +273,7 @@ impl Radau5 {
             for (k, error) in self.error.iter_mut().enumerate() {
                 *error = self.f[0][k] + self.f[1][k];
             }
-            self.real.solve(&mut self.error);
+            self.real.solve(&mut self.error, &self.jacobian.fill);
             size = run.system.error_norm(y, &self.y_new, &self.error) / self.control.test;
         }
         if size.is_finite() && all_finite(&self.y_new) {

@@ -4,6 +4,7 @@
 
 mod begun;
 mod events;
+mod factors;
 mod fixtures;
 mod kinematic;
 mod stiff;

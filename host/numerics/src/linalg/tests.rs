@@ -2,9 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../../testing/random.rs"]
-mod random;
-
 mod factorisations;
 mod ranks;
 mod sparse_first;
@@ -12,7 +9,7 @@ mod sparse_first;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use random::Random;
+use crate::random::Random;
 
 impl Random {
     fn matrix(&mut self, rows: usize, columns: usize) -> DMatrix<f64> {

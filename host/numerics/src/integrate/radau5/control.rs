@@ -1,6 +1,8 @@
 //! [`Control`]: step sizes, and when Newton's method goes on, is given up, or needs a new matrix.
 
+use super::super::Price;
 use super::super::steps::Fault;
+use super::tableau::STAGES;
 
 /// Iterations of Newton's method before a step is given up.
 const MOST_ITERATIONS: usize = 7;
@@ -9,7 +11,11 @@ const MOST_ITERATIONS_FIXED: usize = 50;
 /// Relative accuracy of the iterations in steps of a fixed size.
 const FIXED_ACCURACY: f64 = 1e-13;
 /// Rate of convergence up to which the Jacobian is kept for the next step.
-pub(super) const KEEP_JACOBIAN: f64 = 1e-3;
+const KEEP_JACOBIAN: f64 = 1e-3;
+/// The same where a Jacobian costs much: iterations more cost less then.
+const KEEP_DEAR_JACOBIAN: f64 = 0.03;
+/// Iterations for the cost of which a Jacobian with its factors is dear.
+const DEAR: f64 = 8.0;
 /// Ratios of step sizes within which step size and factorisation are kept.
 const KEEP_STEP: [f64; 2] = [1.0, 1.2];
 /// Limits of the ratio of step sizes.
@@ -35,6 +41,8 @@ pub(super) struct Control {
     /// `theta / (1 - theta)` of Newton's method.
     pub(super) convergence: f64,
     pub(super) theta: f64,
+    /// Rate of convergence up to which the Jacobian is kept for the next step.
+    pub(super) keep_jacobian: f64,
     pub(super) iterations: usize,
     /// Step size and error of the last accepted step.
     last: Option<(f64, f64)>,
@@ -65,6 +73,7 @@ impl Control {
             polynomial_of: None,
             convergence: 1.0,
             theta: 2.0 * KEEP_JACOBIAN,
+            keep_jacobian: KEEP_JACOBIAN,
             iterations: 0,
             last: None,
             last_estimate: None,
@@ -83,6 +92,14 @@ impl Control {
         (safety / error.max(1e-10).powf(0.25)).clamp(RATIO[0], RATIO[1])
     }
 
+    /// Keeps Jacobians longer where they cost much against iterations, for a state of `n` numbers.
+    pub(super) fn keep_by_price(&mut self, price: Price, n: usize) {
+        let n = n as f64;
+        let jacobian = price.jacobian.unwrap_or(n * price.evaluation) + n.powi(3);
+        let iteration = STAGES as f64 * price.evaluation + 5.0 * n * n;
+        self.keep_jacobian = if jacobian > DEAR * iteration { KEEP_DEAR_JACOBIAN } else { KEEP_JACOBIAN };
+    }
+
     /// Without an error test, the iterations go on nearly to round-off.
     pub(super) fn iterate_to_round_off(&mut self, tolerance: Option<f64>) {
         self.newton = tolerance.map_or(1e-6, |tol| (FIXED_ACCURACY / tol).min(1e-2)) / self.test;
@@ -96,7 +113,7 @@ impl Control {
         // A step shortened for a sample or the end says little against the size asked for.
         let wanted = if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
         let kept = (KEEP_STEP[0]..=KEEP_STEP[1]).contains(&(wanted / tried));
-        if kept && self.theta <= KEEP_JACOBIAN { tried } else { wanted }
+        if kept && self.theta <= self.keep_jacobian { tried } else { wanted }
     }
 
     /// The same after one that is too inaccurate.

@@ -286,33 +286,6 @@ fn radau5_keeps_projections_memory_and_stops() {
     assert_eq!(probe.accepts, outcome.counters.steps);
 }
 
-#[test]
-fn factors_of_a_matrix_solve_it() {
-    use crate::integrate::lu::Lu;
-    use nalgebra::Complex;
-    // Pivoting is needed: the first diagonal entry of 2 - J is zero.
-    let jacobian = [2.0, -1.0, 0.5, 3.0, 0.25, -2.0, 1.0, 4.0, -1.5];
-    let shift = Complex::new(2.0, 0.75);
-    let mut complex = Lu::default();
-    complex.resize(3);
-    assert!(complex.factor(shift, &jacobian));
-    let mut real = Lu::default();
-    real.resize(3);
-    assert!(real.factor(2.0, &jacobian));
-    let right = [1.0, -2.0, 0.5];
-    let mut x = right;
-    real.solve(&mut x);
-    let mut z = right.map(|value| Complex::new(value, -value));
-    complex.solve(&mut z);
-    for i in 0..3 {
-        let applied: f64 = (0..3).map(|j| -jacobian[i + 3 * j] * x[j]).sum::<f64>() + 2.0 * x[i];
-        assert!((applied - right[i]).abs() < 1e-14);
-        let applied: Complex<f64> = (0..3).map(|j| z[j] * -jacobian[i + 3 * j]).sum::<Complex<f64>>() + shift * z[i];
-        assert!((applied - Complex::new(right[i], -right[i])).norm() < 1e-14);
-    }
-    assert!(!real.factor(0.0, &[0.0; 9]), "singular");
-}
-
 /// On its way along a cosine, it is held to it by a rate that comes and goes: up to 1e7 in every other half turn.
 fn held_now_and_then(t: f64, y: &[f64], dy: &mut [f64]) {
     let rate = 1e7 * t.sin().max(0.0).powi(4);

@@ -1,0 +1,168 @@
+//! [`Fill`]: in which order the matrices of implicit steps are eliminated, and which entries they have then.
+
+/// What an operation on scattered entries takes, in operations on entries side by side. Measured.
+const SCATTERED: usize = 4;
+/// Share of the operations of the dense elimination up to which it is left.
+const WORTH: f64 = 0.5;
+
+/// The order of elimination of `shift I - J` for a `J` with a certain pattern: first unknowns of which rows and columns are
+/// short, with pivots on the diagonal (Markowitz 1957), such as positions, whose rates are velocities; then all others as a dense
+/// matrix. Nothing is eliminated ahead where that saves little.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Fill {
+    n: usize,
+    /// Entries of `J` that were not zero at some time: by columns, a bit each.
+    pattern: Vec<u64>,
+    /// The unknown at each place.
+    pub(super) order: Vec<usize>,
+    /// Places before the dense rest.
+    pub(super) head: usize,
+    /// By place: where the entries of `J` of that row are: (place of the column, index in `J`).
+    entries: Vec<Vec<(u32, u32)>>,
+    /// By place: the entries of `J` of that row: place of the column, value.
+    pub(super) values: Vec<Vec<(u32, f64)>>,
+    /// By place: places of the head before it that its row has entries at, ascending.
+    pub(super) before: Vec<Vec<u32>>,
+    /// By place of the head: places after it that its row has entries at, ascending.
+    pub(super) after: Vec<Vec<u32>>,
+}
+
+impl Fill {
+    /// For `n` unknowns; no entry is known yet.
+    pub(super) fn resize(&mut self, n: usize) {
+        *self = Self { n, pattern: vec![0; n * n.div_ceil(64)], ..Self::default() };
+        self.arrange(Vec::new(), &[]);
+    }
+
+    /// All of `jacobian`, which was taken last, in one dense matrix, in its own order.
+    pub(super) fn leave_dense(&mut self, jacobian: &[f64]) {
+        self.arrange(Vec::new(), &[]);
+        self.take(jacobian);
+    }
+
+    /// Takes `jacobian`, column by column. True if it has entries that were zero up to now.
+    pub(super) fn take(&mut self, jacobian: &[f64]) -> bool {
+        let words = self.n.div_ceil(64);
+        let mut grown = false;
+        for (column, known) in jacobian.chunks_exact(self.n.max(1)).zip(self.pattern.chunks_exact_mut(words.max(1))) {
+            for (values, known) in column.chunks(64).zip(known) {
+                let found = values.iter().rev().fold(0, |bits, value| bits << 1 | u64::from(*value != 0.0));
+                grown |= found & !*known != 0;
+                *known |= found;
+            }
+        }
+        if grown {
+            let (head, fill) = self.choose();
+            self.arrange(head, &fill);
+        }
+        for (values, entries) in self.values.iter_mut().zip(&self.entries) {
+            for ((_, value), (_, index)) in values.iter_mut().zip(entries) {
+                *value = jacobian[*index as usize];
+            }
+        }
+        grown
+    }
+
+    /// The unknowns to be eliminated ahead, in their order, and the rows with what they then have: a bit for each column.
+    fn choose(&self) -> (Vec<usize>, Vec<u64>) {
+        let (n, words) = (self.n, self.n.div_ceil(64));
+        let mut columns = self.pattern.clone();
+        let mut rows = vec![0_u64; n * words];
+        for k in 0..n {
+            columns[words * k + k / 64] |= 1 << (k % 64);
+        }
+        for column in 0..n {
+            for row in bits(&columns[words * column..words * (column + 1)]) {
+                rows[words * row + column / 64] |= 1 << (column % 64);
+            }
+        }
+        let count = |list: &[u64], k: usize| -> usize {
+            list[words * k..words * (k + 1)].iter().map(|word| word.count_ones() as usize).sum()
+        };
+        let mut lengths: Vec<[usize; 2]> = (0..n).map(|k| [count(&rows, k) - 1, count(&columns, k) - 1]).collect();
+        let (mut left, mut order, mut operations) = (vec![true; n], Vec::new(), 0);
+        // What is left of rows and columns; eliminated ones are taken out of these, but stay in `fill`.
+        let mut fill = rows.clone();
+        while let Some(k) = (0..n).filter(|k| left[*k]).min_by_key(|k| lengths[*k][0] * lengths[*k][1]) {
+            let cost = SCATTERED * lengths[k][0] * lengths[k][1];
+            let others = n - order.len() - 1;
+            if cost > others * others {
+                break;
+            }
+            operations += cost;
+            left[k] = false;
+            order.push(k);
+            let own_row: Vec<u64> = rows[words * k..words * (k + 1)].to_vec();
+            let own_column: Vec<u64> = columns[words * k..words * (k + 1)].to_vec();
+            for (own, list, across) in [(&own_column, &mut rows, &own_row), (&own_row, &mut columns, &own_column)] {
+                for other in bits(own).filter(|other| left[*other]) {
+                    let entries = &mut list[words * other..words * (other + 1)];
+                    entries.iter_mut().zip(across).for_each(|(to, bits)| *to |= bits);
+                    entries[k / 64] &= !(1 << (k % 64));
+                }
+            }
+            for other in bits(&own_column).filter(|other| left[*other]) {
+                let entries = &mut fill[words * other..words * (other + 1)];
+                entries.iter_mut().zip(&own_row).for_each(|(to, bits)| *to |= bits);
+                lengths[other][0] = count(&rows, other) - 1;
+            }
+            for other in bits(&own_row).filter(|other| left[*other]) {
+                lengths[other][1] = count(&columns, other) - 1;
+            }
+        }
+        let rest = (n - order.len()) as f64;
+        let total = operations as f64 + rest.powi(3) / 3.0;
+        if total > WORTH * (n as f64).powi(3) / 3.0 {
+            order.clear();
+        }
+        (order, fill)
+    }
+
+    /// Makes the lists for an order of the head.
+    fn arrange(&mut self, head: Vec<usize>, fill: &[u64]) {
+        let (n, words) = (self.n, self.n.div_ceil(64));
+        self.head = head.len();
+        let mut place_of = vec![usize::MAX; n];
+        head.iter().enumerate().for_each(|(place, unknown)| place_of[*unknown] = place);
+        self.order = head;
+        for (unknown, place) in place_of.iter_mut().enumerate().filter(|(_, place)| **place == usize::MAX) {
+            *place = self.order.len();
+            self.order.push(unknown);
+        }
+        self.entries = vec![Vec::new(); n];
+        for (column, known) in self.pattern.chunks_exact(words.max(1)).enumerate() {
+            for row in bits(known) {
+                self.entries[place_of[row]].push((place_of[column] as u32, (row + n * column) as u32));
+            }
+        }
+        let values = |entries: &Vec<(u32, u32)>| entries.iter().map(|(column, _)| (*column, 0.0)).collect();
+        self.values = self.entries.iter().map(values).collect();
+        (self.before, self.after) = (vec![Vec::new(); n], vec![Vec::new(); self.head]);
+        if self.head == 0 {
+            return;
+        }
+        for (place, unknown) in self.order.iter().enumerate() {
+            let mut places: Vec<u32> =
+                bits(&fill[words * unknown..words * (unknown + 1)]).map(|column| place_of[column] as u32).collect();
+            places.sort_unstable();
+            let (end, head) = (place as u32, self.head as u32);
+            self.before[place] = places.iter().copied().filter(|k| *k < end.min(head)).collect();
+            if place < self.head {
+                self.after[place] = places.into_iter().filter(|k| *k > end).collect();
+            }
+        }
+    }
+}
+
+/// The places of the bits that are set, ascending.
+fn bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+    words.iter().enumerate().flat_map(|(at, word)| {
+        let mut rest = *word;
+        std::iter::from_fn(move || {
+            let bit = rest.trailing_zeros() as usize;
+            let found = (rest != 0).then_some(64 * at + bit);
+            rest &= rest.wrapping_sub(1);
+            found
+        })
+    })
+}

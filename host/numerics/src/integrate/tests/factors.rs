@@ -1,0 +1,113 @@
+//! The matrices of implicit steps: eliminated ahead as far as that pays, and densely.
+
+use nalgebra::Complex;
+
+use crate::integrate::fill::Fill;
+use crate::integrate::lu::{Lu, Number};
+use crate::random::Random;
+
+/// What `shift - J` leaves of a right side, as a share of it, with the solution by its factors; `None` where these are refused.
+fn left<T: Number + Default>(jacobian: &[f64], n: usize, shift: T, fill: &Fill) -> Option<f64> {
+    let mut lu = Lu::<T>::default();
+    let mut noise = Random(5);
+    // The second time with everything that the first leaves behind.
+    lu.factor(shift + shift, fill, true);
+    if !lu.factor(shift, fill, false) {
+        return None;
+    }
+    let right: Vec<T> = (0..n).map(|_| T::from_real(noise.next())).collect();
+    let mut x = right.clone();
+    lu.solve(&mut x, fill);
+    let row = |i: usize| {
+        (0..n).fold(shift * x[i] - right[i], |sum, j| sum - T::from_real(jacobian[i + n * j]) * x[j]).norm1()
+    };
+    Some((0..n).map(row).fold(0.0, f64::max))
+}
+
+/// The unknowns eliminated ahead; both matrices are solved with these, and without.
+fn solved(jacobian: &[f64], n: usize) -> usize {
+    let mut fill = Fill::default();
+    fill.resize(n);
+    assert!(fill.take(jacobian));
+    assert!(!fill.take(jacobian), "nothing new");
+    let head = fill.head;
+    for _ in 0..2 {
+        let real = left(jacobian, n, 30.0, &fill).unwrap();
+        let complex = left(jacobian, n, Complex::new(25.0, 30.0), &fill).unwrap();
+        assert!(real < 1e-11 && complex < 1e-11, "{real:e} {complex:e}");
+        fill.leave_dense(jacobian);
+    }
+    head
+}
+
+/// Positions whose rates are velocities, accelerations that depend on all of them, work done.
+fn mechanism(velocities: usize, depends: impl Fn(usize, usize) -> bool) -> (Vec<f64>, usize) {
+    let (n, mut noise) = (2 * velocities + 1, Random(9));
+    let mut jacobian = vec![0.0; n * n];
+    for i in 0..velocities {
+        jacobian[i + n * (velocities + i)] = 1.0;
+        for j in (0..velocities).filter(|j| depends(i, *j)) {
+            jacobian[velocities + i + n * j] = 100.0 * noise.next();
+            jacobian[velocities + i + n * (velocities + j)] = noise.next();
+        }
+        jacobian[2 * velocities + n * i] = noise.next();
+    }
+    (jacobian, n)
+}
+
+#[test]
+fn positions_are_eliminated_ahead() {
+    let (jacobian, n) = mechanism(20, |_, _| true);
+    assert_eq!(solved(&jacobian, n), 21);
+}
+
+#[test]
+fn of_long_structures_little_is_left() {
+    let (jacobian, n) = mechanism(150, |i, j| i.abs_diff(j) < 6);
+    let head = solved(&jacobian, n);
+    assert!(head > 270, "{head}");
+}
+
+#[test]
+fn full_matrices_are_dense() {
+    // Pivoting is needed: the first diagonal entry of 2 - J is zero.
+    let jacobian = [2.0, -1.0, 0.5, 3.0, 0.25, -2.0, 1.0, 4.0, -1.5];
+    let mut fill = Fill::default();
+    fill.resize(3);
+    fill.take(&jacobian);
+    assert_eq!(fill.head, 0);
+    assert!(left(&jacobian, 3, 2.0, &fill).unwrap() < 1e-14);
+    assert!(left(&jacobian, 3, Complex::new(2.0, 0.75), &fill).unwrap() < 1e-14);
+    fill.take(&[0.0; 9]);
+    assert!(left(&[0.0; 9], 3, 0.0, &fill).is_none(), "singular");
+}
+
+#[test]
+fn a_diagonal_without_pivots_is_refused_and_left_to_pivoting() {
+    let (mut jacobian, n) = mechanism(20, |i, j| i.abs_diff(j) < 2);
+    // A row that loses its diagonal with this shift.
+    for k in 0..n {
+        jacobian[n * k + 3] = 0.0;
+    }
+    (jacobian[3 + n * 3], jacobian[3 + n * 23]) = (30.0, 1.0);
+    let mut fill = Fill::default();
+    fill.resize(n);
+    fill.take(&jacobian);
+    assert!(fill.head > 0);
+    assert!(left(&jacobian, n, 30.0, &fill).is_none());
+    fill.leave_dense(&jacobian);
+    assert!(left(&jacobian, n, 30.0, &fill).unwrap() < 1e-10);
+}
+
+#[test]
+fn entries_that_come_later_change_the_order() {
+    let (jacobian, n) = mechanism(30, |i, j| i.abs_diff(j) < 2);
+    let mut fill = Fill::default();
+    fill.resize(n);
+    fill.take(&jacobian);
+    let (more, _) = mechanism(30, |i, j| i.abs_diff(j) < 9);
+    assert!(fill.take(&more));
+    assert!(left(&more, n, 30.0, &fill).unwrap() < 1e-11);
+    assert!(!fill.take(&jacobian));
+    assert!(left(&jacobian, n, 30.0, &fill).unwrap() < 1e-11);
+}
