@@ -125,14 +125,16 @@ not as expected.")]
     /// Measure error against time and work, for all methods and tolerances, and draw the curves
     #[command(after_help = "\
 The scenes' [[check]]s tell what is measured: the error of a run is the largest difference of a check of kind `position` or
-`orientation` (of any check where there are none of these) from its reference. Times are medians. At the end, the
-best time at errors of 1e-3, 1e-6 and 1e-9 of every method, and other programs' times over ours. Writes bench.csv, index.html and
-a drawing of each scene's curves (NAME.svg).
+`orientation` (of any check where there are none of these) from its reference. The outputs of a scene without checks are measured
+against a reference that is computed once and kept as NAME.reference.csv; their errors are shares of the largest value that an
+output of the same unit takes. Times are medians. At the end, the best time at errors of 1e-3, 1e-6 and 1e-9 of every method, and other programs' times over ours.
+Writes bench.csv, index.html and a drawing of each scene's curves (NAME.svg).
 
 Examples:
   odyn bench
   odyn bench --quick
   odyn bench my-scenes --methods dop853 --tols 1e-6,1e-9 --repeats 9
+  odyn bench my-scene.toml --t-end 50ms
   odyn bench scenes/benchmarks/A04.toml --peers results/peers.csv -o results/a04
 
 Methods without error control get step sizes instead of tolerances. The exit code is 7 if no run of a scene reaches its end.")]
@@ -417,6 +419,9 @@ pub(super) struct BenchArgs {
     /// A run that takes longer has failed
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
     pub(super) limit: f64,
+    /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
+    #[arg(long, value_name = "TIME")]
+    pub(super) t_end: Option<String>,
     /// The default method at two tolerances, each run once
     #[arg(long, conflicts_with_all = ["methods", "tols", "repeats"])]
     pub(super) quick: bool,

@@ -68,6 +68,8 @@ fn settings(args: &BenchArgs) -> Result<Settings, Failure> {
         limit: Duration::try_from_secs_f64(args.limit).unwrap_or(Duration::MAX / 4),
         plugins: args.plugins.clone(),
         program: std::env::current_exe().ok(),
+        t_end: args.t_end.clone(),
+        references: Some(args.output.clone()),
         ..Settings::default()
     };
     if args.quick {
@@ -101,6 +103,9 @@ fn summary(report: &Report) -> String {
             }
             text.push_str(&(line + "\n"));
         }
+    }
+    for problem in report.problems.iter().filter(|problem| !problem.reference.is_empty()) {
+        text.push_str(&format!("{}: {}\n", problem.name, problem.reference));
     }
     for ratio in report.ratios() {
         let (solver, mean) = (&ratio.solver, significant(ratio.mean, 3));

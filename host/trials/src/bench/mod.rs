@@ -10,12 +10,13 @@
 //!
 //! The error of a run is the largest difference, at any sample, of a measured coordinate from its reference, absolute, in
 //! the coordinate's unit. Measured coordinates are the checks of kind `position` and `orientation`, or all checks where
-//! there are none of these. The error belongs to the very run that is timed: no figure of speed stands without it. What
+//! there are none of these; in a scene without checks all outputs, as shares of their sizes, against a reference that is computed. The error belongs to the very run that is timed: no figure of speed stands without it. What
 //! fails is told as failed.
 //!
 //! | file | content |
 //! |---|---|
 //! | `report.rs` | what came out, as plain data |
+//! | `reference.rs` | what the outputs of a scene without checks are, computed once and kept |
 //! | `runner.rs` | runs a scene with all methods and tolerances |
 //! | `machine.rs` | where it ran |
 //! | `summary.rs` | best times at some errors, and how programs compare |
@@ -25,6 +26,7 @@
 mod machine;
 #[cfg(feature = "manual")]
 mod page;
+mod reference;
 mod report;
 mod runner;
 mod summary;

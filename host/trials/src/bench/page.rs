@@ -74,6 +74,9 @@ impl Report {
         let unit = if problem.unit.is_empty() { String::new() } else { format!(", {}", escape(&problem.unit)) };
         let measured: Vec<String> = problem.measured.iter().map(|text| html::code(text)).collect();
         out.push_str(&format!("<p>Measured: {}{unit}.</p>\n", measured.join(", ")));
+        if !problem.reference.is_empty() {
+            out.push_str(&format!("<p>{}.</p>\n", escape(&problem.reference)));
+        }
         out.push_str(&figure(&points, problem));
         out.push_str(&self.best_times(problem));
         out.push_str(&format!("<details>\n<summary>Numbers</summary>\n{}</details>\n</section>\n", numbers(&points)));

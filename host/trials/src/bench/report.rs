@@ -24,6 +24,8 @@ pub struct Problem {
     pub title: String,
     /// What is measured, as the scene writes it.
     pub measured: Vec<String>,
+    /// What the errors are measured by, in words; empty where the scene says it.
+    pub reference: String,
     /// Unit of the errors; empty if there is none, or more than one.
     pub unit: String,
     /// Time of a whole process that runs the scene with its own settings, besides the integration, s; `None` if it was not

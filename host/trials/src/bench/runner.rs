@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::reference::Reference;
 use super::report::{Measured, Point, Problem, Setting, Times, Work, median};
 use crate::integrate;
-use crate::results::CheckResult;
+use crate::results::{CheckResult, Status};
 use crate::scene::{Override, Scene};
 use crate::session::{RunOptions, RunReport, Session};
 
@@ -23,6 +24,10 @@ const ENOUGH: Duration = Duration::from_secs(5);
 const FEWEST_STEPS: u32 = 250;
 /// Processes started to measure the start-up.
 const STARTS: usize = 21;
+/// Computations that a reference is made of: coordinates and tolerance, the best first. The last stand in where a scene has no
+/// coordinates of joints, or takes too long in those of bodies.
+const COMPUTATIONS: [(&str, &str); 4] =
+    [("joint", "1e-13"), ("cartesian", "1e-12"), ("joint", "1e-12"), ("cartesian", "1e-11")];
 /// Kinds of checks that are measured coordinates.
 const COORDINATES: [&str; 2] = ["position", "orientation"];
 
@@ -43,6 +48,10 @@ pub struct Settings {
     pub library_copies: Option<PathBuf>,
     /// The program, to be started for measuring the start-up; not measured where absent.
     pub program: Option<PathBuf>,
+    /// End of the simulated time instead of the scene's, as `--t-end` takes it.
+    pub t_end: Option<String>,
+    /// Folder in which computed references are kept; not kept where absent.
+    pub references: Option<PathBuf>,
 }
 
 impl Default for Settings {
@@ -56,8 +65,19 @@ impl Default for Settings {
             plugins: Vec::new(),
             library_copies: None,
             program: None,
+            t_end: None,
+            references: None,
         }
     }
+}
+
+/// What the error of a run is measured by.
+enum Measure {
+    /// The scene's checks.
+    Checks,
+    Computed(Reference),
+    /// Nothing, for this reason.
+    Nothing(String),
 }
 
 /// Runs scenes.
@@ -76,18 +96,28 @@ impl Runner {
     pub fn measure(&self, path: &Path, mut told: impl FnMut(&Point)) -> Problem {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let mut problem = Problem { title: name.clone(), name, ..Problem::default() };
-        let duration = match self.open(path, Vec::new()) {
+        let (duration, measure) = match self.open(path, Vec::new()) {
             Ok(session) => {
                 describe(&mut problem, &session.scene);
-                session.scene.simulation.t_end - session.scene.simulation.t_start
+                let measure = match session.scene.checks.is_empty() {
+                    false => Measure::Checks,
+                    true => match self.reference(path, &problem.name, &session.fingerprint()) {
+                        Ok(reference) => {
+                            problem.reference = reference.words();
+                            Measure::Computed(reference)
+                        }
+                        Err(reason) => Measure::Nothing(reason),
+                    },
+                };
+                (session.scene.simulation.t_end - session.scene.simulation.t_start, measure)
             }
             // Every point will say so.
-            Err(_) => f64::NAN,
+            Err(_) => (f64::NAN, Measure::Checks),
         };
         problem.start_up = self.settings.program.as_ref().and_then(|program| self.start_up(program, path));
         for method in &self.settings.methods {
             for setting in self.settings_of(method, duration) {
-                let outcome = self.point(path, method, setting).map(|(measured, unit)| {
+                let outcome = self.point(path, method, setting, &measure).map(|(measured, unit)| {
                     problem.unit = unit;
                     measured
                 });
@@ -115,7 +145,37 @@ impl Runner {
         }
     }
 
-    fn open(&self, path: &Path, overrides: Vec<Override>) -> Result<Session, String> {
+    /// The reference of a scene, from the folder where it is kept or computed.
+    fn reference(&self, path: &Path, name: &str, fingerprint: &str) -> Result<Reference, String> {
+        let file = self.settings.references.as_ref().map(|folder| folder.join(format!("{name}.reference.csv")));
+        if let Some(known) = file.as_ref().and_then(|file| Reference::read(file, fingerprint)) {
+            return Ok(known);
+        }
+        // The first of the ways that comes to its end, and the first after it that does so too.
+        let (mut found, mut reasons) = (Vec::new(), Vec::new());
+        for (formulation, tolerance) in COMPUTATIONS {
+            let set = |key: &str, value: &str| Override::new(format!("simulation.{key}={value}"));
+            let overrides = [set("method", "auto"), set("formulation", formulation), set("tolerance", tolerance)];
+            let how = format!("{formulation} coordinates at {tolerance}");
+            match self.run(path, &overrides, Some(Instant::now() + self.settings.limit)) {
+                Ok((report, _)) if report.summary.status == Status::Completed => found.push((report, how)),
+                Ok((report, _)) => reasons.push(format!("{how}: suspect, {}", report.summary.reason)),
+                Err(reason) => reasons.push(format!("{how}: {}", reason.lines().next().unwrap_or_default())),
+            }
+            if found.len() == 2 {
+                break;
+            }
+        }
+        let [(first, how), (second, other)] = &found[..] else {
+            return Err(format!("no reference can be computed: {}", reasons.join("; ")));
+        };
+        let reference = Reference::new(first, second, &format!("{how} and {other}"))?;
+        file.map_or(Ok(()), |file| reference.write(&file, fingerprint))?;
+        Ok(reference)
+    }
+
+    fn open(&self, path: &Path, mut overrides: Vec<Override>) -> Result<Session, String> {
+        overrides.extend(self.settings.t_end.iter().map(|end| Override::new(format!("simulation.t_end={end}"))));
         let options = RunOptions {
             overrides,
             plugins: self.settings.plugins.clone(),
@@ -128,7 +188,16 @@ impl Runner {
     }
 
     /// Runs until the times are known; with the unit of the error.
-    fn point(&self, path: &Path, method: &str, setting: Setting) -> Result<(Measured, String), String> {
+    fn point(
+        &self,
+        path: &Path,
+        method: &str,
+        setting: Setting,
+        measure: &Measure,
+    ) -> Result<(Measured, String), String> {
+        if let Measure::Nothing(reason) = measure {
+            return Err(reason.clone());
+        }
         let set = |key: &str, value: String| Override::new(format!("simulation.{key}={value}"));
         let accuracy = match setting {
             Setting::Tolerance(tolerance) => set("tolerance", format!("{tolerance:e}")),
@@ -138,7 +207,10 @@ impl Runner {
         let started = Instant::now();
         // The clock is looked at in the first run only, so that the others are not slowed by it.
         let (report, first) = self.run(path, &overrides, Some(started + self.settings.limit))?;
-        let (error, unit) = error_of(&report.checks)?;
+        let (error, unit) = match measure {
+            Measure::Computed(reference) => (reference.error(&report)?.max(reference.accuracy), String::new()),
+            _ => error_of(&report.checks)?,
+        };
         let mut times = vec![first];
         while times.len() < self.settings.repeats && started.elapsed() < ENOUGH {
             times.push(self.run(path, &overrides, None)?.1);
@@ -244,6 +316,9 @@ fn describe(problem: &mut Problem, scene: &Scene) {
     let kinds: Vec<&str> = scene.checks.iter().map(|check| check.kind.word()).collect();
     let checks = scene.checks.iter().zip(&kinds).filter(|(_, kind)| is_measured(kind, &kinds));
     problem.measured = checks.map(|(check, _)| check.value.text().to_string()).collect();
+    if scene.checks.is_empty() {
+        problem.measured = scene.outputs.iter().map(|output| output.name.value.clone()).collect();
+    }
 }
 
 /// Whether a check of some kind is measured in a scene with checks of these kinds.

@@ -1,11 +1,14 @@
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::reference::Reference;
 use super::report::median;
 use super::runner::error_of;
 use super::*;
 use crate::results::CheckResult;
+use crate::session::{RunOptions, Session};
 
 /// Free fall, whose parabola every method follows exactly, and a body that nothing holds.
 const FALL: &str = "
@@ -116,8 +119,8 @@ fn what_cannot_be_measured_has_failed_with_a_reason() {
         assert!(!problem.solved() && problem.points.len() == 2);
         problem.points[0].outcome.clone().unwrap_err()
     };
-    let none = reason("none.toml", &FALL[..FALL.find("[[check]]").unwrap()], settings(&["auto"]));
-    assert!(none.contains("no [[check]]"), "{none}");
+    let none = reason("none.toml", &FALL[..FALL.find("[[output]]").unwrap()], settings(&["auto"]));
+    assert!(none.contains("neither [[output]] nor [[check]]"), "{none}");
     let broken = reason("broken.toml", "[simulation]\nt_end = 1\noutput_step = 0.1\n[[bodi]]\n", settings(&["auto"]));
     assert!(broken.contains("bodi"), "{broken}");
     let csv = FALL.replace("reference = \"5\"", "reference = { csv = \"nowhere.csv\", column = \"v\" }");
@@ -165,6 +168,7 @@ fn report() -> Report {
         outcome,
     };
     let problem = Problem {
+        reference: String::new(),
         name: "swing".into(),
         title: "Swing <1>".into(),
         measured: vec!["x".into()],
@@ -277,4 +281,60 @@ fn the_page_has_curves_numbers_and_failures() {
     failed.peers.clear();
     assert!(failed.page().contains("No run came to its end."));
     assert!(failed.drawing(&failed.problems[0]).is_none());
+}
+
+/// A body that tumbles about its middle axis; `spin` in rad/s.
+fn tumbling(spin: f64) -> String {
+    let outputs = ["x", "y", "z"].map(|axis| {
+        format!(
+            "[[output]]\nname = \"{axis}\"\nquantity = \"angular_velocity\"\nof = \"stone\"\ncomponent = \"{axis}\"\n"
+        )
+    });
+    let body = FALL[..FALL.find("[[output]]").unwrap()].replace("t_end = 1", "t_end = 10");
+    format!("{body}angular_velocity = [0.01, {spin:?}, 0.02]\n{}", outputs.concat())
+}
+
+#[test]
+fn a_scene_without_checks_is_measured_against_a_computed_reference() {
+    let scene = Scratch::new("tumble.toml", &tumbling(5.0));
+    let folder = scene.0.parent().unwrap().join("kept");
+    let settings = || Settings { references: Some(folder.clone()), ..settings(&["dop853"]) };
+    let problem = Runner::new(settings()).measure(&scene.0, |_| ());
+    assert_eq!(problem.measured, ["x", "y", "z"]);
+    let [loose, tight] = [0, 1].map(|k| measured(&problem.points[k]).error);
+    assert!(loose < 1e-2 && tight < 1e-6 && loose > 100.0 * tight, "{loose:e} {tight:e}");
+    assert!(problem.reference.contains("joint coordinates at 1e-13 and cartesian"), "{}", problem.reference);
+
+    // What was kept is used again, and the errors are those of before; no error is less than the reference is known.
+    let kept = folder.join("tumble.reference.csv");
+    let text = fs::read_to_string(&kept).unwrap();
+    let again = Runner::new(settings()).measure(&scene.0, |_| ());
+    assert_eq!([0, 1].map(|k| measured(&again.points[k]).error), [loose, tight]);
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines[2] = "# 0.5";
+    fs::write(&kept, lines.join("\n") + "\n").unwrap();
+    let coarse = Runner::new(settings()).measure(&scene.0, |_| ());
+    assert_eq!(measured(&coarse.points[1]).error, 0.5);
+
+    // Another scene has another reference.
+    fs::write(&scene.0, tumbling(4.0)).unwrap();
+    let other = Runner::new(settings()).measure(&scene.0, |_| ());
+    assert!(measured(&other.points[1]).error < 1e-6);
+    assert_ne!(fs::read_to_string(&kept).unwrap(), text);
+    let shorter = Settings { t_end: Some("1 s".into()), ..settings() };
+    Runner::new(shorter).measure(&scene.0, |_| ());
+    assert_eq!(fs::read_to_string(&kept).unwrap().lines().count(), 6 + 11);
+}
+
+#[test]
+fn computations_that_part_are_no_reference() {
+    let run = |text: &str| {
+        let scene = Scratch::new("tumble.toml", text);
+        let session = Session::open(&scene.0, &RunOptions::default()).unwrap();
+        session.run(None, Box::new(|_| ()), &Arc::default()).unwrap()
+    };
+    let (first, second) = (run(&tumbling(5.0)), run(&tumbling(5.00001)));
+    let reason = Reference::new(&first, &second, "one and another").unwrap_err();
+    assert!(reason.contains("one and another are apart by more than 1e-6") && reason.contains("--t-end"), "{reason}");
+    assert!(Reference::new(&first, &first, "the same twice").unwrap().accuracy == 0.0);
 }
