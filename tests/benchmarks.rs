@@ -5,6 +5,7 @@
 //! reference, or [`checked`], which trusts the scene's own `[[check]]`s. The tolerances of those are about three times the
 //! errors that were seen.
 
+use odyn::bench::{Runner, Settings};
 use odyn::results::Table;
 use odyn::session::RunReport;
 
@@ -251,4 +252,37 @@ fn every_scene_has_a_test() {
         }
     }
     assert!(scenes >= 20, "{scenes} scenes");
+}
+
+/// What `odyn bench` computes for a scene without checks has the digits of what is known of it.
+#[test]
+fn a_computed_reference_is_the_known_one() {
+    for name in ["A01", "A03", "A04", "chain_N10", "compressor"] {
+        let text = std::fs::read_to_string(root().join(format!("scenes/benchmarks/{name}.toml"))).unwrap();
+        let scratch = support::Scratch::new();
+        let folder = scratch.path();
+        let scene = scratch.file(&format!("{name}.toml"), &text[..text.find("[[check]]").unwrap()]);
+        let settings = Settings {
+            methods: vec!["dop853".into()],
+            tolerances: vec![1e-9],
+            repeats: 1,
+            library_copies: Some(support::kept("library-copies")),
+            references: Some(folder.to_path_buf()),
+            ..Settings::default()
+        };
+        let problem = Runner::new(settings).measure(&scene, |_| ());
+        let error = problem.points[0].outcome.as_ref().unwrap_or_else(|reason| panic!("{name}: {reason}")).error;
+        assert!(error < 1e-6, "{name}: {error:e}");
+        let computed = Table::read(&folder.join(format!("{name}.reference.csv"))).unwrap();
+        let known = Table::read(&root().join(format!("scenes/reference/{name}.csv"))).unwrap();
+        assert_eq!(computed.times.len(), known.times.len());
+        let mut compared = 0;
+        for (column, values) in known.names.iter().zip(&known.columns) {
+            let Some(own) = computed.column(column) else { continue };
+            let off = difference(own, values);
+            assert!(off < 1e-11, "{name}, {column}: {off:e}");
+            compared += 1;
+        }
+        assert!(compared >= 2, "{name}");
+    }
 }

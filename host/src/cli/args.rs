@@ -126,9 +126,10 @@ not as expected.")]
     #[command(after_help = "\
 The scenes' [[check]]s tell what is measured: the error of a run is the largest difference of a check of kind `position` or
 `orientation` (of any check where there are none of these) from its reference. The outputs of a scene without checks are measured
-against a reference that is computed once and kept as NAME.reference.csv; their errors are shares of the largest value that an
-output of the same unit takes. Times are medians. At the end, the best time at errors of 1e-3, 1e-6 and 1e-9 of every method, and other programs' times over ours.
-Writes bench.csv, index.html and a drawing of each scene's curves (NAME.svg).
+against a reference that is computed once and kept as NAME.reference.csv; their errors are shares of an output's peak, or of what
+is natural for its dimension in the scene where that is more. Times are medians. At the end, the best time at errors of 1e-3, 1e-6
+and 1e-9 of every method, and other programs' times over ours. Writes bench.csv, index.html and a drawing of each scene's curves
+(NAME.svg).
 
 Examples:
   odyn bench

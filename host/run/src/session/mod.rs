@@ -105,7 +105,7 @@ pub use restart::Restart;
 pub use run::{Run, RunSamples};
 pub use saved::Saved;
 pub use schema::{scene_page, scene_schema};
-pub use sharper::Sharper;
+pub use sharper::{NaturalSizes, Sharper};
 pub use sink::Sink;
 pub use tier::{Made, Tier};
 #[cfg(feature = "abi")]

@@ -22,6 +22,12 @@ const OTHER_METHODS: [&str; 2] = ["radau5", "auto"];
 pub struct Sharper {
     /// What is different in the second run.
     how: String,
+    sizes: NaturalSizes,
+}
+
+/// What is natural for the outputs of a scene; from [`Session::natural_sizes`].
+#[derive(Debug, Clone)]
+pub struct NaturalSizes {
     /// Dimension of each output, and its unit in SI.
     outputs: Vec<(Dimension, f64)>,
     /// Size of the scene, m.
@@ -75,21 +81,26 @@ impl Session {
         if let Some(state) = &self.begins.state {
             sharper.go_on_from(state.clone())?;
         }
-        let comparing = Sharper {
-            how,
+        Ok((sharper, Sharper { how, sizes: self.natural_sizes() }))
+    }
+
+    /// What is natural for the scene's outputs, whatever their values are.
+    #[must_use]
+    pub fn natural_sizes(&self) -> NaturalSizes {
+        NaturalSizes {
             outputs: self.model.channels.iter().map(|channel| (channel.dimension, channel.factor)).collect(),
             length: self.assembly.scales.length,
             mass: self.model.bodies.iter().map(|body| body.mass).sum(),
-        };
-        Ok((sharper, comparing))
+        }
     }
 }
 
-impl Sharper {
+impl NaturalSizes {
     /// What is natural for each output, in its unit, in a scene of this size and mass in which so much energy (J) moved:
     /// L^a M^b T^c with T = L / sqrt(2 E / M). An output far smaller than that is made of numbers that large, and its error
     /// is a share of these.
-    fn sizes(&self, energy: f64) -> Vec<f64> {
+    #[must_use]
+    pub fn of(&self, energy: f64) -> Vec<f64> {
         let speed = (2.0 * energy / self.mass).sqrt();
         let size = |dimension: &Dimension| -> f64 {
             let mechanical = dimension.length != 0 || dimension.mass != 0 || dimension.time != 0;
@@ -123,7 +134,7 @@ impl RunReport {
         };
         let other = Samples { times, columns, names: &names };
         let limit = self.summary.audit_limits.map(|limits| limits.energy);
-        let sizes = sharper.sizes(self.summary.audit.largest_energy());
+        let sizes = sharper.sizes.of(self.summary.audit.largest_energy());
         let verified = Verified::new(sharper.how.clone(), &own, &other, problem, limit, &sizes);
         let unit = &self.summary.time_unit;
         let mut reasons = Vec::new();

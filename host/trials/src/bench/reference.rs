@@ -21,7 +21,7 @@ pub(super) struct Reference {
     times: Vec<f64>,
     names: Vec<String>,
     columns: Vec<Vec<f64>>,
-    /// By output: the largest value of any output of its unit; infinite where redundant joints leave it open.
+    /// By output: its peak, or what is natural for its dimension where that is more; infinite where redundant joints leave it open.
     sizes: Vec<f64>,
     /// Largest difference of the two computations, as a share of those.
     pub(super) accuracy: f64,
@@ -30,23 +30,23 @@ pub(super) struct Reference {
 }
 
 impl Reference {
-    /// From two computations. Their differences count as shares of the largest value that any output of the same unit takes.
+    /// From two computations. Their differences count as shares of an output's peak, or of what is natural for its dimension
+    /// (`natural`) where that is more.
     ///
     /// # Errors
     /// The scene has no output, or they differ too much: from when on, and what helps.
-    pub(super) fn new(first: &RunReport, second: &RunReport, how: &str) -> Result<Self, String> {
+    pub(super) fn new(first: &RunReport, second: &RunReport, natural: &[f64], how: &str) -> Result<Self, String> {
         if first.columns.is_empty() {
             return Err("the scene has neither [[output]] nor [[check]], so no error can be measured".into());
         }
-        let peak = |column: &[f64]| column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let sizes = first.channels.iter().map(|channel| {
-            if !channel.unique {
+        let sizes = first.channels.iter().zip(&first.columns).zip(natural).map(|((channel, column), natural)| {
+            let size = column.iter().fold(*natural, |most, x| most.max(x.abs()));
+            match channel.unique {
                 // Each computation may choose it.
-                return f64::INFINITY;
+                false => f64::INFINITY,
+                true if size > 0.0 => size,
+                true => 1.0,
             }
-            let alike = first.channels.iter().zip(&first.columns).filter(|(other, _)| other.unit == channel.unit);
-            let size = alike.map(|(_, column)| peak(column)).fold(0.0, f64::max);
-            if size > 0.0 { size } else { 1.0 }
         });
         let sizes: Vec<f64> = sizes.collect();
         if sizes.iter().all(|size| size.is_infinite()) {
@@ -105,7 +105,7 @@ impl Reference {
     /// What is measured, for people.
     pub(super) fn words(&self) -> String {
         format!(
-            "reference: {}, which agree to {} of the largest value of an output; smaller errors are not told apart",
+            "reference: {}, which agree to {} of the outputs' sizes; smaller errors are not told apart",
             self.how,
             significant(self.accuracy, 2)
         )

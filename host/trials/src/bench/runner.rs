@@ -101,7 +101,7 @@ impl Runner {
                 describe(&mut problem, &session.scene);
                 let measure = match session.scene.checks.is_empty() {
                     false => Measure::Checks,
-                    true => match self.reference(path, &problem.name, &session.fingerprint()) {
+                    true => match self.reference(path, &problem.name, &session) {
                         Ok(reference) => {
                             problem.reference = reference.words();
                             Measure::Computed(reference)
@@ -146,9 +146,10 @@ impl Runner {
     }
 
     /// The reference of a scene, from the folder where it is kept or computed.
-    fn reference(&self, path: &Path, name: &str, fingerprint: &str) -> Result<Reference, String> {
+    fn reference(&self, path: &Path, name: &str, session: &Session) -> Result<Reference, String> {
+        let fingerprint = session.fingerprint();
         let file = self.settings.references.as_ref().map(|folder| folder.join(format!("{name}.reference.csv")));
-        if let Some(known) = file.as_ref().and_then(|file| Reference::read(file, fingerprint)) {
+        if let Some(known) = file.as_ref().and_then(|file| Reference::read(file, &fingerprint)) {
             return Ok(known);
         }
         // The first of the ways that comes to its end, and the first after it that does so too.
@@ -159,6 +160,7 @@ impl Runner {
             let how = format!("{formulation} coordinates at {tolerance}");
             match self.run(path, &overrides, Some(Instant::now() + self.settings.limit)) {
                 Ok((report, _)) if report.summary.status == Status::Completed => found.push((report, how)),
+                // Where results are open, they are no reference.
                 Ok((report, _)) => reasons.push(format!("{how}: suspect, {}", report.summary.reason)),
                 Err(reason) => reasons.push(format!("{how}: {}", reason.lines().next().unwrap_or_default())),
             }
@@ -169,8 +171,11 @@ impl Runner {
         let [(first, how), (second, other)] = &found[..] else {
             return Err(format!("no reference can be computed: {}", reasons.join("; ")));
         };
-        let reference = Reference::new(first, second, &format!("{how} and {other}"))?;
-        file.map_or(Ok(()), |file| reference.write(&file, fingerprint))?;
+        let natural = session.natural_sizes().of(first.summary.audit.largest_energy());
+        let alike = how.split(' ').next() == other.split(' ').next();
+        let alike = if alike { " (whose equations are the same: what both have wrong is not seen)" } else { "" };
+        let reference = Reference::new(first, second, &natural, &format!("{how} and {other}{alike}"))?;
+        file.map_or(Ok(()), |file| reference.write(&file, &fingerprint))?;
         Ok(reference)
     }
 

@@ -334,7 +334,7 @@ fn computations_that_part_are_no_reference() {
         session.run(None, Box::new(|_| ()), &Arc::default()).unwrap()
     };
     let (first, second) = (run(&tumbling(5.0)), run(&tumbling(5.00001)));
-    let reason = Reference::new(&first, &second, "one and another").unwrap_err();
+    let reason = Reference::new(&first, &second, &[0.0; 3], "one and another").unwrap_err();
     assert!(reason.contains("one and another are apart by more than 1e-6") && reason.contains("--t-end"), "{reason}");
-    assert!(Reference::new(&first, &first, "the same twice").unwrap().accuracy == 0.0);
+    assert!(Reference::new(&first, &first, &[0.0; 3], "the same twice").unwrap().accuracy == 0.0);
 }
