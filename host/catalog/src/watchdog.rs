@@ -26,7 +26,6 @@ const SHORTEST_SLEEP: Duration = Duration::from_millis(1);
 /// What a library may be asked for, in words.
 const FUNCTIONS: [&str; 8] =
     ["loading the library", "new set", "create", "record", "evaluate", "accept", "save", "load"];
-#[cfg(feature = "abi")]
 const LOADING: usize = 0;
 const NEW_SET: usize = 1;
 const CREATE: usize = 2;
@@ -118,7 +117,6 @@ impl Watchdog {
     }
 
     /// Loads a library under watch.
-    #[cfg(feature = "abi")]
     pub(super) fn load<T>(&self, file: &str, body: impl FnOnce() -> T) -> T {
         self.post(file, "", None).during(LOADING, 0, body)
     }

@@ -13,9 +13,9 @@ const FIXED_ACCURACY: f64 = 1e-13;
 /// Rate of convergence up to which the Jacobian is kept for the next step.
 const KEEP_JACOBIAN: f64 = 1e-3;
 /// The same where a Jacobian costs much: iterations more cost less then.
-const KEEP_DEAR_JACOBIAN: f64 = 0.03;
-/// Iterations for the cost of which a Jacobian with its factors is dear.
-const DEAR: f64 = 8.0;
+const KEEP_EXPENSIVE_JACOBIAN: f64 = 0.03;
+/// Iterations for the cost of which a Jacobian with its factors is expensive.
+const EXPENSIVE: f64 = 8.0;
 /// Ratios of step sizes within which step size and factorisation are kept.
 const KEEP_STEP: [f64; 2] = [1.0, 1.2];
 /// Limits of the ratio of step sizes.
@@ -97,7 +97,7 @@ impl Control {
         let n = n as f64;
         let jacobian = price.jacobian.unwrap_or(n * price.evaluation) + n.powi(3);
         let iteration = STAGES as f64 * price.evaluation + 5.0 * n * n;
-        self.keep_jacobian = if jacobian > DEAR * iteration { KEEP_DEAR_JACOBIAN } else { KEEP_JACOBIAN };
+        self.keep_jacobian = if jacobian > EXPENSIVE * iteration { KEEP_EXPENSIVE_JACOBIAN } else { KEEP_JACOBIAN };
     }
 
     /// Without an error test, the iterations go on nearly to round-off.
