@@ -70,7 +70,7 @@ impl std::error::Error for OpenError {}
 /// is never unloaded.
 pub unsafe fn open(entry: *const ()) -> Result<Vec<Box<dyn ElementClass>>, OpenError> {
     // SAFETY: as the caller's.
-    unsafe { open_unread(entry) }?.iter().map(UnreadClass::read).collect()
+    unsafe { open_unread(entry) }?.iter().map(|class| class.read().map_err(OpenError::Root)).collect()
 }
 
 /// A class of a library, of which nothing was asked yet.
@@ -80,9 +80,9 @@ impl UnreadClass {
     /// Asks for its descriptor, judges that, and gives the class. A few tens of microseconds, most of which go into text.
     ///
     /// # Errors
-    /// [`OpenError::Root`].
-    pub fn read(&self) -> Result<Box<dyn ElementClass>, OpenError> {
-        load_class(&self.0).map_err(OpenError::Root)
+    /// Why the library failed, or what is impossible about what it gave.
+    pub fn read(&self) -> Result<Box<dyn ElementClass>, String> {
+        load_class(&self.0)
     }
 }
 

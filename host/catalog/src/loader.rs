@@ -213,10 +213,7 @@ fn offer(announced: &ManifestElement, class: UnreadClass, path: &Path, package: 
     let (expected, path, package) = (announced.clone(), path.to_path_buf(), package.to_string());
     Offer::unread(announced.clone(), move || {
         let failed = |message: String| CatalogError::Failed { path: path.clone(), package: package.clone(), message };
-        let class = class.read().map_err(|error| match error {
-            OpenError::Root(message) => failed(message),
-            other => failed(other.to_string()),
-        })?;
+        let class = class.read().map_err(&failed)?;
         let descriptor = class.descriptor();
         if !expected.is(descriptor.kind, &descriptor.name) {
             return Err(failed(OTHERS.into()));

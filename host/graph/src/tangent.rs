@@ -263,11 +263,20 @@ fn step(g: &mut Graph, node: Node, place_of: &FxHashMap<Node, u32>, numbers: &mu
         let first = g.select(a, b, one, zero);
         return Some(Step { operands, factors: [numbers.of(first), CHOICE] });
     }
+    if let Expr::Call { .. } = g.expr(node) {
+        // Opaque results are differentiated by whoever knows what they mean.
+        return None;
+    }
     let zero = numbers.of(g.constant(0.0));
     let mut step = Step { operands: [CONSTANT; 2], factors: [zero; 2] };
+    let (mut places, mut count) = ([None; 2], 0);
+    g.operands(node, |operand| {
+        places[count] = place(operand);
+        count += 1;
+    });
     let mut found = 0;
-    for (k, operand) in operands(g, node).into_iter().enumerate() {
-        let Some(at) = operand.and_then(place) else { continue };
+    for (k, at) in places.into_iter().enumerate() {
+        let Some(at) = at else { continue };
         let slope = partial(g, node, k);
         if !g.is_zero(slope) {
             (step.operands[found], step.factors[found]) = (at, numbers.of(slope));
@@ -277,26 +286,7 @@ fn step(g: &mut Graph, node: Node, place_of: &FxHashMap<Node, u32>, numbers: &mu
     (found > 0).then_some(step)
 }
 
-/// The operands that a value changes smoothly with.
-fn operands(g: &Graph, node: Node) -> [Option<Node>; 2] {
-    match g.expr(node) {
-        // Opaque results are differentiated by whoever knows what they mean.
-        Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } | Expr::Select(..) => [None, None],
-        Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) | Expr::Div(a, b) | Expr::Atan2(a, b) => [Some(a), Some(b)],
-        Expr::Neg(a)
-        | Expr::Sqrt(a)
-        | Expr::Sin(a)
-        | Expr::Cos(a)
-        | Expr::Exp(a)
-        | Expr::Ln(a)
-        | Expr::Tanh(a)
-        | Expr::Powi(a, _)
-        | Expr::Powf(a, _)
-        | Expr::Table { at: a, .. } => [Some(a), None],
-    }
-}
-
-/// The partial derivative of a node with respect to the first or second of [`operands`].
+/// The partial derivative of a node with respect to the first or second of its operands.
 fn partial(g: &mut Graph, node: Node, operand: usize) -> Node {
     let one = g.constant(1.0);
     match (g.expr(node), operand) {

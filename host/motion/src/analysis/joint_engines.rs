@@ -76,10 +76,8 @@ impl Unrolled {
         }
         let columns = joint.coordinates.columns;
         let chosen = || rows.iter().map(|row| &joint.rows[*row]);
-        let jacobian: Vec<Vec<(usize, Node)>> = chosen().map(|row| row.jacobian.clone()).collect();
-        let elimination = Elimination::new(&mut g, columns, &joint.mass, &jacobian);
-        let gammas: Vec<Node> = chosen().map(|row| row.gamma).collect();
-        let (accelerations, multipliers) = elimination.solve(&mut g, &joint.loads, &gammas);
+        let jacobian = jacobian(joint, rows);
+        let (elimination, (accelerations, multipliers)) = eliminate(joint, &mut g, rows, &jacobian);
         let mut pivots = elimination.mass_pivots.clone();
         pivots.extend(&elimination.row_pivots);
         if let Some(solved) = open {
@@ -155,13 +153,28 @@ pub(super) fn motion_nodes(joint: &JointEquations, rows: &[usize], by_bodies: bo
     let (accelerations, multipliers) = if by_bodies {
         (joint.articulated(&mut g).accelerations, Vec::new())
     } else {
-        let chosen = || rows.iter().map(|row| &joint.rows[*row]);
-        let jacobian: Vec<Vec<(usize, Node)>> = chosen().map(|row| row.jacobian.clone()).collect();
-        let gammas: Vec<Node> = chosen().map(|row| row.gamma).collect();
-        Elimination::new(&mut g, joint.coordinates.columns, &joint.mass, &jacobian).solve(&mut g, &joint.loads, &gammas)
+        eliminate(joint, &mut g, rows, &jacobian(joint, rows)).1
     };
     let nodes = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &[]);
     (g, nodes)
+}
+
+/// The rows' derivatives along the coordinates.
+fn jacobian(joint: &JointEquations, rows: &[usize]) -> Vec<Vec<(usize, Node)>> {
+    rows.iter().map(|row| joint.rows[*row].jacobian.clone()).collect()
+}
+
+/// Mass matrix and rows eliminated; then accelerations and multipliers.
+fn eliminate(
+    joint: &JointEquations,
+    g: &mut Graph,
+    rows: &[usize],
+    jacobian: &[Vec<(usize, Node)>],
+) -> (Elimination, (Vec<Node>, Vec<Node>)) {
+    let elimination = Elimination::new(g, joint.coordinates.columns, &joint.mass, jacobian);
+    let gammas: Vec<Node> = rows.iter().map(|row| joint.rows[*row].gamma).collect();
+    let solution = elimination.solve(g, &joint.loads, &gammas);
+    (elimination, solution)
 }
 
 /// The outputs of [`Unrolled::motion`].

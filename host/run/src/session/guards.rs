@@ -8,7 +8,6 @@ use std::sync::Arc;
 use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range;
-use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, Expr, Node, Ranges, Sharp, Switches};
 
@@ -69,8 +68,9 @@ pub(super) struct Watching {
 }
 
 impl Watching {
-    /// Looks for it in the equations, which gain the nodes to watch.
-    pub(super) fn find(equations: &mut Equations, model: &Model, layout: &Layout) -> Self {
+    /// Looks for it in the equations, which gain the nodes to watch; of the angles, at those that are counted
+    /// ([`Equations::counted_angles`]).
+    pub(super) fn find(equations: &mut Equations, counted: &[usize], layout: &Layout) -> Self {
         let sharp = Sharp::find(equations, layout);
         let mut switches = Switches::find(equations, layout);
         // What depends on time alone is known before a step.
@@ -82,8 +82,7 @@ impl Watching {
             g.tables.push(sides.clone());
             conditions.push(g.table(g.tables.len() as u32 - 1, 0, *at));
         }
-        let counted = equations.counted_angles(model, layout).into_iter();
-        let angles = counted.map(|reference| (equations.angles[reference], reference)).collect();
+        let angles = counted.iter().map(|reference| (equations.angles[*reference], *reference)).collect();
         Self { conditions, sharp, angles, rows: Vec::new() }
     }
 

@@ -128,7 +128,7 @@ impl Prepared {
         let Session { equations, model, assembly, scene, .. } = &mut session;
         let mut system = Simulation::new(equations, model, &layout, assembly, formulation, tolerance, rows)
             .map_err(|e| start_error(scene, &e))?;
-        let mut watching = Watching::find(&mut session.equations, &session.model, &layout);
+        let mut watching = Watching::find(&mut session.equations, system.counted_angles(), &layout);
         if session.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&session.equations, watching.conditions());
         }

@@ -284,8 +284,9 @@ impl Session {
             format!("{} ({})", self.model.elements[*element].name, plural(*count, "condition", "conditions"))
         };
         let mut equations = self.equations.clone();
-        let watched =
-            Watching::find(&mut equations, &self.model, &self.plan.layout).in_words(&equations, &self.plan.layout);
+        let layout = &self.plan.layout;
+        let counted = equations.counted_angles(&self.model, layout);
+        let watched = Watching::find(&mut equations, &counted, layout).in_words(&equations, layout);
         PlanReport {
             enclosed: watched.within,
             known_ahead: watched.ahead,
@@ -310,7 +311,7 @@ impl Session {
             skipped: solving
                 .skips
                 .iter()
-                .chain(&Savings::of(self))
+                .chain(&Savings::of(self, counted.len()))
                 .map(|skip| Decision {
                     what: skip.what.clone(),
                     why: skip.why.clone(),

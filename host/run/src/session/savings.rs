@@ -4,7 +4,7 @@ use element_api::Kind;
 
 use super::opened::Session;
 use crate::model::Model;
-use crate::plan::Plan;
+use crate::plan::{Layout, Plan};
 use crate::program::{Equations, Node, Program};
 use crate::scene::Scene;
 
@@ -39,13 +39,13 @@ pub(super) struct Savings {
 }
 
 impl Savings {
-    /// What equations, requested outputs and freedoms make unnecessary.
-    pub(super) fn of(session: &Session) -> Vec<Skip> {
+    /// What equations, requested outputs and freedoms make unnecessary; so many of the angles are counted.
+    pub(super) fn of(session: &Session, counted: usize) -> Vec<Skip> {
         let mut savings = Self::default();
         note_redundancy(&mut savings, &session.plan);
         note_skips(&mut savings, &session.scene, &session.model, &session.equations);
         note_determined(&mut savings, session);
-        note_angles(&mut savings, session);
+        note_angles(&mut savings, &session.plan.layout, counted);
         savings.list
     }
 
@@ -95,12 +95,7 @@ fn note_determined(savings: &mut Savings, session: &Session) {
 }
 
 /// Angles whose turns nobody asks for.
-fn note_angles(savings: &mut Savings, session: &Session) {
-    let layout = &session.plan.layout;
-    if layout.references == 0 {
-        return;
-    }
-    let counted = session.equations.clone().counted_angles(&session.model, layout).len();
+fn note_angles(savings: &mut Savings, layout: &Layout, counted: usize) {
     let others = layout.references - counted;
     if others > 0 {
         savings.skip(

@@ -393,6 +393,12 @@ impl<'a> Simulation<'a> {
         result
     }
 
+    /// The references of the angles that are counted, ascending.
+    #[must_use]
+    pub(super) fn counted_angles(&self) -> &[usize] {
+        &self.counted
+    }
+
     /// The compiling of programs.
     #[must_use]
     pub(super) fn tier(&self) -> &Tier {

@@ -99,16 +99,14 @@ impl Runner {
         let (duration, measure) = match self.open(path, Vec::new()) {
             Ok(session) => {
                 describe(&mut problem, &session.scene);
-                let measure = match session.scene.checks.is_empty() {
-                    false => Measure::Checks,
-                    true => match self.reference(path, &problem.name, &session) {
-                        Ok(reference) => {
-                            problem.reference = reference.words();
-                            Measure::Computed(reference)
-                        }
-                        Err(reason) => Measure::Nothing(reason),
-                    },
+                let measure = if session.scene.checks.is_empty() {
+                    self.reference(path, &problem.name, &session).map_or_else(Measure::Nothing, Measure::Computed)
+                } else {
+                    Measure::Checks
                 };
+                if let Measure::Computed(reference) = &measure {
+                    problem.reference = reference.words();
+                }
                 (session.scene.simulation.t_end - session.scene.simulation.t_start, measure)
             }
             // Every point will say so.
