@@ -1,6 +1,6 @@
 //! The rank-safe engine, and the plain twin of every faster one.
 
-use super::{BlockCholesky, Health, KktSolver, KktStructure, LinalgError, PivotedQr, add_scaled, check_length, dot};
+use super::{BlockCholesky, Health, KktSolver, KktStructure, LinalgError, PivotedQr, add_scaled, check_length};
 
 /// Dense null space method in the metric of the mass matrix.
 ///
@@ -31,7 +31,7 @@ pub struct DenseQr {
     measure: Option<Measure>,
     /// Values of `M`, and of `J` factored last.
     values: (Vec<f64>, Vec<f64>),
-    /// Mass block and constraint row, for each pair that shares an entry of `J`.
+    /// Constraint row and mass block, for each pair that shares an entry of `J`.
     touched: Vec<(usize, usize)>,
     /// `J a - g` of the dependent rows, by row.
     residuals: Vec<f64>,
@@ -41,6 +41,17 @@ pub struct DenseQr {
     constrained: Vec<f64>,
     /// Scratch of three times `n + m`, for refinement.
     room: Vec<f64>,
+}
+
+/// Rows from which on, and entries of a column, as a share of its length, up to which what is zero is not stored.
+const MANY_ROWS: usize = 60;
+const FEW_ENTRIES: f64 = 0.1;
+
+/// A factorisation for a matrix of the size of `J^T` with so many entries.
+fn storage(structure: &KktStructure, entries: usize, tolerance: f64) -> PivotedQr {
+    let (n, m) = (structure.n, structure.m);
+    let is_sparse = m >= MANY_ROWS && entries as f64 <= FEW_ENTRIES * n as f64 * m as f64;
+    if is_sparse { PivotedQr::sparse(n, m, tolerance) } else { PivotedQr::new(n, m, tolerance) }
 }
 
 /// Where ranks are decided without the mass.
@@ -66,12 +77,13 @@ impl DenseQr {
             }
         }
         let mut touched: Vec<(usize, usize)> =
-            structure.jacobian.iter().map(|&(row, column)| (block_of[column], row)).collect();
+            structure.jacobian.iter().map(|&(row, column)| (row, block_of[column])).collect();
         touched.sort_unstable();
         touched.dedup();
+        let entries = touched.iter().map(|(_, block)| mass.unknowns(*block).len()).sum();
         Ok(Self {
             mass,
-            qr: PivotedQr::new(structure.n, structure.m, tolerance),
+            qr: storage(structure, entries, tolerance),
             tolerance,
             measure: None,
             values: (vec![0.0; structure.mass.len()], vec![0.0; structure.jacobian.len()]),
@@ -92,7 +104,7 @@ impl DenseQr {
     /// A slice of the wrong length.
     pub fn set_measure(&mut self, scales: &[f64]) -> Result<(), LinalgError> {
         check_length("scales", self.structure.n, scales.len())?;
-        let qr = PivotedQr::new(self.structure.n, self.structure.m, self.tolerance);
+        let qr = storage(&self.structure, self.structure.jacobian.len(), self.tolerance);
         self.measure = Some(Measure { scales: scales.to_vec(), qr });
         self.qr.set_tolerance(0.0);
         Ok(())
@@ -191,9 +203,8 @@ impl DenseQr {
 
         // R11^T c = (P^T D g)_1, and what the dependent rows make of c
         self.qr.solve_independent_transposed(g, &mut self.constrained);
-        for (k, &row) in self.qr.dependent_columns().iter().enumerate() {
-            let entries = &self.qr.column(rank + k)[..rank];
-            let value = dot(entries, &self.constrained[..rank]);
+        for &row in self.qr.dependent_columns() {
+            let value = self.qr.product(rank, row, &self.constrained[..rank]);
             self.residuals[row] = value / self.qr.column_scale(row) - g[row];
         }
 
@@ -211,14 +222,20 @@ impl DenseQr {
     /// Factors `B` with the rows in use.
     fn factor(&mut self) -> Result<(), LinalgError> {
         // B = L^-1 J^T
-        let n = self.structure.n;
-        let columns = self.qr.entries_mut();
-        columns.fill(0.0);
-        for (&(row, column), &value) in self.structure.jacobian.iter().zip(&self.values.1) {
-            columns[column + n * row] = value;
-        }
-        for &(block, row) in &self.touched {
-            self.mass.solve_lower_block(block, &mut columns[n * row..n * (row + 1)]);
+        self.qr.clear();
+        self.work.fill(0.0);
+        let mut touched = self.touched.iter().peekable();
+        let mut entries = self.structure.jacobian.iter().zip(&self.values.1).peekable();
+        for row in 0..self.structure.m {
+            while let Some((&(_, column), &value)) = entries.next_if(|((own, _), _)| *own == row) {
+                self.work[column] = value;
+            }
+            while let Some(&(_, block)) = touched.next_if(|(own, _)| *own == row) {
+                self.mass.solve_lower_block(block, &mut self.work);
+                for &unknown in self.mass.unknowns(block) {
+                    self.qr.set(unknown, row, std::mem::take(&mut self.work[unknown]));
+                }
+            }
         }
         if let Some(measure) = &self.measure {
             self.qr.set_rank_limit(measure.qr.rank());
@@ -249,10 +266,9 @@ impl KktSolver for DenseQr {
         match &mut self.measure {
             None => self.factor()?,
             Some(Measure { scales, qr }) => {
-                let columns = qr.entries_mut();
-                columns.fill(0.0);
+                qr.clear();
                 for (&(row, column), &value) in self.structure.jacobian.iter().zip(jacobian) {
-                    columns[column + self.structure.n * row] = value * scales[column];
+                    qr.set(column, row, value * scales[column]);
                 }
                 qr.factor()?;
             }

@@ -263,8 +263,13 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
 
 /// Euclidean norm, safe against overflow and underflow; NaN or infinite if an entry is.
 fn two_norm(x: &[f64]) -> f64 {
+    two_norm_of(x.iter().copied())
+}
+
+/// The same of numbers wherever they stand.
+fn two_norm_of(x: impl Iterator<Item = f64> + Clone) -> f64 {
     let mut largest = 0.0_f64;
-    for &value in x {
+    for value in x.clone() {
         if !value.is_finite() {
             return f64::NAN;
         }
@@ -273,7 +278,7 @@ fn two_norm(x: &[f64]) -> f64 {
     if largest == 0.0 {
         return 0.0;
     }
-    let sum: f64 = x.iter().map(|&v| (v / largest) * (v / largest)).sum();
+    let sum: f64 = x.map(|v| (v / largest) * (v / largest)).sum();
     largest * sum.sqrt()
 }
 

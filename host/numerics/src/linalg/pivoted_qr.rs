@@ -1,19 +1,31 @@
-//! Householder QR with column pivoting for small dense matrices of unknown rank.
+//! Householder QR with column pivoting for matrices of unknown rank, dense or sparse.
 
-use super::{LinalgError, add_scaled, check_length, dot, two_norm};
+use super::{LinalgError, check_length, two_norm};
+
+mod sparse;
+mod stored;
+mod whole;
+
+use stored::Stored;
 
 /// A column whose length is at or below this share of the longest one is taken as zero: it
 /// consists of round-off, and scaling it to unit length would invent a direction.
 const NEGLIGIBLE_COLUMN: f64 = 1e-14;
 
-/// `S A D P = Q R` of a dense matrix `A` (`rows x columns`, column-major).
+/// Remainder, of columns of unit length, from which on a column is taken where it makes the fewest entries. Nothing is solved with
+/// constraints that are so close to dependent, and round-off is far from it.
+const CLEARLY_INDEPENDENT: f64 = 1e-6;
+
+/// `S A D P = Q R` of a matrix `A` (`rows x columns`).
 ///
 /// `D` scales every column to unit length, `P` puts the column with the largest remainder
 /// first (Businger & Golub 1965), and the factorisation stops where every remainder is at or
 /// below the tolerance: that is the rank. Remainders are down-dated, and recomputed where
 /// cancellation would spoil them, after Drmac & Bujanovic (ACM TOMS 35, 2008; LAPACK dgeqp3).
-/// `S` puts rows with large entries first: errors of each row are then round-off of that row,
-/// however much rows differ in size (Powell & Reid 1969; Cox & Higham, BIT 38, 1998).
+/// `S` orders rows so that the errors of each are round-off of that row, however much rows differ in size.
+///
+/// With sparse storage columns that are clearly independent are taken in the order that makes the fewest entries, and the largest
+/// remainder decides among the others only (after Heath, SIAM J. Sci. Stat. Comput. 5, 1984, who puts them last).
 ///
 /// Columns may be split in two groups, see [`PivotedQr::set_first_group`].
 ///
@@ -30,8 +42,7 @@ pub struct PivotedQr {
     rank_limit: usize,
     /// Group of each column of `A`.
     in_first_group: Vec<bool>,
-    /// `A`, then `R` on and above the diagonal and the reflectors below it.
-    entries: Vec<f64>,
+    stored: Stored,
     /// Factor of each reflector `I - tau v v^T`.
     tau: Vec<f64>,
     /// Lengths that columns are scaled by; their own where empty.
@@ -40,10 +51,7 @@ pub struct PivotedQr {
     scale: Vec<f64>,
     /// `P`: column of `A` at each place.
     order: Vec<usize>,
-    /// `S`: row of `A` at each place; and the size of each row.
-    row_order: Vec<usize>,
-    row_size: Vec<f64>,
-    /// Length of what remains of the column at each place, down-dated.
+    /// Length of what remains of each column, down-dated.
     remainder: Vec<f64>,
     /// The same when it was last computed from the entries.
     remainder_computed: Vec<f64>,
@@ -51,34 +59,44 @@ pub struct PivotedQr {
     smallest_pivot: f64,
     largest_dropped: f64,
     factored: bool,
-    /// Scratch of length `rows`, and of length `columns`; `row_size` is scratch, too, once rows are sorted.
+    /// Columns that the last reflector changed, with what it left in its row.
+    changed: Vec<(usize, f64)>,
+    /// Scratch of length `rows`, and of length `columns`.
     tall: Vec<f64>,
     wide: Vec<f64>,
 }
 
 impl PivotedQr {
-    /// Storage for matrices of one size; `tolerance` is the share of the largest pivot at or
+    /// Dense storage for matrices of one size; `tolerance` is the share of the largest pivot at or
     /// below which a remainder counts as zero, see [`super::DEFAULT_RANK_TOLERANCE`].
     pub fn new(rows: usize, columns: usize, tolerance: f64) -> Self {
+        Self::stored(rows, columns, tolerance, Stored::whole(rows, columns))
+    }
+
+    /// As [`PivotedQr::new`], for matrices with few entries: what a factorisation costs goes with the entries of `R`.
+    pub fn sparse(rows: usize, columns: usize, tolerance: f64) -> Self {
+        Self::stored(rows, columns, tolerance, Stored::sparse(rows, columns))
+    }
+
+    fn stored(rows: usize, columns: usize, tolerance: f64, stored: Stored) -> Self {
         Self {
             rows,
             columns,
             tolerance,
             rank_limit: usize::MAX,
             in_first_group: vec![true; columns],
-            entries: Vec::new(),
+            stored,
             tau: vec![0.0; rows.min(columns)],
             lengths: Vec::new(),
             scale: vec![1.0; columns],
             order: (0..columns).collect(),
-            row_order: (0..rows).collect(),
-            row_size: vec![0.0; rows],
             remainder: vec![0.0; columns],
             remainder_computed: vec![0.0; columns],
             rank: 0,
             smallest_pivot: 1.0,
             largest_dropped: 0.0,
             factored: false,
+            changed: Vec::new(),
             tall: vec![0.0; rows],
             wide: vec![0.0; columns],
         }
@@ -102,13 +120,16 @@ impl PivotedQr {
         Ok(())
     }
 
-    /// Storage of `A`, column-major: entry `(i, j)` at `i + rows * j`. It is consumed by
-    /// [`PivotedQr::factor`], so every entry has to be written before each factorisation. Allocated by the first call:
-    /// a large matrix that is never needed costs nothing.
-    pub fn entries_mut(&mut self) -> &mut [f64] {
+    /// Begins a matrix without entries, to be filled by [`PivotedQr::set`] and consumed by [`PivotedQr::factor`]. A large matrix
+    /// that is never begun takes no memory.
+    pub fn clear(&mut self) {
         self.factored = false;
-        self.entries.resize(self.rows * self.columns, 0.0);
-        &mut self.entries
+        self.stored.clear();
+    }
+
+    /// Sets an entry of `A`, each once.
+    pub fn set(&mut self, row: usize, column: usize, value: f64) {
+        self.stored.set(row, column, value);
     }
 
     /// Replaces the tolerance; with zero every column that has an entry left is accepted.
@@ -131,7 +152,7 @@ impl PivotedQr {
         Ok(())
     }
 
-    /// Factors what [`PivotedQr::entries_mut`] was filled with. Allocates nothing.
+    /// Factors what was filled in since [`PivotedQr::clear`].
     ///
     /// # Errors
     /// [`LinalgError::NotFinite`]; [`LinalgError::NotFactored`] if the matrix was not filled
@@ -141,7 +162,7 @@ impl PivotedQr {
             return Err(LinalgError::NotFactored);
         }
         self.scale_columns()?;
-        self.sort_rows();
+        self.stored.begin();
         self.rank = 0;
         self.smallest_pivot = 1.0;
 
@@ -151,21 +172,22 @@ impl PivotedQr {
             let Some(place) = self.choose_pivot(k) else {
                 break;
             };
-            let length = two_norm(&self.column(place)[k..]);
+            let column = self.order[place];
+            let length = self.length(column, k);
             if length <= self.tolerance {
                 // The down-dated length was too optimistic; look again with the true one.
-                self.remainder[place] = length;
-                self.remainder_computed[place] = length;
+                self.remainder[column] = length;
+                self.remainder_computed[column] = length;
                 continue;
             }
-            self.swap_columns(k, place);
+            self.order.swap(k, place);
             self.reflect(k, length);
             self.smallest_pivot = self.smallest_pivot.min(length);
             self.rank += 1;
         }
         let rank = self.rank;
         self.largest_dropped =
-            (rank..self.columns).map(|place| two_norm(&self.column(place)[rank..])).fold(0.0, f64::max);
+            self.dependent_columns().iter().map(|column| self.length(*column, rank)).fold(0.0, f64::max);
         self.factored = true;
         Ok(())
     }
@@ -232,7 +254,7 @@ impl PivotedQr {
         let mut miss = 0.0_f64;
         for place in rank..self.columns {
             let column = self.order[place];
-            let value = dot(&self.column(place)[..rank], &x[..rank]);
+            let value = self.product(rank, column, &x[..rank]);
             miss = miss.max((value - self.scale[column] * g[column]).abs());
         }
         self.apply_q(x);
@@ -251,10 +273,10 @@ impl PivotedQr {
         let mut basis = vec![0.0; self.columns * count];
         for k in 0..count {
             // R11 z = -R12 e_k, y = D P [z; e_k], scaled so that the dependent entry is one.
-            let place = self.rank + k;
-            let mut z: Vec<f64> = self.column(place)[..self.rank].to_vec();
+            let dependent = self.order[self.rank + k];
+            let mut z = vec![0.0; self.rank];
+            self.add(self.rank, dependent, 1.0, &mut z);
             self.solve_r11(&mut z);
-            let dependent = self.order[place];
             let vector = &mut basis[k * self.columns..(k + 1) * self.columns];
             for (&column, &value) in self.order.iter().zip(&z) {
                 vector[column] = -value * self.scale[column] / self.scale[dependent];
@@ -288,24 +310,12 @@ impl PivotedQr {
 
     /// `x := S^T Q x` (`x`: `rows`).
     pub(super) fn apply_q(&mut self, x: &mut [f64]) {
-        for k in (0..self.rank).rev() {
-            self.apply_reflector(k, x);
-        }
-        self.row_size.copy_from_slice(x);
-        for (value, &row) in self.row_size.iter().zip(&self.row_order) {
-            x[row] = *value;
-        }
+        self.stored.apply_q(&self.order[..self.rank], &self.tau, x);
     }
 
     /// `x := Q^T S x` (`x`: `rows`).
     pub(super) fn apply_q_transposed(&mut self, x: &mut [f64]) {
-        self.row_size.copy_from_slice(x);
-        for (value, &row) in x.iter_mut().zip(&self.row_order) {
-            *value = self.row_size[row];
-        }
-        for k in 0..self.rank {
-            self.apply_reflector(k, x);
-        }
+        self.stored.apply_q_transposed(&self.order[..self.rank], &self.tau, x);
     }
 
     /// `x := D P [R11^-1 c_1; 0]` for the leading part of `c = Q^T b`.
@@ -325,9 +335,8 @@ impl PivotedQr {
     pub(super) fn solve_independent_transposed(&self, g: &[f64], x: &mut [f64]) {
         for k in 0..self.rank {
             let column = self.order[k];
-            let entries = self.column(k);
-            let known = dot(&entries[..k], &x[..k]);
-            x[k] = (self.scale[column] * g[column] - known) / entries[k];
+            let known = self.product(k, column, &x[..k]);
+            x[k] = (self.scale[column] * g[column] - known) / self.diagonal(k);
         }
     }
 
@@ -347,7 +356,7 @@ impl PivotedQr {
     fn scale_columns(&mut self) -> Result<(), LinalgError> {
         let mut longest = 0.0_f64;
         for column in 0..self.columns {
-            let length = two_norm(self.column(column));
+            let length = self.length(column, 0);
             if !length.is_finite() {
                 return Err(LinalgError::NotFinite { what: "matrix" });
             }
@@ -358,12 +367,10 @@ impl PivotedQr {
             let length = self.remainder[column];
             let (unit, longest) = self.lengths.get(column).map_or((length, longest), |given| (*given, *given));
             let negligible = length <= NEGLIGIBLE_COLUMN.min(self.tolerance) * longest;
-            let first = column * self.rows;
-            let entries = &mut self.entries[first..first + self.rows];
             if negligible {
-                entries.fill(0.0);
+                self.stored.vanish(column);
             } else {
-                entries.iter_mut().for_each(|value| *value /= unit);
+                self.stored.divide(column, unit);
             }
             self.scale[column] = if negligible { 1.0 } else { 1.0 / unit };
             self.remainder[column] = if negligible { 0.0 } else { length / unit };
@@ -373,108 +380,89 @@ impl PivotedQr {
         Ok(())
     }
 
-    /// Puts rows with large entries first.
-    fn sort_rows(&mut self) {
-        self.row_size.fill(0.0);
-        for column in self.entries.chunks_exact(self.rows.max(1)) {
-            self.row_size.iter_mut().zip(column).for_each(|(size, value)| *size = size.max(value.abs()));
-        }
-        let size = &self.row_size;
-        self.row_order.iter_mut().enumerate().for_each(|(place, row)| *row = place);
-        self.row_order.sort_unstable_by(|a, b| size[*b].total_cmp(&size[*a]).then(a.cmp(b)));
-        for column in self.entries.chunks_exact_mut(self.rows.max(1)) {
-            self.row_size.copy_from_slice(column);
-            column.iter_mut().zip(&self.row_order).for_each(|(value, row)| *value = self.row_size[*row]);
-        }
-    }
-
-    /// Place of the column with the largest remainder, first group first; `None` if no
-    /// remainder is above the tolerance.
+    /// Place of the column to take next, first group first; `None` if no remainder is above the tolerance. In sparse storage the
+    /// column with the fewest entries left among those that are clearly independent; otherwise the one with the largest remainder.
     fn choose_pivot(&self, k: usize) -> Option<usize> {
-        let largest_of = |first_group: bool| {
-            let mut best = None;
-            let mut best_length = self.tolerance;
-            for place in k..self.columns {
-                let same_group = self.in_first_group[self.order[place]] == first_group;
-                if same_group && self.remainder[place] > best_length {
-                    best = Some(place);
-                    best_length = self.remainder[place];
-                }
-            }
-            best
+        let choose = |first_group: bool| {
+            let places = || (k..self.columns).filter(|place| self.in_first_group[self.order[*place]] == first_group);
+            let shortest = self.stored.as_sparse().and_then(|stored| {
+                places()
+                    .filter(|place| self.remainder[self.order[*place]] > CLEARLY_INDEPENDENT)
+                    .min_by_key(|place| (stored.entries_left(self.order[*place]), self.order[*place]))
+            });
+            shortest.or_else(|| self.largest(places()))
         };
-        largest_of(true).or_else(|| largest_of(false))
+        choose(true).or_else(|| choose(false))
     }
 
-    fn swap_columns(&mut self, a: usize, b: usize) {
-        if a == b {
+    /// The first of the places with the largest remainder above the tolerance.
+    fn largest(&self, places: impl Iterator<Item = usize>) -> Option<usize> {
+        let (mut best, mut best_length) = (None, self.tolerance);
+        for place in places {
+            let length = self.remainder[self.order[place]];
+            if length > best_length {
+                (best, best_length) = (Some(place), length);
+            }
+        }
+        best
+    }
+
+    /// Annihilates the column at place `k` below its diagonal and updates those to its right.
+    fn reflect(&mut self, k: usize, length: f64) {
+        let mut changed = std::mem::take(&mut self.changed);
+        changed.clear();
+        let (column, remaining) = (self.order[k], &self.order[k + 1..]);
+        self.tau[k] = self.stored.reflect((k, column), length, remaining, &mut changed);
+        for (column, head) in &changed {
+            self.down_date(*column, k, *head);
+        }
+        self.changed = changed;
+    }
+
+    /// Takes what a reflector left in row `k` off the length of what remains of a column.
+    fn down_date(&mut self, column: usize, k: usize, head: f64) {
+        let old = self.remainder[column];
+        if old == 0.0 {
             return;
         }
-        let (left, right) = self.entries.split_at_mut(b * self.rows);
-        left[a * self.rows..(a + 1) * self.rows].swap_with_slice(&mut right[..self.rows]);
-        self.order.swap(a, b);
-        self.remainder.swap(a, b);
-        self.remainder_computed.swap(a, b);
-    }
-
-    /// Annihilates column `k` below its diagonal and updates the columns to its right.
-    fn reflect(&mut self, k: usize, length: f64) {
-        let rows = self.rows;
-        let (left, right) = self.entries.split_at_mut((k + 1) * rows);
-        let pivot_column = &mut left[k * rows + k..];
-
-        // v = x - beta e_1 with beta = -sign(x_1) |x|, stored with v_1 = 1 understood.
-        let alpha = pivot_column[0];
-        let beta = if alpha < 0.0 { length } else { -length };
-        self.tau[k] = (beta - alpha) / beta;
-        for value in &mut pivot_column[1..] {
-            *value /= alpha - beta;
+        let share = (head / old).abs();
+        let left_over = (1.0 - share * share).max(0.0);
+        let since_computed = old / self.remainder_computed[column];
+        if left_over * since_computed * since_computed <= f64::EPSILON.sqrt() {
+            self.remainder[column] = self.length(column, k + 1);
+            self.remainder_computed[column] = self.remainder[column];
+        } else {
+            self.remainder[column] = old * left_over.sqrt();
         }
-        pivot_column[0] = beta;
-
-        let reflector = &pivot_column[1..];
-        for (index, column) in right.chunks_exact_mut(rows).enumerate() {
-            let tail = &mut column[k..];
-            let product = self.tau[k] * (tail[0] + dot(reflector, &tail[1..]));
-            tail[0] -= product;
-            add_scaled(&mut tail[1..], -product, reflector);
-
-            let place = k + 1 + index;
-            let old = self.remainder[place];
-            if old == 0.0 {
-                continue;
-            }
-            let share = (tail[0] / old).abs();
-            let left_over = (1.0 - share * share).max(0.0);
-            let since_computed = old / self.remainder_computed[place];
-            if left_over * since_computed * since_computed <= f64::EPSILON.sqrt() {
-                self.remainder[place] = two_norm(&tail[1..]);
-                self.remainder_computed[place] = self.remainder[place];
-            } else {
-                self.remainder[place] = old * left_over.sqrt();
-            }
-        }
-    }
-
-    fn apply_reflector(&self, k: usize, x: &mut [f64]) {
-        let reflector = &self.column(k)[k + 1..];
-        let product = self.tau[k] * (x[k] + dot(reflector, &x[k + 1..]));
-        x[k] -= product;
-        add_scaled(&mut x[k + 1..], -product, reflector);
     }
 
     /// `z := R11^-1 z` (`z`: `rank`).
     fn solve_r11(&self, z: &mut [f64]) {
         for k in (0..self.rank).rev() {
-            let entries = self.column(k);
-            z[k] /= entries[k];
+            z[k] /= self.diagonal(k);
             let value = z[k];
-            add_scaled(&mut z[..k], -value, &entries[..k]);
+            self.add(k, self.order[k], -value, z);
         }
     }
 
-    pub(super) fn column(&self, place: usize) -> &[f64] {
-        &self.entries[place * self.rows..(place + 1) * self.rows]
+    /// Length of what remains of a column below row `k`.
+    fn length(&self, column: usize, k: usize) -> f64 {
+        self.stored.length(column, k)
+    }
+
+    /// Diagonal entry of `R`.
+    pub(super) fn diagonal(&self, k: usize) -> f64 {
+        self.stored.diagonal(k, self.order[k])
+    }
+
+    /// Product of the first `k` entries of a column of `R`, those above its diagonal or in all rows of `R11`, with a vector.
+    pub(super) fn product(&self, k: usize, column: usize, x: &[f64]) -> f64 {
+        self.stored.product(k, column, x)
+    }
+
+    /// `x += factor` times the same entries.
+    pub(super) fn add(&self, k: usize, column: usize, factor: f64, x: &mut [f64]) {
+        self.stored.add(k, column, factor, x);
     }
 
     /// Factor that scales a column of `A` to unit length.

@@ -14,11 +14,37 @@ fn matrix_of_rank(rows: usize, columns: usize, rank: usize, random: &mut Random)
     matrix
 }
 
+/// Dense and sparse storage.
+const STORED: [fn(usize, usize, f64) -> PivotedQr; 2] = [PivotedQr::new, PivotedQr::sparse];
+
 fn factored(matrix: &DMatrix<f64>) -> PivotedQr {
-    let mut qr = PivotedQr::new(matrix.nrows(), matrix.ncols(), DEFAULT_RANK_TOLERANCE);
-    qr.entries_mut().copy_from_slice(matrix.as_slice());
+    factored_by(STORED[0], matrix)
+}
+
+fn factored_by(stored: fn(usize, usize, f64) -> PivotedQr, matrix: &DMatrix<f64>) -> PivotedQr {
+    let mut qr = stored(matrix.nrows(), matrix.ncols(), DEFAULT_RANK_TOLERANCE);
+    fill(&mut qr, matrix);
     qr.factor().unwrap();
     qr
+}
+
+/// The column of `R` at a place.
+fn upper(qr: &PivotedQr, place: usize) -> Vec<f64> {
+    let mut column = vec![0.0; qr.rank()];
+    if place < qr.rank() {
+        qr.add(place, qr.independent_columns()[place], 1.0, &mut column);
+        column[place] = qr.diagonal(place);
+    } else {
+        qr.add(qr.rank(), qr.dependent_columns()[place - qr.rank()], 1.0, &mut column);
+    }
+    column
+}
+
+fn fill(qr: &mut PivotedQr, matrix: &DMatrix<f64>) {
+    qr.clear();
+    for (column, entries) in matrix.column_iter().enumerate() {
+        entries.iter().enumerate().for_each(|(row, value)| qr.set(row, column, *value));
+    }
 }
 
 #[test]
@@ -26,28 +52,74 @@ fn pivoted_qr_reproduces_the_matrix() {
     let mut random = Random(31);
     for (rows, columns, rank) in [(8, 5, 5), (8, 5, 3), (5, 9, 5), (6, 6, 2), (4, 3, 0)] {
         let matrix = matrix_of_rank(rows, columns, rank, &mut random);
-        let mut qr = factored(&matrix);
-        assert_eq!(qr.rank(), rank);
-        let order = [qr.independent_columns(), qr.dependent_columns()].concat();
-        let mut last_pivot = f64::INFINITY;
-        for (place, &column) in order.iter().enumerate() {
-            // Q [r; 0] is the scaled column.
-            let mut x = vec![0.0; rows];
-            let kept = rank.min(place + 1);
-            x[..kept].copy_from_slice(&qr.column(place)[..kept]);
-            qr.apply_q(&mut x);
-            let scaled = matrix.column(column) * qr.column_scale(column);
-            assert!((DVector::from_vec(x) - scaled).amax() < 1e-13);
-            if place < rank {
-                let pivot = qr.column(place)[place].abs();
-                assert!(pivot <= last_pivot * (1.0 + 1e-12), "pivots fall");
-                last_pivot = pivot;
+        let falling =
+            |qr: &PivotedQr| (1..rank).all(|k| qr.diagonal(k).abs() <= qr.diagonal(k - 1).abs() * (1.0 + 1e-12));
+        assert!(falling(&factored(&matrix)), "pivots fall");
+        for stored in STORED {
+            let mut qr = factored_by(stored, &matrix);
+            assert_eq!(qr.rank(), rank);
+            let order = [qr.independent_columns(), qr.dependent_columns()].concat();
+            let mut last_pivot = f64::INFINITY;
+            for (place, &column) in order.iter().enumerate() {
+                // Q [r; 0] is the scaled column.
+                let mut x = vec![0.0; rows];
+                x[..rank].copy_from_slice(&upper(&qr, place));
+                qr.apply_q(&mut x);
+                let scaled = matrix.column(column) * qr.column_scale(column);
+                assert!((DVector::from_vec(x) - scaled).amax() < 1e-13);
+                if place < rank {
+                    let pivot = qr.diagonal(place).abs();
+                    last_pivot = last_pivot.min(pivot);
+                }
+            }
+            if rank > 0 {
+                assert_eq!(qr.smallest_pivot_ratio(), last_pivot);
             }
         }
-        if rank > 0 {
-            assert_eq!(qr.smallest_pivot_ratio(), last_pivot);
+    }
+}
+
+/// The Jacobian of loops along a chain, transposed: each column has entries in the rows of its own and the next link.
+fn chain_of_loops(links: usize, random: &mut Random) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(3 * links + 3, 2 * links);
+    for column in 0..2 * links {
+        for row in 0..6 {
+            matrix[(column / 2 * 3 + row, column)] = random.next();
         }
     }
+    matrix
+}
+
+#[test]
+fn sparse_storage_finds_the_ranks_and_solutions_of_dense_storage() {
+    let mut random = Random(67);
+    let mut matrix = chain_of_loops(30, &mut random);
+    // Columns that depend on others of their link and of the next, and rows of all sizes.
+    for column in (8..50).step_by(10) {
+        let sum = matrix.column(column + 1) + 2.0 * matrix.column(column - 2);
+        matrix.set_column(column, &sum);
+    }
+    for (row, mut entries) in matrix.row_iter_mut().enumerate() {
+        entries *= 10f64.powi(row as i32 % 7 - 3);
+    }
+    let (b, g) = (random.vector(93), matrix.transpose() * DVector::from_vec(random.vector(93)));
+    let solve = |qr: &mut PivotedQr| {
+        assert_eq!(qr.rank(), 55);
+        let (mut x, mut y) = (vec![0.0; 60], vec![0.0; 93]);
+        let left = qr.least_squares(b.as_slice(), &mut x).unwrap();
+        assert!(qr.min_norm_solve(g.as_slice(), &mut y).unwrap() < 1e-12);
+        let basis = DMatrix::from_vec(60, 5, qr.null_space().unwrap());
+        assert!((&matrix * &basis).amax() < 1e-12 * matrix.amax() * basis.amax());
+        // A x is unique, whichever columns are called dependent.
+        (&matrix * DVector::from_vec(x), DVector::from_vec(y), left)
+    };
+    let [mut dense, mut sparse] = STORED.map(|stored| factored_by(stored, &matrix));
+    let (found, expected) = (solve(&mut sparse), solve(&mut dense));
+    assert!((&found.0 - &expected.0).amax() < 1e-10 * expected.0.amax());
+    assert!((&found.1 - &expected.1).amax() < 1e-10 * expected.1.amax());
+    assert!((found.2 - expected.2).abs() < 1e-10 * expected.2);
+    let entries: usize = (0..60).map(|place| upper(&sparse, place).iter().filter(|x| **x != 0.0).count()).sum();
+    assert!(entries < 60 * 6, "{entries} entries in R: as many rows stay open as two links share");
 }
 
 #[test]
@@ -58,12 +130,12 @@ fn down_dated_lengths_survive_cancellation() {
     let base = random.vector(12);
     let matrix = DMatrix::from_fn(12, 8, |row, column| base[row] + 1e-7 * 3f64.powi(-(column as i32)) * random.next());
     let mut qr = PivotedQr::new(12, 8, 1e-14);
-    qr.entries_mut().copy_from_slice(matrix.as_slice());
+    fill(&mut qr, &matrix);
     qr.factor().unwrap();
     for k in 1..qr.rank() {
-        let pivot = qr.column(k)[k].abs();
+        let pivot = qr.diagonal(k).abs();
         for place in k + 1..qr.rank() {
-            let remainder = two_norm(&qr.column(place)[k..=place]);
+            let remainder = two_norm(&upper(&qr, place)[k..]);
             assert!(remainder <= pivot * (1.0 + 1e-6), "{k} {place}");
         }
     }
@@ -128,7 +200,8 @@ fn round_off_columns_are_no_directions() {
 fn matrices_are_consumed_by_their_factorisation() {
     let mut qr = factored(&DMatrix::identity(2, 2));
     assert_eq!(qr.factor(), Err(LinalgError::NotFactored));
-    qr.entries_mut()[0] = f64::INFINITY;
+    qr.clear();
+    qr.set(0, 0, f64::INFINITY);
     assert!(matches!(qr.factor(), Err(LinalgError::NotFinite { .. })));
     assert_eq!(qr.null_space(), Err(LinalgError::NotFactored));
     assert!(qr.set_first_group(&[2]).is_err());
@@ -236,11 +309,7 @@ fn rows_of_all_sizes_are_solved_to_round_off_of_each() {
     let whole = DMatrix::from_fn(8, 4, |_, _| (8.0 * random.next()).round());
     let x = [3.0, -5.0, 7.0, 2.0];
     let mut qr = PivotedQr::new(8, 4, 0.0);
-    for column in 0..4 {
-        for row in 0..8 {
-            qr.entries_mut()[row + 8 * column] = sizes[row] * whole[(row, column)];
-        }
-    }
+    fill(&mut qr, &DMatrix::from_fn(8, 4, |row, column| sizes[row] * whole[(row, column)]));
     qr.factor().unwrap();
     // Rows in the way of each other by a rest that no unknown takes away: it is left where it weighs least.
     let b: Vec<f64> = (0..8).map(|row| sizes[row] * (0..4).map(|k| whole[(row, k)] * x[k]).sum::<f64>()).collect();
