@@ -1,7 +1,8 @@
 //! Numbers of twice the precision: what round-off of doubles is measured by.
 //!
-//! - **Takes**: numbers, operations.
-//! - **Gives**: [`DoubleDouble`]s: the same operations and elementary functions with about 31 digits.
+//! - **Takes**: numbers, operations; systems that expand their solution ([`Expansion`]).
+//! - **Gives**: [`DoubleDouble`]s: the same operations and elementary functions with about 31 digits; solutions of differential
+//!   equations by power series of them ([`Taylor`]).
 //! - **May touch**: nothing else.
 //! - **Must not know**: what is computed with them.
 //!
@@ -11,9 +12,12 @@
 //! magnitudes from 1e-270 to 1e290; beyond, digits or all of a number are lost, and what overflows is not finite.
 
 mod functions;
+mod taylor;
 
 #[cfg(test)]
 mod tests;
+
+pub use taylor::{Ended, Expansion, Sampled, Taylor};
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 

@@ -1,4 +1,6 @@
-use super::DoubleDouble as Number;
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+use super::{DoubleDouble as Number, Ended, Expansion, Taylor};
 use crate::random::Random;
 
 /// The number that a decimal of at most 40 digits stands for.
@@ -72,4 +74,78 @@ fn what_is_no_number_stays_none() {
     assert!(!(Number::ONE / Number::ZERO).is_finite());
     assert!(!Number::from(800.0).exp().is_finite());
     assert_eq!(Number::from(-800.0).exp(), Number::ZERO);
+}
+
+/// x'' = -x inside of |x| < 1/2 and a free flight outside, to the left of which x is larger than the circle would be.
+struct Ditch {
+    order: usize,
+    inside: bool,
+    position: Vec<Number>,
+}
+
+const KINDS: [usize; 2] = [0, 1];
+const EDGE: f64 = 0.5;
+
+impl Expansion for Ditch {
+    fn expand(&mut self, _: Number, state: &[Number], coefficients: &mut [Vec<Number>]) {
+        coefficients[0].copy_from_slice(state);
+        self.inside = state[0] < Number::from(EDGE);
+        for k in 0..self.order {
+            let [x, v] = [coefficients[k][0], coefficients[k][1]];
+            let next = Number::from((k + 1) as f64);
+            coefficients[k + 1][0] = v / next;
+            coefficients[k + 1][1] = if self.inside { -x / next } else { Number::ZERO };
+        }
+        self.position = coefficients.iter().map(|list| list[0]).collect();
+    }
+    fn conditions(&self, told: &mut dyn FnMut(&[Number], bool)) {
+        let mut function: Vec<Number> = self.position.iter().map(|c| -*c).collect();
+        function[0] += Number::from(EDGE);
+        told(&function, self.inside);
+    }
+    fn settle(&mut self, _: Number, _: Number, _: &mut [Number]) -> Result<(), String> {
+        Ok(())
+    }
+    fn rates(&mut self, _: Number, state: &[Number], rates: &mut [Number]) {
+        rates[0] = state[1];
+        rates[1] = if state[0] < Number::from(EDGE) { -state[0] } else { Number::ZERO };
+    }
+    fn kinds(&self) -> &[usize] {
+        &KINDS
+    }
+}
+
+fn solve(order: usize, tolerance: f64, start: [f64; 2], times: &[f64]) -> Result<Vec<Number>, Ended> {
+    let mut system = Ditch { order, inside: true, position: Vec::new() };
+    let mut found = Vec::new();
+    let method = Taylor { order, tolerance, longest: 100.0, most_steps: 1000 };
+    let start = start.map(Number::from).to_vec();
+    method.solve(&mut system, 0.0, start, times, |_, sampled| found.push(sampled.state[0]), |_| true)?;
+    Ok(found)
+}
+
+#[test]
+fn a_circle_has_the_sine() {
+    let times: Vec<f64> = (0..200).map(|k| 0.31 * f64::from(k)).collect();
+    let found = solve(30, 1e-28, [0.0, 0.25], &times).unwrap();
+    for (t, x) in times.iter().zip(found) {
+        let error = (x - Number::from(0.25) * Number::from(*t).sin_cos().0).abs().to_f64();
+        assert!(error < 1e-28, "off by {error:e} at t = {t}");
+    }
+}
+
+/// It leaves at t = asin(1/2) with a velocity of cos(t): switches are met to all digits.
+#[test]
+fn switches_are_met() {
+    let found = solve(30, 1e-28, [0.0, 1.0], &[0.25, 2.0]).unwrap();
+    let leaves = Number::from(0.5).atan2(Number::from(0.75).sqrt());
+    let exact = Number::from(EDGE) + Number::from(0.75).sqrt() * (Number::from(2.0) - leaves);
+    let error = (found[1] - exact).abs().to_f64();
+    assert!(error < 1e-26, "off by {error:e}");
+}
+
+#[test]
+fn too_many_steps_are_told() {
+    let ended = solve(4, 1e-28, [0.0, 0.25], &[100.0]).unwrap_err();
+    assert_eq!(ended.why, "it took too many steps");
 }
