@@ -135,6 +135,13 @@ impl PreciseMotion {
         self.state.start(positions.chain(velocities), assembly)
     }
 
+    /// A start as another assembly in doubles might round it: off by half a unit in the last place of each entry, of positions at
+    /// least of 1 rad or the scene's size.
+    #[must_use]
+    pub fn rounded(&self, start: &[DoubleDouble]) -> Vec<DoubleDouble> {
+        self.state.rounded(start, self.length)
+    }
+
     /// The same by series of a lower order.
     #[must_use]
     pub fn at_order(&self, order: usize) -> Self {

@@ -55,6 +55,16 @@ impl PreciseState {
         motion.chain(elements).map(|x| DoubleDouble::from(*x)).collect()
     }
 
+    pub(super) fn rounded(&self, start: &[DoubleDouble], length: f64) -> Vec<DoubleDouble> {
+        let moved = start.iter().zip(&self.kinds).enumerate().map(|(k, (x, kind))| {
+            let least = [length, 1.0].get(*kind).copied().unwrap_or(0.0);
+            // Up or down, in an order that no mechanism has.
+            let sign = if (k * k + k / 2).is_multiple_of(3) { 1.0 } else { -1.0 };
+            *x + DoubleDouble::from(sign * 0.5 * f64::EPSILON * x.to_f64().abs().max(least))
+        });
+        moved.collect()
+    }
+
     pub(super) fn set_reference(&mut self, angle: usize, value: f64) {
         self.kept[angle] = value;
     }

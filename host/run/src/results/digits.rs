@@ -26,8 +26,9 @@ pub struct Digits {
     pub reason: String,
     /// How well it is known itself: the largest difference of two such computations, as a share of an output's size.
     pub accuracy: f64,
-    /// What the last digits of the start make of it: the largest difference of a computation whose start is off by half a unit in
-    /// the last place of a double, as a share of an output's size.
+    /// What the last digits of the start make of it: the largest difference of a computation whose start is off by as much as
+    /// doubles round it (half a unit in the last place of an angle of 1 rad, a length of the scene's size, a velocity), as a share
+    /// of an output's size.
     pub start: f64,
     /// The last time that both computations have, in the unit of the table.
     pub t_last: f64,

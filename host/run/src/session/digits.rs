@@ -2,7 +2,7 @@
 //! be had, against one in doubles that is as different as it can be.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::SessionError;
 use super::opened::Session;
@@ -46,7 +46,7 @@ impl Second {
     pub fn judge(self, run: &mut RunReport, stop: &Arc<AtomicBool>) {
         let natural = self.sizes.of(run.summary.audit.largest_energy());
         let digits = match self.way {
-            Way::Precise(precise) => precisely(run, &precise.solve(stop), &natural),
+            Way::Precise(precise) => precisely(run, &precise.solve(&|| !stop.load(Ordering::Relaxed)), &natural),
             Way::Doubles { session, how, reason } => {
                 let second = session.run(None, Box::new(|_| ()), stop);
                 in_doubles(run, second, &natural, how, reason)

@@ -1,7 +1,5 @@
 //! [`Precise`]: the samples of a scene with more digits than doubles have.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use super::opened::Session;
 use crate::analysis::{JointPlan, NotPrecise, PreciseMotion};
 use crate::pool;
@@ -37,7 +35,7 @@ pub struct PreciseSamples {
     pub columns: Vec<Vec<DoubleDouble>>,
     /// By output and sample: the difference of a second computation with shorter series.
     pub doubts: Vec<Vec<f64>>,
-    /// The same of one whose start is off by half a unit in the last place of a double.
+    /// The same of one whose start is off by as much as doubles round it.
     pub starts: Vec<Vec<f64>>,
     /// How it was computed, in words.
     pub how: String,
@@ -78,17 +76,12 @@ impl Session {
 }
 
 impl Precise {
-    /// Computes the samples; `stop` ends that after the step under way.
+    /// Computes the samples, for as long as `go_on` says, which is asked before each step.
     #[must_use]
-    pub fn solve(self, stop: &AtomicBool) -> PreciseSamples {
-        let moved = self.start.iter().enumerate().map(|(k, x)| {
-            let sign = if (k * k + k / 2) % 3 == 0 { 1.0 } else { -1.0 };
-            *x + *x * DoubleDouble::from(sign * 0.5 * f64::EPSILON)
-        });
-        let moved: Vec<DoubleDouble> = moved.collect();
-        let starts = [self.start.clone(), self.start.clone(), moved];
+    pub fn solve(self, go_on: &(dyn Fn() -> bool + Sync)) -> PreciseSamples {
+        let starts = [self.start.clone(), self.start.clone(), self.system.rounded(&self.start)];
         let jobs: Vec<_> = COMPUTATIONS.into_iter().zip(starts).collect();
-        let solve = |((order, tolerance), start)| self.one(order, tolerance, start, stop);
+        let solve = |((order, tolerance), start)| self.one(order, tolerance, start, go_on);
         let mut found = pool::each(jobs, 0, solve);
         let rows = found.iter().map(|(columns, _)| columns.first().map_or(0, Vec::len)).min().unwrap_or(0);
         found.iter_mut().flat_map(|(columns, _)| columns).for_each(|column| column.truncate(rows));
@@ -102,7 +95,8 @@ impl Precise {
         };
         let (doubts, starts) = (apart(1), apart(2));
         let times = self.times[1][..rows.min(self.times[1].len())].to_vec();
-        let how = format!("power series of order {} in numbers of 31 digits", COMPUTATIONS[0].0);
+        let [(order, _), (lower, _), _] = COMPUTATIONS;
+        let how = format!("power series of order {order} and {lower} in numbers of 31 digits");
         PreciseSamples { times, columns: found.swap_remove(0).0, doubts, starts, how, ended }
     }
 
@@ -112,7 +106,7 @@ impl Precise {
         order: usize,
         tolerance: f64,
         start: Vec<DoubleDouble>,
-        stop: &AtomicBool,
+        go_on: &(dyn Fn() -> bool + Sync),
     ) -> (Vec<Vec<DoubleDouble>>, Option<Ended>) {
         let products = self.system.operations().max(1) as f64 * (order * order) as f64 / 2.0;
         let most_steps = (MOST_PRODUCTS / products).clamp(STEPS[0], STEPS[1]) as usize;
@@ -130,7 +124,7 @@ impl Precise {
                     column.push(value / DoubleDouble::from(channel.factor));
                 }
             },
-            |_| !stop.load(Ordering::Relaxed),
+            |_| go_on(),
         );
         (columns, ended.err())
     }

@@ -303,7 +303,7 @@ fn a_scene_without_checks_is_measured_against_a_computed_reference() {
     assert_eq!(problem.measured, ["x", "y", "z"]);
     let [loose, tight] = [0, 1].map(|k| measured(&problem.points[k]).error);
     assert!(loose < 1e-2 && tight < 1e-6 && loose > 100.0 * tight, "{loose:e} {tight:e}");
-    assert!(problem.reference.contains("joint coordinates at 1e-13 and cartesian"), "{}", problem.reference);
+    assert!(problem.reference.contains("numbers of 31 digits, which agree to 1.1e-16"), "{}", problem.reference);
 
     // What was kept is used again, and the errors are those of before; no error is less than the reference is known.
     let kept = folder.join("tumble.reference.csv");
@@ -324,6 +324,16 @@ fn a_scene_without_checks_is_measured_against_a_computed_reference() {
     let shorter = Settings { t_end: Some("1 s".into()), ..settings() };
     Runner::new(shorter).measure(&scene.0, |_| ());
     assert_eq!(fs::read_to_string(&kept).unwrap().lines().count(), 6 + 11);
+}
+
+/// Discrete states change between the steps of a method: there are no series.
+#[test]
+fn where_there_are_no_more_digits_doubles_are_the_reference() {
+    let hold = "[[force]]\nname = \"hold\"\ntype = \"sample-hold\"\nparams = { input = \"t\", period = \"0.1 s\" }\n";
+    let scene = Scratch::new("tumble.toml", &(tumbling(5.0) + hold));
+    let problem = Runner::new(settings(&["dop853"])).measure(&scene.0, |_| ());
+    let expected = "joint coordinates at 1e-13 and cartesian coordinates at 1e-12, in doubles (none with more digits: ";
+    assert!(problem.reference.contains(expected), "{}", problem.reference);
 }
 
 #[test]
