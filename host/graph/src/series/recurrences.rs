@@ -82,6 +82,10 @@ impl Coefficients {
 
     /// From a c' = p a' c.
     fn real_power(&self, c: Place, a: Place, p: f64, k: usize) -> DoubleDouble {
+        // A power of what is zero throughout has no logarithm.
+        if p > 0.0 && self.of(a)[..=k].iter().all(|a| *a == ZERO) {
+            return ZERO;
+        }
         if k == 0 {
             return self.get(a, 0).powf(p);
         }

@@ -19,7 +19,7 @@
 //! | `motion.rs` | a mechanism in any coordinates at some state; what it asks of the engines of those two |
 //! | `newton.rs` | positions and velocities brought to the constraints, in any coordinates |
 //! | `passage.rs` | through positions where the constraints lose rank |
-//! | `precise.rs`, `precise_state.rs` | the same equations with twice the digits, as power series |
+//! | `precise.rs`, `precise_state.rs`, `precise_outputs.rs` | the same equations with twice the digits, as power series |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `conflict.rs` | which joints contradict each other, where not all can be met |
@@ -45,6 +45,7 @@ mod motion;
 mod newton;
 mod passage;
 mod precise;
+mod precise_outputs;
 mod precise_state;
 mod reference;
 mod scales;

@@ -7,15 +7,15 @@ use odyn_graph::Series;
 use thiserror::Error;
 
 use super::assembly::Assembly;
-use super::constraints::mass_entries;
 use super::joint_engines::{correction_nodes, motion_nodes};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::JointStart;
+use super::precise_outputs::PreciseOutputs;
 use super::precise_state::PreciseState;
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::precise::{DoubleDouble, Expansion};
-use crate::program::{Equations, Graph, Node, Working, condense};
+use crate::program::{Equations, Graph, Node, condense};
 
 /// Corrections of positions beyond which joints cannot be closed.
 const MOST_CORRECTIONS: usize = 8;
@@ -51,7 +51,7 @@ pub struct PreciseMotion {
     solution: Option<Series>,
     /// Corrections of positions, and of velocities.
     corrections: Option<[Series; 2]>,
-    channels: Series,
+    outputs: PreciseOutputs,
     /// Angles that are counted, and which they are.
     angles: Option<(Series, Vec<usize>)>,
     /// Their coefficients, by order.
@@ -72,6 +72,7 @@ impl PreciseMotion {
         model: &Model,
         layout: &Layout,
         plan: &JointPlan,
+        assembly: &Assembly,
         order: usize,
     ) -> Result<Self, NotPrecise> {
         if !equations.graph.calls.is_empty() {
@@ -99,10 +100,10 @@ impl PreciseMotion {
             let (graph, [position, velocity]) = correction_nodes(joint, &rows);
             Some([series(&graph, &position, 0)?, series(&graph, &velocity, 0)?])
         };
-        let channels = channels(equations, model, layout, plan)?;
+        let outputs = PreciseOutputs::new(equations, model, layout, plan, assembly)?;
         let solved = joint.coordinates.acceleration_slot..joint.coordinates.input_count;
         let multipliers = layout.multiplier_slot()..layout.inputs();
-        let needs_solution = channels.uses_inputs(solved) || channels.uses_inputs(multipliers);
+        let needs_solution = outputs.uses_inputs(solved) || outputs.uses_inputs(multipliers);
         let counted = equations.counted_angles(model, layout);
         let angles = if counted.is_empty() {
             None
@@ -115,7 +116,7 @@ impl PreciseMotion {
             motion: series(&graph, &nodes, order)?,
             solution: needs_solution.then(|| series(solution.0, &solution.1, 0)).transpose()?,
             corrections,
-            channels,
+            outputs,
             turned: vec![Vec::new(); order + 1],
             angles,
             rows,
@@ -169,8 +170,7 @@ impl PreciseMotion {
             let values: Vec<DoubleDouble> = solution.values().collect();
             self.state.publish(&values, &self.rows);
         }
-        self.channels.run(0, &self.state.inputs);
-        self.channels.values()
+        self.outputs.read(&self.state.inputs)
     }
 
     /// Lets references of angles follow the motion.
@@ -217,7 +217,7 @@ impl Expansion for PreciseMotion {
         self.state.normalise(state);
         for correction in 0.. {
             self.state.load(t, state);
-            let Some(found) = self.correct(0) else { return Ok(()) };
+            let Some(found) = self.correct(0) else { break };
             let moves: Vec<DoubleDouble> = found.values().collect();
             let size = self.state.move_along(&moves, state, self.length);
             if size <= CONVERGED * self.length {
@@ -232,6 +232,7 @@ impl Expansion for PreciseMotion {
             let changes: Vec<DoubleDouble> = found.values().collect();
             self.state.change_velocities(&changes, state);
         }
+        self.outputs.follow(&self.state.inputs);
         Ok(())
     }
 
@@ -248,26 +249,7 @@ impl Expansion for PreciseMotion {
     }
 }
 
-fn series(graph: &Graph, nodes: &[Node], order: usize) -> Result<Series, NotPrecise> {
+pub(super) fn series(graph: &Graph, nodes: &[Node], order: usize) -> Result<Series, NotPrecise> {
     let (graph, nodes) = condense(graph, nodes);
     Series::new(&graph, &nodes, order).ok_or(NotPrecise::Opaque)
-}
-
-/// The outputs of the model as functions of the coordinates, and of accelerations and multipliers where they depend on them.
-fn channels(
-    equations: &mut Equations,
-    model: &Model,
-    layout: &Layout,
-    plan: &JointPlan,
-) -> Result<Series, NotPrecise> {
-    let nodes: Vec<Node> =
-        model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
-    if let Some((graph, nodes)) = plan.equations.carry(equations, layout, &nodes) {
-        return series(&graph, &nodes, 0);
-    }
-    let mass = mass_entries(model);
-    let working = Working { equations, layout, mass: &mass };
-    let found = plan.equations.reactions(&working, &plan.tree, plan.length, &nodes, &[]);
-    let found = found.ok_or(NotPrecise::Coordinates)?;
-    series(&found.graph, &found.nodes, 0)
 }
