@@ -7,6 +7,9 @@ use super::recurrences::Coefficients;
 use super::{Operation, Piece, Place, Series};
 use crate::graph::{Expr, Graph, Node};
 
+/// Whole powers up to this one are products.
+const MOST_FACTORS: f64 = 64.0;
+
 /// See [`Series::new`].
 pub(super) fn write(graph: &Graph, nodes: &[Node], order: usize) -> Option<Series> {
     let mut writer = Writer::new(graph);
@@ -101,7 +104,13 @@ impl<'g> Writer<'g> {
             Expr::Ln(a) => self.push(Operation::Ln(at(a)), 0),
             Expr::Tanh(a) => self.push(Operation::Tanh(at(a)), 1),
             Expr::Atan2(a, b) => self.push(Operation::Atan2(at(a), at(b)), 1),
-            Expr::Powf(a, bits) => self.push(Operation::Powf(at(a), f64::from_bits(bits)), 0),
+            Expr::Powf(a, bits) => {
+                let p = f64::from_bits(bits);
+                match p as i32 {
+                    n if f64::from(n) == p && p.abs() <= MOST_FACTORS => self.power(at(a), n),
+                    _ => self.push(Operation::Powf(at(a), p), 0),
+                }
+            }
             Expr::Select(a, b, c, d) => {
                 let places = [a, b, c, d].map(at);
                 self.choices += 1;

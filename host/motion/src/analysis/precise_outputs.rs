@@ -7,10 +7,10 @@ use super::constraints::mass_entries;
 use super::joint_plan::JointPlan;
 use super::precise::{NotPrecise, series};
 use super::working::BODY_STATES;
-use crate::model::Model;
+use crate::model::{Model, Quantity};
 use crate::plan::Layout;
 use crate::precise::DoubleDouble;
-use crate::program::{Equations, Expr, Node, Working};
+use crate::program::{Equations, Node, Working};
 
 const ZERO: DoubleDouble = DoubleDouble::ZERO;
 
@@ -44,21 +44,19 @@ impl PreciseOutputs {
     ) -> Result<Self, NotPrecise> {
         let (mut nodes, mut from, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
         for channel in &model.channels {
-            let node = equations.observe(&channel.quantity, model, layout);
-            from.push(match parameter(equations, layout, node) {
-                Some((body, entry)) => {
-                    let known = bodies.iter().position(|other| *other == body);
-                    Source::Attitude(known.unwrap_or(bodies.len()), entry)
+            from.push(match channel.quantity {
+                Quantity::EulerParameter { body, component } => {
+                    let known = bodies.iter().position(|other| *other == body).unwrap_or_else(|| {
+                        bodies.push(body);
+                        bodies.len() - 1
+                    });
+                    Source::Attitude(known, component)
                 }
-                None => Source::Program(nodes.len()),
+                _ => {
+                    nodes.push(equations.observe(&channel.quantity, model, layout));
+                    Source::Program(nodes.len() - 1)
+                }
             });
-            match from.last() {
-                Some(Source::Attitude(place, _)) if *place == bodies.len() => {
-                    bodies.extend(parameter(equations, layout, node).map(|(body, _)| body));
-                }
-                Some(Source::Program(_)) => nodes.push(node),
-                _ => {}
-            }
         }
         let joint = &plan.equations;
         let turns: Vec<Node> = bodies.iter().flat_map(|body| joint.bodies[*body].a.into_iter().flatten()).collect();
@@ -99,13 +97,6 @@ impl PreciseOutputs {
             Source::Attitude(body, entry) => self.attitudes[body][entry],
         })
     }
-}
-
-/// The body and the number of the Euler parameter that a node is, if it is one.
-fn parameter(equations: &Equations, layout: &Layout, node: Node) -> Option<(usize, usize)> {
-    let Expr::Input(slot) = equations.graph.expr(node) else { return None };
-    let of = |body: usize| (0..4).find(|e| layout.body_slot(body, 3 + e) == slot as usize).map(|e| (body, e));
-    (0..layout.bodies).find_map(of)
 }
 
 /// Euler parameters of a rotation matrix by rows, the largest from its square (Shepperd, 1978).

@@ -105,7 +105,10 @@ impl Taylor {
             }
             system.expand(t, &state, &mut coefficients);
             if !coefficients.iter().flatten().all(|c| c.is_finite()) {
-                return Err(ended(t, "a value is not finite, as in a position where the equations have no single solution"));
+                return Err(ended(
+                    t,
+                    "a value is not finite, as in a position where the equations have no single solution",
+                ));
             }
             let h = self.step(system, t, &coefficients).map_err(|why| ended(t, &why))?;
             while let Some(time) = times.get(row).map(|time| DoubleDouble::from(*time)).filter(|time| *time <= t + h) {

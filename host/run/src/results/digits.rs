@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::ResultsError;
 use super::summary::replace;
 use super::text::{Side, aligned, significant};
-use super::ResultsError;
 use crate::diagnostics::{Code, codes};
 
 /// Digits of a double that mean anything, at most.
@@ -92,7 +92,9 @@ impl Digits {
         let mut out = format!("{certain}, by {}", self.how);
         if self.precise {
             let [accuracy, start] = [self.accuracy, self.start].map(|share| significant(share, 2));
-            out.push_str(&format!(" (itself known to {accuracy} of the sizes; the last digits of the start make {start})"));
+            out.push_str(&format!(
+                " (itself known to {accuracy} of the sizes; the last digits of the start make {start})"
+            ));
         }
         out.push('\n');
         let titles = ["output", "digits", "of its size", "error", "at t", ""];

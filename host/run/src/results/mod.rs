@@ -64,7 +64,9 @@ pub use csv::{CsvWriter, Written};
 pub use digits::{Digits, OutputDigits};
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
-pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, DIGITS_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use folder::{
+    CHANNELS_FILE, CHECKPOINT_FILE, DIGITS_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE,
+};
 pub use glb::glb;
 pub use limits::{AuditLimits, Excess, Measure};
 pub use mesh::Mesh;

@@ -21,7 +21,11 @@ pub struct Second {
 enum Way {
     Precise(Box<Precise>),
     /// In doubles: how, and why not with more digits.
-    Doubles { session: Box<Session>, how: String, reason: String },
+    Doubles {
+        session: Box<Session>,
+        how: String,
+        reason: String,
+    },
 }
 
 impl Session {

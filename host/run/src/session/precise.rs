@@ -8,8 +8,8 @@ use crate::results::ChannelInfo;
 
 /// Order and tolerance of the computation, of a second one that tells how well it is known, and of one that starts elsewhere.
 const COMPUTATIONS: [(usize, f64); 3] = [(32, 1e-28), (26, 1e-26), (26, 1e-24)];
-/// Products of coefficients that a computation may take: minutes.
-const MOST_PRODUCTS: f64 = 4e9;
+/// Products of coefficients that a computation may take: half a minute.
+const MOST_PRODUCTS: f64 = 2e9;
 /// Steps that it may take at least, and at most.
 const STEPS: [f64; 2] = [200.0, 200_000.0];
 /// Steps of the whole time, at least: so many places are looked at in vain where something switches for a moment.
@@ -59,7 +59,8 @@ impl Session {
         let mut equations = self.equations.clone();
         let order = COMPUTATIONS[0].0;
         let layout = &self.plan.layout;
-        let mut system = PreciseMotion::new(&mut equations, &self.model, layout, &plan, &self.assembly, order).map_err(refused)?;
+        let mut system =
+            PreciseMotion::new(&mut equations, &self.model, layout, &plan, &self.assembly, order).map_err(refused)?;
         let start = system.start(&self.model, &plan, &self.assembly);
         let times = self.sample_times();
         let duration = self.scene.simulation.t_end - self.begins.time;

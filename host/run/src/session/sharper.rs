@@ -7,6 +7,7 @@ use super::opened::Session;
 use super::options::DEFAULT_METHOD;
 use super::outcome::RunReport;
 use crate::diagnostics::codes;
+use crate::model::{Channel, Quantity};
 use crate::results::{Samples, Verified, significant};
 use crate::scene::{Dimension, OutputTimes, Scene, Spanned};
 
@@ -112,8 +113,13 @@ impl Session {
     /// What is natural for the scene's outputs, whatever their values are.
     #[must_use]
     pub fn natural_sizes(&self) -> NaturalSizes {
+        let natural = |channel: &Channel| match channel.quantity {
+            // Half angles, one of which is of the size of 1.
+            Quantity::EulerParameter { .. } => (Dimension::ANGLE, 1.0),
+            _ => (channel.dimension, channel.factor),
+        };
         NaturalSizes {
-            outputs: self.model.channels.iter().map(|channel| (channel.dimension, channel.factor)).collect(),
+            outputs: self.model.channels.iter().map(natural).collect(),
             length: self.assembly.scales.length,
             mass: self.model.bodies.iter().map(|body| body.mass).sum(),
         }
