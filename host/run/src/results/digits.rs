@@ -63,7 +63,7 @@ impl OutputDigits {
         let rows = || errors.iter().zip(times);
         let worst = rows().fold((0.0, f64::NAN), |worst: (f64, f64), (error, t)| {
             // An error that is not a number is the worst.
-            if worst.1.is_nan() || !(*error <= worst.0) { (*error, *t) } else { worst }
+            if worst.1.is_nan() || error.is_nan() || *error > worst.0 { (*error, *t) } else { worst }
         });
         let digits = |error: f64| match 2.0 * error / size {
             share if share < 1.0 => MOST.min((-share.log10()).floor().max(0.0) as u32),

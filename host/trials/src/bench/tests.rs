@@ -326,14 +326,18 @@ fn a_scene_without_checks_is_measured_against_a_computed_reference() {
     assert_eq!(fs::read_to_string(&kept).unwrap().lines().count(), 6 + 11);
 }
 
-/// Discrete states change between the steps of a method: there are no series.
 #[test]
-fn where_there_are_no_more_digits_doubles_are_the_reference() {
-    let hold = "[[force]]\nname = \"hold\"\ntype = \"sample-hold\"\nparams = { input = \"t\", period = \"0.1 s\" }\n";
-    let scene = Scratch::new("tumble.toml", &(tumbling(5.0) + hold));
-    let problem = Runner::new(settings(&["dop853"])).measure(&scene.0, |_| ());
-    let expected = "joint coordinates at 1e-13 and cartesian coordinates at 1e-12, in doubles (none with more digits: ";
-    assert!(problem.reference.contains(expected), "{}", problem.reference);
+fn more_digits_are_no_reference_where_they_end_early_or_disagree() {
+    let scene = Scratch::new("tumble.toml", &tumbling(5.0));
+    let session = || Session::open(&scene.0, &RunOptions::default()).unwrap();
+    let precise = |go_on: bool| session().precise().unwrap().solve(&|| go_on);
+    let run = session().run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+    let found = Reference::precise(&precise(true), &run, &[0.0; 3]).unwrap();
+    assert!(found.accuracy < 1e-15 && found.error(&run).unwrap() < 1e-6, "{found:?}");
+    assert_eq!(Reference::precise(&precise(false), &run, &[0.0; 3]).unwrap_err(), "it was stopped");
+    fs::write(&scene.0, tumbling(5.001)).unwrap();
+    let reason = Reference::precise(&precise(true), &run, &[0.0; 3]).unwrap_err();
+    assert!(reason.contains("numbers of 31 digits and a run in doubles are apart"), "{reason}");
 }
 
 #[test]
