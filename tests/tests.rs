@@ -28,6 +28,7 @@
 //! | `enclosures.rs` | nothing is stepped over: contacts, pulses, barriers, turns, contradictions |
 //! | `judged.rs` | results that are not to be believed are suspect |
 //! | `events.rs` | steps end where equations switch: less work, the same results |
+//! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
@@ -50,6 +51,7 @@ mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
 mod compressor;
+mod digits;
 mod enclosures;
 mod events;
 mod examples;

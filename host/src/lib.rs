@@ -45,7 +45,7 @@
 //! | crate | rooms |
 //! |---|---|
 //! | `host/diagnostics` | [`diagnostics`]: messages with places, and all codes |
-//! | `host/numerics` | [`linalg`] (linear systems, ranks), [`interval`] (ranges of numbers and polynomials), [`integrate`] |
+//! | `host/numerics` | [`linalg`] (linear systems, ranks), [`interval`] (ranges of numbers and polynomials), [`precise`] (numbers of twice the digits), [`integrate`] |
 //! | `host/scene` | [`scene`] |
 //! | `host/catalog` | [`catalog`] |
 //! | `host/graph` | the part of [`program`] that knows no bodies: the graph, its derivatives, programs, machine code |
@@ -63,7 +63,7 @@ pub use odyn_catalog as catalog;
 pub use odyn_desk as desk;
 pub use odyn_diagnostics as diagnostics;
 pub use odyn_motion::{analysis, model, plan, program};
-pub use odyn_numerics::{integrate, interval, linalg};
+pub use odyn_numerics::{integrate, interval, linalg, precise};
 pub use odyn_run::{results, session};
 pub use odyn_scene as scene;
 #[cfg(feature = "cli")]

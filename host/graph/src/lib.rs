@@ -15,6 +15,7 @@
 //! | `operations.rs` | nodes of operations, simplified while they are made |
 //! | `derivative.rs` | exact derivatives along a direction, as nodes |
 //! | `tangent.rs` | the same along many directions, as numbers |
+//! | `series/` | nodes as power series of time, with twice the digits |
 //! | `magnitude.rs` | the sums of magnitudes that values are made of |
 //! | `vector.rs` | vectors and matrices of nodes |
 //! | `import.rs` | recordings to nodes |
@@ -43,6 +44,7 @@ mod magnitude;
 mod operations;
 mod ranges;
 mod rewrite;
+mod series;
 mod tangent;
 mod tape;
 mod turn;
@@ -61,6 +63,7 @@ pub use machine::MachineCode;
 pub use magnitude::magnitudes;
 pub use ranges::Ranges;
 pub use rewrite::Rewriting;
+pub use series::Series;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};

@@ -14,6 +14,7 @@ mod graph;
 mod machine;
 mod magnitudes;
 mod ranges;
+mod series;
 mod tangents;
 mod tape;
 mod turn;

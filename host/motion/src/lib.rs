@@ -21,7 +21,7 @@ pub mod program;
 
 pub(crate) use odyn_catalog as catalog;
 pub(crate) use odyn_diagnostics as diagnostics;
-pub(crate) use odyn_numerics::linalg;
+pub(crate) use odyn_numerics::{linalg, precise};
 pub(crate) use odyn_scene as scene;
 
 #[cfg(test)]

@@ -2,13 +2,14 @@
 //!
 //! - **Takes**: numbers, patterns, functions to call.
 //! - **Gives**: solutions of linear systems with their rank ([`linalg`]), steps of differential equations ([`integrate`]),
-//!   bounds that hold on a whole stretch ([`interval`]).
+//!   bounds that hold on a whole stretch ([`interval`]), numbers of twice the precision ([`precise`]).
 //! - **May touch**: its own storage, and the states it is handed.
 //! - **Must not know**: mechanics, plugins, files.
 
 pub mod integrate;
 pub mod interval;
 pub mod linalg;
+pub mod precise;
 
 #[cfg(test)]
 #[path = "../../testing/random.rs"]

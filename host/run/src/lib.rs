@@ -17,7 +17,7 @@ pub mod session;
 pub(crate) use odyn_catalog as catalog;
 pub(crate) use odyn_diagnostics as diagnostics;
 pub(crate) use odyn_motion::{analysis, model, plan, program};
-pub(crate) use odyn_numerics::{integrate, interval, linalg};
+pub(crate) use odyn_numerics::{integrate, interval, linalg, precise};
 pub(crate) use odyn_scene as scene;
 
 #[cfg(test)]

@@ -40,6 +40,7 @@ Examples:
   odyn run scenes/compressor.toml --tol 1e-11 --t-end \"50 ms\"
   odyn run scenes/compressor.toml --audit-tol 1e-9 --json -q
   odyn run scenes/compressor.toml --verify
+  odyn run scenes/compressor.toml --digits
   odyn run scenes/compressor.toml --motion
   odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s
   odyn run pendulum.toml --watch

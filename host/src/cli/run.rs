@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes, render, shown};
-use odyn::results::{SUMMARY_FILE, Status, report};
+use odyn::results::{DIGITS_FILE, SUMMARY_FILE, Status, report};
 use odyn::session::{Restart, RunOptions, RunReport, Session};
 
 use super::exit;
@@ -43,12 +43,20 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
         eprintln!("{}", shown(&session.plan_report().to_string()));
     }
     let sharper = if args.verify { Some(session.sharper()?) } else { None };
+    let second = if args.digits { Some(session.second()?) } else { None };
     let mut outcome = integrate(session, &folder, &told, stop)?;
     if let Some((session, how)) = sharper.filter(|_| outcome.summary.status.reached_end()) {
         let progress = Progress::new();
         let second = session.run(None, told.listener(&progress), stop);
         drop(progress);
         outcome.verify(&how, second.as_ref());
+        outcome.summary.write(&folder.join(SUMMARY_FILE))?;
+    }
+    if let Some(second) = second.filter(|_| outcome.summary.status.reached_end()) {
+        second.judge(&mut outcome, stop);
+        if let Some(digits) = &outcome.summary.digits {
+            digits.write(&folder.join(DIGITS_FILE))?;
+        }
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
     let code = told.end(&outcome, &folder)?;

@@ -79,6 +79,11 @@ pub(super) struct RunArgs {
     /// tolerance explains is `suspect`
     #[arg(long)]
     pub(super) verify: bool,
+    /// Tell how many digits of each output are certain: the scene is computed once more by power series in numbers of 31 digits, so
+    /// that errors of the steps and round-off both show. Also written as `digits.csv`. Where that cannot be, the digits are
+    /// estimated by a run in other coordinates at a much smaller tolerance, and the reason is told
+    #[arg(long)]
+    pub(super) digits: bool,
     /// Threads for islands that run apart; as many as there are processors if left out. Results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) jobs: Option<u16>,

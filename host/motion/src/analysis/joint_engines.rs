@@ -90,25 +90,13 @@ impl Unrolled {
         let outputs = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &pivots);
         let motion = Evaluator::condensed(&g, &outputs);
 
-        let still = vec![g.constant(0.0); columns];
         let values: Vec<Node> = chosen().map(|row| row.value).collect();
-        let right: Vec<Node> = values.iter().map(|value| g.neg(*value)).collect();
-        let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
+        let mut outputs = position_correction(joint, &mut g, rows, &elimination);
         outputs.extend(values);
         outputs.extend(&pivots);
         let position = Evaluator::condensed(&g, &outputs);
 
-        let mut right = Vec::with_capacity(rows.len());
-        for row in chosen() {
-            let mut rate = row.time;
-            for (column, slope) in &row.jacobian {
-                let velocity = g.input(joint.coordinates.velocity_slots[*column]);
-                let part = g.mul(*slope, velocity);
-                rate = g.add(rate, part);
-            }
-            right.push(g.neg(rate));
-        }
-        let (mut outputs, _) = elimination.solve(&mut g, &still, &right);
+        let mut outputs = velocity_correction(joint, &mut g, rows, &elimination);
         outputs.extend(&pivots);
         outputs.extend(&elimination.row_magnitudes);
         // With all bodies alike it is the rows alone that are eliminated.
@@ -157,6 +145,36 @@ pub(super) fn motion_nodes(joint: &JointEquations, rows: &[usize], by_bodies: bo
     };
     let nodes = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &[]);
     (g, nodes)
+}
+
+/// The smallest move that meets rows to first order, then the smallest change of velocities that meets them.
+pub(super) fn correction_nodes(joint: &JointEquations, rows: &[usize]) -> (Graph, [Vec<Node>; 2]) {
+    let mut g = joint.graph.clone();
+    let (elimination, _) = eliminate(joint, &mut g, rows, &jacobian(joint, rows));
+    let position = position_correction(joint, &mut g, rows, &elimination);
+    let velocity = velocity_correction(joint, &mut g, rows, &elimination);
+    (g, [position, velocity])
+}
+
+fn position_correction(joint: &JointEquations, g: &mut Graph, rows: &[usize], elimination: &Elimination) -> Vec<Node> {
+    let still = vec![g.constant(0.0); joint.coordinates.columns];
+    let right: Vec<Node> = rows.iter().map(|row| g.neg(joint.rows[*row].value)).collect();
+    elimination.solve(g, &still, &right).0
+}
+
+fn velocity_correction(joint: &JointEquations, g: &mut Graph, rows: &[usize], elimination: &Elimination) -> Vec<Node> {
+    let still = vec![g.constant(0.0); joint.coordinates.columns];
+    let mut right = Vec::with_capacity(rows.len());
+    for row in rows.iter().map(|row| &joint.rows[*row]) {
+        let mut rate = row.time;
+        for (column, slope) in &row.jacobian {
+            let velocity = g.input(joint.coordinates.velocity_slots[*column]);
+            let part = g.mul(*slope, velocity);
+            rate = g.add(rate, part);
+        }
+        right.push(g.neg(rate));
+    }
+    elimination.solve(g, &still, &right).0
 }
 
 /// The rows' derivatives along the coordinates.

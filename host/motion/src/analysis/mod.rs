@@ -19,6 +19,7 @@
 //! | `motion.rs` | a mechanism in any coordinates at some state; what it asks of the engines of those two |
 //! | `newton.rs` | positions and velocities brought to the constraints, in any coordinates |
 //! | `passage.rs` | through positions where the constraints lose rank |
+//! | `precise.rs`, `precise_state.rs`, `precise_outputs.rs` | the same equations with twice the digits, as power series |
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `conflict.rs` | which joints contradict each other, where not all can be met |
@@ -43,6 +44,9 @@ mod linearisation;
 mod motion;
 mod newton;
 mod passage;
+mod precise;
+mod precise_outputs;
+mod precise_state;
 mod reference;
 mod scales;
 mod solved;
@@ -59,6 +63,7 @@ pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
+pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use solved::SolvedProgram;

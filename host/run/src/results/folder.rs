@@ -17,6 +17,8 @@ pub const STATE_FILE: &str = "state.toml";
 /// Name of what a run that was killed is resumed from.
 pub const CHECKPOINT_FILE: &str = "checkpoint.toml";
 
+/// Digits of the outputs that are certain, where that is asked for.
+pub const DIGITS_FILE: &str = "digits.csv";
 /// Where all bodies were at the samples, where that is asked for.
 pub const MOTION_FILE: &str = "motion.bin";
 
@@ -40,7 +42,8 @@ pub struct Kept {
 
 impl Folder {
     /// Makes the folder where it is missing, and the files: first the summary, which says `running`, so that a finished
-    /// one never stands beside the table of another run. State, checkpoint and motion of a former run are removed.
+    /// one never stands beside the table of another run. State, checkpoint, motion and digits of a former run are
+    /// removed.
     ///
     /// # Errors
     /// [`ResultsError::Write`]; also where another run is writing there.
@@ -54,7 +57,7 @@ impl Folder {
         fs::create_dir_all(path).map_err(|cause| ResultsError::write(path, cause))?;
         let table = path.join(RESULTS_FILE);
         let claimed = CsvWriter::claim(&table)?;
-        for name in [CHECKPOINT_FILE, STATE_FILE, MOTION_FILE] {
+        for name in [CHECKPOINT_FILE, STATE_FILE, MOTION_FILE, DIGITS_FILE] {
             remove(&path.join(name))?;
         }
         summary.write(&path.join(SUMMARY_FILE))?;

@@ -27,6 +27,7 @@
 //! | `report.rs` | the text at the end of a run |
 //! | `seal.rs` | checksums: what is read back is what was written |
 //! | `table.rs`, `compare.rs` | tables read back, and the differences of two |
+//! | `digits.rs` | digits of the outputs that are certain |
 //! | `verified.rs` | the differences of two runs by different methods |
 //! | `text.rs` | short numbers and aligned columns |
 
@@ -35,6 +36,7 @@ mod channels;
 mod checks;
 mod compare;
 mod csv;
+mod digits;
 mod error;
 mod figures;
 mod folder;
@@ -59,9 +61,12 @@ pub use channels::ChannelInfo;
 pub use checks::{Check, CheckResult, Expected};
 pub use compare::{ColumnDifference, Comparison, compare};
 pub use csv::{CsvWriter, Written};
+pub use digits::{Digits, OutputDigits};
 pub use error::ResultsError;
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
-pub use folder::{CHANNELS_FILE, CHECKPOINT_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE};
+pub use folder::{
+    CHANNELS_FILE, CHECKPOINT_FILE, DIGITS_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE,
+};
 pub use glb::glb;
 pub use limits::{AuditLimits, Excess, Measure};
 pub use mesh::Mesh;

@@ -28,6 +28,9 @@ pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
     if let Some(verified) = &summary.verified {
         out.push_str(&verified.report(&summary.time_unit));
     }
+    if let Some(digits) = &summary.digits {
+        out.push_str(&digits.report(&summary.time_unit));
+    }
     out.push_str(&work(summary));
     if let Some(folder) = folder {
         let table = folder.join(RESULTS_FILE);

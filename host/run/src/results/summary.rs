@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 
 use super::text::significant;
-use super::{Audit, AuditLimits, CheckResult, Recoveries, Remedy, ResultsError, Verified};
+use super::{Audit, AuditLimits, CheckResult, Digits, Recoveries, Remedy, ResultsError, Verified};
 use crate::diagnostics::Code;
 
 /// How a run stands.
@@ -123,6 +123,9 @@ pub struct Summary {
     /// The differences from a run at a sharper tolerance, where they were asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verified: Option<Verified>,
+    /// Digits of the outputs that are certain, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub digits: Option<Digits>,
     /// Where islands were integrated apart: how each went, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub islands: Vec<IslandWork>,

@@ -102,7 +102,11 @@ impl Session {
         }
     }
 
-    fn joint_plan(&self, tree: SpanningTree) -> Result<Option<JointPlan>, SessionError> {
+    /// The equations in the coordinates of a tree; `None` where they can't be had.
+    ///
+    /// # Errors
+    /// A model that the linear algebra refuses.
+    pub(super) fn joint_plan(&self, tree: SpanningTree) -> Result<Option<JointPlan>, SessionError> {
         let (t, place) = self.place_of_ranks();
         let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, place, t);
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;

@@ -41,6 +41,7 @@
 //! | `culprit.rs` | which element gives what is not a number |
 //! | `outcome.rs` | what a run gives |
 //! | `sharper.rs` | the same run by another method, at a tenth of the tolerance |
+//! | `precise.rs`, `digits.rs` | the same with more digits than doubles have; which digits of a run are certain |
 //! | `report.rs`, `apart.rs` | what `check` and `plan` say; of islands |
 //! | `watch.rs` | whether the files that a run depends on have changed |
 //! | `schema.rs` | the JSON schema of scene files |
@@ -53,6 +54,7 @@ mod checks;
 mod crew;
 mod culprit;
 mod decide;
+mod digits;
 mod error;
 mod figures;
 mod formulation;
@@ -69,6 +71,7 @@ mod options;
 mod outcome;
 mod picture;
 mod place;
+mod precise;
 mod prepared;
 mod prune;
 mod report;
@@ -94,11 +97,13 @@ pub use crate::diagnostics::Exit;
 pub use crate::results::STATE_FILE;
 pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
+pub use digits::Second;
 pub use error::SessionError;
 pub use libraries::{catalog_of_scene, requests, search_path};
 pub use opened::Session;
 pub use options::{DEFAULT_METHOD, ENGINES, FORMULATIONS, RunOptions};
 pub use outcome::RunReport;
+pub use precise::{Precise, PreciseSamples};
 pub use prepared::Prepared;
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;

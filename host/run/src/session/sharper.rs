@@ -7,11 +7,15 @@ use super::opened::Session;
 use super::options::DEFAULT_METHOD;
 use super::outcome::RunReport;
 use crate::diagnostics::codes;
+use crate::model::{Channel, Quantity};
 use crate::results::{Samples, Verified, significant};
-use crate::scene::{Dimension, OutputTimes, Spanned};
+use crate::scene::{Dimension, OutputTimes, Scene, Spanned};
 
 /// Ratio of the tolerances.
 const SHARPER: f64 = 10.0;
+/// The same where digits are counted; and the smallest tolerance for that.
+const MUCH_SHARPER: f64 = 1000.0;
+const LEAST_TOLERANCE: f64 = 1e-13;
 /// Steps of the second run, at least. Longer ones may pass over what the first passed over.
 const LEAST_STEPS: f64 = 200.0;
 /// Methods for the second run: the first that is not the one of the first run. Both are fit for every scene, stiff or not.
@@ -44,7 +48,29 @@ impl Session {
     /// # Errors
     /// As for [`Session::open`].
     pub fn sharper(&self) -> Result<(Self, Sharper), SessionError> {
+        let (session, how) = self.sharper_by(SHARPER, self.scene.clone())?;
+        Ok((session, Sharper { how, sizes: self.natural_sizes() }))
+    }
+
+    /// The same at a much smaller tolerance, in other coordinates where there are any; and how it differs.
+    ///
+    /// # Errors
+    /// As for [`Session::open`].
+    pub(super) fn much_sharper(&self) -> Result<(Self, String), SessionError> {
+        let ratio = MUCH_SHARPER.min(self.tolerance() / LEAST_TOLERANCE).max(1.0);
+        let used = if self.choose_tree()?.0.is_some() { "joint" } else { "cartesian" };
+        let other = if used == "joint" { "cartesian" } else { "joint" };
         let mut scene = self.scene.clone();
+        scene.simulation.formulation = Some(Spanned::new(other.to_owned(), 0..0));
+        match self.sharper_by(ratio, scene) {
+            Ok((session, how)) => Ok((session, format!("{other} coordinates instead of {used}, {how}"))),
+            // There are no others.
+            Err(_) => self.sharper_by(ratio, self.scene.clone()),
+        }
+    }
+
+    /// A session of `scene`, which is this one's but for its coordinates, by another method and at a smaller tolerance.
+    fn sharper_by(&self, ratio: f64, mut scene: Scene) -> Result<(Self, String), SessionError> {
         let name = scene.simulation.method.as_ref().map_or(DEFAULT_METHOD, |method| method.value.as_str()).to_owned();
         let needs_step = self.options.methods.make(&name).is_some_and(|method| method.needs_fixed_step());
         let settings = &mut scene.simulation;
@@ -60,7 +86,7 @@ impl Session {
                 format!("steps of {} instead of {}", time(0.5 * step), time(step))
             }
             None => {
-                settings.tolerance = Some(self.tolerance() / SHARPER);
+                settings.tolerance = Some(self.tolerance() / ratio);
                 let duration = settings.t_end - settings.t_start;
                 let between = match &settings.output {
                     OutputTimes::Step(step) => *step,
@@ -69,7 +95,7 @@ impl Session {
                 let longest = between.min(duration / LEAST_STEPS).min(settings.max_step.unwrap_or(f64::INFINITY));
                 settings.max_step = Some(longest);
                 settings.first_step = None;
-                let [new, old] = [self.tolerance() / SHARPER, self.tolerance()].map(|number| significant(number, 3));
+                let [new, old] = [self.tolerance() / ratio, self.tolerance()].map(|number| significant(number, 3));
                 format!("tolerance {new} instead of {old}, steps up to {}", time(longest))
             }
         };
@@ -81,14 +107,19 @@ impl Session {
         if let Some(state) = &self.begins.state {
             sharper.go_on_from(state.clone())?;
         }
-        Ok((sharper, Sharper { how, sizes: self.natural_sizes() }))
+        Ok((sharper, how))
     }
 
     /// What is natural for the scene's outputs, whatever their values are.
     #[must_use]
     pub fn natural_sizes(&self) -> NaturalSizes {
+        let natural = |channel: &Channel| match channel.quantity {
+            // Half angles, one of which is of the size of 1.
+            Quantity::EulerParameter { .. } => (Dimension::ANGLE, 1.0),
+            _ => (channel.dimension, channel.factor),
+        };
         NaturalSizes {
-            outputs: self.model.channels.iter().map(|channel| (channel.dimension, channel.factor)).collect(),
+            outputs: self.model.channels.iter().map(natural).collect(),
             length: self.assembly.scales.length,
             mass: self.model.bodies.iter().map(|body| body.mass).sum(),
         }

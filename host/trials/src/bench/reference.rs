@@ -1,17 +1,20 @@
 //! [`Reference`]: what the outputs of a scene are, where the scene has no `[[check]]` to say it.
 //!
-//! Two computations with different coordinates and tolerances, both much tighter than what is measured. How far they are apart is
-//! how well the reference is known; errors below that are not told apart. The reference is kept as a table beside the results and
+//! Power series of two orders in numbers of 31 digits; where they cannot be had, two computations in doubles with different
+//! coordinates and tolerances, both much tighter than what is measured. How far they are apart is how well the reference is known;
+//! errors below that are not told apart. The reference is kept as a table beside the results and
 //! used again as long as scene, libraries and program are the same.
 
 use std::fs;
 use std::path::Path;
 
 use crate::results::{self, Table, significant};
-use crate::session::RunReport;
+use crate::session::{PreciseSamples, RunReport};
 
 /// Computations that differ by more, as a share of their outputs' sizes, are no reference.
 const MOST: f64 = 1e-6;
+/// So many times the effect of rounding the start may be what doubles make of a motion, at a tolerance of 1e-12.
+const ROUNDED: f64 = 1e6;
 /// First line of the file.
 const TITLE: &str = "# Reference of `odyn bench`; made anew when scene, libraries or program change";
 
@@ -36,6 +39,45 @@ impl Reference {
     /// # Errors
     /// The scene has no output, or they differ too much: from when on, and what helps.
     pub(super) fn new(first: &RunReport, second: &RunReport, natural: &[f64], how: &str) -> Result<Self, String> {
+        let mut reference = Self::of(first, natural, how)?;
+        reference.accuracy = reference.error(second)?;
+        if reference.accuracy <= MOST {
+            return Ok(reference);
+        }
+        Err(reference.parted(first, how, |k, row| reference.share(second, k, row) > MOST))
+    }
+
+    /// From a computation with more digits than doubles have. `run` is one in doubles: it has to agree, as far as what rounding the
+    /// start makes of it allows.
+    ///
+    /// # Errors
+    /// As for [`Reference::new`]; also where it ended early.
+    pub(super) fn precise(precise: &PreciseSamples, run: &RunReport, natural: &[f64]) -> Result<Self, String> {
+        if let Some(ended) = &precise.ended {
+            return Err(ended.why.clone());
+        }
+        let columns = precise.columns.iter().map(|column| column.iter().map(|x| x.to_f64()).collect());
+        let mut reference = Self::of(&RunReport { columns: columns.collect(), ..run.clone() }, natural, &precise.how)?;
+        let doubt = |k: usize, row: usize| precise.doubts[k][row] / reference.sizes[k];
+        let places = (0..reference.sizes.len()).flat_map(|k| (0..precise.times.len()).map(move |row| (k, row)));
+        // It is kept in doubles.
+        let accuracy = places.map(|(k, row)| doubt(k, row)).fold(0.5 * f64::EPSILON, f64::max);
+        if accuracy > MOST {
+            return Err(reference.parted(run, &precise.how, |k, row| doubt(k, row) > MOST));
+        }
+        reference.error(run)?;
+        let disagrees = |k: usize, row: usize| {
+            reference.share(run, k, row) > MOST.max(ROUNDED * precise.starts[k][row] / reference.sizes[k])
+        };
+        if reference.first(disagrees).is_some() {
+            return Err(reference.parted(run, &format!("{} and a run in doubles", precise.how), disagrees));
+        }
+        reference.accuracy = accuracy;
+        Ok(reference)
+    }
+
+    /// From one computation, its accuracy unknown.
+    fn of(first: &RunReport, natural: &[f64], how: &str) -> Result<Self, String> {
         if first.columns.is_empty() {
             return Err("the scene has neither [[output]] nor [[check]], so no error can be measured".into());
         }
@@ -52,27 +94,31 @@ impl Reference {
         if sizes.iter().all(|size| size.is_infinite()) {
             return Err("no output is determined uniquely, so no error can be measured".into());
         }
-        let mut reference = Self {
+        Ok(Self {
             times: first.times.clone(),
             names: first.channels.iter().map(|channel| channel.name.clone()).collect(),
             sizes,
             columns: first.columns.clone(),
             accuracy: 0.0,
             how: how.into(),
-        };
-        reference.accuracy = reference.error(second)?;
-        if reference.accuracy <= MOST {
-            return Ok(reference);
-        }
-        let apart = |row: usize| (0..reference.names.len()).find(|k| reference.share(second, *k, row) > MOST);
-        let parting = (0..reference.times.len()).find_map(|row| apart(row).map(|k| (row, k)));
-        let (row, k) = parting.unwrap_or_default();
-        let (t, unit, name) = (reference.times[row], &first.summary.time_unit, &reference.names[k]);
-        Err(format!(
+        })
+    }
+
+    /// The first sample, and the output in it, of which something holds.
+    fn first(&self, holds: impl Fn(usize, usize) -> bool) -> Option<(usize, usize)> {
+        let apart = |row: usize| (0..self.names.len()).find(|k| holds(*k, row));
+        (0..self.times.len()).find_map(|row| apart(row).map(|k| (row, k)))
+    }
+
+    /// Says from when on computations are apart.
+    fn parted(&self, run: &RunReport, how: &str, apart: impl Fn(usize, usize) -> bool) -> String {
+        let (row, k) = self.first(apart).unwrap_or_default();
+        let (t, unit, name) = (self.times[row], &run.summary.time_unit, &self.names[k]);
+        format!(
             "no reference: {how} are apart by more than {MOST:e} of its size in `{name}` from t = {} {unit} on; measure a shorter \
              time (`--t-end`), or give the scene a [[check]]",
             significant(t, 6)
-        ))
+        )
     }
 
     /// The difference of an output from the reference at a sample, as a share of its size.

@@ -24,7 +24,7 @@ const ENOUGH: Duration = Duration::from_secs(5);
 const FEWEST_STEPS: u32 = 250;
 /// Processes started to measure the start-up.
 const STARTS: usize = 21;
-/// Computations that a reference is made of: coordinates and tolerance, the best first. The last stand in where a scene has no
+/// Computations in doubles that a reference is made of: coordinates and tolerance, the best first. The last stand in where a scene has no
 /// coordinates of joints, or takes too long in those of bodies.
 const COMPUTATIONS: [(&str, &str); 4] =
     [("joint", "1e-13"), ("cartesian", "1e-12"), ("joint", "1e-12"), ("cartesian", "1e-11")];
@@ -150,8 +150,19 @@ impl Runner {
         if let Some(known) = file.as_ref().and_then(|file| Reference::read(file, &fingerprint)) {
             return Ok(known);
         }
+        let reference = self.computed(path, session)?;
+        file.map_or(Ok(()), |file| reference.write(&file, &fingerprint))?;
+        Ok(reference)
+    }
+
+    /// The reference with the most digits that can be had.
+    fn computed(&self, path: &Path, session: &Session) -> Result<Reference, String> {
+        let deadline = Instant::now() + self.settings.limit;
+        let precise = session.precise().map(|precise| precise.solve(&|| Instant::now() < deadline));
+        let natural = |run: &RunReport| session.natural_sizes().of(run.summary.audit.largest_energy());
         // The first of the ways that comes to its end, and the first after it that does so too.
         let (mut found, mut reasons) = (Vec::new(), Vec::new());
+        let mut no_more = String::new();
         for (formulation, tolerance) in COMPUTATIONS {
             let set = |key: &str, value: &str| Override::new(format!("simulation.{key}={value}"));
             let overrides = [set("method", "auto"), set("formulation", formulation), set("tolerance", tolerance)];
@@ -162,19 +173,25 @@ impl Runner {
                 Ok((report, _)) => reasons.push(format!("{how}: suspect, {}", report.summary.reason)),
                 Err(reason) => reasons.push(format!("{how}: {}", reason.lines().next().unwrap_or_default())),
             }
-            if found.len() == 2 {
-                break;
+            match &found[..] {
+                [(run, _)] if no_more.is_empty() => {
+                    let samples = precise.as_ref().map_err(Clone::clone);
+                    match samples.and_then(|samples| Reference::precise(samples, run, &natural(run))) {
+                        Ok(reference) => return Ok(reference),
+                        Err(reason) => no_more = reason,
+                    }
+                }
+                [_, _] => break,
+                _ => {}
             }
         }
         let [(first, how), (second, other)] = &found[..] else {
             return Err(format!("no reference can be computed: {}", reasons.join("; ")));
         };
-        let natural = session.natural_sizes().of(first.summary.audit.largest_energy());
         let alike = how.split(' ').next() == other.split(' ').next();
         let alike = if alike { " (whose equations are the same: what both have wrong is not seen)" } else { "" };
-        let reference = Reference::new(first, second, &natural, &format!("{how} and {other}{alike}"))?;
-        file.map_or(Ok(()), |file| reference.write(&file, &fingerprint))?;
-        Ok(reference)
+        let how = format!("{how} and {other}{alike}, in doubles (none with more digits: {no_more})");
+        Reference::new(first, second, &natural(first), &how)
     }
 
     fn open(&self, path: &Path, mut overrides: Vec<Override>) -> Result<Session, String> {

@@ -303,7 +303,7 @@ fn a_scene_without_checks_is_measured_against_a_computed_reference() {
     assert_eq!(problem.measured, ["x", "y", "z"]);
     let [loose, tight] = [0, 1].map(|k| measured(&problem.points[k]).error);
     assert!(loose < 1e-2 && tight < 1e-6 && loose > 100.0 * tight, "{loose:e} {tight:e}");
-    assert!(problem.reference.contains("joint coordinates at 1e-13 and cartesian"), "{}", problem.reference);
+    assert!(problem.reference.contains("numbers of 31 digits, which agree to 1.1e-16"), "{}", problem.reference);
 
     // What was kept is used again, and the errors are those of before; no error is less than the reference is known.
     let kept = folder.join("tumble.reference.csv");
@@ -324,6 +324,20 @@ fn a_scene_without_checks_is_measured_against_a_computed_reference() {
     let shorter = Settings { t_end: Some("1 s".into()), ..settings() };
     Runner::new(shorter).measure(&scene.0, |_| ());
     assert_eq!(fs::read_to_string(&kept).unwrap().lines().count(), 6 + 11);
+}
+
+#[test]
+fn more_digits_are_no_reference_where_they_end_early_or_disagree() {
+    let scene = Scratch::new("tumble.toml", &tumbling(5.0));
+    let session = || Session::open(&scene.0, &RunOptions::default()).unwrap();
+    let precise = |go_on: bool| session().precise().unwrap().solve(&|| go_on);
+    let run = session().run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+    let found = Reference::precise(&precise(true), &run, &[0.0; 3]).unwrap();
+    assert!(found.accuracy < 1e-15 && found.error(&run).unwrap() < 1e-6, "{found:?}");
+    assert_eq!(Reference::precise(&precise(false), &run, &[0.0; 3]).unwrap_err(), "it was stopped");
+    fs::write(&scene.0, tumbling(5.001)).unwrap();
+    let reason = Reference::precise(&precise(true), &run, &[0.0; 3]).unwrap_err();
+    assert!(reason.contains("numbers of 31 digits and a run in doubles are apart"), "{reason}");
 }
 
 #[test]
