@@ -12,9 +12,9 @@ use stored::Stored;
 /// consists of round-off, and scaling it to unit length would invent a direction.
 const NEGLIGIBLE_COLUMN: f64 = 1e-14;
 
-/// Remainder, of columns of unit length, from which on a column is taken where it makes the fewest entries. Nothing is solved with
-/// constraints that are so close to dependent, and round-off is far from it.
-const CLEARLY_INDEPENDENT: f64 = 1e-6;
+/// Share of the largest remainder above which a column may be taken instead where it makes fewer entries. The nearer to one, the
+/// more surely rows that depend on others, but for the distance from their manifold, come last.
+const NEARLY_AS_LARGE: f64 = 0.1;
 
 /// `S A D P = Q R` of a matrix `A` (`rows x columns`).
 ///
@@ -24,8 +24,8 @@ const CLEARLY_INDEPENDENT: f64 = 1e-6;
 /// cancellation would spoil them, after Drmac & Bujanovic (ACM TOMS 35, 2008; LAPACK dgeqp3).
 /// `S` orders rows so that the errors of each are round-off of that row, however much rows differ in size.
 ///
-/// With sparse storage columns that are clearly independent are taken in the order that makes the fewest entries, and the largest
-/// remainder decides among the others only (after Heath, SIAM J. Sci. Stat. Comput. 5, 1984, who puts them last).
+/// With sparse storage, of the columns with nearly the largest remainder the one that makes the fewest entries is taken, as
+/// threshold pivoting does in sparse LU factorisations (Duff, Erisman & Reid 1986, section 5.4).
 ///
 /// Columns may be split in two groups, see [`PivotedQr::set_first_group`].
 ///
@@ -380,17 +380,17 @@ impl PivotedQr {
         Ok(())
     }
 
-    /// Place of the column to take next, first group first; `None` if no remainder is above the tolerance. In sparse storage the
-    /// column with the fewest entries left among those that are clearly independent; otherwise the one with the largest remainder.
+    /// Place of the column to take next, first group first; `None` if no remainder is above the tolerance. It is the one with the
+    /// largest remainder; in sparse storage, of all with nearly as large ones, that with the fewest entries left.
     fn choose_pivot(&self, k: usize) -> Option<usize> {
         let choose = |first_group: bool| {
             let places = || (k..self.columns).filter(|place| self.in_first_group[self.order[*place]] == first_group);
-            let shortest = self.stored.as_sparse().and_then(|stored| {
-                places()
-                    .filter(|place| self.remainder[self.order[*place]] > CLEARLY_INDEPENDENT)
-                    .min_by_key(|place| (stored.entries_left(self.order[*place]), self.order[*place]))
-            });
-            shortest.or_else(|| self.largest(places()))
+            let largest = self.largest(places())?;
+            let Some(stored) = self.stored.as_sparse() else { return Some(largest) };
+            let enough = (NEARLY_AS_LARGE * self.remainder[self.order[largest]]).max(self.tolerance);
+            places()
+                .filter(|place| self.remainder[self.order[*place]] > enough)
+                .min_by_key(|place| (stored.entries_left(self.order[*place]), self.order[*place]))
         };
         choose(true).or_else(|| choose(false))
     }
