@@ -1,6 +1,6 @@
 //! Exact derivatives of the graph, as further nodes of the graph.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::graph::{Expr, Graph, Node};
 
@@ -18,7 +18,8 @@ pub fn derivatives(graph: &mut Graph, outputs: &[Node], seeds: &Seeds) -> Vec<No
 pub fn derivatives_among(graph: &mut Graph, below: &[Node], outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
     let zero = graph.constant(0.0);
     // Nodes that are not in here are constant.
-    let mut known: FxHashMap<Node, Node> = seeds.clone();
+    let mut known = Seeds::with_capacity_and_hasher(seeds.len() + below.len(), FxBuildHasher);
+    known.extend(seeds);
     for node in below {
         if !known.contains_key(node) && !every_operand_constant(graph, *node, zero, &known) {
             let derivative = one(graph, *node, zero, &known);
