@@ -27,6 +27,7 @@
 //! | `interpreter.rs` | what runs them without machine code |
 //! | `turn.rs` | sine and cosine of an angle at once |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
+//! | `shared.rs` | machine code for all programs of one structure |
 //! | `costs.rs` | what programs cost |
 
 mod compile;
@@ -43,6 +44,7 @@ mod magnitude;
 mod operations;
 mod ranges;
 mod rewrite;
+mod shared;
 mod tangent;
 mod tape;
 mod turn;
@@ -61,6 +63,7 @@ pub use machine::MachineCode;
 pub use magnitude::magnitudes;
 pub use ranges::Ranges;
 pub use rewrite::Rewriting;
+pub use shared::SharedCode;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};

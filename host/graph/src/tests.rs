@@ -14,6 +14,8 @@ mod graph;
 mod machine;
 mod magnitudes;
 mod ranges;
+#[cfg(feature = "jit")]
+mod shared;
 mod tangents;
 mod tape;
 mod turn;
