@@ -16,6 +16,8 @@ pub struct Rewriting<'g> {
     /// By old node; [`UNKNOWN`] where there is none yet.
     new_of: Vec<Node>,
     calls: FxHashMap<u32, u32>,
+    /// Room for what [`Rewriting::carry`] needs.
+    needed: Vec<Node>,
 }
 
 impl<'g> Rewriting<'g> {
@@ -24,7 +26,7 @@ impl<'g> Rewriting<'g> {
         new.tables.clone_from(&old.tables);
         let mut new_of = vec![UNKNOWN; old.len()];
         replaced.into_iter().for_each(|(node, new)| new_of[node.0 as usize] = new);
-        Self { old, new_of, calls: FxHashMap::default() }
+        Self { old, new_of, calls: FxHashMap::default(), needed: Vec::new() }
     }
 
     /// The new node for an old one. Inputs that were not replaced keep their slots.
@@ -33,7 +35,8 @@ impl<'g> Rewriting<'g> {
             return self.known(node);
         }
         let (graph, new_of) = (self.old, &mut self.new_of);
-        let mut needed = vec![node];
+        let mut needed = std::mem::take(&mut self.needed);
+        needed.push(node);
         new_of[node.0 as usize] = WANTED;
         let mut entered = 0;
         while let Some(old) = needed.get(entered).copied() {
@@ -48,9 +51,10 @@ impl<'g> Rewriting<'g> {
         }
         // Operands have smaller numbers.
         needed.sort_unstable();
-        for old in needed {
+        for old in needed.drain(..) {
             self.new_of[old.0 as usize] = self.one(new, old);
         }
+        self.needed = needed;
         self.known(node)
     }
 

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use element_api::Kind;
 use element_api::recording::{Input, Role};
-use odyn_graph::{Graph, Node, Program, Seeds, V3, derivatives, derivatives_among, import};
+use odyn_graph::{Below, Graph, Node, Program, Seeds, V3, derivatives, derivatives_among, import};
 
 use super::acting::Stored;
 use super::coupling::CoupledInput;
@@ -285,7 +285,7 @@ impl Equations {
             }
         }
         coordinates.sort_unstable();
-        let below = self.graph.ancestors(values, |node| coordinates.binary_search(&node).is_ok());
+        let below = Below::new(&self.graph, values, |node| coordinates.binary_search(&node).is_ok());
         for body in bodies {
             for k in 0..columns {
                 let seeds = self.coordinate_seeds(*body, k);
