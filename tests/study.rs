@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use odyn::study::{Study, StudyOptions, Vary};
+use odyn::study::{Outcome, Study, StudyOptions, Vary};
 
-use crate::support::{Scratch, options, root, run};
+use crate::support::{Scratch, open, options, root, run};
 
 const SETS: [&str; 1] = ["simulation.t_end=20 ms"];
 
@@ -45,6 +45,14 @@ fn a_run_of_a_study_is_the_run_alone() {
     let scratch = Scratch::new();
     let study = study(scratch.path(), 2);
     let alone = run("compressor.toml", &[SETS[0], "crank.radius=8.5mm"]);
+    let folder = Scratch::new();
+    let session = open("compressor.toml", &[SETS[0], "crank.radius=8.5mm"]);
+    session.run(Some(folder.path()), Box::new(|_| ()), &Arc::default()).unwrap();
+    // All but what took time.
+    for file in ["results.csv", "channels.json"] {
+        let bytes = |folder: &Path| fs::read(folder.join(file)).unwrap();
+        assert!(bytes(folder.path()) == bytes(&scratch.path().join("run-3")), "{file}");
+    }
     let table = study.table();
     let row = &table.rows[2];
     assert_eq!(row[1..4], ["8.5mm", "42mm", "completed"]);
@@ -52,5 +60,30 @@ fn a_run_of_a_study_is_the_run_alone() {
         let title = format!("final.{} [{}]", channel.name, channel.unit);
         let k = table.columns.iter().position(|c| *c == title).unwrap_or_else(|| panic!("no column `{title}`"));
         assert_eq!(row[k], column.last().unwrap().to_string(), "{title}");
+    }
+}
+
+/// What does not pay within a short run pays over many: later runs begin with the code that earlier ones made.
+#[test]
+fn machine_code_is_made_once_for_all_runs() {
+    let options = StudyOptions {
+        common: options(&["simulation.t_end=20 ms"], &[]),
+        varied: vec![Vary::parse("crank.radius=8mm:9mm:30").unwrap()],
+        jobs: 1,
+        ..StudyOptions::default()
+    };
+    let study = Study::run(&root().join("scenes/compressor.toml"), &options, &|_, _| (), &Arc::default()).unwrap();
+    let summaries = || {
+        study.runs.iter().map(|run| match &run.outcome {
+            Outcome::Ran(finished) => &finished.summary,
+            other => panic!("{other:?}"),
+        })
+    };
+    let programs: Vec<u64> = summaries().map(|summary| summary.machine_code_programs).collect();
+    let (first, last) = (summaries().next().unwrap(), summaries().last().unwrap());
+    if first.machine_code_programs > 0 {
+        assert!(last.machine_code_programs > first.machine_code_programs, "{programs:?}");
+        assert_eq!(last.machine_code_from, Some(0.0));
+        assert_eq!(last.machine_code_time_s, 0.0, "nothing is made again");
     }
 }

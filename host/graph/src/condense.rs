@@ -6,8 +6,6 @@
 //! Brayton & McMullen 1982; for pairs Hosangadi, Fallah & Kastner 2006). Round-off changes, the numbers do not. What does not
 //! save is not done.
 
-use std::collections::BTreeMap;
-
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
@@ -23,20 +21,22 @@ const ROUNDS: usize = 2;
 /// A graph with the same outputs by fewer operations, and these outputs in it.
 #[must_use]
 pub fn condense(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
-    let mut best = (graph.clone(), outputs.to_vec());
+    let mut best = None;
     let mut least = graph.live(outputs).len();
-    if least > LARGEST {
-        return best;
-    }
-    for pass in [factored, paired] {
-        let (mut found, nodes) = pass(&best.0, &best.1);
-        let count = found.live(&nodes).len();
-        if count < least {
-            found.requested = graph.requested;
-            (best, least) = ((found, nodes), count);
+    if least <= LARGEST {
+        for pass in [factored, paired] {
+            let (graph, outputs) =
+                best.as_ref().map_or((graph, outputs), |(graph, nodes): &(Graph, Vec<Node>)| (graph, nodes));
+            let (found, nodes) = pass(graph, outputs);
+            let count = found.live(&nodes).len();
+            if count < least {
+                (best, least) = (Some((found, nodes)), count);
+            }
         }
     }
-    best
+    let (mut condensed, nodes) = best.unwrap_or_else(|| (graph.clone(), outputs.to_vec()));
+    condensed.requested = graph.requested;
+    (condensed, nodes)
 }
 
 /// What a node is part of.
@@ -155,7 +155,7 @@ struct Term {
 /// Equal terms collected, common factors taken out of sums.
 fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let wholes = Wholes::new(graph, outputs);
-    let mut g = Graph::default();
+    let mut g = Graph::with_room(wholes.live.len());
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     for node in &wholes.live {
         let made = match kind(graph, *node) {
@@ -208,13 +208,16 @@ fn product_of(g: &mut Graph, term: &Term) -> Node {
 }
 
 /// A sum, with the factors that most of its terms have taken out first.
-fn sum_of(g: &mut Graph, terms: Vec<Term>) -> Node {
-    let mut collected: BTreeMap<Vec<Node>, f64> = BTreeMap::new();
-    for term in terms {
-        *collected.entry(term.factors).or_default() += term.coefficient;
-    }
-    let mut terms: Vec<Term> =
-        collected.into_iter().map(|(factors, coefficient)| Term { coefficient, factors }).collect();
+fn sum_of(g: &mut Graph, mut terms: Vec<Term>) -> Node {
+    // Equal terms come together, in their order, which round-off of their sum depends on.
+    terms.sort_by(|a, b| a.factors.cmp(&b.factors));
+    terms.dedup_by(|next, first| {
+        let equal = next.factors == first.factors;
+        if equal {
+            first.coefficient += next.coefficient;
+        }
+        equal
+    });
     terms.retain(|term| term.coefficient != 0.0);
     let mut parts: Vec<Node> = Vec::new();
     while let Some(common) = most_common(&terms) {
@@ -266,23 +269,27 @@ impl Common {
 
 /// What most terms have, if at least two have it; among equals what was computed first.
 fn most_common(terms: &[Term]) -> Option<Common> {
-    let mut counts: BTreeMap<Common, usize> = BTreeMap::new();
+    if terms.len() < 2 {
+        return None;
+    }
+    let mut all: Vec<Common> = Vec::new();
     for term in terms {
         for (k, factor) in term.factors.iter().enumerate() {
             if k == 0 || term.factors[k - 1] != *factor {
-                *counts.entry(Common::Factor(*factor)).or_default() += 1;
+                all.push(Common::Factor(*factor));
             }
         }
         let size = term.coefficient.abs();
         if size.is_finite() && size != 1.0 && !term.factors.is_empty() {
-            *counts.entry(Common::Number(size.to_bits())).or_default() += 1;
+            all.push(Common::Number(size.to_bits()));
         }
     }
+    all.sort_unstable();
     let mut most = None;
     let mut least = 1;
-    for (common, count) in counts {
-        if count > least {
-            (most, least) = (Some(common), count);
+    for equal in all.chunk_by(|a, b| a == b) {
+        if equal.len() > least {
+            (most, least) = (Some(equal[0]), equal.len());
         }
     }
     most
@@ -299,6 +306,17 @@ struct Pair {
     opposite: bool,
 }
 
+impl Pair {
+    /// As a number below 2^96, in the same order.
+    fn packed(self) -> u128 {
+        (self.first as u128) << 64 | (self.second as u128) << 1 | u128::from(self.opposite)
+    }
+
+    fn unpacked(packed: u128) -> Self {
+        Self { first: (packed >> 64) as Part, second: (packed as u64 >> 1) as Part, opposite: packed & 1 == 1 }
+    }
+}
+
 /// Sums, or products, of which pairs are made.
 struct Pairing {
     /// Parts with signs, ascending by part, by whole.
@@ -312,20 +330,21 @@ impl Pairing {
     /// Makes the pairs that several wholes have, the most frequent first.
     fn make(&mut self) {
         for _ in 0..ROUNDS {
-            let mut found: Vec<(Pair, u32)> = Vec::new();
+            let mut found: Vec<u128> = Vec::new();
             for (number, whole) in self.wholes.iter().enumerate().filter(|(_, whole)| whole.len() <= MOST_TERMS) {
                 for (k, first) in whole.iter().enumerate() {
                     for second in &whole[k + 1..] {
                         let pair = Pair { first: first.0, second: second.0, opposite: first.1 != second.1 };
-                        found.push((pair, number as u32));
+                        found.push(pair.packed() << 32 | number as u128);
                     }
                 }
             }
             found.sort_unstable();
             found.dedup();
-            let groups = found.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1);
-            let mut several: Vec<(Pair, Vec<u32>)> =
-                groups.map(|group| (group[0].0, group.iter().map(|(_, number)| *number).collect())).collect();
+            let groups = found.chunk_by(|a, b| a >> 32 == b >> 32).filter(|group| group.len() > 1);
+            let mut several: Vec<(Pair, Vec<u32>)> = groups
+                .map(|group| (Pair::unpacked(group[0] >> 32), group.iter().map(|one| *one as u32).collect()))
+                .collect();
             several.sort_unstable_by(|a, b| b.1.len().cmp(&a.1.len()).then(a.0.cmp(&b.0)));
             let before = self.made.len();
             for (pair, places) in several {
@@ -389,7 +408,7 @@ fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     }
     sums.make();
     products.make();
-    let mut g = Graph::default();
+    let mut g = Graph::with_room(wholes.live.len());
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     let (mut known_sums, mut known_products) = (vec![None; sums.made.len()], vec![None; products.made.len()]);
     for node in &wholes.live {

@@ -7,75 +7,119 @@ use super::graph::{Expr, Graph, Node};
 /// Nodes whose derivative is given: the direction of differentiation. Whatever does not depend on them is constant.
 pub type Seeds = FxHashMap<Node, Node>;
 
+/// Nodes that may depend on seeds, each with the places of its operands among them: what several directions share.
+#[derive(Debug, Clone)]
+pub struct Below {
+    /// Ascending.
+    nodes: Vec<Node>,
+    /// [`NOWHERE`] for an operand that is not among them, which is constant.
+    operands: Vec<[u32; 4]>,
+}
+
+const NOWHERE: u32 = u32::MAX;
+
+impl Below {
+    /// Everything that `outputs` depend on; what `stop` says is listed but not entered.
+    #[must_use]
+    pub fn new(graph: &Graph, outputs: &[Node], stop: impl Fn(Node) -> bool) -> Self {
+        let nodes = graph.ancestors(outputs, stop);
+        let operands = nodes.iter().map(|node| {
+            let (mut places, mut count) = ([NOWHERE; 4], 0);
+            // Opaque results are differentiated by whoever knows what they mean.
+            if !matches!(graph.expr(*node), Expr::Call { .. }) {
+                graph.operands(*node, |operand| {
+                    places[count] = nodes.binary_search(&operand).map_or(NOWHERE, |place| place as u32);
+                    count += 1;
+                });
+            }
+            places
+        });
+        Self { operands: operands.collect(), nodes }
+    }
+
+    /// Whether a node is one of them.
+    #[must_use]
+    pub fn contains(&self, node: Node) -> bool {
+        self.place(node).is_some()
+    }
+
+    fn place(&self, node: Node) -> Option<usize> {
+        self.nodes.binary_search(&node).ok()
+    }
+}
+
 /// The derivatives of `outputs` along a direction, by the chain rule from the seeds upwards (Griewank & Walther, ch. 3,
 /// forward mode). A seeded node counts as a variable of its own: what it was computed from is not looked at.
 pub fn derivatives(graph: &mut Graph, outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
-    let below = graph.ancestors(outputs, |node| seeds.contains_key(&node));
+    let below = Below::new(graph, outputs, |node| seeds.contains_key(&node));
     derivatives_among(graph, &below, outputs, seeds)
 }
 
-/// The same with all nodes that may depend on the seeds at hand, ascending: what several directions share.
-pub fn derivatives_among(graph: &mut Graph, below: &[Node], outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
+/// The same with all nodes that may depend on the seeds at hand.
+pub fn derivatives_among(graph: &mut Graph, below: &Below, outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
     let zero = graph.constant(0.0);
-    // Nodes that are not in here are constant.
-    let mut known: FxHashMap<Node, Node> = seeds.clone();
-    for node in below {
-        if !known.contains_key(node) && !every_operand_constant(graph, *node, zero, &known) {
-            let derivative = one(graph, *node, zero, &known);
-            known.insert(*node, derivative);
+    let mut found = vec![zero; below.nodes.len()];
+    let mut is_seed = vec![false; below.nodes.len()];
+    for (node, seed) in seeds {
+        if let Some(place) = below.place(*node) {
+            (found[place], is_seed[place]) = (*seed, true);
         }
     }
-    outputs.iter().map(|node| known.get(node).copied().unwrap_or(zero)).collect()
+    for (place, node) in below.nodes.iter().enumerate().filter(|(place, _)| !is_seed[*place]) {
+        let slopes = below.operands[place].map(|at| found.get(at as usize).copied().unwrap_or(zero));
+        if slopes != [zero; 4] {
+            found[place] = one(graph, *node, zero, slopes);
+        }
+    }
+    outputs.iter().map(|node| below.place(*node).map_or(zero, |place| found[place])).collect()
 }
 
-/// The derivative of a node of whose operands at least one is not constant.
-fn one(g: &mut Graph, node: Node, zero: Node, known: &FxHashMap<Node, Node>) -> Node {
-    let d = |a: Node| known.get(&a).copied().unwrap_or(zero);
+/// The derivative of a node of whose operands at least one is not constant, from theirs.
+fn one(g: &mut Graph, node: Node, zero: Node, d: [Node; 4]) -> Node {
     match g.expr(node) {
-        // Opaque results are differentiated by whoever knows what they mean.
         Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } => zero,
-        Expr::Add(a, b) => g.add(d(a), d(b)),
-        Expr::Sub(a, b) => g.sub(d(a), d(b)),
-        Expr::Neg(a) => g.neg(d(a)),
+        Expr::Add(..) => g.add(d[0], d[1]),
+        Expr::Sub(..) => g.sub(d[0], d[1]),
+        Expr::Neg(_) => g.neg(d[0]),
         Expr::Mul(a, b) => {
-            let left = g.mul(d(a), b);
-            let right = g.mul(a, d(b));
+            let left = g.mul(d[0], b);
+            let right = g.mul(a, d[1]);
             g.add(left, right)
         }
-        Expr::Div(a, b) => {
+        Expr::Div(_, b) => {
             // (a' - (a/b) b') / b, with the quotient already there.
-            let shift = g.mul(node, d(b));
-            let top = g.sub(d(a), shift);
+            let shift = g.mul(node, d[1]);
+            let top = g.sub(d[0], shift);
             g.div(top, b)
         }
-        Expr::Sqrt(a) => {
+        Expr::Sqrt(_) => {
             let half = g.constant(0.5);
-            let top = g.mul(half, d(a));
+            let top = g.mul(half, d[0]);
             g.div(top, node)
         }
         Expr::Sin(a) => {
             let c = g.cos(a);
-            g.mul(c, d(a))
+            g.mul(c, d[0])
         }
         Expr::Cos(a) => {
             let s = g.sin(a);
-            let product = g.mul(s, d(a));
+            let product = g.mul(s, d[0]);
             g.neg(product)
         }
         Expr::Atan2(y, x) => {
-            let (p, q) = (g.mul(x, d(y)), g.mul(y, d(x)));
+            let (p, q) = (g.mul(x, d[0]), g.mul(y, d[1]));
             let top = g.sub(p, q);
             let (xx, yy) = (g.mul(x, x), g.mul(y, y));
             let bottom = g.add(xx, yy);
             g.div(top, bottom)
         }
-        Expr::Exp(a) => g.mul(node, d(a)),
-        Expr::Ln(a) => g.div(d(a), a),
-        Expr::Tanh(a) => {
+        Expr::Exp(_) => g.mul(node, d[0]),
+        Expr::Ln(a) => g.div(d[0], a),
+        Expr::Tanh(_) => {
             let one = g.constant(1.0);
             let square = g.mul(node, node);
             let slope = g.sub(one, square);
-            g.mul(slope, d(a))
+            g.mul(slope, d[0])
         }
         Expr::Powi(a, n) => {
             let factor = g.constant(f64::from(n));
@@ -85,25 +129,19 @@ fn one(g: &mut Graph, node: Node, zero: Node, known: &FxHashMap<Node, Node>) -> 
                 None => g.div(node, a),
             };
             let slope = g.mul(factor, power);
-            g.mul(slope, d(a))
+            g.mul(slope, d[0])
         }
         Expr::Powf(a, bits) => {
             let exponent = f64::from_bits(bits);
             let factor = g.constant(exponent);
             let power = g.powf(a, exponent - 1.0);
             let slope = g.mul(factor, power);
-            g.mul(slope, d(a))
+            g.mul(slope, d[0])
         }
-        Expr::Select(a, b, x, y) => g.select(a, b, d(x), d(y)),
+        Expr::Select(a, b, ..) => g.select(a, b, d[2], d[3]),
         Expr::Table { table, order, at } => {
             let slope = g.table(table, order + 1, at);
-            g.mul(slope, d(at))
+            g.mul(slope, d[0])
         }
     }
-}
-
-fn every_operand_constant(g: &Graph, node: Node, zero: Node, known: &FxHashMap<Node, Node>) -> bool {
-    let mut constant = true;
-    g.operands(node, |a| constant &= known.get(&a).is_none_or(|d| *d == zero));
-    constant
 }

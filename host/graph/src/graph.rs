@@ -86,6 +86,8 @@ pub struct Call {
     pub second_to: usize,
 }
 
+/// Places of the smallest table of known expressions.
+const FEWEST_PLACES: usize = 256;
 /// An empty place in the table of known expressions.
 const NO_NODE: u32 = u32::MAX;
 
@@ -148,6 +150,13 @@ impl Expr {
 }
 
 impl Graph {
+    /// An empty graph with room for so many nodes.
+    pub(super) fn with_room(nodes: usize) -> Self {
+        let mut graph = Self::default();
+        graph.enlarge(2 * nodes);
+        graph
+    }
+
     /// The number of distinct nodes.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -190,7 +199,7 @@ impl Graph {
     /// large scenes it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
     pub(super) fn intern(&mut self, expr: Expr) -> Node {
         if 4 * (self.exprs.len() + 1) > 3 * self.known.len() {
-            self.enlarge();
+            self.enlarge((2 * self.known.len()).max(2 * self.exprs.len()));
         }
         let hash = hash_of(&expr);
         let mask = self.known.len() - 1;
@@ -216,9 +225,10 @@ impl Graph {
         self.exprs.shrink_to_fit();
     }
 
-    /// Twice as many places, or enough for the nodes of a graph that was made without any.
-    fn enlarge(&mut self) {
-        let size = (2 * self.known.len()).max(2 * self.exprs.len()).next_power_of_two().max(64);
+    /// At least so many places, more than there are nodes.
+    fn enlarge(&mut self, places: usize) {
+        let size = places.next_power_of_two().max(FEWEST_PLACES);
+        self.exprs.reserve(3 * size / 4 - self.exprs.len());
         let mut table = vec![Known { hash: 0, node: NO_NODE }; size];
         let mut enter = |entry: Known| {
             let mut at = first_place(entry.hash, size);

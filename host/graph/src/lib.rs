@@ -28,6 +28,7 @@
 //! | `interpreter.rs` | what runs them without machine code |
 //! | `turn.rs` | sine and cosine of an angle at once |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
+//! | `shared.rs` | machine code for all programs of one structure |
 //! | `costs.rs` | what programs cost |
 
 mod compile;
@@ -45,6 +46,7 @@ mod operations;
 mod ranges;
 mod rewrite;
 mod series;
+mod shared;
 mod tangent;
 mod tape;
 mod turn;
@@ -55,7 +57,7 @@ mod tests;
 
 pub use condense::condense;
 pub use costs::{MachineError, Maker};
-pub use derivative::{Seeds, derivatives, derivatives_among};
+pub use derivative::{Below, Seeds, derivatives, derivatives_among};
 pub use eliminate::Elimination;
 pub use graph::{Call, Expr, Graph, Node};
 pub use import::{import, operation};
@@ -64,6 +66,7 @@ pub use magnitude::magnitudes;
 pub use ranges::Ranges;
 pub use rewrite::Rewriting;
 pub use series::Series;
+pub use shared::SharedCode;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};

@@ -15,6 +15,8 @@ mod machine;
 mod magnitudes;
 mod ranges;
 mod series;
+#[cfg(feature = "jit")]
+mod shared;
 mod tangents;
 mod tape;
 mod turn;

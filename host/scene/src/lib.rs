@@ -142,25 +142,7 @@ pub struct Rejected {
 /// # Errors
 /// The file cannot be read or is not UTF-8 (then the source is empty), or as [`parse`].
 pub fn read(path: &Path, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
-    let name = path.display().to_string();
-    let unreadable = |message: String| {
-        Box::new(Rejected {
-            source: Source::new(name.clone(), ""),
-            diagnostics: vec![Diagnostic::error(codes::UNREADABLE, message)],
-        })
-    };
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
-    file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(unreadable(format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20)));
-    }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let good = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
-        unreadable(format!("`{name}` is not UTF-8 text, line {line} has other bytes"))
-    })?;
-    parse(Source::new(name, text), overrides)
+    Document::open(path)?.scene(overrides)
 }
 
 /// Reads the text of a scene: the scene with warnings, or everything that is wrong with it.
@@ -169,35 +151,85 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<(Scene, Vec<Diagnosti
 ///
 /// # Errors
 /// One diagnostic per mistake. If the text is not TOML, only that is reported, at all places.
-pub fn parse(mut source: Source, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
-    let mut diagnostics = Vec::new();
-    let mut root = match raw::parse_document(&source, &mut diagnostics) {
-        Ok(root) => root,
-        Err(diagnostics) => {
-            return Err(Box::new(Rejected { source, diagnostics }));
+pub fn parse(source: Source, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
+    Document::parse(source)?.scene(overrides)
+}
+
+/// A text that is TOML: what the scenes share that are made of it by overrides.
+#[derive(Clone, Debug)]
+pub struct Document {
+    source: Source,
+    root: RawTable,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Document {
+    /// Reads a file; the path as given becomes the name of the source.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not UTF-8 (then the source is empty), or as [`Document::parse`].
+    pub fn open(path: &Path) -> Result<Self, Box<Rejected>> {
+        let name = path.display().to_string();
+        let unreadable = |message: String| {
+            Box::new(Rejected {
+                source: Source::new(name.clone(), ""),
+                diagnostics: vec![Diagnostic::error(codes::UNREADABLE, message)],
+            })
+        };
+        let mut bytes = Vec::new();
+        let file = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+        file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
+        if bytes.len() as u64 > LONGEST {
+            return Err(unreadable(format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20)));
         }
-    };
-    overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
-    let parts = read_parts(&root, &source, diagnostics);
-    let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
-        return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
-    };
-    let scene = Scene {
-        source,
-        title: parts.title,
-        units: parts.units,
-        parameters: parts.parameters,
-        plugins: parts.plugins,
-        simulation,
-        bodies: parts.bodies,
-        elements: parts.elements,
-        inputs: parts.inputs,
-        outputs: parts.outputs,
-        figures: parts.figures,
-        checks: parts.checks,
-        verification: parts.verification,
-    };
-    Ok((scene, parts.diagnostics))
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let good = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
+            unreadable(format!("`{name}` is not UTF-8 text, line {line} has other bytes"))
+        })?;
+        Self::parse(Source::new(name, text))
+    }
+
+    /// Takes a text.
+    ///
+    /// # Errors
+    /// It is not TOML: that, at all places.
+    pub fn parse(source: Source) -> Result<Self, Box<Rejected>> {
+        let mut diagnostics = Vec::new();
+        match raw::parse_document(&source, &mut diagnostics) {
+            Ok(root) => Ok(Self { source, root, diagnostics }),
+            Err(diagnostics) => Err(Box::new(Rejected { source, diagnostics })),
+        }
+    }
+
+    /// The scene with overrides; see [`parse`].
+    ///
+    /// # Errors
+    /// One diagnostic per mistake.
+    pub fn scene(self, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
+        let Self { mut source, mut root, mut diagnostics } = self;
+        overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
+        let parts = read_parts(&root, &source, diagnostics);
+        let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
+            return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
+        };
+        let scene = Scene {
+            source,
+            title: parts.title,
+            units: parts.units,
+            parameters: parts.parameters,
+            plugins: parts.plugins,
+            simulation,
+            bodies: parts.bodies,
+            elements: parts.elements,
+            inputs: parts.inputs,
+            outputs: parts.outputs,
+            figures: parts.figures,
+            checks: parts.checks,
+            verification: parts.verification,
+        };
+        Ok((scene, parts.diagnostics))
+    }
 }
 
 /// Everything that was read, usable or not.

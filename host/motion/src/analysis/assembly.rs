@@ -147,8 +147,7 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     let given = state.clone();
     let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length) {
         Err(AssemblyError::Impossible { rows: left }) => {
-            let all: Vec<usize> = (0..layout.rows).collect();
-            let mut rows = Constraints::new(equations, &all, &[|row| row.value], &[])?;
+            let mut rows = Constraints::of_all(equations)?;
             let found = conflict(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
             return Err(AssemblyError::Impossible { rows: if found.is_empty() { left } else { found } });
         }
@@ -270,7 +269,7 @@ fn positions(
         return Ok(0);
     }
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, &all, &[|row| row.value], &[])?;
+    let mut rows = Constraints::of_all(equations)?;
     let clusters = clusters(layout, &all);
     let mut solver =
         SparseFirst::new(&rows.structure, &clusters, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
@@ -284,7 +283,7 @@ fn positions(
             return Ok(count);
         }
         solver.refactor(rows.jacobian()).map_err(AnalysisError::from)?;
-        let right: Vec<f64> = rows.function(0).iter().map(|x| -x).collect();
+        let right: Vec<f64> = rows.values().iter().map(|x| -x).collect();
         solver.solve(&zero, &right, &mut step, &mut multipliers).map_err(AnalysisError::from)?;
         let size = step.chunks_exact(3).enumerate().fold(0.0_f64, |size, (k, d)| {
             let scale = if k % 2 == 0 { 1.0 / length } else { 1.0 };
@@ -337,7 +336,7 @@ fn evaluate(
 ) -> Result<f64, AssemblyError> {
     load(layout, t, state, inputs);
     rows.evaluate(inputs, &model.sets)?;
-    let (worst, row) = rows.worst(rows.function(0), length);
+    let (worst, row) = rows.worst(rows.values(), length);
     let slopes = rows.structure.jacobian.iter().zip(rows.jacobian());
     let undefined = slopes.filter(|(_, slope)| !slope.is_finite()).map(|((row, _), _)| *row).min();
     let Some(row) = row.filter(|_| !worst.is_finite()).or(undefined) else { return Ok(worst) };
@@ -365,8 +364,7 @@ pub fn idle_axes(
     if model.bodies.iter().all(|body| body.thin.is_empty()) {
         return Ok(idle);
     }
-    let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, &all, &[], &[])?;
+    let mut rows = Constraints::of_all(equations)?;
     rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
     for (index, body) in model.bodies.iter().enumerate() {
         let spin = nalgebra::Vector3::from_column_slice(&assembly.working[13 * index + 10..13 * index + 13]);

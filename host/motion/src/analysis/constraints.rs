@@ -34,15 +34,39 @@ impl Constraints {
             nodes.extend(rows.iter().map(|row| function(&equations.rows[*row])));
         }
         nodes.extend_from_slice(further);
-        let structure = structure(equations, rows)?;
-        let program = Program::compile(&equations.graph, &nodes);
+        Self::by(equations, rows, Program::compile(&equations.graph, &nodes))
+    }
+
+    /// All rows, with their values and their derivatives with respect to time as functions: as [`Constraints::new`] gives them, by
+    /// a program that is made once.
+    ///
+    /// # Errors
+    /// As for [`Constraints::new`].
+    pub fn of_all(equations: &Equations) -> Result<Self, AnalysisError> {
+        let all: Vec<usize> = (0..equations.rows.len()).collect();
+        Self::by(equations, &all, equations.program_of_rows().clone())
+    }
+
+    fn by(equations: &Equations, rows: &[usize], program: Program) -> Result<Self, AnalysisError> {
         Ok(Self {
-            structure,
+            structure: structure(equations, rows)?,
             rows: rows.to_vec(),
             workspace: program.workspace(),
-            outputs: vec![0.0; nodes.len()],
+            outputs: vec![0.0; program.output_count()],
             program,
         })
+    }
+
+    /// Their values, of [`Constraints::of_all`].
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        self.function(0)
+    }
+
+    /// Their derivatives with respect to time, of [`Constraints::of_all`].
+    #[must_use]
+    pub fn rates_in_time(&self) -> &[f64] {
+        self.function(1)
     }
 
     /// Evaluates everything. `[hot, no allocation]`

@@ -202,7 +202,9 @@ type Result_ = (usize, Role);
 fn first_loop(instances: &[Instance]) -> Option<Vec<usize>> {
     let mut known: FxHashMap<Result_, bool> = FxHashMap::default();
     for (index, instance) in instances.iter().enumerate() {
-        for output in instance.recording.outputs.iter().filter(|_| instance.class.kind != Kind::Joint) {
+        // What takes no signal of another element is part of none.
+        let follows = instance.inputs.iter().any(|source| matches!(source, Source::Quantity(_)));
+        for output in instance.recording.outputs.iter().filter(|_| follows && instance.class.kind != Kind::Joint) {
             let mut path = Vec::new();
             if visit((index, output.role), instances, &mut known, &mut path) {
                 let start = path.last().copied()?;

@@ -295,14 +295,15 @@ impl Equations {
 
 /// Operations that `wanted` needs and that are not known yet, itself included, in ascending order.
 fn missing_operations(wanted: u32, known: &[Option<Node>], op: impl Fn(u32) -> Op) -> Vec<u32> {
-    let mut seen = rustc_hash::FxHashSet::default();
+    let mut seen = vec![false; known.len()];
+    let mut list = Vec::new();
     let mut open = vec![wanted];
     while let Some(k) = open.pop() {
-        if known[k as usize].is_none() && seen.insert(k) {
+        if known[k as usize].is_none() && !std::mem::replace(&mut seen[k as usize], true) {
+            list.push(k);
             open.extend(op(k).operands());
         }
     }
-    let mut list: Vec<u32> = seen.into_iter().collect();
     list.sort_unstable();
     list
 }

@@ -47,7 +47,7 @@ impl Equations {
             Expr::Input(slot) if solved.contains(&(slot as usize)) => Some(slot as usize),
             _ => None,
         };
-        let mut slots: Vec<usize> = self.graph.ancestors(nodes, |_| false).iter().filter_map(slot).collect();
+        let mut slots: Vec<usize> = self.graph.live(nodes).iter().filter_map(slot).collect();
         slots.sort_unstable();
         slots
     }

@@ -4,9 +4,11 @@
 //! M [v'; omega'] + Phi_q^T lambda = Q, Phi_q [v'; omega'] = gamma, with Phi_q the derivatives along (dr, dpi').
 //! Reference form: the paper's Eq. (6) with the seven coordinates (r, p) per body.
 
+use std::sync::OnceLock;
+
 use element_api::Kind;
 use element_api::recording::{Input, Role};
-use odyn_graph::{Graph, Node, Seeds, V3, derivatives, derivatives_among, import};
+use odyn_graph::{Below, Graph, Node, Program, Seeds, V3, derivatives, derivatives_among, import};
 
 use super::acting::Stored;
 use super::coupling::CoupledInput;
@@ -105,6 +107,8 @@ pub struct Equations {
     pub coupling: Vec<CoupledInput>,
     /// The inputs that are accelerations or multipliers which rates of states or the power depend on, ascending.
     pub solved_in_rates: Vec<usize>,
+    /// See [`Equations::program_of_rows`].
+    pub(super) of_rows: OnceLock<Program>,
 }
 
 impl Equations {
@@ -130,6 +134,7 @@ impl Equations {
             rows: Vec::with_capacity(layout.rows),
             coupling: Vec::new(),
             solved_in_rates: Vec::new(),
+            of_rows: OnceLock::new(),
             graph,
             form,
             bodies,
@@ -150,6 +155,19 @@ impl Equations {
         equations.add_explicit_power(layout, &stored);
         equations.find_coupling(layout);
         equations
+    }
+
+    /// The Jacobian of all rows, row after row; then the value of each, then its derivative with respect to time. Made once: most of
+    /// what is decided before a run asks for it.
+    #[must_use]
+    pub fn program_of_rows(&self) -> &Program {
+        self.of_rows.get_or_init(|| {
+            let mut nodes: Vec<Node> =
+                self.rows.iter().flat_map(|row| row.jacobian.iter().map(|(_, node)| *node)).collect();
+            nodes.extend(self.rows.iter().map(|row| row.value));
+            nodes.extend(self.rows.iter().map(|row| row.time));
+            Program::compile(&self.graph, &nodes)
+        })
     }
 
     /// Notes a part of the power that is no heat.
@@ -267,7 +285,7 @@ impl Equations {
             }
         }
         coordinates.sort_unstable();
-        let below = self.graph.ancestors(values, |node| coordinates.binary_search(&node).is_ok());
+        let below = Below::new(&self.graph, values, |node| coordinates.binary_search(&node).is_ok());
         for body in bodies {
             for k in 0..columns {
                 let seeds = self.coordinate_seeds(*body, k);

@@ -12,12 +12,13 @@
 
 mod writer;
 
-use writer::Writer;
+use std::sync::OnceLock;
 
 use element_api::recording::{Input, Role};
 use odyn_graph::{Graph, M3, Node, Program, Rewriting, Seeds, V3, Workspace, derivatives, import};
 use rustc_hash::FxHashMap;
 
+use self::writer::Writer;
 use super::articulated::{Articulated, articulated};
 use super::coupling::Dependence;
 use super::equations::{Equations, Form, Row};
@@ -116,7 +117,7 @@ impl JointEquations {
         if closes_no_loop(&tree.used(model.elements.len()), layout) || cartesian.needs_solution() {
             return None;
         }
-        let mut turned = cartesian.clone();
+        let mut turned = Equations { of_rows: OnceLock::new(), ..cartesian.clone() };
         let any = turn_rows(&mut turned, model, layout, tree) > 0;
         any.then(|| Self { turned: true, ..Self::build_by(&turned, model, layout, tree, Projecting::Fewest) })
     }

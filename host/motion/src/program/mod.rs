@@ -48,8 +48,8 @@ mod turned_rows;
 mod tests;
 
 pub use odyn_graph::{
-    Call, Elimination, Expr, Graph, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets, Tangents,
-    Used, Workspace, condense, costs, derivatives, import,
+    Call, Elimination, Expr, Graph, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets, SharedCode,
+    Tangents, Used, Workspace, condense, costs, derivatives, import,
 };
 
 pub use articulated::Articulated;

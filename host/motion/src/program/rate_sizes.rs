@@ -3,7 +3,7 @@
 //! A state that follows an acceleration, a reaction or a coordinate which is zero but for round-off is round-off itself. How much
 //! of a rate is round-off does not show in its value, but in the terms that cancel in it.
 
-use odyn_graph::{Expr, Graph, Node, Rewriting, Seeds, derivatives_among, magnitudes};
+use odyn_graph::{Below, Expr, Graph, Node, Rewriting, Seeds, derivatives_among, magnitudes};
 use rustc_hash::FxHashMap;
 
 use super::equations::Equations;
@@ -203,8 +203,8 @@ fn paces(g: &mut Graph, rates: &[Node], layout: &Layout) -> Vec<Node> {
     let states: Vec<Node> = (0..rates.len()).map(|k| g.input(layout.state_slot() + k)).collect();
     let mut slopes: Vec<FxHashMap<usize, Node>> = Vec::with_capacity(rates.len());
     for rate in rates {
-        let below = g.ancestors(&[*rate], |_| false);
-        let used = (0..states.len()).filter(|k| below.binary_search(&states[*k]).is_ok());
+        let below = Below::new(g, &[*rate], |_| false);
+        let used = (0..states.len()).filter(|k| below.contains(states[*k]));
         let slope = |k| (k, derivatives_among(g, &below, &[*rate], &Seeds::from_iter([(states[k], one)]))[0]);
         slopes.push(used.map(slope).collect());
     }

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+use super::common::ReadTable;
 use super::opened::Session;
-use crate::results::{Check, CheckResult, Expected, ResultsError, Table};
+use crate::results::{Check, CheckResult, Expected};
 use crate::scene::{Formula, Reference};
 
 impl Session {
@@ -19,11 +20,12 @@ impl Session {
             })
         };
         // Each table is read once.
-        let mut tables: HashMap<PathBuf, Result<Table, ResultsError>> = HashMap::new();
+        let common = self.options.common.clone().unwrap_or_default();
+        let mut tables: HashMap<PathBuf, ReadTable> = HashMap::new();
         for record in &self.scene.checks {
             if let Reference::Csv { path, .. } = &record.reference {
                 let path = self.scene.source.beside(&path.value);
-                tables.entry(path).or_insert_with_key(|path| Table::read(path));
+                tables.entry(path).or_insert_with_key(|path| common.table(path));
             }
         }
         let mut results = Vec::new();

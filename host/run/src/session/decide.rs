@@ -29,9 +29,8 @@ pub(super) fn decide(
             Diagnostic::error(codes::SINGULAR_MASS, format!("the equations of motion have no solution: {error}")),
         )
     };
-    let all: Vec<usize> = (0..layout.rows).collect();
     let inputs = crate::analysis::start_inputs(layout, t, assembly);
-    let mut rows = Constraints::new(equations, &all, &[], &[]).map_err(|e| broken(&e))?;
+    let mut rows = Constraints::of_all(equations).map_err(|e| broken(&e))?;
     rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
     let rotations: Vec<Matrix3<f64>> = (0..layout.bodies)
         .map(|body| {

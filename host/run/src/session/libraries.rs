@@ -32,13 +32,23 @@ pub fn requests(scene: &Scene) -> Vec<Request> {
 /// # Errors
 /// The scene cannot be read, or a library cannot be loaded.
 pub fn catalog_of_scene(path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
-    let (scene, _) = read(path, &options.overrides).map_err(|rejected| refused(*rejected))?;
+    let (scene, _) = read(path, &options.overrides).map_err(|rejected| *rejected)?;
     load_libraries(&scene, path, options)
 }
 
 /// The catalog of the libraries that a scene and the command line name.
 pub(super) fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -> Result<Catalog, SessionError> {
+    let common = options.common.clone().unwrap_or_default();
     let search = search_path(scene, path, &options.plugins);
+    common.catalog(requests(scene), search, |requests, search| load(scene, options, requests, search))
+}
+
+fn load(
+    scene: &Scene,
+    options: &RunOptions,
+    requests: &[Request],
+    search: &SearchPath,
+) -> Result<Catalog, SessionError> {
     let mut catalog = match &options.library_copies {
         Some(folder) => Catalog::new().with_copies_in(folder),
         None => Catalog::new(),
@@ -47,14 +57,14 @@ pub(super) fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -
         catalog = catalog.watched_by(watchdog.clone());
     }
     let mut diagnostics = Vec::new();
-    for (library, request) in scene.plugins.libraries.iter().zip(requests(scene)) {
-        if let Err(error) = catalog.add_request(&request, &search) {
+    for (library, request) in scene.plugins.libraries.iter().zip(requests) {
+        if let Err(error) = catalog.add_request(request, search) {
             diagnostics.push(error.diagnostic().at(library.span.clone(), "asked for here"));
         }
     }
     // A file named on the command line is wanted even if the scene does not name its library.
     for file in options.plugins.iter().filter(|path| path.is_file()) {
-        if let Err(error) = catalog.add(&file.display().to_string(), &search) {
+        if let Err(error) = catalog.add(&file.display().to_string(), search) {
             diagnostics.push(error.diagnostic());
         }
     }
@@ -64,7 +74,9 @@ pub(super) fn load_libraries(scene: &Scene, path: &Path, options: &RunOptions) -
     Err(SessionError::new(&scene.source, diagnostics))
 }
 
-/// A scene that could not be read.
-pub(super) fn refused(rejected: Rejected) -> SessionError {
-    SessionError::new(&rejected.source, rejected.diagnostics)
+impl From<Rejected> for SessionError {
+    /// A scene that could not be read.
+    fn from(rejected: Rejected) -> Self {
+        Self::new(&rejected.source, rejected.diagnostics)
+    }
 }

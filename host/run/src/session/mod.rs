@@ -10,6 +10,7 @@
 //! | file | content |
 //! |---|---|
 //! | `options.rs` | what the command line adds to a scene; the words that scenes choose by |
+//! | `common.rs` | what variants of one scene have in common |
 //! | `libraries.rs` | which libraries a scene asks for, and where they are looked for |
 //! | `opened.rs` | a scene that was opened: all that was found out and decided about it |
 //! | `open.rs` | from a scene file to that |
@@ -51,6 +52,7 @@ mod apart;
 mod batch;
 mod checkpoint;
 mod checks;
+mod common;
 mod crew;
 mod culprit;
 mod decide;
@@ -98,6 +100,7 @@ pub use crate::results::STATE_FILE;
 pub use apart::{Apart, OwnSteps};
 pub use checkpoint::Checkpoint;
 pub use digits::Second;
+pub use common::Common;
 pub use error::SessionError;
 pub use libraries::{catalog_of_scene, requests, search_path};
 pub use opened::Session;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::checkpoint::Origin;
 use super::decide::decide;
 use super::error::SessionError;
-use super::libraries::{load_libraries, refused};
+use super::libraries::load_libraries;
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, one_of};
@@ -18,7 +18,7 @@ use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::model::{Model, resolve};
 use crate::plan::{Layout, Plan};
 use crate::program::{Equations, Form};
-use crate::scene::{Rejected, Scene, parse, read};
+use crate::scene::{Document, Rejected, Scene, parse, read};
 
 /// Ratio of pivots below which constraints of full rank may be next to a singular position.
 const NEAR: f64 = 0.01;
@@ -48,13 +48,22 @@ impl Session {
         Self::of_file(path, parse(source, &options.overrides), options, started)
     }
 
+    /// The same with a file that was read before; `path` is where.
+    ///
+    /// # Errors
+    /// As for [`Session::open`].
+    pub fn of_document(path: &Path, document: &Document, options: &RunOptions) -> Result<Self, SessionError> {
+        let started = Instant::now();
+        Self::of_file(path, document.clone().scene(&options.overrides), options, started)
+    }
+
     fn of_file(
         path: &Path,
         read: Result<(Scene, Vec<Diagnostic>), Box<Rejected>>,
         options: &RunOptions,
         started: Instant,
     ) -> Result<Self, SessionError> {
-        let (scene, mut warnings) = read.map_err(|rejected| refused(*rejected))?;
+        let (scene, mut warnings) = read.map_err(|rejected| *rejected)?;
         let catalog = load_libraries(&scene, path, options)?;
         warnings.extend(catalog.warnings().iter().cloned());
         let mut session = Self::of_scene(scene, warnings, &catalog, options, None, started)?;

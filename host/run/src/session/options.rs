@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::common::Common;
 use super::error::SessionError;
 use crate::catalog::Watchdog;
 use crate::diagnostics::{Diagnostic, codes};
@@ -26,6 +27,8 @@ pub struct RunOptions {
     pub jobs: usize,
     /// Channels to take besides those that a scene asks for, behind them.
     pub further_channels: Option<fn(&Model) -> Vec<Channel>>,
+    /// What is had in common with other runs, if anything is. Results do not depend on it.
+    pub common: Option<Common>,
     /// Who watches the calls into libraries that are loaded.
     pub watchdog: Option<Watchdog>,
 }

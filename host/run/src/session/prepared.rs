@@ -1,5 +1,6 @@
 //! [`Prepared`]: a scene with everything that is chosen before time starts.
 
+use super::common::Common;
 use super::error::{SessionError, start_error};
 use super::guards::Watching;
 use super::leg::Leg;
@@ -153,13 +154,17 @@ impl Prepared {
         }
         system.count_samples_from(leg.first_sample);
         match engine.as_str() {
-            "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
-            "compiled" => {
-                // What stands in for something else waits until it turns out to be run often.
-                system.set_tier(Tier::automatic(t_start, t_end));
-                system.compile_now(t_start).map_err(|e| session.no_machine_code(&e))?;
+            "auto" | "compiled" => {
+                system.set_tier(
+                    Tier::automatic(t_start, t_end).sharing(session.options.common.as_ref().map(Common::code)),
+                );
+                system.take_shared_code(t_start);
             }
             _ => {}
+        }
+        if engine == "compiled" {
+            // What stands in for something else waits until it turns out to be run often.
+            system.compile_now(t_start).map_err(|e| session.no_machine_code(&e))?;
         }
         let simulation = &session.scene.simulation;
         let sample_times: Vec<f64> = session.sample_times().iter().map(|time| time.si).collect();

@@ -406,6 +406,7 @@ impl<'a> Run<'a> {
                 state.map_err(|error| error.to_string())
             }
         };
+        self.system.leave_code();
         let counters = self.counters;
         let ended = Ended {
             outcome: outcome.map(|status| Outcome { status, counters }),

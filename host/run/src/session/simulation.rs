@@ -251,7 +251,7 @@ impl<'a> Simulation<'a> {
             })
             .collect();
         let all: Vec<usize> = (0..layout.rows).collect();
-        let rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time], &[])?;
+        let rows = Constraints::of_all(equations)?;
         let heat = Heat::of(equations);
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
@@ -382,15 +382,31 @@ impl<'a> Simulation<'a> {
         self.tier = tier;
     }
 
+    /// Installs the code that other runs share, for a run from time `t`.
+    pub(super) fn take_shared_code(&mut self, t: f64) {
+        self.with_programs(|tier, programs| tier.take_shared(t, programs));
+    }
+
+    /// Leaves code, and how often programs were run, to runs that share it.
+    pub(super) fn leave_code(&mut self) {
+        if self.tier.shares() {
+            self.with_programs(Tier::leave);
+        }
+    }
+
+    fn with_programs<T>(&mut self, act: impl FnOnce(&mut Tier, Vec<Used<'_>>) -> T) -> T {
+        let mut tier = std::mem::take(&mut self.tier);
+        let result = act(&mut tier, self.programs());
+        self.tier = tier;
+        result
+    }
+
     /// Compiles the programs now, for a run from time `t`.
     ///
     /// # Errors
     /// [`MachineError`] when there is no machine code to be had.
     pub(super) fn compile_now(&mut self, t: f64) -> Result<(), MachineError> {
-        let mut tier = std::mem::take(&mut self.tier);
-        let result = tier.compile_now(t, self.programs());
-        self.tier = tier;
-        result
+        self.with_programs(|tier, programs| tier.compile_now(t, programs))
     }
 
     /// The references of the angles that are counted, ascending.

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
-use crate::program::{MachineCode, MachineError, Maker, Program, Used};
+use crate::program::{MachineCode, MachineError, Maker, Program, SharedCode, Used};
 
 /// Predicted savings over the cost of compiling from which on it is done. Compiling takes a processor that the run itself
 /// might have had, the run goes on interpreted meanwhile, and predictions err.
@@ -71,6 +71,8 @@ pub struct Tier {
     next_look: u64,
     job: Option<Job>,
     made: Made,
+    /// What other runs have made code for, if they share it.
+    shared: Option<SharedCode>,
 }
 
 impl Default for Tier {
@@ -83,7 +85,15 @@ impl Tier {
     /// Programs stay what they are.
     #[must_use]
     pub fn fixed() -> Self {
-        Self { maker: Maker::here(), span: None, steps: 0, next_look: 0, job: None, made: Made::default() }
+        Self {
+            maker: Maker::here(),
+            span: None,
+            steps: 0,
+            next_look: 0,
+            job: None,
+            made: Made::default(),
+            shared: None,
+        }
     }
 
     /// Programs are compiled during a run from `start` to `end` (s) when that pays.
@@ -98,6 +108,35 @@ impl Tier {
         Self { maker, span: Some((start, end)), next_look, ..Self::fixed() }
     }
 
+    /// Has code in common with other runs.
+    #[must_use]
+    pub fn sharing(self, shared: Option<SharedCode>) -> Self {
+        Self { shared, ..self }
+    }
+
+    /// Installs what other runs have code for, in a run from time `t` (s).
+    pub fn take_shared(&mut self, t: f64, mut programs: Vec<Used<'_>>) {
+        let Some(shared) = self.shared.clone() else { return };
+        for used in programs.iter_mut().filter(|used| is_open(used)) {
+            if let Some(code) = shared.find(used.program) {
+                self.install(t, used, code);
+            }
+        }
+    }
+
+    /// Leaves what was made, and how often programs were run, to other runs.
+    pub fn leave(&mut self, programs: Vec<Used<'_>>) {
+        if let Some(shared) = &self.shared {
+            shared.learn(self.maker, programs);
+        }
+    }
+
+    /// Whether code is had in common with other runs.
+    #[must_use]
+    pub fn shares(&self) -> bool {
+        self.shared.is_some()
+    }
+
     /// Compiles all programs but the spare ones now.
     ///
     /// # Errors
@@ -106,7 +145,7 @@ impl Tier {
         let started = Instant::now();
         for used in programs.iter_mut().filter(|used| is_open(used) && !used.spare) {
             let code = MachineCode::compile(used.program, self.maker, &AtomicBool::new(false))?;
-            self.install(t, used, code);
+            self.install(t, used, Arc::new(code));
         }
         self.made.seconds += started.elapsed().as_secs_f64();
         Ok(())
@@ -136,7 +175,7 @@ impl Tier {
             for used in paying {
                 let started = Instant::now();
                 match MachineCode::compile(used.program, maker, &never) {
-                    Ok(code) => self.install(t, used, code),
+                    Ok(code) => self.install(t, used, Arc::new(code)),
                     // A reason to go on without.
                     Err(_) => self.span = None,
                 }
@@ -162,16 +201,16 @@ impl Tier {
         }
         for (id, code) in codes {
             if let Some(used) = programs.iter_mut().find(|used| used.program.id() == id) {
-                self.install(t, used, code);
+                self.install(t, used, Arc::new(code));
             }
         }
     }
 
-    fn install(&mut self, t: f64, used: &mut Used<'_>, code: MachineCode) {
+    fn install(&mut self, t: f64, used: &mut Used<'_>, code: Arc<MachineCode>) {
         self.made.programs += 1;
         self.made.bytes += code.bytes() as u64;
         self.made.since.get_or_insert(t);
-        used.program.install(Arc::new(code));
+        used.program.install(code);
     }
 
     /// Whether a thread is compiling.

@@ -9,6 +9,7 @@ use super::vary::Vary;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::pool;
 use crate::results::{ChannelInfo, Summary};
+use crate::scene::{Document, Rejected};
 use crate::session::{RunOptions, Session, SessionError};
 
 /// More runs than this are taken for a mistake.
@@ -96,14 +97,19 @@ impl Study {
         let opened = options.journal.as_deref().map(|folder| Journal::open(folder, &Head::of(options), options.resume));
         let (journal, kept) =
             opened.transpose()?.map_or((None, KeptRuns::new()), |(journal, kept)| (Some(journal), kept));
+        let mut all = options.common.clone();
+        all.common.get_or_insert_default();
+        // The runs share the processors; none takes several.
+        all.jobs = 1;
+        let scene = Varied { path: scene, document: &Document::open(scene), options: all, varied: &options.varied };
         if let Some((number, run)) = kept.first_key_value() {
-            check_fingerprint(scene, options, *number, &run.fingerprint)?;
+            check_fingerprint(&scene, *number, &run.fingerprint)?;
         }
         let one = |number: usize| {
             if let Some(kept) = kept.get(&number) {
                 return Run { values: values(options, number), outcome: Outcome::Kept(kept.clone()) };
             }
-            let (run, fingerprint) = single(scene, options, number, stop);
+            let (run, fingerprint) = single(&scene, options, number, stop);
             if let (Some(journal), Outcome::Ran(finished)) = (&journal, &run.outcome)
                 && journal.add(number, &fingerprint, finished)
             {
@@ -158,19 +164,29 @@ fn values(options: &StudyOptions, number: usize) -> Vec<String> {
     options.varied.iter().zip(choice(&options.varied, number)).map(|(vary, k)| vary.values[k].clone()).collect()
 }
 
-/// The scene of a run.
-fn open(scene: &Path, options: &StudyOptions, number: usize) -> Result<Session, SessionError> {
-    let mut common = options.common.clone();
-    // The runs share the processors; none takes several.
-    common.jobs = 1;
-    let choice = choice(&options.varied, number);
-    common.overrides.extend(options.varied.iter().zip(choice).map(|(vary, k)| vary.change(k)));
-    Session::open(scene, &common)
+/// The scene of a study, read once.
+struct Varied<'a> {
+    path: &'a Path,
+    document: &'a Result<Document, Box<Rejected>>,
+    /// What the runs have in common.
+    options: RunOptions,
+    varied: &'a [Vary],
+}
+
+impl Varied<'_> {
+    /// The scene of a run.
+    fn open(&self, number: usize) -> Result<Session, SessionError> {
+        let document = self.document.as_ref().map_err(|rejected| Rejected::clone(rejected))?;
+        let mut options = self.options.clone();
+        let choice = choice(self.varied, number);
+        options.overrides.extend(self.varied.iter().zip(choice).map(|(vary, k)| vary.change(k)));
+        Session::of_document(self.path, document, &options)
+    }
 }
 
 /// Whether a run that was kept would be the same today.
-fn check_fingerprint(scene: &Path, options: &StudyOptions, number: usize, kept: &str) -> Result<(), Box<Diagnostic>> {
-    let what = match open(scene, options, number) {
+fn check_fingerprint(scene: &Varied<'_>, number: usize, kept: &str) -> Result<(), Box<Diagnostic>> {
+    let what = match scene.open(number) {
         Ok(session) if session.fingerprint() == kept => return Ok(()),
         Ok(_) => "the scene file or a library is not what it was".to_string(),
         Err(error) => format!("run {} cannot be opened any more: {error}", number + 1),
@@ -181,13 +197,13 @@ fn check_fingerprint(scene: &Path, options: &StudyOptions, number: usize, kept: 
 }
 
 /// Run number `number`, and the fingerprint of its session.
-fn single(scene: &Path, options: &StudyOptions, number: usize, stop: &Arc<AtomicBool>) -> (Run, String) {
+fn single(scene: &Varied<'_>, options: &StudyOptions, number: usize, stop: &Arc<AtomicBool>) -> (Run, String) {
     let values = values(options, number);
     if stop.load(Ordering::Relaxed) {
         return (Run { values, outcome: Outcome::NotBegun }, String::new());
     }
     let folder = options.folder.as_ref().map(|folder| folder.join(format!("run-{}", number + 1)));
-    let session = open(scene, options, number);
+    let session = scene.open(number);
     let fingerprint = session.as_ref().map(Session::fingerprint).unwrap_or_default();
     let report = session.and_then(|session| session.run(folder.as_deref(), Box::new(|_| ()), stop));
     let outcome = match report {

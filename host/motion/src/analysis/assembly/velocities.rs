@@ -17,11 +17,11 @@ pub(super) fn velocities(
 ) -> Result<Vec<VelocityMiss>, AssemblyError> {
     load(layout, t, state, inputs);
     let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, &all, &[|row| row.time], &[])?;
+    let mut rows = Constraints::of_all(equations)?;
     rows.evaluate(inputs, &model.sets)?;
     let mut pattern = rows.structure.jacobian.clone();
     let mut values = rows.jacobian().to_vec();
-    let mut right: Vec<f64> = rows.function(0).iter().map(|x| -x).collect();
+    let mut right: Vec<f64> = rows.rates_in_time().iter().map(|x| -x).collect();
     let mut asked: Vec<(usize, bool, usize, f64)> = Vec::new();
     for (index, body) in model.bodies.iter().enumerate() {
         let y = &state[BODY_STATES * index..BODY_STATES * index + 7];
@@ -76,7 +76,7 @@ pub(super) fn velocities(
         reached[*row] += value * v[*column];
     }
     // Rows that do not depend on time are met by rest, whatever else they are.
-    let driven = rows.worst(rows.function(0), length).0;
+    let driven = rows.worst(rows.rates_in_time(), length).0;
     let off: Vec<f64> = (0..layout.rows).map(|row| reached[row] - right[row]).collect();
     let mut contradicting: Vec<(String, f64)> = Vec::new();
     rows.violations(&off, length, |row, violation| {
@@ -179,7 +179,7 @@ pub(in crate::analysis) fn as_asked(rows: &Constraints, model: &Model, state: &[
     // Round-off of a component is that of the largest one of its kind.
     let mut largest = [0.0_f64; 2];
     v.iter().enumerate().for_each(|(k, v)| largest[k % 6 / 3] = largest[k % 6 / 3].max(v.abs()));
-    let mut off = rows.function(0).to_vec();
+    let mut off = rows.rates_in_time().to_vec();
     let mut size: Vec<f64> = off.iter().map(|time| time.abs()).collect();
     for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
         off[*row] += slope * v[*column];

@@ -40,6 +40,28 @@ fn dropped_coupler(by: f64) -> String {
 }
 
 #[test]
+fn one_program_gives_what_each_choice_of_rows_does() {
+    for text in [scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1)] {
+        let (model, assembly) = assembled(&text);
+        let layout = Layout::new(&model);
+        let equations = Equations::build(&model, &layout, Form::Working);
+        let inputs = start_inputs(&layout, 0.3, &assembly.unwrap());
+        let mut all = Constraints::of_all(&equations).unwrap();
+        all.evaluate(&inputs, &model.sets).unwrap();
+        for rows in [(0..layout.rows).collect::<Vec<_>>(), (0..layout.rows).step_by(2).collect()] {
+            let mut chosen = Constraints::new(&equations, &rows, &[|row| row.time, |row| row.value], &[]).unwrap();
+            chosen.evaluate(&inputs, &model.sets).unwrap();
+            let of_all = |found: &[f64]| rows.iter().map(|row| found[*row]).collect::<Vec<_>>();
+            assert_eq!(chosen.function(0), of_all(all.rates_in_time()));
+            assert_eq!(chosen.function(1), of_all(all.values()));
+            let slopes = all.structure.jacobian.iter().zip(all.jacobian());
+            let slopes: Vec<f64> = slopes.filter(|((row, _), _)| rows.contains(row)).map(|(_, slope)| *slope).collect();
+            assert_eq!(chosen.jacobian(), slopes);
+        }
+    }
+}
+
+#[test]
 fn what_is_assembled_stays_where_it_is() {
     for text in [scenes::tangle(), scenes::four_bar(1.1), scenes::four_bar(0.0)] {
         let (model, assembly) = assembled(&text);
@@ -307,8 +329,7 @@ fn velocities_that_fit_are_taken_as_they_are() {
     // A motion of the mechanism: what assembly makes of the speed of one rod.
     model.bodies[0].angular_velocity = [Some(0.0), Some(0.0), Some(0.7)];
     let solved = assemble(&equations, &model, &layout, 0.0).unwrap();
-    let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(&equations, &all, &[|row| row.time], &[]).unwrap();
+    let mut rows = Constraints::of_all(&equations).unwrap();
     rows.evaluate(&start_inputs(&layout, 0.0, &solved), &model.sets).unwrap();
     assert!(as_asked(&rows, &model, &solved.working).is_none(), "some velocities are not given");
     for (body, y) in model.bodies.iter_mut().zip(solved.working.chunks_exact(13)) {

@@ -161,12 +161,12 @@ impl Simulation<'_> {
         self.observed.extend_from_slice(inputs);
         self.rows.evaluate(&self.observed, self.formulation.sets())?;
         let length = self.scales.length;
-        let (worst, _) = self.rows.worst(self.rows.function(0), length);
+        let (worst, _) = self.rows.worst(self.rows.values(), length);
         if worst <= CONTRADICTION * length {
             return Ok(());
         }
         let mut off: Vec<&str> = Vec::new();
-        self.rows.violations(self.rows.function(0), length, |row, violation| {
+        self.rows.violations(self.rows.values(), length, |row, violation| {
             if violation.is_nan() || violation > 0.1 * worst {
                 off.push(&self.row_names[row]);
             }
@@ -179,8 +179,8 @@ impl Simulation<'_> {
     /// Violations of all rows.
     fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
         self.rows.evaluate(inputs, self.formulation.sets())?;
-        let (position, row) = self.rows.worst(self.rows.function(0), self.scales.length);
-        self.row_right.copy_from_slice(self.rows.function(1));
+        let (position, row) = self.rows.worst(self.rows.values(), self.scales.length);
+        self.row_right.copy_from_slice(self.rows.rates_in_time());
         for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
             self.row_right[*row] += value * inputs[self.layout.body_slot(column / 6, 7 + column % 6)];
         }

@@ -58,3 +58,29 @@ fn a_table_that_cannot_be_read_fails_the_check_and_keeps_the_run() {
     assert_eq!(report.exit_code(), Exit::Audit as i32);
     assert!(found(&report, "x").problem.as_ref().is_some_and(|problem| problem.contains("no-such-file.csv")));
 }
+
+#[test]
+fn what_variants_have_in_common_is_read_once() {
+    let common = Common::default();
+    let folder = std::env::temp_dir().join(format!("odyn-common-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("table.csv");
+    std::fs::write(&path, "t,x\n0,1\n").unwrap();
+    let first = common.table(&path);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(first.is_ok() && Arc::ptr_eq(&first, &common.table(&path)));
+    assert!(common.table(&folder.join("other.csv")).is_err());
+
+    let request = |name: &str| vec![crate::catalog::Request { name: name.into(), ..Default::default() }];
+    let mut loaded = 0;
+    for name in ["joints", "forces", "joints"] {
+        let load = |_: &[_], _: &_| {
+            loaded += 1;
+            Ok::<_, ()>(catalog())
+        };
+        common.catalog(request(name), Default::default(), load).unwrap();
+    }
+    assert_eq!(loaded, 2);
+    let failed = common.catalog(request("none"), Default::default(), |_, _| Err("not there"));
+    assert_eq!(failed.err(), Some("not there"));
+}

@@ -47,6 +47,32 @@ fn every_engine_of_the_working_form_takes_the_same_steps_to_the_same_bits() {
     }
 }
 
+#[test]
+fn runs_that_share_code_are_those_alone() {
+    let common = Common::default();
+    let mut code = Vec::new();
+    // Variants of one mechanism, then others, then the first again.
+    let angles = [1.1, 1.0, 0.9, 1.3, 1.1];
+    let texts = angles.map(scenes::four_bar).into_iter();
+    for text in texts.chain([scenes::tangle(), scenes::opaque_tangle(), scenes::four_bar(1.1)]) {
+        for engine in ["auto", "compiled"] {
+            let text = text.replace("t_end = 1\n", &format!("t_end = 1\nengine = \"{engine}\"\n"));
+            let alone = run(&text);
+            let options = RunOptions { common: Some(common.clone()), ..RunOptions::default() };
+            let session = Session::with_catalog(scene(&text), Vec::new(), &catalog(), &options).unwrap();
+            let sharing = session.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+            assert_eq!(sharing.columns, alone.columns);
+            let work = |report: &RunReport| (report.summary.steps, report.summary.evaluations, report.summary.audit);
+            assert_eq!(work(&sharing), work(&alone));
+            code.push((alone.summary.machine_code_programs, sharing.summary.machine_code_programs));
+        }
+    }
+    if MachineCode::can_assemble() {
+        assert!(code.iter().all(|(alone, sharing)| sharing >= alone), "{code:?}");
+        assert!(code.last().is_some_and(|(alone, sharing)| sharing > alone), "{code:?}");
+    }
+}
+
 /// A program of one operation, and how often it is said to have run.
 struct Fake {
     program: Program,
