@@ -12,20 +12,14 @@ use stored::Stored;
 /// consists of round-off, and scaling it to unit length would invent a direction.
 const NEGLIGIBLE_COLUMN: f64 = 1e-14;
 
-/// Share of the largest remainder above which a column may be taken instead where it makes fewer entries. The nearer to one, the
-/// more surely rows that depend on others, but for the distance from their manifold, come last.
-const NEARLY_AS_LARGE: f64 = 0.1;
-
 /// `S A D P = Q R` of a matrix `A` (`rows x columns`).
 ///
 /// `D` scales every column to unit length, `P` puts the column with the largest remainder
 /// first (Businger & Golub 1965), and the factorisation stops where every remainder is at or
 /// below the tolerance: that is the rank. Remainders are down-dated, and recomputed where
 /// cancellation would spoil them, after Drmac & Bujanovic (ACM TOMS 35, 2008; LAPACK dgeqp3).
-/// `S` orders rows so that the errors of each are round-off of that row, however much rows differ in size.
-///
-/// With sparse storage, of the columns with nearly the largest remainder the one that makes the fewest entries is taken, as
-/// threshold pivoting does in sparse LU factorisations (Duff, Erisman & Reid 1986, section 5.4).
+/// `S` orders rows so that the errors of each are round-off of that row, however much rows differ in size. It is what dense and
+/// sparse storage differ in; pivots and `R` are the same.
 ///
 /// Columns may be split in two groups, see [`PivotedQr::set_first_group`].
 ///
@@ -380,19 +374,13 @@ impl PivotedQr {
         Ok(())
     }
 
-    /// Place of the column to take next, first group first; `None` if no remainder is above the tolerance. It is the one with the
-    /// largest remainder; in sparse storage, of all with nearly as large ones, that with the fewest entries left.
+    /// Place of the column with the largest remainder, first group first; `None` if no
+    /// remainder is above the tolerance.
     fn choose_pivot(&self, k: usize) -> Option<usize> {
-        let choose = |first_group: bool| {
-            let places = || (k..self.columns).filter(|place| self.in_first_group[self.order[*place]] == first_group);
-            let largest = self.largest(places())?;
-            let Some(stored) = self.stored.as_sparse() else { return Some(largest) };
-            let enough = (NEARLY_AS_LARGE * self.remainder[self.order[largest]]).max(self.tolerance);
-            places()
-                .filter(|place| self.remainder[self.order[*place]] > enough)
-                .min_by_key(|place| (stored.entries_left(self.order[*place]), self.order[*place]))
+        let places = |first_group: bool| {
+            (k..self.columns).filter(move |place| self.in_first_group[self.order[*place]] == first_group)
         };
-        choose(true).or_else(|| choose(false))
+        self.largest(places(true)).or_else(|| self.largest(places(false)))
     }
 
     /// The first of the places with the largest remainder above the tolerance.

@@ -6,8 +6,7 @@ use super::super::{block_cholesky::find_root, two_norm_of};
 ///
 /// The row that a reflector leaves an entry in is the one with the largest entry of its column, which keeps the errors of each row
 /// round-off of that row as sorting does (Cox & Higham, BIT 38, 1998), and keeps the reflector within the rows of the column. Rows
-/// that have been left so take part in nothing further: swept from one end, a chain of loops has as many rows open as two
-/// neighbours share.
+/// that have been left so take part in nothing further. What is zero is left out, so cost goes with the entries of `R`.
 #[derive(Debug, Clone)]
 pub(super) struct SparseColumns {
     /// By column: entries in open rows; below the pivot in those that have been taken.
@@ -55,7 +54,9 @@ impl SparseColumns {
     }
 
     pub(super) fn set(&mut self, row: usize, column: usize, value: f64) {
-        self.open[column].push((row, value));
+        if value != 0.0 {
+            self.open[column].push((row, value));
+        }
     }
 
     pub(super) fn length(&self, column: usize) -> f64 {
@@ -68,10 +69,6 @@ impl SparseColumns {
 
     pub(super) fn vanish(&mut self, column: usize) {
         self.open[column].clear();
-    }
-
-    pub(super) fn entries_left(&self, column: usize) -> usize {
-        self.open[column].len()
     }
 
     /// Notes which columns have an entry in each row.
@@ -105,7 +102,9 @@ impl SparseColumns {
         self.left.push(left);
         for other in self.join(left, &reflector) {
             let head = self.update(other, left, tau, &reflector);
-            self.upper[other].push((pivot, head));
+            if head != 0.0 {
+                self.upper[other].push((pivot, head));
+            }
             changed.push((other, head));
         }
         self.open[column] = reflector;
@@ -151,7 +150,7 @@ impl SparseColumns {
         let work = &self.work;
         entries.retain_mut(|(row, value)| {
             *value = work[*row];
-            *row != left
+            *row != left && *value != 0.0
         });
         for row in reflector.iter().map(|(row, _)| *row).chain([left]) {
             (self.work[row], self.present[row]) = (0.0, false);

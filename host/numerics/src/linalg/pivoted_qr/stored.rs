@@ -32,10 +32,6 @@ impl Stored {
         Self::Sparse(SparseColumns::new(rows, columns))
     }
 
-    pub(super) fn as_sparse(&self) -> Option<&SparseColumns> {
-        if let Self::Sparse(stored) = self { Some(stored) } else { None }
-    }
-
     pub(super) fn clear(&mut self) {
         by!(self, stored => stored.clear());
     }
