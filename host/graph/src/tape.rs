@@ -165,6 +165,22 @@ pub struct Used<'a> {
     pub runs: u64,
     /// Whether it stands in for another one where that fails, and may never be run.
     pub spare: bool,
+    /// Whether every sample of results runs it.
+    pub sampled: bool,
+}
+
+impl<'a> Used<'a> {
+    /// One that samples have nothing to do with.
+    #[must_use]
+    pub fn new(program: &'a mut Program, runs: u64, spare: bool) -> Self {
+        Self { program, runs, spare, sampled: false }
+    }
+
+    /// The same, run by every sample unless it is a spare one.
+    #[must_use]
+    pub fn by_samples(self) -> Self {
+        Self { sampled: !self.spare, ..self }
+    }
 }
 
 /// Access to the opaque elements of a model while a program runs.

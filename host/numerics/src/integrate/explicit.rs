@@ -440,13 +440,12 @@ fn add_combination(row: Row, stages: &[f64], h: f64, out: &mut [f64]) {
 fn interpolate(polynomial: &[f64], s: f64, out: &mut [f64]) {
     let n = out.len();
     let coefficients = polynomial.len() / n.max(1);
-    for (i, value) in out.iter_mut().enumerate() {
-        let mut sum = 0.0;
-        for k in (1..coefficients).rev() {
-            // Factors alternate: s outside odd coefficients, 1 - s outside even ones.
-            let factor = if k % 2 == 1 { s } else { 1.0 - s };
-            sum = factor * (polynomial[k * n + i] + sum);
-        }
-        *value = polynomial[i] + sum;
+    out.fill(0.0);
+    for k in (1..coefficients).rev() {
+        // Factors alternate: s outside odd coefficients, 1 - s outside even ones.
+        let factor = if k % 2 == 1 { s } else { 1.0 - s };
+        let coefficients = &polynomial[k * n..(k + 1) * n];
+        out.iter_mut().zip(coefficients).for_each(|(sum, coefficient)| *sum = factor * (coefficient + *sum));
     }
+    out.iter_mut().zip(polynomial).for_each(|(sum, start)| *sum += start);
 }

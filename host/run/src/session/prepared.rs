@@ -152,20 +152,20 @@ impl Prepared {
             system.carry_on(carried);
         }
         system.count_samples_from(leg.first_sample);
+        let sample_times: Vec<f64> = session.sample_times().iter().map(|time| time.si).collect();
+        let due = sample_times.partition_point(|time| *time <= t_end);
         match engine.as_str() {
-            "auto" => system.set_tier(Tier::automatic(t_start, t_end)),
+            "auto" => system.set_tier(Tier::automatic(t_start, t_end), due),
             "compiled" => {
                 // What stands in for something else waits until it turns out to be run often.
-                system.set_tier(Tier::automatic(t_start, t_end));
+                system.set_tier(Tier::automatic(t_start, t_end), due);
                 system.compile_now(t_start).map_err(|e| session.no_machine_code(&e))?;
             }
             _ => {}
         }
         let simulation = &session.scene.simulation;
-        let sample_times: Vec<f64> = session.sample_times().iter().map(|time| time.si).collect();
         // What cannot be enclosed is at least looked at as often as the user looks.
-        let ahead = &sample_times[leg.first_sample.min(sample_times.len())..];
-        let ahead = &ahead[..ahead.partition_point(|time| *time <= t_end)];
+        let ahead = &sample_times[leg.first_sample.min(due)..due];
         let between = ahead.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         let longest = Some(between).filter(|longest| bounded && *longest > 0.0);
         let carried = leg.carried.as_ref();

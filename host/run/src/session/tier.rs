@@ -1,7 +1,7 @@
 //! [`Tier`]: when programs turn from interpreted ones into machine code.
 //!
-//! A run starts interpreted, at once. When the work still to come, predicted from the work done so far, pays for making
-//! machine code, it is made: between two steps where that is quick, else by another thread while the run goes on. Both give
+//! A run starts interpreted, at once. When the work still to come, predicted from the work done so far and known from the samples
+//! to be taken, pays for making machine code, it is made: between two steps where that is quick, else by another thread while the run goes on. Both give
 //! the same results bit for bit, so that nothing depends on when that happens.
 
 use std::sync::Arc;
@@ -112,9 +112,9 @@ impl Tier {
         Ok(())
     }
 
-    /// To be called between steps, at time `t` (s) of an accepted state. `programs` are asked for when something is to be
-    /// decided.
-    pub fn between_steps<'p>(&mut self, t: f64, programs: impl FnOnce() -> Vec<Used<'p>>) {
+    /// To be called between steps, at time `t` (s) of an accepted state, with so many samples still to be taken. `programs` are
+    /// asked for when something is to be decided.
+    pub fn between_steps<'p>(&mut self, t: f64, samples: usize, programs: impl FnOnce() -> Vec<Used<'p>>) {
         let Some((start, end)) = self.span else { return };
         self.steps += 1;
         if let Some(job) = &self.job {
@@ -130,7 +130,7 @@ impl Tier {
         let to_come = (end - t) / (t - start);
         let mut programs = programs();
         let maker = self.maker;
-        let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come));
+        let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come, samples));
         if maker == Maker::Assembler {
             let never = AtomicBool::new(false);
             for used in paying {
@@ -192,11 +192,12 @@ fn is_open(used: &Used<'_>) -> bool {
     !used.program.is_machine_code() && used.program.listed() > 0
 }
 
-/// Whether compiling a program pays if `to_come` times as many runs follow as it has had.
-fn pays(maker: Maker, used: &Used<'_>, to_come: f64) -> bool {
+/// Whether compiling a program pays if `to_come` times as many runs follow as it has had, or one with each of the samples to come.
+fn pays(maker: Maker, used: &Used<'_>, to_come: f64, samples: usize) -> bool {
     let runs = used.runs as f64;
     let paying = maker.runs_that_pay(used.program.listed());
-    runs >= PROOF * paying && runs * to_come >= MARGIN * paying
+    let is_known = used.sampled && samples as f64 >= MARGIN * paying;
+    is_known || runs >= PROOF * paying && runs * to_come >= MARGIN * paying
 }
 
 /// Starts a thread that compiles; none where there are no threads.
