@@ -320,11 +320,11 @@ impl<'l> Writer<'l> {
                 powf as *const () as usize
             }
             Called::Whole(n) => {
-                self.code.to_edi(n);
+                self.code.load_edi(n);
                 powi as *const () as usize
             }
             Called::Table(table, order) => {
-                self.code.to_table(table, order);
+                self.code.load_table(table, order);
                 look_up as *const () as usize
             }
         };

@@ -56,6 +56,15 @@ impl Operation {
     }
 }
 
+/// How an offset is said, and in how many bytes.
+fn mode(offset: i32) -> (u8, usize) {
+    match i8::try_from(offset) {
+        Ok(0) => (0, 0),
+        Ok(_) => (0x40, 1),
+        Err(_) => (0x80, 4),
+    }
+}
+
 /// Machine code that is being written.
 #[derive(Debug, Default)]
 pub(super) struct Code {
@@ -93,31 +102,32 @@ impl Code {
     /// `operation to, first, second`.
     pub(super) fn vector(&mut self, operation: Operation, to: u8, first: u8, second: Place) {
         // Bits of registers beyond 7, and of `first`, are stored inverted.
-        let (far, modes, offset) = match second {
-            Place::Vector(register) => (register >> 3, 0xC0 | register & 7, None),
-            Place::Memory { base, offset } => (0, base, Some(offset)),
-        };
         let near = (to >> 3 ^ 1) << 7;
         let rest = (!first & 15) << 3 | operation.prefix;
-        let modes = modes | (to & 7) << 3;
-        let (prefixes, length) = if far == 0 && operation.page == 1 && !operation.wide {
-            (u32::from_le_bytes([0xC5, near | rest, 0, 0]), 2)
-        } else {
-            let pages = near | 1 << 6 | (far ^ 1) << 5 | operation.page;
-            (u32::from_le_bytes([0xC4, pages, u8::from(operation.wide) << 7 | rest, 0]), 3)
-        };
-        let with_modes =
-            |modes: u8| u64::from(prefixes) | u64::from(u16::from_le_bytes([operation.opcode, modes])) << (8 * length);
-        match offset {
-            None | Some(0) => self.put_some(with_modes(modes), length + 2),
-            Some(offset) if i8::try_from(offset).is_ok() => {
-                self.put_some(with_modes(0x40 | modes) | u64::from(offset as u8) << (8 * (length + 2)), length + 3);
-            }
-            Some(offset) => {
-                self.put_some(with_modes(0x80 | modes), length + 2);
-                self.put(offset.to_le_bytes());
+        let short = u32::from_le_bytes([0xC5, near | rest, operation.opcode, (to & 7) << 3]);
+        if operation.page != 1 || operation.wide {
+            return self.long_vector(operation, to, rest, second);
+        }
+        match second {
+            Place::Vector(register @ 0..8) => self.put_some(u64::from(short | u32::from(0xC0 | register) << 24), 4),
+            Place::Vector(_) => self.long_vector(operation, to, rest, second),
+            Place::Memory { base, offset } => {
+                let (mode, length) = mode(offset);
+                let behind = u64::from(offset as u32) << 32;
+                self.put_some(u64::from(short | u32::from(mode | base) << 24) | behind, 4 + length);
             }
         }
+    }
+
+    /// The same with the longer prefix, which has room for everything.
+    fn long_vector(&mut self, operation: Operation, to: u8, rest: u8, second: Place) {
+        let (far, (mode, length), base, offset) = match second {
+            Place::Vector(register) => (register >> 3, (0xC0, 0), register & 7, 0),
+            Place::Memory { base, offset } => (0, mode(offset), base, offset),
+        };
+        let pages = (to >> 3 ^ 1) << 7 | 1 << 6 | (far ^ 1) << 5 | operation.page;
+        self.put([0xC4, pages, u8::from(operation.wide) << 7 | rest, operation.opcode, mode | (to & 7) << 3 | base]);
+        self.put_some(u64::from(offset as u32), length);
     }
 
     /// So many of these bytes, at most 8; lower ones first.
@@ -128,17 +138,17 @@ impl Code {
 
     /// Puts the bits of a number into a vector register. Overwrites rax.
     pub(super) fn constant(&mut self, to: u8, value: f64) {
-        self.to_rax(value.to_bits());
+        self.load_rax(value.to_bits());
         self.vector(Operation::FROM_GENERAL, to, 0, Place::Vector(0));
     }
 
     /// Calls the function at an address. Overwrites rax.
     pub(super) fn call(&mut self, address: u64) {
-        self.to_rax(address);
+        self.load_rax(address);
         self.put([0xFF, 0xD0]);
     }
 
-    fn to_rax(&mut self, value: u64) {
+    fn load_rax(&mut self, value: u64) {
         self.put([0x48, 0xB8]);
         self.put(value.to_le_bytes());
     }
@@ -165,13 +175,13 @@ impl Code {
     }
 
     /// `edi := value`
-    pub(super) fn to_edi(&mut self, value: i32) {
+    pub(super) fn load_edi(&mut self, value: i32) {
         self.put([0xBF]);
         self.put(value.to_le_bytes());
     }
 
     /// `rdi := r12; esi := a; edx := b`
-    pub(super) fn to_table(&mut self, a: u32, b: u32) {
+    pub(super) fn load_table(&mut self, a: u32, b: u32) {
         self.put([0x49, 0x8B, 0xFC]);
         self.put([0xBE]);
         self.put(a.to_le_bytes());

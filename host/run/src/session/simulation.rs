@@ -385,6 +385,14 @@ impl<'a> Simulation<'a> {
         (self.tier, self.samples_in_all) = (tier, samples);
     }
 
+    /// Compiles what is sure to pay, where nothing has been looked at yet; to be called before steps from time `t`.
+    pub(super) fn compile_hot(&mut self, t: f64) {
+        let mut tier = std::mem::take(&mut self.tier);
+        let samples = self.samples_in_all.saturating_sub(self.samples);
+        tier.begin(t, samples, || self.programs());
+        self.tier = tier;
+    }
+
     /// Compiles the programs now, for a run from time `t`.
     ///
     /// # Errors

@@ -105,7 +105,7 @@ fn calls() {
     );
     let called = encoded! { movabsq_oi(0, 0x1234_5678_9ABC_u64); callq_m(0); };
     assert_eq!(bytes(|code| code.call(0x1234_5678_9ABC)), called);
-    assert_eq!(bytes(|code| code.to_edi(-11)), encoded! { movl_oi(RDI, -11); });
+    assert_eq!(bytes(|code| code.load_edi(-11)), encoded! { movl_oi(RDI, -11); });
     let looked_up = encoded! { movq_rm(RDI, 12); movl_oi(6, 3_u32); movl_oi(2, 70_000_u32); };
-    assert_eq!(bytes(|code| code.to_table(3, 70_000)), looked_up);
+    assert_eq!(bytes(|code| code.load_table(3, 70_000)), looked_up);
 }
