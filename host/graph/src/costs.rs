@@ -30,7 +30,7 @@ impl Maker {
     pub fn time(self, operations: usize) -> f64 {
         // Per program, memory from the system above all; per operation.
         let (program, operation) = match self {
-            Self::Assembler => (15e-6, 0.12e-6),
+            Self::Assembler => (6e-6, 0.045e-6),
             Self::Compiler => (100e-6, 5e-6),
         };
         program + operation * operations as f64

@@ -124,7 +124,7 @@ impl Tangents {
 
     /// The program of partial derivatives, with how often it was run.
     pub fn used(&mut self) -> Used<'_> {
-        Used { runs: self.workspace.runs(), program: &mut self.program, spare: true }
+        Used::new(&mut self.program, self.workspace.runs(), true)
     }
 
     /// Products of a number with a derivative that a run takes, over all directions: what it costs.

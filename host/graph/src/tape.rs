@@ -165,6 +165,30 @@ pub struct Used<'a> {
     pub runs: u64,
     /// Whether it stands in for another one where that fails, and may never be run.
     pub spare: bool,
+    /// Whether every sample of results runs it.
+    pub sampled: bool,
+    /// Whether every evaluation of the equations of motion runs it.
+    pub staged: bool,
+}
+
+impl<'a> Used<'a> {
+    /// One that samples have nothing to do with.
+    #[must_use]
+    pub fn new(program: &'a mut Program, runs: u64, spare: bool) -> Self {
+        Self { program, runs, spare, sampled: false, staged: false }
+    }
+
+    /// The same, run by every sample unless it is a spare one.
+    #[must_use]
+    pub fn by_samples(self) -> Self {
+        Self { sampled: !self.spare, ..self }
+    }
+
+    /// The same, run by every evaluation of the equations of motion unless it is a spare one.
+    #[must_use]
+    pub fn by_stages(self) -> Self {
+        Self { staged: !self.spare, ..self }
+    }
 }
 
 /// Access to the opaque elements of a model while a program runs.

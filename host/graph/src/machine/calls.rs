@@ -40,7 +40,7 @@ pub(super) extern "C" fn powi(a: f64, n: i32) -> f64 {
 }
 pub(super) extern "C" fn look_up(a: f64, tables: *const Table, table: u32, order: u32) -> f64 {
     // SAFETY: called by machine code only, which passes the pointer to the program's tables that `MachineCode::run` was
-    // given and numbers that `liveness::check` found below their count.
+    // given and numbers that the makers found below their count.
     let table = unsafe { &*tables.add(table as usize) };
     table.derivative(a, order)
 }

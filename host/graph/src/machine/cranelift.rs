@@ -94,14 +94,15 @@ impl Maker {
     fn functions(&mut self, program: &Program, cancel: &AtomicBool) -> Result<Vec<Vec<FuncId>>, MachineError> {
         let mut made: Vec<Vec<FuncId>> = vec![Vec::new(); program.lists().count()];
         liveness::backwards(program, |number, list, live| {
+            check(list, program);
             let mut functions: Vec<FuncId> = Vec::new();
             for instructions in list.rchunks(self.piece) {
                 if cancel.load(Ordering::Relaxed) {
                     return Err(MachineError::Cancelled);
                 }
-                let stored = liveness::stored(instructions, live);
+                let stored = stored(instructions, live);
                 functions.push(self.function(instructions, &stored, program.registers)?);
-                liveness::before(instructions, live);
+                before(instructions, live);
             }
             functions.reverse();
             made[number] = functions;
@@ -296,4 +297,36 @@ fn refused(error: ModuleError) -> MachineError {
 /// Place of a register in the workspace, bytes.
 fn offset(register: Register) -> i32 {
     i32::try_from(u64::from(register) * 8).expect("fewer than 2^28 registers")
+}
+
+/// Which instructions must leave their result in the workspace: the last ones to write a register that is read later.
+fn stored(instructions: &[Instruction], live_after: &[bool]) -> Vec<bool> {
+    let mut wanted = live_after.to_vec();
+    let mut stored: Vec<bool> = instructions
+        .iter()
+        .rev()
+        .map(|instruction| std::mem::take(&mut wanted[instruction.result() as usize]))
+        .collect();
+    stored.reverse();
+    stored
+}
+
+/// Turns the registers read after the instructions into those read by them or after.
+fn before(instructions: &[Instruction], live: &mut [bool]) {
+    for instruction in instructions.iter().rev() {
+        live[instruction.result() as usize] = false;
+        instruction.operands(|register| live[register as usize] = true);
+    }
+}
+
+/// The instructions of a program are its own work; that they stay within it is what the machine code relies on.
+fn check(instructions: &[Instruction], program: &Program) {
+    let within = |register: Register| assert!((register as usize) < program.registers, "a register too many");
+    for instruction in instructions {
+        within(instruction.result());
+        instruction.operands(within);
+        if let Instruction::Table(_, _, table, _) = instruction {
+            assert!((*table as usize) < program.tables.len(), "a table too many");
+        }
+    }
 }

@@ -4,7 +4,7 @@
 //! instruction: the results are the interpreter's, bit for bit. There are two makers:
 //!
 //! - the [`assembler`], for x86-64 with AVX on systems with the System V calling convention: a list of operations without
-//!   branches becomes instructions in one pass, at about a fortieth of the cost of a compiler;
+//!   branches becomes instructions in one pass, at about a hundredth of the cost of a compiler;
 //! - [`cranelift`] elsewhere, and as the twin in the tests (feature `cranelift`).
 //!
 //! With x the registers of the workspace, an operation reads a register from x only where the function has not computed it
@@ -17,6 +17,7 @@ mod assembler;
 mod calls;
 #[cfg_attr(all(not(feature = "cranelift"), target_arch = "x86_64", unix), path = "no_cranelift.rs")]
 mod cranelift;
+mod encoder;
 mod liveness;
 
 use std::sync::atomic::AtomicBool;
@@ -96,7 +97,7 @@ impl MachineCode {
         assert!(x.len() >= self.registers && tables.len() >= self.tables, "registers and tables of another program");
         for piece in &self.lists[list] {
             // SAFETY: the functions read and write registers below `self.registers` and pass table numbers below
-            // `self.tables`, which `liveness::check` found for every instruction and the assertion above finds within the
+            // `self.tables`, which the makers found for every instruction and the assertion above finds within the
             // slices; `x` is borrowed mutably, and nothing keeps the pointers.
             unsafe { piece(x.as_mut_ptr(), tables.as_ptr()) };
         }

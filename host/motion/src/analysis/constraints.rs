@@ -100,7 +100,7 @@ impl Constraints {
 
     /// The program, with how often it was run.
     pub fn used(&mut self, spare: bool) -> Used<'_> {
-        Used { runs: self.workspace.runs(), program: &mut self.program, spare }
+        Used::new(&mut self.program, self.workspace.runs(), spare)
     }
 
     /// The program, for its counts.

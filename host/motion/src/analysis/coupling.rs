@@ -245,7 +245,7 @@ impl BodyCoupling {
 
     /// The program, with how often it was run.
     pub(super) fn used(&mut self) -> Used<'_> {
-        Used { runs: self.workspace.runs(), program: &mut self.program, spare: false }
+        Used::new(&mut self.program, self.workspace.runs(), false)
     }
 
     /// Rates of the element states, then the power, as of the last solution.

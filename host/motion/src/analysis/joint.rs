@@ -348,7 +348,8 @@ impl Formulation for JointForm {
         let mut list = Vec::new();
         let spare = self.regular.is_some();
         if let Some(regular) = &mut self.regular {
-            list.extend([regular.motion.used(false), regular.position.used(false), regular.velocity.used(false)]);
+            list.push(regular.motion.used(false).by_stages());
+            list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(false).by_samples()));
         }
         list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));

@@ -26,7 +26,7 @@ pub struct Explicit {
     pair: &'static Pair,
     /// Derivatives at the stages, one after the other.
     stages: Vec<f64>,
-    /// Coefficients of the interpolation polynomial, one vector after the other.
+    /// Coefficients of the interpolation polynomial, one vector after the other, and [`LANES`] numbers behind the last.
     polynomial: Vec<f64>,
     /// After a step: the argument of its last stage.
     argument: Vec<f64>,
@@ -101,7 +101,7 @@ impl Explicit {
         self.stages.clear();
         self.stages.resize(self.pair.c.len() * n, 0.0);
         self.polynomial.clear();
-        self.polynomial.resize((4 + self.pair.d.len()) * n, 0.0);
+        self.polynomial.resize((4 + self.pair.d.len()) * n + LANES, 0.0);
         self.stiffness = Stiffness::default();
         for work in [&mut self.argument, &mut self.y_new, &mut self.error] {
             work.clear();
@@ -284,7 +284,7 @@ impl Stepper for Explicit {
     }
 
     fn interpolate(&self, share: f64, out: &mut [f64]) {
-        interpolate(&self.polynomial, share, out);
+        interpolate(&self.polynomial, 4 + self.pair.d.len(), share, out);
     }
 
     fn always_interpolates(&self) -> bool {
@@ -436,17 +436,26 @@ fn add_combination(row: Row, stages: &[f64], h: f64, out: &mut [f64]) {
     }
 }
 
-/// Evaluates the polynomial of [`Explicit::prepare_interpolation`] at the share `s` of the step.
-fn interpolate(polynomial: &[f64], s: f64, out: &mut [f64]) {
+/// Entries of a state that are interpolated side by side.
+const LANES: usize = 4;
+
+/// Evaluates the polynomial of [`Explicit::prepare_interpolation`], of so many coefficients, at the share `s` of the step. What
+/// lanes behind the last entry give is dropped.
+fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
     let n = out.len();
-    let coefficients = polynomial.len() / n.max(1);
-    for (i, value) in out.iter_mut().enumerate() {
-        let mut sum = 0.0;
-        for k in (1..coefficients).rev() {
+    for (block, values) in out.chunks_mut(LANES).enumerate() {
+        let mut sums = [0.0; LANES];
+        for k in (0..coefficients).rev() {
             // Factors alternate: s outside odd coefficients, 1 - s outside even ones.
-            let factor = if k % 2 == 1 { s } else { 1.0 - s };
-            sum = factor * (polynomial[k * n + i] + sum);
+            let factor = match k {
+                0 => 1.0,
+                _ if k % 2 == 1 => s,
+                _ => 1.0 - s,
+            };
+            let from = k * n + block * LANES;
+            let lanes = sums.iter_mut().zip(&polynomial[from..from + LANES]);
+            lanes.for_each(|(sum, coefficient)| *sum = factor * (coefficient + *sum));
         }
-        *value = polynomial[i] + sum;
+        values.iter_mut().zip(sums).for_each(|(value, sum)| *value = sum);
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn tolerance(scene: &Scene) -> f64 {
 
 /// Engines and what each does.
 pub const ENGINES: &[(&str, &str)] = &[
-    ("auto", "interpreted at first, machine code as soon as that pays; the same results, bit for bit"),
+    ("auto", "machine code where and as soon as it pays, the rest interpreted; the same results, bit for bit"),
     ("compiled", "machine code from the first step on: six velocities per body, pruned operations, sparse elimination"),
     ("interpreted", "the same without machine code"),
     ("reference", "the paper's Eq. (6): seven coordinates per body, dense; slow, for comparison"),

@@ -153,11 +153,12 @@ impl Prepared {
             system.carry_on(carried);
         }
         system.count_samples_from(leg.first_sample);
+        let sample_times: Vec<f64> = session.sample_times().iter().map(|time| time.si).collect();
+        let due = sample_times.partition_point(|time| *time <= t_end);
         match engine.as_str() {
             "auto" | "compiled" => {
-                system.set_tier(
-                    Tier::automatic(t_start, t_end).sharing(session.options.common.as_ref().map(Common::code)),
-                );
+                let shared = session.options.common.as_ref().map(Common::code);
+                system.set_tier(Tier::automatic(t_start, t_end).sharing(shared), due);
                 system.take_shared_code(t_start);
             }
             _ => {}
@@ -167,10 +168,8 @@ impl Prepared {
             system.compile_now(t_start).map_err(|e| session.no_machine_code(&e))?;
         }
         let simulation = &session.scene.simulation;
-        let sample_times: Vec<f64> = session.sample_times().iter().map(|time| time.si).collect();
         // What cannot be enclosed is at least looked at as often as the user looks.
-        let ahead = &sample_times[leg.first_sample.min(sample_times.len())..];
-        let ahead = &ahead[..ahead.partition_point(|time| *time <= t_end)];
+        let ahead = &sample_times[leg.first_sample.min(due)..due];
         let between = ahead.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         let longest = Some(between).filter(|longest| bounded && *longest > 0.0);
         let carried = leg.carried.as_ref();

@@ -10,7 +10,7 @@ use super::guards::Watching;
 use super::opened::Session;
 use super::savings::{Savings, Skip, plural, right_side, some};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
-use crate::program::{Maker, Program, Switches};
+use crate::program::{MachineCode, Maker, Program, Switches};
 use crate::results::{StartVelocity, significant};
 use crate::scene::GROUND;
 
@@ -386,10 +386,11 @@ impl std::fmt::Display for PlanReport {
         )?;
         writeln!(
             f,
-            "machine code: about {:.0} kB in {} ms, which pays after {} evaluations; until then interpreted",
+            "machine code: about {:.0} kB in {} ms, which pays after {} evaluations; {}",
             self.machine_code_bytes as f64 / 1e3,
             significant(self.machine_code_time_s * 1e3, 2),
-            self.machine_code_pays_after
+            self.machine_code_pays_after,
+            if MachineCode::can_assemble() { "made before the first step" } else { "until then interpreted" }
         )?;
         for element in &self.opaque {
             writeln!(f, "opaque: {element} is called at run time; slower than a recorded element")?;

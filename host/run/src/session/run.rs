@@ -230,6 +230,7 @@ impl<'a> Run<'a> {
             self.system.begin_anew(self.time, &self.state).map_err(failed)?;
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }
+        self.system.compile_hot(self.time);
         let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
         let due = ahead.partition_point(|time| *time <= to);
         let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };

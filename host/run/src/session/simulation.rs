@@ -206,6 +206,8 @@ pub(super) struct Simulation<'a> {
     /// Room for the inputs of the working form at a state.
     observed: Vec<f64>,
     samples: usize,
+    /// How many there will be.
+    samples_in_all: usize,
     rows_taken: Rows<'a>,
     row_right: Vec<f64>,
     tier: Tier,
@@ -292,6 +294,7 @@ impl<'a> Simulation<'a> {
             picture,
             observed: Vec::with_capacity(layout.inputs()),
             samples: 0,
+            samples_in_all: 0,
             rows_taken,
             row_right: vec![0.0; layout.rows],
             tier: Tier::fixed(),
@@ -377,8 +380,16 @@ impl<'a> Simulation<'a> {
         self.period = 1;
     }
 
-    /// Lets programs be compiled during the run.
-    pub(super) fn set_tier(&mut self, tier: Tier) {
+    /// Lets programs be compiled during the run, of which samples are taken up to this number.
+    pub(super) fn set_tier(&mut self, tier: Tier, samples: usize) {
+        (self.tier, self.samples_in_all) = (tier, samples);
+    }
+
+    /// Compiles what is sure to pay, where nothing has been looked at yet; to be called before steps from time `t`.
+    pub(super) fn compile_hot(&mut self, t: f64) {
+        let mut tier = std::mem::take(&mut self.tier);
+        let samples = self.samples_in_all.saturating_sub(self.samples);
+        tier.begin(t, samples, || self.programs());
         self.tier = tier;
     }
 
@@ -426,8 +437,8 @@ impl<'a> Simulation<'a> {
         let mut list = self.formulation.programs();
         list.push(self.rows.used(false));
         list.extend(self.values.iter_mut().flat_map(RowValues::used));
-        list.extend(self.energy.used().chain(self.report.used()).chain(self.accept.used()));
-        list.extend(self.picture.iter_mut().flat_map(Picture::used));
+        list.extend(self.energy.used().chain(self.report.used().map(Used::by_samples)).chain(self.accept.used()));
+        list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),

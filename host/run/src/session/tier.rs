@@ -1,8 +1,9 @@
 //! [`Tier`]: when programs turn from interpreted ones into machine code.
 //!
-//! A run starts interpreted, at once. When the work still to come, predicted from the work done so far, pays for making
-//! machine code, it is made: between two steps where that is quick, else by another thread while the run goes on. Both give
-//! the same results bit for bit, so that nothing depends on when that happens.
+//! What every evaluation runs is made at once, where that is quick. The rest starts interpreted: when the work still to come,
+//! predicted from the work done so far and known from the samples to be taken, pays for making machine code, it is made, between
+//! two steps where that is quick, else by another thread while the run goes on. Both give the same results bit for bit, so that
+//! nothing depends on when that happens.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -67,6 +68,7 @@ pub struct Tier {
     maker: Maker,
     /// Start and end of the run, if programs may be compiled during it.
     span: Option<(f64, f64)>,
+    begun: bool,
     steps: u64,
     next_look: u64,
     job: Option<Job>,
@@ -88,6 +90,7 @@ impl Tier {
         Self {
             maker: Maker::here(),
             span: None,
+            begun: false,
             steps: 0,
             next_look: 0,
             job: None,
@@ -151,9 +154,16 @@ impl Tier {
         Ok(())
     }
 
-    /// To be called between steps, at time `t` (s) of an accepted state. `programs` are asked for when something is to be
-    /// decided.
-    pub fn between_steps<'p>(&mut self, t: f64, programs: impl FnOnce() -> Vec<Used<'p>>) {
+    /// As [`Tier::between_steps`], before steps; decides something only before the first.
+    pub fn begin<'p>(&mut self, t: f64, samples: usize, programs: impl FnOnce() -> Vec<Used<'p>>) {
+        if self.span.is_some() && self.maker == Maker::Assembler && !std::mem::replace(&mut self.begun, true) {
+            self.make(t, 0.0, samples, programs());
+        }
+    }
+
+    /// To be called between steps, at time `t` (s) of an accepted state, with so many samples still to be taken. `programs` are
+    /// asked for when something is to be decided.
+    pub fn between_steps<'p>(&mut self, t: f64, samples: usize, programs: impl FnOnce() -> Vec<Used<'p>>) {
         let Some((start, end)) = self.span else { return };
         self.steps += 1;
         if let Some(job) = &self.job {
@@ -166,10 +176,13 @@ impl Tier {
             return;
         }
         self.next_look = 2 * self.steps;
-        let to_come = (end - t) / (t - start);
-        let mut programs = programs();
+        self.make(t, (end - t) / (t - start), samples, programs());
+    }
+
+    /// Compiles what pays if `to_come` times as many runs follow as there have been.
+    fn make(&mut self, t: f64, to_come: f64, samples: usize, mut programs: Vec<Used<'_>>) {
         let maker = self.maker;
-        let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come));
+        let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come, samples));
         if maker == Maker::Assembler {
             let never = AtomicBool::new(false);
             for used in paying {
@@ -231,11 +244,13 @@ fn is_open(used: &Used<'_>) -> bool {
     !used.program.is_machine_code() && used.program.listed() > 0
 }
 
-/// Whether compiling a program pays if `to_come` times as many runs follow as it has had.
-fn pays(maker: Maker, used: &Used<'_>, to_come: f64) -> bool {
+/// Whether compiling a program pays if `to_come` times as many runs follow as it has had, or one with each of the samples to come.
+/// What is made quickly pays after two or three steps where every evaluation runs it.
+fn pays(maker: Maker, used: &Used<'_>, to_come: f64, samples: usize) -> bool {
     let runs = used.runs as f64;
     let paying = maker.runs_that_pay(used.program.listed());
-    runs >= PROOF * paying && runs * to_come >= MARGIN * paying
+    let is_known = used.staged && maker == Maker::Assembler || used.sampled && samples as f64 >= MARGIN * paying;
+    is_known || runs >= PROOF * paying && runs * to_come >= MARGIN * paying
 }
 
 /// Starts a thread that compiles; none where there are no threads.

@@ -224,7 +224,8 @@ impl System for Simulation<'_> {
         self.now = t;
         let flow = self.rows_taken.sink().step(t);
         let mut tier = std::mem::take(&mut self.tier);
-        tier.between_steps(t, || self.programs());
+        let samples = self.samples_in_all.saturating_sub(self.samples);
+        tier.between_steps(t, samples, || self.programs());
         self.tier = tier;
         flow
     }

@@ -96,7 +96,7 @@ impl Fake {
     }
 
     fn used(&mut self, spare: bool) -> Vec<Used<'_>> {
-        vec![Used { program: &mut self.program, runs: self.runs, spare }]
+        vec![Used::new(&mut self.program, self.runs, spare)]
     }
 }
 
@@ -113,7 +113,7 @@ fn compiles(maker: Maker, steps: u32) -> Option<u32> {
     for step in 1..=steps {
         fake.runs += 10;
         let t = 2.0 + 2.0 * f64::from(step) / f64::from(steps);
-        tier.between_steps(t, || fake.used(false));
+        tier.between_steps(t, 0, || fake.used(false));
         if tier.is_compiling() || tier.made().programs > 0 {
             return Some(step);
         }
@@ -135,6 +135,38 @@ fn only_what_pays_is_compiled() {
 }
 
 #[test]
+fn what_every_evaluation_runs_is_assembled_before_the_first_step() {
+    for maker in makers() {
+        let mut fake = Fake::new();
+        let mut tier = Tier::by(maker, 0.0, 4.0);
+        tier.begin(0.0, 0, || fake.used(false));
+        assert_eq!(tier.made().programs, 0);
+        tier = Tier::by(maker, 0.0, 4.0);
+        tier.begin(0.0, 0, || fake.used(false).into_iter().map(Used::by_stages).collect());
+        assert_eq!(tier.made().programs, u64::from(maker == Maker::Assembler));
+        tier.begin(1.0, 0, || unreachable!("decided once, and never by a compiler"));
+    }
+}
+
+#[test]
+fn samples_to_come_pay_without_proof() {
+    for maker in makers() {
+        let paying = maker.runs_that_pay(1) as usize;
+        for (samples, spare, compiled) in [(3 * paying, false, true), (paying, false, false), (3 * paying, true, false)]
+        {
+            let mut fake = Fake::new();
+            let mut tier = Tier::by(maker, 0.0, 1e9);
+            for step in 1..=10 {
+                tier.between_steps(f64::from(step), samples, || {
+                    fake.used(spare).into_iter().map(Used::by_samples).collect()
+                });
+            }
+            assert_eq!(tier.is_compiling() || tier.made().programs > 0, compiled);
+        }
+    }
+}
+
+#[test]
 fn a_compiled_program_is_taken_over_between_two_steps() {
     for maker in makers() {
         let mut fake = Fake::new();
@@ -144,7 +176,7 @@ fn a_compiled_program_is_taken_over_between_two_steps() {
         let mut t = 0.0;
         while tier.made().programs == 0 && t < 60_000.0 {
             t += 1.0;
-            tier.between_steps(t, || fake.used(false));
+            tier.between_steps(t, 0, || fake.used(false));
             sleep(Duration::from_millis(u64::from(tier.is_compiling())));
         }
         let made = *tier.made();
@@ -154,7 +186,7 @@ fn a_compiled_program_is_taken_over_between_two_steps() {
         assert_eq!(t == 1.0, maker == Maker::Assembler);
         assert_eq!(fake.value(0.3).to_bits(), before.to_bits());
         // Nothing is compiled twice.
-        (0..100).for_each(|_| tier.between_steps(t, || fake.used(false)));
+        (0..100).for_each(|_| tier.between_steps(t, 0, || fake.used(false)));
         assert_eq!(*tier.made(), made);
     }
 }
@@ -165,7 +197,7 @@ fn what_stands_in_is_compiled_only_when_it_is_run_often() {
     let mut tier = Tier::fixed();
     tier.compile_now(0.0, fake.used(true)).unwrap();
     assert!(!fake.program.is_machine_code());
-    tier.between_steps(0.5, || unreachable!("a fixed tier decides nothing"));
+    tier.between_steps(0.5, 0, || unreachable!("a fixed tier decides nothing"));
     tier.compile_now(0.0, fake.used(false)).unwrap();
     assert!(fake.program.is_machine_code());
 }

@@ -1,0 +1,66 @@
+//! [`Lookout`]: when the numbers that a list of operations computes and reads are read next.
+
+use super::super::super::tape::Instruction;
+
+/// Not used again.
+pub(super) const NEVER: u32 = u32::MAX;
+
+/// What becomes of the numbers that an instruction has to do with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Uses {
+    /// The next instruction that reads each of its operands.
+    pub(super) next: [u32; 4],
+    /// The first one that reads its result.
+    pub(super) first: u32,
+    /// Whether its result is read after the list.
+    pub(super) stored: bool,
+}
+
+/// Room for one list after the other, from the last to the first.
+pub(super) struct Lookout {
+    uses: Vec<Uses>,
+    /// By register: the next instruction of the list that reads it.
+    next: Vec<u32>,
+}
+
+impl Lookout {
+    pub(super) fn new(registers: usize) -> Self {
+        Self { uses: Vec::new(), next: vec![NEVER; registers] }
+    }
+
+    /// Of a list; turns the registers that are `live` after it, one flag each, into those live before. Fails on registers and tables
+    /// that there are not: that instructions stay within the program's is what the machine code relies on.
+    pub(super) fn of(&mut self, list: &[Instruction], tables: usize, live: &mut [bool]) -> &[Uses] {
+        self.next.fill(NEVER);
+        self.uses.resize(list.len(), Uses { next: [NEVER; 4], first: NEVER, stored: false });
+        for (at, (instruction, uses)) in list.iter().zip(&mut self.uses).enumerate().rev() {
+            let at = at as u32;
+            let result = instruction.result() as usize;
+            uses.first = std::mem::replace(&mut self.next[result], NEVER);
+            uses.stored = std::mem::take(&mut live[result]);
+            let next = &mut self.next[..];
+            match *instruction {
+                Instruction::Add(_, a, b)
+                | Instruction::Sub(_, a, b)
+                | Instruction::Mul(_, a, b)
+                | Instruction::Div(_, a, b)
+                | Instruction::Atan2(_, a, b) => {
+                    (uses.next[0], uses.next[1]) = (next[a as usize], next[b as usize]);
+                    (next[a as usize], next[b as usize]) = (at, at);
+                }
+                Instruction::Select(_, all) => {
+                    uses.next = all.map(|register| next[register as usize]);
+                    all.into_iter().for_each(|register| next[register as usize] = at);
+                }
+                _ => {
+                    instruction.operands(|register| uses.next[0] = std::mem::replace(&mut next[register as usize], at))
+                }
+            }
+            if let Instruction::Table(_, _, table, _) = instruction {
+                assert!((*table as usize) < tables, "a table too many");
+            }
+        }
+        live.iter_mut().zip(&self.next).for_each(|(live, next)| *live |= *next != NEVER);
+        &self.uses[..list.len()]
+    }
+}
