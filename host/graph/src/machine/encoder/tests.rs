@@ -80,7 +80,7 @@ fn moves() {
                     assert_eq!(written(Operation::COPY), encoded! { vmovapd_a(to, from); });
                 }
                 XmmMem::Mem(at) => {
-                    assert_eq!(written(Operation::LOAD), encoded! { vmovsd_d(to, at.clone()); });
+                    assert_eq!(written(Operation::LOAD), encoded! { vmovsd_d(to, at); });
                     assert_eq!(written(Operation::STORE), encoded! { vmovsd_c_m(at, to); });
                 }
             }
