@@ -80,7 +80,7 @@ fn machine_code_is_made_once_for_all_runs() {
         })
     };
     let programs: Vec<u64> = summaries().map(|summary| summary.machine_code_programs).collect();
-    let (first, last) = (summaries().next().unwrap(), summaries().last().unwrap());
+    let (first, last) = (summaries().next().unwrap(), summaries().next_back().unwrap());
     if first.machine_code_programs > 0 {
         assert!(last.machine_code_programs > first.machine_code_programs, "{programs:?}");
         assert_eq!(last.machine_code_from, Some(0.0));
