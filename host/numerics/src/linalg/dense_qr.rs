@@ -44,7 +44,7 @@ pub struct DenseQr {
 }
 
 /// Rows from which on, and entries of a column, as a share of its length, up to which what is zero is not stored.
-const MANY_ROWS: usize = 60;
+const MANY_ROWS: usize = 100;
 const FEW_ENTRIES: f64 = 0.1;
 
 /// A factorisation for a matrix of the size of `J^T` with so many entries.

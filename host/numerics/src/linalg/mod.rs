@@ -20,7 +20,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `dense_qr.rs` | rank-safe engine, the plain twin of everything faster |
+//! | `dense_qr.rs` | rank-safe engine, the plain twin of everything faster; sparse storage where much is zero |
 //! | `sparse_first.rs` | the sparse engine where it can be trusted, the rank-safe one where not |
 //! | `sparse_ldl.rs` | engine whose cost grows like the size of a chain or tree |
 //! | `sparse_rank.rs` | dependent rows found by sparse elimination |
@@ -58,7 +58,7 @@ pub const DEFAULT_RANK_TOLERANCE: f64 = 1e-10;
 ///
 /// The order of calls is `set_mass`, `refactor`, `solve`; each keeps its effect until it is
 /// called again, but a new mass matrix needs a `refactor` before the next `solve`.
-/// `refactor` and `solve` are hot: they allocate nothing.
+/// `refactor` and `solve` are hot: they allocate nothing (sparse storage of a rank-safe engine, on large systems, does).
 pub trait KktSolver: Send {
     /// Takes the values of `M`, aligned with [`KktStructure::mass`].
     ///

@@ -193,7 +193,8 @@ fn dense_qr_solves_the_system_like_a_plain_lu() {
 
 #[test]
 fn sparse_ldl_equals_dense_qr() {
-    for problem in [Problem::with_loops(), Problem::chain(6)] {
+    // The last one is large enough for sparse storage.
+    for problem in [Problem::with_loops(), Problem::chain(6), Problem::chain(40)] {
         let (f, g) = problem.random_sides(4);
         let dense = problem.solve(&mut problem.dense_qr(), &f, &g);
         let scale = dense.a.amax().max(dense.lambda.amax());
