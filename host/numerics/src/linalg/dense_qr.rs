@@ -43,14 +43,16 @@ pub struct DenseQr {
     room: Vec<f64>,
 }
 
-/// Rows from which on, and entries of a column, as a share of its length, up to which what is zero is not stored.
-const MANY_ROWS: usize = 100;
+/// Cost of a dense factorisation, columns times squared rows, from which on, and entries, as a share of all, up to which what is
+/// zero is not stored.
+const HEAVY: f64 = 5e6;
 const FEW_ENTRIES: f64 = 0.1;
 
 /// A factorisation for a matrix of the size of `J^T` with so many entries.
 fn storage(structure: &KktStructure, entries: usize, tolerance: f64) -> PivotedQr {
     let (n, m) = (structure.n, structure.m);
-    let is_sparse = m >= MANY_ROWS && entries as f64 <= FEW_ENTRIES * n as f64 * m as f64;
+    let whole = n as f64 * m as f64;
+    let is_sparse = whole * m as f64 >= HEAVY && entries as f64 <= FEW_ENTRIES * whole;
     if is_sparse { PivotedQr::sparse(n, m, tolerance) } else { PivotedQr::new(n, m, tolerance) }
 }
 
