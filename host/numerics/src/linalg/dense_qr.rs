@@ -15,7 +15,7 @@ use super::{BlockCholesky, Health, KktSolver, KktStructure, LinalgError, Pivoted
 ///
 /// Dependent rows get a multiplier of zero and are not enforced; they hold by themselves if
 /// `g` is consistent, which [`DenseQr::dependent_residuals`] checks. `a` is unique whatever
-/// the rank. Cost: `O(n m^2)`.
+/// the rank. Cost: `O(n m^2)`; in large systems with few entries that of the entries of `R`, see [`PivotedQr::sparse`].
 ///
 /// Which rows are independent is a question about `J` alone, whatever the masses: with
 /// [`DenseQr::set_measure`] a factorisation of `J` with scaled columns answers it, and the one

@@ -25,7 +25,7 @@
 //! | `sparse_ldl.rs` | engine whose cost grows like the size of a chain or tree |
 //! | `sparse_rank.rs` | dependent rows found by sparse elimination |
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
-//! | `pivoted_qr.rs` | Householder QR with column pivoting: rank, least squares, minimum norm |
+//! | `pivoted_qr.rs` | Householder QR with column pivoting, in dense or sparse storage (`pivoted_qr/`): rank, least squares, minimum norm |
 //! | `dense.rs` | LU with complete pivoting for square systems that may be singular |
 //! | `block_cholesky.rs` | Cholesky factor of the mass matrix, block by block |
 

@@ -17,7 +17,7 @@ const NOTHING: f64 = 1e-12;
 /// The digits of the outputs of a run that are certain, and what they were held against.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Digits {
-    /// The second computation: `power series of order 30 in double-double numbers`.
+    /// The second computation, in words: `power series of order 32 and 26 in numbers of 31 digits`.
     pub how: String,
     /// Whether that has more digits than doubles. If not, what is told is an estimate.
     pub precise: bool,

@@ -155,13 +155,10 @@ impl Prepared {
         system.count_samples_from(leg.first_sample);
         let sample_times: Vec<f64> = session.sample_times().iter().map(|time| time.si).collect();
         let due = sample_times.partition_point(|time| *time <= t_end);
-        match engine.as_str() {
-            "auto" | "compiled" => {
-                let shared = session.options.common.as_ref().map(Common::code);
-                system.set_tier(Tier::automatic(t_start, t_end).sharing(shared), due);
-                system.take_shared_code(t_start);
-            }
-            _ => {}
+        if matches!(engine.as_str(), "auto" | "compiled") {
+            let shared = session.options.common.as_ref().map(Common::code);
+            system.set_tier(Tier::automatic(t_start, t_end).sharing(shared), due);
+            system.take_shared_code(t_start);
         }
         if engine == "compiled" {
             // What stands in for something else waits until it turns out to be run often.
