@@ -96,13 +96,13 @@ fn simple_pendulum() {
 #[test]
 fn one_four_bar_through_its_singular_positions() {
     let report = check("benchmarks/A02_N1.toml", "A02_N1.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 259, rejected: 0, evaluations: 3722, factorisations: 548 });
+    assert_work(&report, &Work { steps: 259, rejected: 0, evaluations: 3707, factorisations: 0 });
 }
 
 #[test]
 fn two_four_bars_through_their_singular_positions() {
     let report = check("benchmarks/A02_N2.toml", "A02_N2.csv", &[], &Tolerances::all(1e-8));
-    assert_work(&report, &Work { steps: 257, rejected: 0, evaluations: 3692, factorisations: 484 });
+    assert_work(&report, &Work { steps: 257, rejected: 0, evaluations: 3676, factorisations: 0 });
 }
 
 #[test]

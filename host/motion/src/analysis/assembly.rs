@@ -278,6 +278,8 @@ fn positions(
     let n = layout.velocities();
     let (mut step, mut multipliers, zero) = (vec![0.0; n], vec![0.0; layout.rows], vec![0.0; n]);
     let mut best = evaluate(&mut rows, model, layout, t, state, inputs, length)?;
+    let mut few_rows = true;
+    solver.enforce_few_rows(few_rows);
     for count in 0..MOST_STEPS {
         if best <= 1e-15 * length {
             return Ok(count);
@@ -314,7 +316,11 @@ fn positions(
             if reached <= ASSEMBLED * length {
                 return Ok(count);
             }
-            break;
+            if !few_rows {
+                break;
+            }
+            few_rows = false;
+            solver.enforce_few_rows(few_rows);
         }
     }
     if best <= ASSEMBLED * length {

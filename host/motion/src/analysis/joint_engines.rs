@@ -67,8 +67,8 @@ impl Unrolled {
         let square_sizes = sizes.iter().map(|size| size * size).collect();
         let mut g = joint.graph.clone();
         let mut open = None;
-        if rows.is_empty() && how != Solving::Eliminated {
-            let solved = joint.articulated(&mut g);
+        let tree = if rows.is_empty() && how != Solving::Eliminated { joint.articulated(&mut g) } else { None };
+        if let Some(solved) = tree {
             if how == Solving::Articulated || joint.long_to_eliminate() {
                 return Self::of_tree(joint, g, solved);
             }
@@ -138,10 +138,9 @@ impl Unrolled {
 /// are condensed: what [`Unrolled::motion`] computes first.
 pub(super) fn motion_nodes(joint: &JointEquations, rows: &[usize], by_bodies: bool) -> (Graph, Vec<Node>) {
     let mut g = joint.graph.clone();
-    let (accelerations, multipliers) = if by_bodies {
-        (joint.articulated(&mut g).accelerations, Vec::new())
-    } else {
-        eliminate(joint, &mut g, rows, &jacobian(joint, rows)).1
+    let (accelerations, multipliers) = match if by_bodies { joint.articulated(&mut g) } else { None } {
+        Some(solved) => (solved.accelerations, Vec::new()),
+        None => eliminate(joint, &mut g, rows, &jacobian(joint, rows)).1,
     };
     let nodes = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &[]);
     (g, nodes)

@@ -2,6 +2,7 @@
 
 use super::assembly::{Assembly, start_inputs};
 use super::constraints::{Constraints, mass_entries};
+use super::followers::followers;
 use super::formulation::{AnalysisError, Counters};
 use super::joint_engines::{Look, Safe, Solving, Unrolled, pivot_ratio};
 use super::joint_start::JointStart;
@@ -92,8 +93,9 @@ impl JointPlan {
     }
 
     /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
-    /// assembled position at time `t`. `None` where forces or states depend on what the coordinates of joints do not tell: on Euler
-    /// parameters, or on accelerations or reactions that are not found along the tree.
+    /// assembled position at time `t`. With `folds`, coordinates that follow others wherever the mechanism is are written out, and
+    /// the rows that they make up for hold by themselves. `None` where forces or states depend on what the coordinates of joints do
+    /// not tell: on Euler parameters, or on accelerations or reactions that are not found along the tree.
     ///
     /// # Errors
     /// When the linear algebra refuses the model, or an opaque element fails.
@@ -101,34 +103,19 @@ impl JointPlan {
         equations: &Equations,
         model: &Model,
         layout: &Layout,
-        tree: SpanningTree,
-        assembly: &Assembly,
-        t: f64,
+        mut tree: SpanningTree,
+        (assembly, t): (&Assembly, f64),
+        folds: bool,
     ) -> Result<Option<Self>, AnalysisError> {
-        let length = assembly.scales.length;
-        let choose = |joint: JointEquations| Chosen::new(equations, joint, model, (layout, &tree), assembly, t);
-        let plain = || JointEquations::build(equations, model, layout, &tree);
-        let turned = JointEquations::build_turned(equations, model, layout, &tree);
-        let was_turned = turned.is_some();
-        let mut joint = turned.unwrap_or_else(plain);
-        if joint.take_parameters(layout) {
-            return Ok(None);
-        }
-        if equations.needs_solution() {
-            let mass = mass_entries(model);
-            let working = Working { equations, layout, mass: &mass };
-            joint.dependence = Dependence::new(&joint, &working, &tree, length);
-            if joint.dependence.is_none() {
-                return Ok(None);
-            }
-        }
-        let mut chosen = choose(joint)?;
-        if was_turned && chosen.independent.len() < chosen.rows.len() {
-            // A frame's axes may lie in the plane that a loop moves in where the ground's do not: then more rows hold by
-            // themselves.
-            let other = choose(plain())?;
-            if other.rows.len() < chosen.rows.len() {
-                chosen = other;
+        let write = |tree: &SpanningTree| Chosen::best(equations, model, (layout, tree), assembly, t);
+        let Some(mut chosen) = write(&tree)? else { return Ok(None) };
+        // Reactions that forces depend on are those of rows that are solved for.
+        if folds && !chosen.rows.is_empty() && !equations.needs_solution() {
+            let Chosen { equations: joint, rows, sizes, inputs, length, .. } = &chosen;
+            tree.followers = followers(joint, (layout, &model.sets), (rows, sizes), inputs, *length)?;
+            if !tree.followers.is_empty() {
+                let Some(folded) = write(&tree)? else { return Ok(None) };
+                chosen = folded;
             }
         }
         chosen.plan(model, layout, tree).map(Some)
@@ -153,6 +140,42 @@ struct Chosen {
 }
 
 impl Chosen {
+    /// In the axes in which fewer rows are needed; `None` as for [`JointPlan::new`].
+    fn best(
+        equations: &Equations,
+        model: &Model,
+        (layout, tree): (&Layout, &SpanningTree),
+        assembly: &Assembly,
+        t: f64,
+    ) -> Result<Option<Self>, AnalysisError> {
+        let choose = |joint: JointEquations| Self::new(equations, joint, model, (layout, tree), assembly, t);
+        let plain = || JointEquations::build(equations, model, layout, tree);
+        let turned = JointEquations::build_turned(equations, model, layout, tree);
+        let was_turned = turned.is_some();
+        let mut joint = turned.unwrap_or_else(plain);
+        if joint.take_parameters(layout) {
+            return Ok(None);
+        }
+        if equations.needs_solution() {
+            let mass = mass_entries(model);
+            let working = Working { equations, layout, mass: &mass };
+            joint.dependence = Dependence::new(&joint, &working, tree, assembly.scales.length);
+            if joint.dependence.is_none() {
+                return Ok(None);
+            }
+        }
+        let mut chosen = choose(joint)?;
+        if was_turned && chosen.independent.len() < chosen.rows.len() {
+            // A frame's axes may lie in the plane that a loop moves in where the ground's do not: then more rows hold by
+            // themselves.
+            let other = choose(plain())?;
+            if other.rows.len() < chosen.rows.len() {
+                chosen = other;
+            }
+        }
+        Ok(Some(chosen))
+    }
+
     fn new(
         equations: &Equations,
         mut joint: JointEquations,

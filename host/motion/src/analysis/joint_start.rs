@@ -35,6 +35,8 @@ pub(super) struct JointStart {
     markers: Vec<[Marker; 2]>,
     joints: Vec<TreeJoint>,
     poses: Vec<Option<JointPose>>,
+    /// As [`SpanningTree::kept`].
+    kept: Vec<Vec<bool>>,
     length: f64,
 }
 
@@ -49,12 +51,23 @@ impl JointStart {
             None => [centre(None), centre(Some(joint.child))],
         });
         let poses = tree.joints.iter().map(|joint| Some(JointPose::new(model, joint.element?, joint.coordinates)));
-        Self { markers: markers.collect(), poses: poses.collect(), joints: tree.joints.clone(), length }
+        let (markers, poses) = (markers.collect(), poses.collect());
+        Self { markers, poses, joints: tree.joints.clone(), kept: tree.kept(), length }
     }
 
-    /// The coordinates of all joints for a working state; `None` for a joint whose pose does not reach the bodies'.
+    /// The coordinates of all joints for a working state, without those that follow others; `None` for a joint whose pose does not
+    /// reach the bodies'.
     pub(super) fn find(&mut self, working: &[f64]) -> Vec<Option<JointState>> {
-        (0..self.joints.len()).map(|joint| self.find_joint(joint, working)).collect()
+        let joints = self.joints.len();
+        let one = |joint: usize| {
+            let mut state = self.find_joint(joint, working)?;
+            for values in [&mut state.positions, &mut state.velocities] {
+                let mut kept = self.kept[joint].iter();
+                values.retain(|_| kept.next().is_none_or(|kept| *kept));
+            }
+            Some(state)
+        };
+        (0..joints).map(one).collect()
     }
 
     fn find_joint(&mut self, number: usize, working: &[f64]) -> Option<JointState> {

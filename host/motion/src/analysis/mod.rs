@@ -34,6 +34,7 @@ mod conflict;
 mod constraints;
 mod coupling;
 mod evaluator;
+mod followers;
 mod formulation;
 mod in_bodies;
 mod joint;

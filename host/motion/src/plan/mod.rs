@@ -24,5 +24,5 @@ pub use glyph::Place;
 pub use layout::Layout;
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};
-pub use tree::{SpanningTree, TreeJoint};
+pub use tree::{Follower, SpanningTree, TreeJoint};
 pub use undetermined::Undetermined;

@@ -4,6 +4,10 @@
 pub const SAVINGS: &[(&str, &str)] = &[
     ("kinematic", "mechanisms driven in all their freedoms are integrated"),
     ("row-choice", "dependent rows stay in use: rank-safe elimination for every evaluation"),
+    (
+        "affine-loops",
+        "joint coordinates that follow others (in parallelograms) stay, with the rows that close their loops",
+    ),
     ("on-demand", "accelerations and reactions are solved for at output times even if no output asks for them"),
     ("audit", "the violation of all rows is looked at in every accepted state, in joint coordinates too"),
     ("events", "steps are not made to end where equations switch (contact, friction, limits)"),
@@ -16,6 +20,8 @@ pub struct Pruning {
     pub kinematic: bool,
     /// A choice of independent rows, and the rank-safe engine only where the rank falls.
     pub row_choice: bool,
+    /// No joint coordinates that follow others by affine relations, nor the rows that they make up for.
+    pub affine_loops: bool,
     /// Accelerations and reactions at output times only where an output asks for them.
     pub on_demand: bool,
     /// In joint coordinates, looks at the violation of all rows in some accepted states only.
@@ -26,7 +32,7 @@ pub struct Pruning {
 
 impl Default for Pruning {
     fn default() -> Self {
-        Self { kinematic: true, row_choice: true, on_demand: true, audit: true, events: true }
+        Self { kinematic: true, row_choice: true, affine_loops: true, on_demand: true, audit: true, events: true }
     }
 }
 
@@ -41,6 +47,7 @@ impl Pruning {
             let switch = match name {
                 "kinematic" => &mut allowed.kinematic,
                 "row-choice" => &mut allowed.row_choice,
+                "affine-loops" => &mut allowed.affine_loops,
                 "on-demand" => &mut allowed.on_demand,
                 "audit" => &mut allowed.audit,
                 "events" => &mut allowed.events,

@@ -24,11 +24,24 @@ pub struct TreeJoint {
     pub rotates: bool,
 }
 
+/// A coordinate of a tree that follows others wherever the mechanism is: q = offset + sum factor q_other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follower {
+    /// Its number among the coordinates of the tree's joints, free rotations left out.
+    pub line: usize,
+    /// The others, none of them a follower, with their factors.
+    pub of: Vec<(usize, f64)>,
+    /// m or rad
+    pub offset: f64,
+}
+
 /// Every body hangs on one joint, or floats. Parents come before children.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SpanningTree {
     /// The joints, one per body.
     pub joints: Vec<TreeJoint>,
+    /// Coordinates that are none of the state's, by line.
+    pub followers: Vec<Follower>,
 }
 
 impl SpanningTree {
@@ -89,10 +102,16 @@ impl SpanningTree {
         used
     }
 
-    /// Number of velocities.
+    /// For each joint and each of its coordinates, free rotations left out, whether it belongs to the state.
     #[must_use]
-    pub fn freedoms(&self) -> usize {
-        self.joints.iter().map(|joint| joint.coordinates + 3 * usize::from(joint.rotates)).sum()
+    pub fn kept(&self) -> Vec<Vec<bool>> {
+        let mut lines = 0;
+        let mut followers = self.followers.iter().peekable();
+        let mut kept = |_| {
+            lines += 1;
+            followers.next_if(|follower| follower.line + 1 == lines).is_none()
+        };
+        self.joints.iter().map(|joint| (0..joint.coordinates).map(&mut kept).collect()).collect()
     }
 }
 

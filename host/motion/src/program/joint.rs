@@ -10,6 +10,7 @@
 //! stay. Operations on what folds to a constant vanish: of planar mechanisms nothing spatial is left, and rows that hold
 //! wherever the tree is have no derivative and are dropped.
 
+mod folded;
 mod writer;
 
 use std::sync::OnceLock;
@@ -18,6 +19,7 @@ use element_api::recording::{Input, Role};
 use odyn_graph::{Graph, M3, Node, Program, Rewriting, Seeds, V3, Workspace, derivatives, import};
 use rustc_hash::FxHashMap;
 
+use self::folded::folded;
 use self::writer::Writer;
 use super::articulated::{Articulated, articulated};
 use super::coupling::Dependence;
@@ -54,8 +56,8 @@ pub struct JointEquations {
     pub power: Node,
     /// Nodes that all of the above depend on, themselves included.
     pub size: usize,
-    /// The bodies at their references, in the tree's order.
-    limbs: Vec<Limb>,
+    /// The bodies at their references, in the tree's order; `None` where coordinates follow others.
+    limbs: Option<Vec<Limb>>,
     /// Loads on the bodies, six each, as functions of the joints' coordinates.
     pub(super) body_loads: Vec<Node>,
     /// Derivatives of the rows that close loops along the coordinates of bodies: (column, node).
@@ -198,7 +200,7 @@ impl JointEquations {
         shared.extend(&loads);
         let size = g.live(&shared).len();
         let bodies = bodies.into_iter().map(|body| body.nodes).collect();
-        Self {
+        let all = Self {
             graph: g,
             mass_is_written: short,
             coordinates,
@@ -210,12 +212,13 @@ impl JointEquations {
             state_rates,
             power,
             size,
-            limbs,
+            limbs: Some(limbs),
             body_loads,
             row_slopes,
             turned: false,
             dependence: None,
-        }
+        };
+        if tree.followers.is_empty() { all } else { folded(all, tree, &measures, layout) }
     }
 
     /// Whether the mass matrix is written. Of large trees that no rows close it is not, since accelerations are found body by
@@ -227,8 +230,8 @@ impl JointEquations {
 
     /// Writes the mass matrix, unless it is written.
     pub fn write_mass(&mut self) {
-        if !self.mass_is_written {
-            self.mass = composite_mass(&mut self.graph, &self.limbs);
+        if let Some(limbs) = self.limbs.as_ref().filter(|_| !self.mass_is_written) {
+            self.mass = composite_mass(&mut self.graph, limbs);
             self.mass_is_written = true;
             self.size += self.mass.len();
         }
@@ -243,10 +246,11 @@ impl JointEquations {
         !self.mass_is_written || entries.iter().map(|met: &usize| met * met).sum::<usize>() > LONG_ELIMINATION
     }
 
-    /// Accelerations body by body, for trees that no rows close. `g` is [`JointEquations::graph`] or a copy of it.
+    /// Accelerations body by body, for trees that no rows close; `None` where coordinates follow others. `g` is
+    /// [`JointEquations::graph`] or a copy of it.
     #[must_use]
-    pub fn articulated(&self, g: &mut Graph) -> Articulated {
-        articulated(g, &self.limbs, self.coordinates.columns)
+    pub fn articulated(&self, g: &mut Graph) -> Option<Articulated> {
+        Some(articulated(g, self.limbs.as_ref()?, self.coordinates.columns))
     }
 }
 

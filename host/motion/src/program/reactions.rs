@@ -70,6 +70,10 @@ impl JointEquations {
         slots: &[usize],
     ) -> Option<Reactions> {
         let Working { equations, layout, mass } = working;
+        if !tree.followers.is_empty() {
+            // The rows that followers make up for have reactions, too.
+            return None;
+        }
         let mut g = Graph::default();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
         let replaced = carried_bodies(&mut g, &mut own, equations, self);

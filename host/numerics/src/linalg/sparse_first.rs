@@ -27,6 +27,7 @@ pub struct SparseFirst {
     light: f64,
     first_rows: Option<Vec<usize>>,
     uses_dense: bool,
+    few_rows: bool,
 }
 
 /// Independent rows, and the engine for them.
@@ -56,7 +57,14 @@ impl SparseFirst {
             light: LIGHT,
             first_rows: None,
             uses_dense: false,
+            few_rows: false,
         })
+    }
+
+    /// Whether rows that depend on the chosen ones may be left unmet: right sides of Newton's method contradict each other by the
+    /// square of what is left to go. `false` if not called.
+    pub fn enforce_few_rows(&mut self, few: bool) {
+        self.few_rows = few;
     }
 
     /// Decides ranks without the mass: see [`DenseQr::set_measure`].
@@ -152,7 +160,7 @@ impl KktSolver for SparseFirst {
                 *own = g[*row];
             }
             chosen.sparse.solve(f, &chosen.g, a, &mut chosen.lambda)?;
-            if self.others_are_met(&chosen.rank, g, a) {
+            if self.few_rows || self.others_are_met(&chosen.rank, g, a) {
                 lambda.fill(0.0);
                 for (row, value) in chosen.rank.independent.iter().zip(&chosen.lambda) {
                     lambda[*row] = *value;

@@ -108,7 +108,14 @@ impl Session {
     /// A model that the linear algebra refuses.
     pub(super) fn joint_plan(&self, tree: SpanningTree) -> Result<Option<JointPlan>, SessionError> {
         let (t, place) = self.place_of_ranks();
-        let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, place, t);
+        let plan = JointPlan::new(
+            &self.equations,
+            &self.model,
+            &self.plan.layout,
+            tree,
+            (place, t),
+            self.pruning.affine_loops,
+        );
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
         if !self.pruning.row_choice
             && let Some(plan) = &mut plan

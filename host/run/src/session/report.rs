@@ -236,6 +236,20 @@ impl Session {
             saved: format!("{} of {velocities} velocities", velocities.saturating_sub(left)),
             switch: None,
         }];
+        if !joint.tree.followers.is_empty() {
+            skips.push(Skip {
+                what: plural(
+                    joint.tree.followers.len(),
+                    "joint coordinate that follows others",
+                    "joint coordinates that follow others",
+                ),
+                why: "loops close by affine relations between coordinates, as parallelograms do: shown at the start and at places \
+                      far from it"
+                    .into(),
+                saved: "their velocities, the rows that close these loops, and positions where these lose rank".into(),
+                switch: Some("affine-loops"),
+            });
+        }
         if !joint.met.is_empty() {
             skips.push(Skip {
                 what: plural(joint.met.len(), "row of other joints", "rows of other joints"),

@@ -38,7 +38,7 @@ impl Report {
         problem.points.iter().chain(peers).collect()
     }
 
-    /// The curves of a problem with their key as an SVG file, legible on light and dark; `None` if no run came to its end.
+    /// The curves of a problem with their key and the machine as an SVG file, legible on light and dark; `None` if no run came to its end.
     #[must_use]
     pub fn drawing(&self, problem: &Problem) -> Option<String> {
         const COLUMNS: usize = 4;
@@ -59,7 +59,12 @@ impl Report {
                 x + 24
             ));
         }
-        let height = top + LINE * series.len().div_ceil(COLUMNS) + LINE / 2;
+        let last = top + LINE * series.len().div_ceil(COLUMNS) + LINE / 2;
+        key.push_str(&format!(
+            "<text x=\"120\" y=\"{last}\" font-family=\"sans-serif\" font-size=\"24\" fill=\"currentColor\">{}</text>\n",
+            escape(&self.machine.line())
+        ));
+        let height = last + LINE / 2;
         let title = escape(&problem.title);
         Some(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" style=\"color:#7d8590\" role=\"img\" \

@@ -275,6 +275,7 @@ fn the_page_has_curves_numbers_and_failures() {
     let drawing = report().drawing(&report().problems[0]).unwrap();
     // Two more of each series in the key.
     assert_eq!(drawing.matches("<circle").count(), 5);
+    assert!(drawing.contains(&report().machine.line()));
     assert!(drawing.starts_with("<svg xmlns=") && drawing.ends_with("</text>\n</svg>\n"), "{drawing}");
     let mut failed = report();
     failed.problems[0].points.remove(0);

@@ -58,22 +58,70 @@ fn in_joints(form: &mut JointForm, working: &[f64]) -> Vec<f64> {
     state
 }
 
-/// A scene in the coordinates of joints, planned.
+/// A scene in the coordinates of joints, planned, with all coordinates of the tree.
 pub(super) fn joint_plan(text: &str) -> (Prepared, JointPlan) {
+    joint_plan_by(text, false)
+}
+
+/// The same; `folds`: coordinates that follow others are written out.
+pub(super) fn joint_plan_by(text: &str, folds: bool) -> (Prepared, JointPlan) {
     let prepared = prepared(text);
     let Prepared { model, equations, assembly, plan, .. } = &prepared;
     let tree = JointPlan::tree(equations, model, assembly).unwrap();
-    let planned = JointPlan::new(equations, model, &plan.layout, tree, assembly, 0.0).unwrap().unwrap();
+    let planned = JointPlan::new(equations, model, &plan.layout, tree, (assembly, 0.0), folds).unwrap().unwrap();
     (prepared, planned)
 }
 
 fn joint_form(text: &str) -> JointForm {
-    let (Prepared { mut model, equations, assembly, plan }, planned) = joint_plan(text);
+    joint_form_by(text, false)
+}
+
+fn joint_form_by(text: &str, folds: bool) -> JointForm {
+    let (Prepared { mut model, equations, assembly, plan }, planned) = joint_plan_by(text, folds);
     let length = assembly.scales.length;
     let bodies = WorkingParts::new(&equations, &model, &plan, length);
     let mut form = JointForm::new(planned, &mut model, &plan.layout, bodies).unwrap();
     form.set_discrete(&assembly.references, &assembly.discrete);
     form
+}
+
+/// A parallelogram on a body that turns about an oblique axis.
+fn carried_four_bar() -> String {
+    scenes::four_bar(1.1).replace("\"ground\"", "\"base\"")
+        + "[[body]]\nname = \"base\"\nmass = 2.5\ninertia = [0.3, 0.2, 0.4]\nposition = [0, 0, 0]\n\
+           [[joint]]\nname = \"turntable\"\ntype = \"hinge\"\nbodies = [\"ground\", \"base\"]\npoint = [0.2, 0, 0.1]\n\
+           axis = [0.3, 1, 0.2]\n"
+}
+
+/// All scenes with all coordinates, and those with coordinates that follow others without these.
+fn all_forms() -> Vec<(String, bool)> {
+    let mut list: Vec<(String, bool)> = all_scenes().into_iter().map(|text| (text, false)).collect();
+    list.extend([scenes::four_bar(1.1), carried_four_bar(), two_of(&scenes::four_bar(1.1))].map(|text| (text, true)));
+    list
+}
+
+/// A four-bar with a second one beside it that shares its crank.
+fn two_of(four_bar: &str) -> String {
+    let (s, c) = 1.1_f64.sin_cos();
+    let hinge = |name: &str, i: &str, j: &str, from: [f64; 2], local: f64| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"hinge\"\nbodies = [\"{i}\", \"{j}\"]\n\
+             frames = [{{ position = [{:?}, {:?}, 0] }}, {{ position = [{local:?}, 0, 0] }}]\n",
+            from[0], from[1]
+        )
+    };
+    let rod = |name: &str, x: f64, y: f64, angle: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1.5\ninertia = [0.01, 0.1, 0.1]\nposition = [{x:?}, {y:?}, 0]\n\
+             orientation = {{ axis = [0, 0, 1], angle = {angle:?} }}\n"
+        )
+    };
+    four_bar.to_string()
+        + &rod("far", 2.0 + 0.5 * c, 0.5 * s, 1.1)
+        + &rod("second", 1.5 + c, s, 0.0)
+        + &hinge("E", "ground", "far", [2.0, 0.0], -0.5)
+        + &hinge("F", "right", "second", [0.5, 0.0], -0.5)
+        + &hinge("G", "second", "far", [0.5, 0.0], 0.5)
 }
 
 /// Positions and velocities of all bodies at a state of the joints.
@@ -94,8 +142,8 @@ fn same_sign(ours: &mut [f64], theirs: &[f64]) {
 #[test]
 fn bodies_come_back_from_the_coordinates_of_their_joints() {
     let mut random = Random(401);
-    for text in all_scenes() {
-        let mut form = joint_form(&text);
+    for (text, folds) in all_forms() {
+        let mut form = joint_form_by(&text, folds);
         let mut stand = stand(&text);
         for _ in 0..10 {
             let working = stand.consistent(&mut random, 0.2);
@@ -112,8 +160,8 @@ fn bodies_come_back_from_the_coordinates_of_their_joints() {
 #[test]
 fn the_bodies_accelerate_as_in_their_own_coordinates() {
     let mut random = Random(403);
-    for text in all_scenes() {
-        let mut form = joint_form(&text);
+    for (text, folds) in all_forms() {
+        let mut form = joint_form_by(&text, folds);
         let mut stand = stand(&text);
         let bodies = stand.layout.bodies;
         for _ in 0..10 {
@@ -222,6 +270,24 @@ fn rows_that_hold_wherever_the_joints_are_are_left_out() {
     // One hinge of five rows closes the loop; out of the plane three of them always hold.
     let velocities = planned.equations.coordinates.columns;
     assert_eq!((velocities, planned.rows.len(), planned.independent.len(), planned.met.len()), (3, 2, 2, 3));
+}
+
+#[test]
+fn parallelograms_need_one_coordinate_and_no_rows() {
+    for (text, velocities) in [(scenes::four_bar(1.1), 1), (carried_four_bar(), 2), (two_of(&scenes::four_bar(1.1)), 1)]
+    {
+        let (_, planned) = joint_plan_by(&text, true);
+        let (_, all) = joint_plan(&text);
+        assert_eq!((planned.equations.coordinates.columns, planned.rows.len()), (velocities, 0));
+        assert_eq!(planned.met.len(), all.met.len() + all.rows.len());
+        assert!(planned.tree.followers.iter().flat_map(|f| &f.of).all(|(_, factor)| factor.abs() == 1.0));
+    }
+    // A coupler that is longer by a few nanometres.
+    let end = "[{ position = [0.5, 0.0, 0] }, { position = [0.5, 0, 0] }]";
+    let longer = scenes::four_bar(1.1).replace(end, "[{ position = [0.500000003, 0, 0] }, { position = [0.5, 0, 0] }]");
+    assert_ne!(longer, scenes::four_bar(1.1));
+    let (_, planned) = joint_plan_by(&longer, true);
+    assert_eq!((planned.equations.coordinates.columns, planned.rows.len()), (3, 2));
 }
 
 /// A chain of hinges about axes that lie askew, each rod hung on the end of the one before.

@@ -54,7 +54,7 @@ fn round_off(rods: usize, far: f64) -> [f64; 2] {
     let how = Projecting::Fewest;
     let written = JointEquations::build_about(&equations, &model, &plan.layout, &planned.tree, how, far);
     let mut graph = written.graph.clone();
-    let nodes = written.articulated(&mut graph).accelerations;
+    let nodes = written.articulated(&mut graph).unwrap().accelerations;
     let mut evaluator = Evaluator::new(&graph, &nodes);
     let mut random = Random(419);
     [0.0, 1.0].map(|bend| {
