@@ -35,7 +35,7 @@ extern "C" {
 /* Number of the conventions: axes, units, order of Euler parameters, signs. */
 #define ODYN_CONVENTIONS 1
 /* Version of the contract that this header belongs to. */
-#define ODYN_INTERFACE "1.1.0"
+#define ODYN_INTERFACE "1.2.0"
 
 /* What functions return. */
 enum {

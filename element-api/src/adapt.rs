@@ -32,7 +32,7 @@ use crate::set::{Batch, CreateError, ElementClass, ElementSet, Fault, Layout};
 #[must_use]
 pub fn joint<T: Constraint>() -> Box<dyn ElementClass> {
     let mut descriptor = describe::<T>(Kind::Joint, T::COORDINATES, &[]);
-    descriptor.rows = T::ROWS.iter().map(ToString::to_string).collect();
+    descriptor.rows = T::ROWS.iter().chain(T::VELOCITY_ROWS).map(ToString::to_string).collect();
     descriptor.mobility = T::MOBILITY;
     descriptor.turns_freely = T::TURNS_FREELY;
     Box::new(Class::<T, JointSet<T>> { descriptor, marker: PhantomData })

@@ -57,6 +57,8 @@ pub trait Element: Sized + Send + Sync + 'static {
 pub trait Constraint: Element {
     /// Names of the rows, as reports print them (`"x"`, `"about y"`). Any number.
     const ROWS: &'static [&'static str];
+    /// Names of the rows on velocities, as reports print them. They are numbered after [`Constraint::ROWS`].
+    const VELOCITY_ROWS: &'static [&'static str] = &[];
     /// Names and units of the joint coordinates reported by [`Constraint::coordinates`].
     const COORDINATES: &'static [ChannelSpec] = &[];
     /// Number of joint coordinates of [`Constraint::pose`]; `None`: the joint offers no mobility.
@@ -68,6 +70,15 @@ pub trait Constraint: Element {
     /// `[record; hot when opaque]` The constraint equations, one value per row, in m or rad-like units. Rows that
     /// [`Constraint::uses_row`] leaves out are not asked for and must not be set.
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>);
+
+    /// `[record]` Constraints on velocities that are not the rate of anything (rolling without slip, a blade), one value per entry of
+    /// [`Constraint::VELOCITY_ROWS`], in m/s or rad/s, linear in the twists: a . v + b = 0, where a and b may depend on
+    /// positions and time. Positions are left free by them. Not for opaque elements.
+    ///
+    /// Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), section 11.6.
+    fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        let _ = (at, rows);
+    }
 
     /// `[create]` Whether this instance has the row; for joints whose parameters choose.
     fn uses_row(&self, row: usize) -> bool {

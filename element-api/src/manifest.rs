@@ -7,7 +7,7 @@
 //! about=Standard joints
 //! abi=1
 //! conventions=1
-//! interface=1.1.0
+//! interface=1.2.0
 //! entry=odyn_plugin_v1_odyn_joints
 //! features=sse4.2 avx avx2 fma
 //! profile=release

@@ -257,6 +257,8 @@ impl Input {
 pub enum Role {
     /// Constraint row: zero when the joint holds.
     Residual(u32),
+    /// Constraint row on velocities, linear in them: zero when the joint holds. Numbered with the others. Contract 1.2.
+    VelocityResidual(u32),
     /// Component of the force on the body of a frame, at the frame's origin, N, index 3 frame + component.
     Force(u32),
     /// Component of the torque on the body of a frame, N m, index 3 frame + component.
@@ -301,6 +303,7 @@ impl Role {
             Self::Dissipation => (10, 0),
             Self::PosePosition(k) => (11, k),
             Self::PoseRotation(k) => (12, k),
+            Self::VelocityResidual(k) => (13, k),
         }
     }
 
@@ -321,6 +324,7 @@ impl Role {
             10 => Self::Dissipation,
             11 => Self::PosePosition(k),
             12 => Self::PoseRotation(k),
+            13 => Self::VelocityResidual(k),
             _ => return None,
         })
     }
@@ -339,9 +343,11 @@ impl Role {
     /// Whether elements of this kind give it.
     fn is_of(self, kind: Kind) -> bool {
         match self {
-            Self::Residual(_) | Self::Coordinate(_) | Self::PosePosition(_) | Self::PoseRotation(_) => {
-                kind == Kind::Joint
-            }
+            Self::Residual(_)
+            | Self::VelocityResidual(_)
+            | Self::Coordinate(_)
+            | Self::PosePosition(_)
+            | Self::PoseRotation(_) => kind == Kind::Joint,
             Self::Force(_) | Self::Torque(_) => kind == Kind::Force,
             Self::StateRate(_) | Self::NextDiscrete(_) | Self::Channel(_) | Self::Potential | Self::Dissipation => {
                 kind != Kind::Joint

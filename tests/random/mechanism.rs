@@ -108,7 +108,7 @@ impl Place {
     }
 }
 
-const SPATIAL: [&str; 17] = [
+const SPATIAL: [&str; 19] = [
     "revolute",
     "cylindrical",
     "translational",
@@ -126,6 +126,8 @@ const SPATIAL: [&str; 17] = [
     "point-on-curve",
     "cam",
     "bracket",
+    "knife-edge",
+    "rolling-disc",
 ];
 const PLANAR: [&str; 5] = ["revolute", "revolute", "translational", "distance-rod", "bracket"];
 const SPHERICAL: [&str; 4] = ["revolute", "revolute", "universal", "spherical"];

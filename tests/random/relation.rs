@@ -114,6 +114,20 @@ fn relation_with_parameters(kind: &'static str, random: &mut Random) -> Relation
             let place = V::new(x, bow * x.sin(), aside);
             with(place, V::new(rate, slope * rate, 0.0), params, 1 + usize::from(planar))
         }
+        "knife-edge" => {
+            let (speed, across) = (random.vector(0.5), turn.column(2).into_owned());
+            with(random.vector(0.5), speed - across * across.dot(&speed), Vec::new(), 1)
+        }
+        "rolling-disc" => {
+            let (radius, tilt, heading) =
+                (random.between(0.1, 0.5), random.between(0.4, 2.7), random.between(-3.0, 3.0));
+            let turn = about_z(heading) * Rotation3::new(V::x() * tilt).into_inner() * about_z(rate);
+            let normal = V::z() - turn.column(2) * turn[(2, 2)];
+            let contact = -normal * (radius / normal.norm());
+            let shift = random.vector(0.5);
+            let place = V::new(shift.x, shift.y, radius * normal.norm());
+            Relation { turn, ..with(place, contact.cross(&spin), vec![("radius", number(radius))], 3) }
+        }
         "cam" => {
             let (mean, wave) = (random.between(0.4, 0.8), random.between(0.02, 0.1));
             let (phi, planar) = (random.between(-3.0, 3.0), random.chance(0.5));

@@ -162,11 +162,15 @@ impl<T: Constraint> ElementSet for JointSet<T> {
         let entry = &self.instances[instance];
         let coordinates = || (0..T::COORDINATES.len()).map(|k| Role::Coordinate(k as u32));
         let roles = entry.rows.iter().map(|row| Role::Residual(*row as u32)).chain(coordinates());
+        if T::OPAQUE && !T::VELOCITY_ROWS.is_empty() {
+            let message = "has velocity rows, which an opaque element cannot have: let it be recorded".into();
+            return Err(Fault { instance, message });
+        }
         if T::OPAQUE {
             let angles = (0..T::ANGLES).map(|k| Role::Angle(k as u32));
             return Ok(announce(roles.chain(angles), Vec::new(), Vec::new()));
         }
-        let mut forgotten = None;
+        let (mut forgotten, mut forgotten_rate) = (None, None);
         let recording = record(|| {
             let given = recorded_inputs(&entry.layout);
             let mut values = Vec::new();
@@ -175,6 +179,15 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             let used = entry.used().map(|k| values[k]);
             let mut results: Vec<(Role, Recorded)> =
                 roles.zip(used).filter_map(|(role, value)| Some((role, value?))).collect();
+            let first = T::ROWS.len();
+            let mut rates = vec![None; T::VELOCITY_ROWS.len()];
+            entry.element.velocity_residual(&given.motion(), &mut Values::new(&mut rates, "velocity row"));
+            for (k, rate) in rates.into_iter().enumerate().filter(|(k, _)| entry.element.uses_row(first + k)) {
+                match rate {
+                    Some(rate) => results.push((Role::VelocityResidual((first + k) as u32), rate)),
+                    None => forgotten_rate = forgotten_rate.or(Some(k)),
+                }
+            }
             results.extend(angle_outputs(&given));
             if let Some(count) = T::MOBILITY {
                 let q: Vec<Recorded> = (0..count).map(|k| input(Input::Coordinate(k as u32))).collect();
@@ -188,10 +201,13 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             }
             results
         });
-        let Some(k) = forgotten else { return Ok(recording) };
-        let message = match T::ROWS.get(k) {
-            Some(row) => format!("declares the row `{row}`, but does not set it"),
-            None => {
+        let message = match forgotten.map(|k| (k, T::ROWS.get(k))) {
+            None => match forgotten_rate {
+                None => return Ok(recording),
+                Some(k) => format!("declares the velocity row `{}`, but does not set it", T::VELOCITY_ROWS[k]),
+            },
+            Some((_, Some(row))) => format!("declares the row `{row}`, but does not set it"),
+            Some((k, None)) => {
                 format!("declares the coordinate `{}`, but does not give it", T::COORDINATES[k - T::ROWS.len()].name)
             }
         };

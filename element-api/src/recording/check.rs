@@ -2,6 +2,9 @@
 
 use super::*;
 
+/// Degree of what is no linear function of velocities.
+const NOT_LINEAR: u32 = 2;
+
 impl Recording {
     /// Checks that nothing refers to anything that is not there, so that a host can evaluate the recording without
     /// looking again. A plugin is a stranger: the host calls this before it uses a recording.
@@ -36,7 +39,7 @@ impl Recording {
                 return Err(format!("{:?} refers to operation {}, which does not exist", output.role, output.node));
             }
             let (index, count) = match output.role {
-                Role::Residual(k) => (k, limits.rows),
+                Role::Residual(k) | Role::VelocityResidual(k) => (k, limits.rows),
                 Role::Force(k) | Role::Torque(k) => (k, 3 * limits.frames),
                 Role::Angle(k) => (k, limits.angles),
                 Role::Coordinate(k) => (k, limits.coordinates),
@@ -61,8 +64,52 @@ impl Recording {
             return Err(format!("{:?} is given twice", pair[0]));
         }
         let given = |role: Role| roles.binary_search(&role).is_ok();
+        if let Some(k) =
+            (0..limits.rows as u32).find(|k| given(Role::Residual(*k)) && given(Role::VelocityResidual(*k)))
+        {
+            return Err(format!("row {k} is given both as a row on positions and as one on velocities"));
+        }
+        self.check_degrees()?;
         if let Some(k) = (0..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
             return Err(format!("state {k} has no rate"));
+        }
+        Ok(())
+    }
+
+    /// Rows on positions must not depend on velocities, rows on velocities must be linear in them.
+    fn check_degrees(&self) -> Result<(), String> {
+        let rows = || self.outputs.iter().filter(|o| matches!(o.role, Role::Residual(_) | Role::VelocityResidual(_)));
+        if rows().next().is_none() {
+            return Ok(());
+        }
+        let mut degrees: Vec<u32> = Vec::with_capacity(self.ops.len());
+        for raw in &self.ops {
+            let Some(op) = Op::decode(*raw) else { return Ok(()) };
+            let of = |k: u32| degrees[k as usize];
+            degrees.push(
+                match op {
+                    Op::Input(Input::Velocity { .. } | Input::AngularVelocity { .. }) => 1,
+                    Op::Mul(a, b) => of(a) + of(b),
+                    Op::Div(a, b) if of(b) == 0 => of(a),
+                    Op::Add(..) | Op::Sub(..) | Op::Neg(_) => op.operands().map(of).max().unwrap_or(0),
+                    // With constant conditions a choice is one of two linear functions.
+                    Op::Select(a, b, x, y) if of(a) + of(b) == 0 => of(x).max(of(y)),
+                    _ if op.operands().all(|a| of(a) == 0) => 0,
+                    _ => NOT_LINEAR,
+                }
+                .min(NOT_LINEAR),
+            );
+        }
+        for output in rows() {
+            match (output.role, degrees[output.node as usize]) {
+                (Role::Residual(k), 1..) => {
+                    return Err(format!("row {k} depends on velocities: give it as a velocity row"));
+                }
+                (Role::VelocityResidual(k), NOT_LINEAR..) => {
+                    return Err(format!("velocity row {k} is not linear in velocities"));
+                }
+                _ => {}
+            }
         }
         Ok(())
     }

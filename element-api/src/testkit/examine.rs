@@ -303,7 +303,8 @@ impl<'a> Examination<'a> {
         let mut count = 0;
         for (role, value) in self.probe.recorded(setting, &[]) {
             let (expected, size) = match role {
-                Role::PosePosition(_) | Role::PoseRotation(_) => continue,
+                // These are never evaluated otherwise.
+                Role::PosePosition(_) | Role::PoseRotation(_) | Role::VelocityResidual(_) => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

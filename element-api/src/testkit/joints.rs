@@ -9,7 +9,7 @@ use crate::testkit::differences::{DIFFERENCE, curvatures, slopes};
 use crate::testkit::examine::{Examination, ROUNDING, value_name};
 use crate::testkit::report::{Check, deviates, number};
 use crate::testkit::variation::Variation;
-use crate::testkit::{JointValues, Probe, Random, Setting, complete, interpret, interpret_with};
+use crate::testkit::{JointValues, Probe, Random, Setting, complete, interpret, interpret_with, velocity_rows};
 
 /// The pose of frame 1 in frame 0 for joint coordinates.
 type PoseOf = Box<dyn Fn(&[f64]) -> Pose<f64>>;
@@ -68,10 +68,16 @@ pub(super) fn examine(x: &mut Examination<'_>, mobility: Option<&Mobility>) {
     }
     x.each_setting(&[Check::Gamma], |x, setting| gamma(x, setting));
     if x.options.invariant {
-        x.each_setting(&[Check::FrameInvariance], |x, setting| frame_invariance(x, setting));
+        x.each_setting(&[Check::FrameInvariance], |x, setting| {
+            frame_invariance(x, setting);
+            velocity_rows::frame_invariance(x, setting);
+        });
     }
     if x.options.internal {
-        x.each_setting(&[Check::ThirdLaw], |x, setting| third_law(x, setting));
+        x.each_setting(&[Check::ThirdLaw], |x, setting| {
+            third_law(x, setting);
+            velocity_rows::third_law(x, setting);
+        });
     }
     let scleronomic = x.options.scleronomic.unwrap_or(mobility.is_some());
     x.each_setting(&[Check::PowerBalance], |x, setting| power_balance(x, setting, scleronomic));
@@ -114,6 +120,7 @@ fn first_derivatives(found: &JointValues, variation: Variation) -> Option<Vec<f6
 fn dependence(x: &mut Examination<'_>) {
     let count = x.probe.descriptor.frames.len();
     let mut uses: Vec<Vec<bool>> = Vec::new();
+    let mut of_velocities: Vec<(String, Vec<bool>)> = Vec::new();
     let mut rows = 0;
     for _ in 0..x.options.tries {
         let setting = x.setting();
@@ -125,14 +132,24 @@ fn dependence(x: &mut Examination<'_>) {
                 *seen |= part.iter().any(|derivative| *derivative != 0.0);
             }
         }
+        for (k, (name, loads)) in x.probe.velocity_loads(&setting).into_iter().enumerate() {
+            if of_velocities.len() <= k {
+                of_velocities.push((name, vec![false; count]));
+            }
+            for (seen, (force, torque)) in of_velocities[k].1.iter_mut().zip(loads) {
+                *seen |= force.iter().chain(&torque).any(|load| *load != 0.0);
+            }
+        }
     }
     let names: Vec<String> = x.probe.descriptor.frames.iter().map(|frame| format!("`{}`", frame.name)).collect();
-    for (row, seen) in uses[..rows].iter().enumerate() {
+    let mut listed: Vec<(String, Vec<bool>)> =
+        uses[..rows].iter().enumerate().map(|(row, seen)| (x.name(row), seen.clone())).collect();
+    listed.extend(of_velocities.iter().cloned());
+    for (row, seen) in &listed {
         let used: Vec<&str> =
             names.iter().zip(seen).filter(|(_, seen)| **seen).map(|(name, _)| name.as_str()).collect();
         let unused: Vec<&str> =
             names.iter().zip(seen).filter(|(_, seen)| !**seen).map(|(name, _)| name.as_str()).collect();
-        let row = x.name(row);
         match used[..] {
             [] => x.report.add(Check::Dependence, format!("{row} depends on no body: nothing can make it zero")),
             [only] => {
@@ -151,7 +168,7 @@ fn dependence(x: &mut Examination<'_>) {
         return;
     }
     for (frame, name) in names.iter().enumerate() {
-        if uses.iter().all(|seen| !seen[frame]) {
+        if uses.iter().chain(of_velocities.iter().map(|(_, seen)| seen)).all(|seen| !seen[frame]) {
             x.report.add(Check::Dependence, format!("nothing depends on body {name}"));
         }
     }

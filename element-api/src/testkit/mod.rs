@@ -44,6 +44,7 @@ mod joints;
 mod report;
 mod setting;
 mod variation;
+mod velocity_rows;
 
 pub use checks::{check_control, check_force, check_internal, check_joint, check_power};
 pub use examine::{

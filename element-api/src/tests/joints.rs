@@ -3,7 +3,7 @@
 use crate::prelude::*;
 use crate::recording::Role;
 use crate::set::CreateError;
-use crate::testkit::{Probe, Random, Setting, on_common_axis};
+use crate::testkit::{Check, Probe, Random, Setting, examine_joint, on_common_axis};
 use crate::tests::Screw;
 
 /// Declares two rows and sets one.
@@ -133,4 +133,83 @@ fn the_recorded_angle_is_the_reference_of_the_next_step() {
 fn parameters_an_element_refuses_come_back_by_name() {
     let error = Probe::joint::<Greedy>("").expect_err("`rows` has no default");
     assert_eq!(error, CreateError::Parameter(ParamError::new("rows", "is missing: a true or false is needed")));
+}
+
+/// A wheel on a road that is pushed along with a time function, and variants that are wrong.
+struct Roller;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wrong {
+    Nothing,
+    Square,
+    Forgotten,
+    OneSided,
+}
+
+impl Roller {
+    fn rate<S: Scalar>(wrong: Wrong, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let carried = at.twists[0].angular_velocity.cross(&(j.position - i.position));
+        let across = j.z().dot(&(at.relative_velocity(0, 1) - carried));
+        match wrong {
+            Wrong::Nothing => rows.push(across - at.time().sin()),
+            Wrong::Square => rows.push(across * across),
+            Wrong::Forgotten => {}
+            Wrong::OneSided => rows.push(j.z().dot(&at.twists[1].velocity)),
+        }
+    }
+}
+
+macro_rules! roller {
+    ($name:ident, $wrong:expr) => {
+        struct $name(#[allow(dead_code)] Roller);
+        impl Element for $name {
+            const NAME: &'static str = "roller";
+            const SUMMARY: &'static str = "a blade that is driven across";
+            const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("i", "road"), FrameSpec::new("j", "wheel")];
+            type Parameters = NoParameters;
+            fn new(_: NoParameters) -> Result<Self, ParamError> {
+                Ok(Self(Roller))
+            }
+        }
+        impl Constraint for $name {
+            const ROWS: &'static [&'static str] = &[];
+            const VELOCITY_ROWS: &'static [&'static str] = &["across"];
+            fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {}
+            fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+                Roller::rate($wrong, at, rows);
+            }
+        }
+    };
+}
+
+roller!(Driven, Wrong::Nothing);
+roller!(Square, Wrong::Square);
+roller!(Forgotten, Wrong::Forgotten);
+roller!(OneSided, Wrong::OneSided);
+
+#[test]
+fn rows_on_velocities_are_linear_in_them_and_act_on_both_bodies() {
+    let probe = Probe::joint::<Driven>("").unwrap();
+    assert_eq!(probe.recording.outputs.iter().map(|o| o.role).collect::<Vec<_>>(), [Role::VelocityResidual(0)]);
+    assert_eq!(probe.descriptor.rows, ["across"]);
+    let mut setting = probe.random_setting(&mut Random::new(3));
+    setting.twists[1].velocity += setting.frames[1].z() * 2.0;
+    let (faster, mut slower) = (probe.velocity_rows(&setting)[0].1, setting.clone());
+    slower.twists[1].velocity -= setting.frames[1].z() * 2.0;
+    assert!((faster - probe.velocity_rows(&slower)[0].1 - 2.0).abs() < 1e-14);
+    let sound = examine_joint::<Driven>("");
+    assert!(sound.failed().is_empty(), "{sound}");
+    let failed = examine_joint::<OneSided>("");
+    assert!(failed.failed().contains(&Check::Dependence), "{failed}");
+    let limits = |probe: &Probe| probe.descriptor.limits();
+    let square = Probe::joint::<Square>("");
+    let words = match square {
+        Ok(probe) => probe.recording.check(&limits(&probe)).unwrap_err(),
+        Err(error) => format!("{error:?}"),
+    };
+    assert!(words.contains("velocity row 0 is not linear in velocities"), "{words}");
+    let forgotten = Probe::joint::<Forgotten>("").unwrap_err();
+    let forgotten = format!("{forgotten:?}");
+    assert!(forgotten.contains("declares the velocity row `across`, but does not set it"), "{forgotten}");
 }

@@ -21,6 +21,7 @@ pub mod displacement_driver;
 pub mod distance_rod;
 pub mod gear;
 pub mod ground;
+pub mod knife_edge;
 pub mod parallel_axes;
 pub mod perpendicular_axes;
 pub mod planar;
@@ -31,6 +32,7 @@ pub mod point_on_line;
 pub mod position;
 pub mod rack_and_pinion;
 pub mod revolute;
+pub mod rolling_disc;
 pub mod rotation_driver;
 pub mod screw;
 pub mod spherical;
@@ -64,6 +66,8 @@ element_api::export_plugin! {
         gear::Gear,
         rack_and_pinion::RackAndPinion,
         coupler::Coupler,
+        knife_edge::KnifeEdge,
+        rolling_disc::RollingDisc,
         rotation_driver::RotationDriver,
         displacement_driver::DisplacementDriver,
     ],

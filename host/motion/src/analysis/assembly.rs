@@ -147,7 +147,7 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     let given = state.clone();
     let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length) {
         Err(AssemblyError::Impossible { rows: left }) => {
-            let mut rows = Constraints::of_all(equations)?;
+            let mut rows = Constraints::of_positions(equations)?;
             let found = conflict(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
             return Err(AssemblyError::Impossible { rows: if found.is_empty() { left } else { found } });
         }
@@ -265,18 +265,17 @@ fn positions(
     inputs: &mut [f64],
     length: f64,
 ) -> Result<usize, AssemblyError> {
-    if layout.rows == 0 {
+    let mut rows = Constraints::of_positions(equations)?;
+    if rows.rows.is_empty() {
         return Ok(0);
     }
-    let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::of_all(equations)?;
-    let clusters = clusters(layout, &all);
+    let clusters = clusters(layout, &rows.rows);
     let mut solver =
         SparseFirst::new(&rows.structure, &clusters, ASSEMBLY_RANK_TOLERANCE).map_err(AnalysisError::from)?;
     solver.set_measure(&body_scales(model, length));
     solver.set_mass(&mass_values(model)).map_err(AnalysisError::from)?;
     let n = layout.velocities();
-    let (mut step, mut multipliers, zero) = (vec![0.0; n], vec![0.0; layout.rows], vec![0.0; n]);
+    let (mut step, mut multipliers, zero) = (vec![0.0; n], vec![0.0; rows.rows.len()], vec![0.0; n]);
     let mut best = evaluate(&mut rows, model, layout, t, state, inputs, length)?;
     let mut few_rows = true;
     solver.enforce_few_rows(few_rows);
@@ -344,7 +343,7 @@ fn evaluate(
     rows.evaluate(inputs, &model.sets)?;
     let (worst, row) = rows.worst(rows.values(), length);
     let slopes = rows.structure.jacobian.iter().zip(rows.jacobian());
-    let undefined = slopes.filter(|(_, slope)| !slope.is_finite()).map(|((row, _), _)| *row).min();
+    let undefined = slopes.filter(|(_, slope)| !slope.is_finite()).map(|((row, _), _)| rows.rows[*row]).min();
     let Some(row) = row.filter(|_| !worst.is_finite()).or(undefined) else { return Ok(worst) };
     let (element, k) = layout.element_of_row(row);
     let element = &model.elements[element];

@@ -47,6 +47,19 @@ impl Constraints {
         Self::by(equations, &all, equations.program_of_rows().clone())
     }
 
+    /// The same of the rows that constrain positions: of all but those of velocities.
+    ///
+    /// # Errors
+    /// As for [`Constraints::new`].
+    pub fn of_positions(equations: &Equations) -> Result<Self, AnalysisError> {
+        let numbers = 0..equations.rows.len();
+        let rows: Vec<usize> = numbers.filter(|row| !equations.rows[*row].of_velocities).collect();
+        if rows.len() == equations.rows.len() {
+            return Self::of_all(equations);
+        }
+        Self::new(equations, &rows, &[|row| row.value, |row| row.time], &[])
+    }
+
     fn by(equations: &Equations, rows: &[usize], program: Program) -> Result<Self, AnalysisError> {
         Ok(Self {
             structure: structure(equations, rows)?,

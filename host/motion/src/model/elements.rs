@@ -366,7 +366,7 @@ impl Elements {
             .outputs
             .iter()
             .filter_map(|output| match output.role {
-                Role::Residual(row) => Some(row as usize),
+                Role::Residual(row) | Role::VelocityResidual(row) => Some(row as usize),
                 _ => None,
             })
             .collect();
@@ -392,7 +392,7 @@ impl Elements {
 /// A row that the author forgot: the adapter records NaN for it.
 fn unset_row(recording: &Recording) -> Option<usize> {
     recording.outputs.iter().find_map(|output| {
-        let Role::Residual(row) = output.role else { return None };
+        let (Role::Residual(row) | Role::VelocityResidual(row)) = output.role else { return None };
         let op = recording.ops.get(output.node as usize).and_then(|raw| Op::decode(*raw))?;
         let Op::Constant(k) = op else { return None };
         recording.constants.get(k as usize).filter(|value| value.is_nan()).map(|_| row as usize)

@@ -163,7 +163,10 @@ impl Subject<'_> {
     /// Constraint equations are differentiated twice: a jump of value or slope asks for infinite forces.
     fn kinks_of_rows(&self, recording: &Recording) -> Vec<Diagnostic> {
         let mut needed = vec![false; recording.ops.len()];
-        let rows = recording.outputs.iter().filter(|output| matches!(output.role, Role::Residual(_)));
+        let rows = recording
+            .outputs
+            .iter()
+            .filter(|output| matches!(output.role, Role::Residual(_) | Role::VelocityResidual(_)));
         rows.for_each(|output| needed[output.node as usize] = true);
         let mut used: Vec<(usize, bool)> = Vec::new();
         for k in (0..needed.len()).rev() {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use element_api::recording::Role;
 use element_api::set::ElementSet;
 use element_api::{Descriptor, Recording};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -144,10 +145,12 @@ impl Instance {
         self.rows.get(k).and_then(|row| self.class.rows.get(*row)).map_or("?", String::as_str)
     }
 
-    /// Number of values an opaque instance gives before derivatives: rows in use and coordinates, or channels.
+    /// Number of values an instance that is called gives before derivatives: rows in use and coordinates, or channels. Rows on
+    /// velocities are never called.
     #[must_use]
     pub fn value_count(&self) -> usize {
-        self.rows.len() + self.class.channels.len()
+        let of_velocities = self.recording.outputs.iter().filter(|o| matches!(o.role, Role::VelocityResidual(_)));
+        self.rows.len() - of_velocities.count() + self.class.channels.len()
     }
 }
 

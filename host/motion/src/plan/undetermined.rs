@@ -115,7 +115,7 @@ fn effect(
     while let Some(direction) = directions.pop() {
         for role in changed(instance, rotations, &direction) {
             let state = match role {
-                Role::Force(_) | Role::Torque(_) | Role::Residual(_) => {
+                Role::Force(_) | Role::Torque(_) | Role::Residual(_) | Role::VelocityResidual(_) => {
                     load = true;
                     continue;
                 }

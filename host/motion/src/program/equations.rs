@@ -37,17 +37,20 @@ impl Form {
     }
 }
 
-/// A scalar function of the configuration with its first derivatives, and its second along the motion.
+/// A scalar function of the configuration with its first derivatives, and its second along the motion; or a function that is linear in
+/// velocities, a . v + b, in the place of a first derivative.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// The value: zero for a constraint that holds.
+    /// The value: zero for a constraint that holds, and where only a rate is constrained.
     pub value: Node,
-    /// Partial derivative with respect to time.
+    /// Partial derivative with respect to time; b of a function of velocities.
     pub time: Node,
     /// Minus the second derivative along the motion with all accelerations zero (Haug 1989, eq. 9.2.12).
     pub gamma: Node,
-    /// Nonzero derivatives with respect to the coordinates: (column, node), columns ascending.
+    /// Nonzero derivatives with respect to the coordinates, or to their rates: (column, node), columns ascending.
     pub jacobian: Vec<(usize, Node)>,
+    /// Whether it constrains velocities and leaves positions free.
+    pub of_velocities: bool,
 }
 
 /// What a force element does to one of its frames, at the frame's origin, ground axes.
@@ -258,14 +261,25 @@ impl Equations {
         let (values, opaque) = self.joint_values(index, element, &frames, layout);
         let value_of = |role: Role| values.iter().find(|(r, _)| *r == role).map(|(_, node)| *node);
         let missing = self.graph.constant(f64::NAN);
-        let residuals = element.rows.iter().map(|row| Role::Residual(*row as u32));
+        let zero = self.graph.constant(0.0);
+        let value_of_row = |row: &usize| {
+            // What constrains velocities has no value.
+            let rate = value_of(Role::VelocityResidual(*row as u32)).map(|_| zero);
+            rate.or_else(|| value_of(Role::Residual(*row as u32))).unwrap_or(missing)
+        };
         let coordinates = (0..element.class.channels.len()).map(|k| Role::Coordinate(k as u32));
-        let wanted: Vec<Node> = residuals.chain(coordinates).map(|role| value_of(role).unwrap_or(missing)).collect();
+        let coordinates = coordinates.map(|role| value_of(role).unwrap_or(missing));
+        let wanted: Vec<Node> = element.rows.iter().map(value_of_row).chain(coordinates).collect();
         let bodies = bodies_of(&element.markers);
         let mut rows = match opaque {
             None => self.traced_rows(&wanted, &bodies),
             Some(call) => self.opaque_rows(&wanted, call, element, &frames, &bodies),
         };
+        for (row, number) in rows.iter_mut().zip(&element.rows) {
+            let Some(rate) = value_of(Role::VelocityResidual(*number as u32)) else { continue };
+            let still = self.at_rest(index, element, &frames, layout, *number);
+            *row = self.row_of_velocities(rate, still, &bodies);
+        }
         self.elements[index].coordinates = rows.split_off(element.rows.len());
         self.rows.extend(rows);
     }
@@ -306,9 +320,58 @@ impl Equations {
         let mut rows = Vec::with_capacity(values.len());
         for (k, (value, mut jacobian)) in values.iter().zip(jacobian).enumerate() {
             jacobian.sort_unstable_by_key(|(column, _)| *column);
-            rows.push(Row { value: *value, time: times[k], gamma: self.graph.neg(second[k]), jacobian });
+            rows.push(Row {
+                value: *value,
+                time: times[k],
+                gamma: self.graph.neg(second[k]),
+                jacobian,
+                of_velocities: false,
+            });
         }
         rows
+    }
+
+    /// A velocity row of a joint with all velocities zero.
+    fn at_rest(
+        &mut self,
+        index: usize,
+        element: &Instance,
+        frames: &[FrameNodes],
+        layout: &Layout,
+        row: usize,
+    ) -> Node {
+        let still = |g: &mut Graph, input: Input| match input {
+            Input::Velocity { .. } | Input::AngularVelocity { .. } => g.constant(0.0),
+            _ => own_input(g, input, index, frames, layout),
+        };
+        let nodes = import(&mut self.graph, &element.recording, still);
+        let output = element.recording.output(Role::VelocityResidual(row as u32));
+        output.map_or_else(|| self.graph.constant(f64::NAN), |at| nodes[at as usize])
+    }
+
+    /// The row for a function c = a . v + b, with b: its derivatives along the rates of coordinates, and -dc/dt with all
+    /// accelerations zero.
+    fn row_of_velocities(&mut self, rate: Node, at_rest: Node, bodies: &[usize]) -> Row {
+        let columns = self.form.columns();
+        let one = self.graph.constant(1.0);
+        let mut jacobian = Vec::new();
+        for body in bodies {
+            let nodes = &self.bodies[*body];
+            let velocities: Vec<Node> = match self.form {
+                Form::Working => nodes.v.into_iter().chain(nodes.w).collect(),
+                Form::Reference => nodes.v.into_iter().chain(nodes.p_rate).collect(),
+            };
+            for (k, velocity) in velocities.into_iter().enumerate() {
+                let slope = derivatives(&mut self.graph, &[rate], &Seeds::from_iter([(velocity, one)]))[0];
+                if !self.graph.is_zero(slope) {
+                    jacobian.push((columns * body + k, slope));
+                }
+            }
+        }
+        let seeds = self.motion_seeds(bodies);
+        let change = derivatives(&mut self.graph, &[rate], &seeds)[0];
+        let value = self.graph.constant(0.0);
+        Row { value, time: at_rest, gamma: self.graph.neg(change), jacobian, of_velocities: true }
     }
 
     /// The direction of one coordinate of a body.

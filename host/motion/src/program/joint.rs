@@ -174,7 +174,7 @@ impl JointEquations {
             let slopes = row.jacobian.iter().filter(|_| !of_tree(number));
             row_slopes.push(slopes.map(|(column, slope)| (*column, rewriting.carry(&mut g, *slope))).collect());
             rows.push(match of_tree(number) {
-                true => Row { value: zero, time: zero, gamma: zero, jacobian: Vec::new() },
+                true => Row { value: zero, time: zero, gamma: zero, jacobian: Vec::new(), of_velocities: false },
                 false => row_in_joints(&mut g, &mut rewriting, row, &bodies),
             });
         }
@@ -331,7 +331,7 @@ fn row_in_joints(g: &mut Graph, rewriting: &mut Rewriting<'_>, row: &Row, bodies
     }
     let mut jacobian: Vec<(usize, Node)> = slopes.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect();
     jacobian.sort_unstable_by_key(|(column, _)| *column);
-    Row { value, time, gamma, jacobian }
+    Row { value, time, gamma, jacobian, of_velocities: row.of_velocities }
 }
 
 /// The pose of a joint as a program of its own, with its derivatives.

@@ -70,7 +70,7 @@ impl Equations {
                 second = g.add(second, extra);
                 debug_assert!(frame.body.is_some());
             }
-            rows.push(Row { value: *value, time, gamma: self.graph.neg(second), jacobian });
+            rows.push(Row { value: *value, time, gamma: self.graph.neg(second), jacobian, of_velocities: false });
         }
         rows
     }

@@ -117,10 +117,13 @@ impl Session {
             self.pruning.affine_loops,
         );
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
-        if !self.pruning.row_choice
-            && let Some(plan) = &mut plan
-        {
-            plan.use_all_rows();
+        if let Some(plan) = &mut plan {
+            let left_out = (0..plan.rows.len()).filter(|k| plan.independent.binary_search(k).is_err());
+            // Whether a row on velocities that is left out holds is not seen by positions.
+            let blind = left_out.map(|k| plan.rows[k]).any(|row| self.equations.rows[row].of_velocities);
+            if blind || !self.pruning.row_choice {
+                plan.use_all_rows();
+            }
         }
         Ok(plan)
     }

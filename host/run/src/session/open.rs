@@ -124,10 +124,15 @@ impl Session {
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
         let at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
+        // Whether a row on velocities that is left out holds is not seen by positions.
+        let blind = at_start.redundant_rows.iter().any(|row| equations.rows[row.row].of_velocities);
+        let chooses = pruning.row_choice && !blind;
+        let at_start =
+            if blind { decide(&scene, &model, &equations, &layout, (t, &assembly), false)? } else { at_start };
         let mut ahead = None;
         // Trees whose rows are beyond doubt have no ratio.
         let near = (f64::MIN_POSITIVE..NEAR).contains(&at_start.health.smallest_pivot_ratio);
-        if pruning.row_choice && (near || !at_start.redundant_rows.is_empty()) {
+        if chooses && (near || !at_start.redundant_rows.is_empty()) {
             let duration = scene.simulation.t_end - t;
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
                 .map_err(|error| refuse(error.into()))?;

@@ -35,6 +35,7 @@ pub(super) fn is_determined(
         && equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
         && scene.simulation.method.is_none()
         && plan.mobility == 0
+        && equations.rows.iter().all(|row| !row.of_velocities)
         && layout.states + layout.given_at == 0
         && model.elements.iter().all(|element| !element.class.opaque)
 }

@@ -12,6 +12,7 @@ use crate::displacement_driver::DisplacementDriver;
 use crate::distance_rod::DistanceRod;
 use crate::gear::Gear;
 use crate::ground::Ground;
+use crate::knife_edge::KnifeEdge;
 use crate::parallel_axes::ParallelAxes;
 use crate::perpendicular_axes::PerpendicularAxes;
 use crate::planar::Planar;
@@ -22,6 +23,7 @@ use crate::point_on_line::PointOnLine;
 use crate::position::Position;
 use crate::rack_and_pinion::RackAndPinion;
 use crate::revolute::Revolute;
+use crate::rolling_disc::RollingDisc;
 use crate::rotation_driver::RotationDriver;
 use crate::screw::Screw;
 use crate::spherical::Spherical;
@@ -32,6 +34,12 @@ use crate::universal::Universal;
 fn ground_and_bracket() {
     check_joint::<Ground>("");
     check_joint::<Bracket>("");
+}
+
+#[test]
+fn rolling_and_blades() {
+    check_joint::<KnifeEdge>("");
+    check_joint::<RollingDisc>("radius = 0.3");
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub(super) fn folded(
     let others = all.body_loads.iter_mut().chain(&mut all.state_rates).chain([&mut all.power]);
     others.for_each(|node| carry(&mut g, node));
     all.row_slopes.iter_mut().flatten().for_each(|(_, node)| carry(&mut g, node));
-    for Row { value, time, gamma, jacobian } in &mut all.rows {
+    for Row { value, time, gamma, jacobian, of_velocities: _ } in &mut all.rows {
         [value, time, gamma].into_iter().for_each(|node| carry(&mut g, node));
         let mut sums = Sums::default();
         for (column, slope) in std::mem::take(jacobian) {
