@@ -1,9 +1,9 @@
 //! Steps end where equations switch: results at least as accurate, found by less work, in both coordinates and by all engines.
 
-use odyn::results::{Remedy, Summary};
+use odyn::results::{Remedy, Status, Summary};
 use odyn::session::{RunReport, Session};
 
-use crate::support::{options, root};
+use crate::support::{Scratch, column, options, root};
 
 #[track_caller]
 fn run(scene: &str, sets: &[&str]) -> RunReport {
@@ -72,4 +72,41 @@ fn the_plan_names_what_switches() {
     assert!(report.to_string().contains("switches: 4 conditions (stops (2 conditions), "));
     let smooth = plan("revolute");
     assert!(smooth.conditions == 0 && !smooth.to_string().contains("switches"));
+}
+
+#[test]
+fn elements_sample_at_their_times_by_every_method() {
+    for method in ["dop853", "dopri5", "radau5", "auto"] {
+        let report = run("digital-pid", &[&format!("simulation.method={method}")]);
+        assert_eq!(report.summary.status, Status::Completed, "{method}: {}", report.summary.reason);
+        assert!(worst(&report.summary) < 1.0, "{method}: {:?}", report.summary.checks);
+    }
+    let steps = ["simulation.method=rk4", "simulation.fixed_step=0.01"];
+    assert!(worst(&run("digital-pid", &steps).summary) < 1.0);
+    // Legs end between samples and at them.
+    for every in [0.15, 0.3, 0.5] {
+        let report = run("digital-pid", &[&format!("simulation.checkpoint_every={every}")]);
+        assert!(worst(&report.summary) < 1.0, "{every}: {:?}", report.summary.checks);
+    }
+    let path = root().join("scenes/verification/digital-pid.toml");
+    let steps = options(&["simulation.method=rk4", "simulation.fixed_step=0.03"], &[]);
+    let refused =
+        Session::open(&path, &steps).and_then(|session| session.run(None, Box::new(|_| ()), &Default::default()));
+    let words = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(words.contains("samples every 0.1 s, which is no whole number of steps of 0.03 s"), "{words}");
+}
+
+#[test]
+fn a_table_that_ends_with_the_run_does_not_stop_it_early() {
+    let scene = "[plugins]\nlibraries = [\"odyn-controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+                 [[body]]\nname = \"bystander\"\nmass = 1\ninertia = [1, 1, 1]\n\
+                 [[control]]\nname = \"roof\"\ntype = \"signal-source\"\n\
+                 params.function = { points = [[0, 0], [0.5, 1], [1, 0]], interpolation = \"linear\" }\n\
+                 [[control]]\nname = \"area\"\ntype = \"integral\"\ninputs = { input = \"roof.output\" }\n\
+                 [[output]]\nname = \"area\"\nquantity = \"value\"\nof = \"area\"\nchannel = \"output\"\n";
+    let folder = Scratch::new();
+    let session = Session::open(&folder.file("scene.toml", scene), &options(&[], &[])).unwrap();
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    assert_eq!((report.summary.status, report.times.len()), (Status::Completed, 11), "{}", report.summary.reason);
+    assert!((column(&report, "area")[10] - 0.5).abs() < 1e-14);
 }

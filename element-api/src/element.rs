@@ -152,6 +152,13 @@ pub trait Force: Element {
     fn initial_memory(&self) -> Vec<f64> {
         Vec::new()
     }
+    /// `[create]` For an element that samples (a digital controller): the period T, s. Its memory then changes at the start and at
+    /// whole multiples of T only, where steps end, by what [`Force::next_memory`] gives there; in between it is held. What it takes
+    /// from elements that sample at the same time is their memory from before. `None`: the memory may change after every
+    /// accepted step. Contract 1.2.
+    fn sample_period(&self) -> Option<f64> {
+        None
+    }
     /// `[record; hot when opaque]` The discrete states after an accepted step, one per entry of
     /// [`Force::initial_memory`].
     fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
@@ -184,6 +191,13 @@ pub trait Control: Element {
     /// `[create]` Discrete states at the start. They are inputs that change only between steps.
     fn initial_memory(&self) -> Vec<f64> {
         Vec::new()
+    }
+    /// `[create]` For an element that samples (a digital controller): the period T, s. Its memory then changes at the start and at
+    /// whole multiples of T only, where steps end, by what [`Control::next_memory`] gives there; in between it is held. What it takes
+    /// from elements that sample at the same time is their memory from before. `None`: the memory may change after every
+    /// accepted step. Contract 1.2.
+    fn sample_period(&self) -> Option<f64> {
+        None
     }
     /// `[record; hot when opaque]` The discrete states after an accepted step, one per entry of
     /// [`Control::initial_memory`].

@@ -259,6 +259,8 @@ pub enum Role {
     Residual(u32),
     /// Constraint row on velocities, linear in them: zero when the joint holds. Numbered with the others. Contract 1.2.
     VelocityResidual(u32),
+    /// Period of an element that samples, s; a constant. Contract 1.2.
+    SamplePeriod,
     /// Component of the force on the body of a frame, at the frame's origin, N, index 3 frame + component.
     Force(u32),
     /// Component of the torque on the body of a frame, N m, index 3 frame + component.
@@ -304,6 +306,7 @@ impl Role {
             Self::PosePosition(k) => (11, k),
             Self::PoseRotation(k) => (12, k),
             Self::VelocityResidual(k) => (13, k),
+            Self::SamplePeriod => (14, 0),
         }
     }
 
@@ -325,6 +328,7 @@ impl Role {
             11 => Self::PosePosition(k),
             12 => Self::PoseRotation(k),
             13 => Self::VelocityResidual(k),
+            14 if k == 0 => Self::SamplePeriod,
             _ => return None,
         })
     }
@@ -349,9 +353,12 @@ impl Role {
             | Self::PosePosition(_)
             | Self::PoseRotation(_) => kind == Kind::Joint,
             Self::Force(_) | Self::Torque(_) => kind == Kind::Force,
-            Self::StateRate(_) | Self::NextDiscrete(_) | Self::Channel(_) | Self::Potential | Self::Dissipation => {
-                kind != Kind::Joint
-            }
+            Self::StateRate(_)
+            | Self::NextDiscrete(_)
+            | Self::SamplePeriod
+            | Self::Channel(_)
+            | Self::Potential
+            | Self::Dissipation => kind != Kind::Joint,
             Self::Angle(_) | Self::Signal(_) => true,
         }
     }
@@ -436,6 +443,14 @@ impl Recording {
             values.push(value);
         }
         self.outputs.iter().map(|output| (output.role, values[output.node as usize])).collect()
+    }
+
+    /// The period of an element that samples, s.
+    #[must_use]
+    pub fn sample_period(&self) -> Option<f64> {
+        let op = self.ops.get(self.output(Role::SamplePeriod)? as usize)?;
+        let Some(Op::Constant(k)) = Op::decode(*op) else { return None };
+        self.constants.get(k as usize).copied()
     }
 
     /// The operation behind an output, if the element gives it.

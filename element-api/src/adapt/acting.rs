@@ -11,6 +11,7 @@ trait Acting<T: Element>: 'static {
     const CHANNELS: &'static [ChannelSpec];
     fn initial_states(element: &T) -> Vec<f64>;
     fn initial_memory(element: &T) -> Vec<f64>;
+    fn sample_period(element: &T) -> Option<f64>;
     fn wrench<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>);
     fn rates<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
     fn next_memory<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
@@ -30,6 +31,9 @@ impl<T: Force> Acting<T> for AsForce {
     }
     fn initial_memory(element: &T) -> Vec<f64> {
         element.initial_memory()
+    }
+    fn sample_period(element: &T) -> Option<f64> {
+        element.sample_period()
     }
     fn wrench<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
         element.wrench(at, out);
@@ -60,6 +64,9 @@ impl<T: Control> Acting<T> for AsControl {
     }
     fn initial_memory(element: &T) -> Vec<f64> {
         element.initial_memory()
+    }
+    fn sample_period(element: &T) -> Option<f64> {
+        element.sample_period()
     }
     fn wrench<S: Scalar>(_: &T, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
     fn rates<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
@@ -184,6 +191,7 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             results.extend(found.energies[0].map(|v| (Role::Potential, v)));
             results.extend(found.energies[1].map(|v| (Role::Dissipation, v)));
             results.extend(angle_outputs(&given));
+            results.extend(K::sample_period(&entry.element).map(|period| (Role::SamplePeriod, Recorded::from(period))));
             results
         });
         if let Some((what, k)) = forgotten {
@@ -197,7 +205,12 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
         recording.initial_discrete = K::initial_memory(&entry.element);
         if T::OPAQUE {
             let roles: Vec<Role> = recording.outputs.iter().map(|o| o.role).collect();
+            let period = recording.sample_period();
             recording = announce(roles.into_iter(), recording.initial_states, recording.initial_discrete);
+            if let (Some(period), Some(number)) = (period, recording.constants.first_mut()) {
+                // What all results refer to is never computed.
+                *number = period;
+            }
         }
         Ok(recording)
     }

@@ -49,7 +49,7 @@ impl Recording {
                 Role::PosePosition(k) => (k, 3),
                 Role::PoseRotation(k) => (k, 9),
                 Role::Signal(_) => return Err("signals are reserved for a later version".into()),
-                Role::Potential | Role::Dissipation => (0, 1),
+                Role::Potential | Role::Dissipation | Role::SamplePeriod => (0, 1),
             };
             if index as usize >= count {
                 return Err(format!("{:?} is outside what the element declares ({count})", output.role));
@@ -70,6 +70,9 @@ impl Recording {
             return Err(format!("row {k} is given both as a row on positions and as one on velocities"));
         }
         self.check_degrees()?;
+        if given(Role::SamplePeriod) && !self.sample_period().is_some_and(|period| period > 0.0) {
+            return Err("the sampling period is not a positive constant".into());
+        }
         if let Some(k) = (0..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
             return Err(format!("state {k} has no rate"));
         }

@@ -304,7 +304,9 @@ impl<'a> Examination<'a> {
         for (role, value) in self.probe.recorded(setting, &[]) {
             let (expected, size) = match role {
                 // These are never evaluated otherwise.
-                Role::PosePosition(_) | Role::PoseRotation(_) | Role::VelocityResidual(_) => continue,
+                Role::PosePosition(_) | Role::PoseRotation(_) | Role::VelocityResidual(_) | Role::SamplePeriod => {
+                    continue;
+                }
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

@@ -6,6 +6,9 @@ use crate::testkit::examine::{Examination, ROUNDING};
 use crate::testkit::report::Check;
 use crate::testkit::{Probe, Setting, interpret};
 
+/// Force and torque, ground axes.
+type Load = (Vec3<f64>, Vec3<f64>);
+
 impl Probe {
     /// The rows on velocities in use, by their number among all rows: a . v + b.
     #[must_use]
@@ -19,7 +22,7 @@ impl Probe {
     }
 
     /// Per row on velocities its name and what a unit multiplier does to each frame: force and torque, ground axes.
-    pub(super) fn velocity_loads(&self, setting: &Setting) -> Vec<(String, Vec<(Vec3<f64>, Vec3<f64>)>)> {
+    pub(super) fn velocity_loads(&self, setting: &Setting) -> Vec<(String, Vec<Load>)> {
         let mut still = setting.clone();
         still.twists.fill(Twist { velocity: Vec3::zeros(), angular_velocity: Vec3::zeros() });
         let at_rest = self.velocity_rows(&still);

@@ -190,7 +190,7 @@ roller!(OneSided, Wrong::OneSided);
 
 #[test]
 fn rows_on_velocities_are_linear_in_them_and_act_on_both_bodies() {
-    let probe = Probe::joint::<Driven>("").unwrap();
+    let probe = Probe::joint::<Driven>("").expect("it is sound");
     assert_eq!(probe.recording.outputs.iter().map(|o| o.role).collect::<Vec<_>>(), [Role::VelocityResidual(0)]);
     assert_eq!(probe.descriptor.rows, ["across"]);
     let mut setting = probe.random_setting(&mut Random::new(3));
@@ -205,11 +205,11 @@ fn rows_on_velocities_are_linear_in_them_and_act_on_both_bodies() {
     let limits = |probe: &Probe| probe.descriptor.limits();
     let square = Probe::joint::<Square>("");
     let words = match square {
-        Ok(probe) => probe.recording.check(&limits(&probe)).unwrap_err(),
+        Ok(probe) => probe.recording.check(&limits(&probe)).expect_err("it is not linear"),
         Err(error) => format!("{error:?}"),
     };
     assert!(words.contains("velocity row 0 is not linear in velocities"), "{words}");
-    let forgotten = Probe::joint::<Forgotten>("").unwrap_err();
+    let forgotten = Probe::joint::<Forgotten>("").expect_err("a row is missing");
     let forgotten = format!("{forgotten:?}");
     assert!(forgotten.contains("declares the velocity row `across`, but does not set it"), "{forgotten}");
 }

@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod digital_pid;
 pub mod gain;
 pub mod integral;
 pub mod look_up;
@@ -31,6 +32,7 @@ element_api::export_plugin! {
         map::Map,
         integral::Integral,
         pid::Pid,
+        digital_pid::DigitalPid,
         transfer_function::TransferFunction,
         state_space::StateSpace,
     ],

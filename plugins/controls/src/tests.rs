@@ -1,9 +1,11 @@
 //! Closed-form answers, equal systems by different elements, limits and refusals of the control elements.
 
 use element_api::Control;
+use element_api::recording::Role;
 use element_api::set::CreateError;
 use element_api::testkit::{self, ForceValues, Probe, Random, Setting};
 
+use crate::digital_pid::DigitalPid;
 use crate::gain::Gain;
 use crate::integral::Integral;
 use crate::look_up::LookUp;
@@ -37,10 +39,18 @@ mod contract {
             setting.states.iter_mut().for_each(|state| *state = random.between(-2.0, 2.0));
             let ForceValues { rates, memory, channels, .. } = probe.force_values(&setting);
             let expected: Vec<f64> = rates.into_iter().chain(memory).chain(channels).collect();
-            let found: Vec<f64> = probe.recorded(&setting, &[]).into_iter().map(|(_, value)| value).collect();
+            let computed = |(role, value)| (role != Role::SamplePeriod).then_some(value);
+            let found: Vec<f64> = probe.recorded(&setting, &[]).into_iter().filter_map(computed).collect();
             assert_eq!(found, expected, "{params}");
             assert!(found.iter().all(|value| value.is_finite()), "{params}");
         }
+    }
+
+    #[test]
+    fn digital_pid() {
+        fulfilled::<DigitalPid>("period = 0.01\nkp = 2.0\nki = 5.0\nkd = 0.3\nlow = -1.0\nhigh = 1.0");
+        fulfilled::<DigitalPid>("period = 0.01\nkp = 2.0\ndelay = true");
+        assert_eq!(accepted::<DigitalPid>("period = 0.02").recording.sample_period(), Some(0.02));
     }
 
     #[test]

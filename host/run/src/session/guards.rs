@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::clocks::around;
 use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range;
@@ -63,6 +64,8 @@ pub(super) struct Watching {
     sharp: Sharp,
     /// Counted angles, each with its reference.
     angles: Vec<(Node, usize)>,
+    /// Periods at whose multiples steps end, s, and the end of the run.
+    pub(super) periods: (Vec<f64>, f64),
     /// Values of rows that must stay within plus and minus a limit.
     pub(super) rows: Vec<(Node, f64)>,
 }
@@ -83,7 +86,7 @@ impl Watching {
             conditions.push(g.table(g.tables.len() as u32 - 1, 0, *at));
         }
         let angles = counted.iter().map(|reference| (equations.angles[*reference], *reference)).collect();
-        Self { conditions, sharp, angles, rows: Vec::new() }
+        Self { conditions, sharp, angles, ..Self::default() }
     }
 
     /// Functions that change their sign where steps had better end.
@@ -153,6 +156,11 @@ impl Watching {
         for node in &self.sharp.of_time {
             of_time.push(*node);
             guards.of_time.push(Guard::Feature);
+        }
+        let (periods, end) = self.periods.clone();
+        if !periods.is_empty() {
+            of_time.push(equations.graph.input(Layout::TIME));
+            guards.of_time.push(Guard::Knots(Arc::new(move |t| around(&periods, end, t))));
         }
         let of_time = Bank::of_time(of_time, equations, layout);
         let (within, turns);

@@ -52,6 +52,7 @@ mod apart;
 mod batch;
 mod checkpoint;
 mod checks;
+mod clocks;
 mod common;
 mod crew;
 mod culprit;

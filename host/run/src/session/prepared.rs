@@ -58,6 +58,9 @@ impl Session {
         if method.needs_fixed_step() && fixed_step.is_none() {
             return Err(self.no_step(method.name()));
         }
+        if let Some(step) = fixed_step {
+            self.samples_fit(step)?;
+        }
         let engine = self.engine().to_string();
         let mut formulation = self.formulation(&engine)?;
         if method.may_use_jacobian() {
@@ -140,6 +143,10 @@ impl Prepared {
         }
         if !session.pruning.audit {
             system.watch_every_state();
+        }
+        system.clocks().set(t_start, leg.carried.is_some());
+        if fixed_step.is_none() {
+            watching.periods = (system.clocks().periods().collect(), t_end);
         }
         let state = system.start(t_start, &session.assembly).map_err(|e| start_error(&session.scene, &e))?;
         watching.rows = system

@@ -37,5 +37,5 @@ pub(super) fn is_determined(
         && plan.mobility == 0
         && equations.rows.iter().all(|row| !row.of_velocities)
         && layout.states + layout.given_at == 0
-        && model.elements.iter().all(|element| !element.class.opaque)
+        && model.elements.iter().all(|element| !element.class.opaque && element.recording.sample_period().is_none())
 }

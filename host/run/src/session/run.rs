@@ -220,6 +220,10 @@ impl<'a> Run<'a> {
         self.outcome = self.integrate(to);
         // Also where an error ended it, the state is that of the last accepted time.
         self.time = self.system.now();
+        if matches!(self.outcome, Ok(Status::Completed)) {
+            // Where a function of time jumps at the end, the last step ends just before.
+            self.time = self.time.max(to);
+        }
         self.integration_time += started.elapsed().as_secs_f64();
         self.interrupted = true;
     }

@@ -9,6 +9,7 @@ mod watch;
 use self::floor::Floor;
 use self::picture::Picture;
 use self::watch::RowValues;
+use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
 use super::tier::Tier;
@@ -213,6 +214,10 @@ pub(super) struct Simulation<'a> {
     tier: Tier,
     /// Sizes of the last two steps, s.
     last_steps: [f64; 2],
+    /// When elements sample.
+    clocks: Clocks,
+    /// Discrete states after a step, before they are taken.
+    held: Vec<f64>,
     /// The last accepted time, s.
     now: f64,
 }
@@ -281,6 +286,8 @@ impl<'a> Simulation<'a> {
             floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
             counted,
+            clocks: Clocks::of(model, layout),
+            held: Vec::new(),
             discrete: assembly.discrete.clone(),
             audit: Audit::default(),
             watched: 0,
@@ -315,6 +322,7 @@ impl<'a> Simulation<'a> {
         let mut state = vec![0.0; self.formulation.groups().len()];
         self.formulation.state_of(&assembly.working, &mut state);
         self.sample_state = state.clone();
+        self.sample_at_start(t, &state)?;
         let accelerations = match self.formulation.accelerations(t, &state)? {
             Some(found) => found,
             None => {
@@ -325,6 +333,11 @@ impl<'a> Simulation<'a> {
         self.scales.anticipate(&accelerations);
         self.formulation.next_step(t, &state)?;
         Ok(state)
+    }
+
+    /// When elements sample; set to the start of the run.
+    pub(super) fn clocks(&mut self) -> &mut Clocks {
+        &mut self.clocks
     }
 
     /// Sizes typical of what moves here, so far.

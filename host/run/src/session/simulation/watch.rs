@@ -190,12 +190,35 @@ impl Simulation<'_> {
         Ok(())
     }
 
+    /// What elements sample at the start of a run.
+    ///
+    /// # Errors
+    /// Equations without a value there.
+    pub(super) fn sample_at_start(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let due: Vec<_> = self.clocks.due(t).collect();
+        if due.is_empty() {
+            return Ok(());
+        }
+        let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+        let discrete = &found[self.counted.len()..];
+        for memory in due {
+            self.discrete[memory.clone()].copy_from_slice(&discrete[memory]);
+        }
+        self.clocks.set(t, true);
+        self.tell_discrete();
+        Ok(())
+    }
+
     /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
     pub(super) fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
         let mut changed = Accepted::Unchanged;
         if !self.accept.evaluator.outputs().is_empty() {
             let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
             let (angles, discrete) = found.split_at(self.counted.len());
+            let mut held = std::mem::take(&mut self.held);
+            held.clear();
+            held.extend_from_slice(discrete);
+            self.clocks.hold(t, &self.discrete, &mut held);
             for (number, angle) in self.counted.iter().zip(angles) {
                 let reference = &mut self.references[*number];
                 if (angle - *reference).abs() > NEW_REFERENCE {
@@ -203,10 +226,11 @@ impl Simulation<'_> {
                     changed = Accepted::Changed;
                 }
             }
-            if self.discrete != discrete {
-                self.discrete.copy_from_slice(discrete);
+            if self.discrete != held {
+                self.discrete.copy_from_slice(&held);
                 changed = Accepted::Changed;
             }
+            self.held = held;
         }
         if !self.told.is_empty() {
             let solve = self.told.iter().any(|told| told.inputs.needs_dynamics);
