@@ -110,3 +110,23 @@ fn a_table_that_ends_with_the_run_does_not_stop_it_early() {
     assert_eq!((report.summary.status, report.times.len()), (Status::Completed, 11), "{}", report.summary.reason);
     assert!((column(&report, "area")[10] - 0.5).abs() < 1e-14);
 }
+
+#[test]
+fn elements_sample_once_at_each_time_however_a_run_is_taken() {
+    let ends = |pieces: &[f64]| {
+        let path = root().join("scenes/verification/digital-pid.toml");
+        let session = Session::open(&path, &options(&[], &[])).unwrap();
+        let mut run = session.prepare().unwrap().start().unwrap();
+        let saved = run.save().unwrap();
+        // What happened before is forgotten.
+        run.advance(0.55).unwrap();
+        run.restore(&saved).unwrap();
+        for to in pieces {
+            run.advance(*to).unwrap();
+        }
+        let report = run.finish().unwrap();
+        assert!(worst(&report.summary) < 1.0, "{pieces:?}: {:?}", report.summary.checks);
+    };
+    ends(&[1.5]);
+    ends(&[0.3, 0.45, 0.7, 1.5]);
+}

@@ -144,7 +144,9 @@ impl Prepared {
         if !session.pruning.audit {
             system.watch_every_state();
         }
-        system.clocks().set(t_start, leg.carried.is_some());
+        // What is due where another run ended was sampled by that.
+        let continues = leg.carried.is_some() || session.begins.state.is_some();
+        system.clocks().set(t_start, continues);
         if fixed_step.is_none() {
             watching.periods = (system.clocks().periods().collect(), t_end);
         }

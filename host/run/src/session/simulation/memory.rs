@@ -65,6 +65,7 @@ impl<'a> Simulation<'a> {
     /// Is at another time.
     pub(in crate::session) fn set_now(&mut self, t: f64) {
         self.now = t;
+        self.clocks.set(t, true);
     }
 
     /// Whether something saved has as much of everything.
