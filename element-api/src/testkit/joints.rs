@@ -4,7 +4,7 @@ use crate::element::Constraint;
 use crate::geometry::{Frame, Mat3, Pose, Vec3};
 use crate::params::Parameters;
 use crate::recording::Role;
-use crate::testkit::assembly::{free_directions, rank};
+use crate::testkit::assembly::{free_directions, rank, singular_values};
 use crate::testkit::differences::{DIFFERENCE, curvatures, slopes};
 use crate::testkit::examine::{Examination, ROUNDING, value_name};
 use crate::testkit::report::{Check, deviates, number};
@@ -276,7 +276,11 @@ fn each_assembled(x: &mut Examination<'_>, check: Check, one: fn(&mut Examinatio
         }
     }
     if 4 * assembled < x.options.tries {
-        let text = format!("could be assembled from {assembled} of {} random settings", x.options.tries);
+        let text = format!(
+            "{}could be assembled from {assembled} of {} random settings",
+            if assembled == 0 { "no setting found: " } else { "" },
+            x.options.tries
+        );
         x.report.add(check, text);
     }
 }
@@ -302,7 +306,7 @@ fn body_swap(x: &mut Examination<'_>, setting: &Setting, found: &JointValues) {
 
 /// [`rank`] of rows that are known up to the accuracy of an assembly.
 fn rank_at(rows: &[Vec<f64>], part: f64) -> usize {
-    let singular = crate::testkit::assembly::matrix(rows).singular_values();
+    let Some(singular) = singular_values(rows) else { return 0 };
     let cut = part * singular.max();
     singular.iter().filter(|value| **value > cut).count()
 }

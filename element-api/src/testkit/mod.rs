@@ -70,7 +70,7 @@ use crate::set::{Batch, CreateError, ElementClass, ElementSet, Layout, Wanted};
 pub struct Probe {
     /// The element's class.
     pub descriptor: Descriptor,
-    /// The instance's equations.
+    /// The instance's equations; results in the order of [`Layout`], then angles, then the pose of a mobility.
     pub recording: Recording,
     set: Box<dyn ElementSet>,
     /// What the last evaluation that failed says.
@@ -180,8 +180,9 @@ impl Probe {
             CreateError::Fault(text) => during("`new`", text),
             refused => refused,
         })?;
-        let recording = set.record(instance).map_err(|fault| during("recording its equations", fault.message))?;
+        let mut recording = set.record(instance).map_err(|fault| during("recording its equations", fault.message))?;
         recording.check(&descriptor.limits()).map_err(CreateError::Fault)?;
+        recording.outputs.sort_by_key(|output| place(output.role));
         Ok(Self { descriptor, recording, set, fault: RefCell::new(None) })
     }
 
@@ -355,6 +356,16 @@ impl Probe {
         }
         out
     }
+}
+
+/// Where a result stands among those of a recording, as [`Layout`] has them: an element in C gives them in any order.
+fn place(role: Role) -> (u8, Role) {
+    let group = match role {
+        Role::Angle(_) => 1,
+        Role::PosePosition(_) | Role::PoseRotation(_) => 2,
+        _ => 0,
+    };
+    (group, role)
 }
 
 /// The parameters an element gets for a scene's `params`: every default filled in.

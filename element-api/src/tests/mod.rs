@@ -13,6 +13,7 @@ mod recordings;
 mod refusals;
 mod rotations;
 pub(crate) mod signals;
+mod strands;
 mod surfaces;
 mod tables;
 
