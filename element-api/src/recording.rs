@@ -257,10 +257,6 @@ impl Input {
 pub enum Role {
     /// Constraint row: zero when the joint holds.
     Residual(u32),
-    /// Constraint row on velocities, linear in them: zero when the joint holds. Numbered with the others. Contract 1.2.
-    VelocityResidual(u32),
-    /// Period of an element that samples, s; a constant. Contract 1.2.
-    SamplePeriod,
     /// Component of the force on the body of a frame, at the frame's origin, N, index 3 frame + component.
     Force(u32),
     /// Component of the torque on the body of a frame, N m, index 3 frame + component.
@@ -285,6 +281,10 @@ pub enum Role {
     PosePosition(u32),
     /// Entry 3 row + column of the rotation frame 1 -> frame 0, in the recording of a mobility.
     PoseRotation(u32),
+    /// Constraint row on velocities, linear in them: zero when the joint holds. Numbered with the others. Contract 1.2.
+    VelocityResidual(u32),
+    /// Period of an element that samples, s; a constant. Contract 1.2.
+    SamplePeriod,
 }
 
 impl Role {

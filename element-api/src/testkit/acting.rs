@@ -87,7 +87,7 @@ fn jacobian(x: &mut Examination<'_>, setting: &Setting) {
     let sizes = sizes(&results(x, setting));
     for variation in Variation::all(setting, true) {
         let recorded = interpret_with(&x.probe.recording, |input| variation.jet(setting, input));
-        let jets = recorded.into_iter().filter(|(role, _)| !matches!(role, Role::Angle(_)));
+        let jets = recorded.into_iter().filter(|(role, _)| !matches!(role, Role::Angle(_) | Role::SamplePeriod));
         let derivatives: Vec<f64> = jets.map(|(_, jet)| jet.first).collect();
         let differences = slopes(|h| numbers(&results(x, &variation.step(setting, h))), &sizes);
         x.compare_slopes(Check::Jacobian, &derivatives, &differences, &sizes, variation);
