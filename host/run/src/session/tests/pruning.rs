@@ -76,7 +76,12 @@ fn unknown_savings_are_refused_with_the_nearest_name() {
     let diagnostic = &error.diagnostics[0];
     assert_eq!(diagnostic.message, "there is no saving `rowchoice`");
     assert!(diagnostic.help.iter().any(|line| line == "did you mean `row-choice`?"), "{:?}", diagnostic.help);
-    assert!(diagnostic.help.iter().any(|line| line.contains("kinematic, row-choice, on-demand, audit, events")));
+    assert!(
+        diagnostic
+            .help
+            .iter()
+            .any(|line| line.contains("kinematic, row-choice, affine-loops, on-demand, audit, events"))
+    );
 }
 
 /// A driven slider-crank: crank 0.3 m, rod 0.8 m, a strut that the slider pushes.

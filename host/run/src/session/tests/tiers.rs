@@ -69,7 +69,8 @@ fn runs_that_share_code_are_those_alone() {
     }
     if MachineCode::can_assemble() {
         assert!(code.iter().all(|(alone, sharing)| sharing >= alone), "{code:?}");
-        assert!(code.last().is_some_and(|(alone, sharing)| sharing > alone), "{code:?}");
+        let last = &code[code.len() - 2..];
+        assert!(last.iter().any(|(alone, sharing)| sharing > alone), "{code:?}");
     }
 }
 
