@@ -15,11 +15,11 @@ use std::ffi::{c_int, c_void};
 use std::marker::PhantomData;
 use std::mem::MaybeUninit;
 use std::ptr;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Once, OnceLock};
 
 use super::watchdog::Post;
-use odyn_diagnostics::codes;
+use odyn_diagnostics::{Exit, codes};
 
 /// A signal, and what it says to a user.
 struct Signal {
@@ -40,7 +40,7 @@ static SIGNALS: [Signal; 5] = [
     Signal::new(libc::SIGSEGV, "SIGSEGV: an invalid access to memory, or recursion without end"),
     Signal::new(libc::SIGBUS, "SIGBUS: an invalid access to memory"),
     Signal::new(libc::SIGILL, "SIGILL: an instruction that this processor does not know"),
-    Signal::new(libc::SIGFPE, "SIGFPE: a division of integers by zero"),
+    Signal::new(libc::SIGFPE, "SIGFPE: a division of integers by zero, or a floating-point trap that was switched on"),
     Signal::new(libc::SIGABRT, "SIGABRT: it ended itself"),
 ];
 
@@ -72,9 +72,17 @@ impl Drop for Here<'_> {
 /// way is told on standard error, with library, element, instance and function. What happens then is what happened before: the
 /// process ends by that signal.
 ///
+/// An `exit` by a library is told, too, and ends the program with [`Exit::Plugin`], whatever the library asked for. So a program
+/// that calls this drops an [`OwnEnd`] where it ends itself.
+///
 /// For programs, which own the signals of their process; a library that uses O-DYN does not call this. A second call changes
 /// nothing.
 pub fn tell_crashes() {
+    static REGISTERED: Once = Once::new();
+    REGISTERED.call_once(|| {
+        // SAFETY: a function without arguments that may be called at any time. Where it can't be registered, `exit` is not told.
+        let _ = unsafe { libc::atexit(at_exit) };
+    });
     for signal in &SIGNALS {
         let mut before = MaybeUninit::uninit();
         // SAFETY: asks only; the second pointer is to memory for an answer.
@@ -95,6 +103,35 @@ pub fn tell_crashes() {
     }
 }
 
+/// Whether the program ends on purpose.
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// Dropped where the program ends on purpose; an `exit` before that is a library's.
+#[derive(Debug, Default)]
+pub struct OwnEnd;
+
+impl Drop for OwnEnd {
+    fn drop(&mut self) {
+        ENDING.store(true, Ordering::Release);
+    }
+}
+
+/// Called by `exit`, on the thread that calls it. A library that ends the program must not end it as if all were well.
+extern "C" fn at_exit() {
+    // SAFETY: set by a call that is under way on this very thread and borrows the post.
+    match unsafe { HERE.get().as_ref() } {
+        Some(post) => tell(post, "ended the program", "by `exit`"),
+        None if ENDING.load(Ordering::Acquire) => return,
+        None => {
+            begin();
+            write(b"a library ended the program by `exit`, from a thread of its own");
+            help();
+        }
+    }
+    // SAFETY: ends the process, whatever it was doing.
+    unsafe { libc::_exit(Exit::Plugin as c_int) };
+}
+
 /// The handler.
 extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_void) {
     // An overflow of the stack becomes an `abort` in the standard library's handler: once is enough.
@@ -106,7 +143,7 @@ extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_vo
     if let Some(post) = post
         && !BEGUN.swap(true, Ordering::Relaxed)
     {
-        tell(post, signal.words);
+        tell(post, "crashed", signal.words);
         TOLD.store(true, Ordering::Release);
     } else if BEGUN.load(Ordering::Relaxed) {
         // Another thread crashed at the same time: what it reports is not cut short by the end of this one. A crash of the
@@ -134,11 +171,10 @@ extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_vo
 }
 
 /// Writes who was called, for what, and what came of it, piece by piece.
-fn tell(post: &Post, what: &str) {
+fn tell(post: &Post, what: &str, how: &str) {
     let (function, instance) = post.at();
-    write(b"\nerror[");
-    write(codes::PLUGIN_CRASHED.code.as_bytes());
-    write(b"]: `");
+    begin();
+    write(b"`");
     // Who holds this lock holds it for a moment only; but nothing may be waited for here.
     let names = post.names.try_lock().ok();
     let name = names.as_ref().and_then(|names| names.get(instance)).filter(|name| !name.is_empty());
@@ -151,11 +187,22 @@ fn tell(post: &Post, what: &str) {
         write(b"/");
         write(post.element.as_bytes());
     }
-    write(if name.is_some() { b")" } else { b"`" });
-    write(b" crashed in `");
+    write(if name.is_some() { b") " } else { b"` " });
+    write(what.as_bytes());
+    write(b" in `");
     write(function.as_bytes());
     write(b"`, ");
-    write(what.as_bytes());
+    write(how.as_bytes());
+    help();
+}
+
+fn begin() {
+    write(b"\nerror[");
+    write(codes::PLUGIN_CRASHED.code.as_bytes());
+    write(b"]: ");
+}
+
+fn help() {
     write(b"\n  = help: the code of the library broke the program; report it to the author of the library");
     write(b"\n  = help: rows of results up to there are on disk, but for the last moments\n");
 }

@@ -15,6 +15,7 @@
 //! | `offer.rs` | an element type, read when it is needed |
 //! | `request.rs`, `search.rs` | what is asked for, where it is looked for, which one is taken |
 //! | `hash.rs` | SHA-256 |
+//! | `float_control.rs` | rounding, denormals and traps of the processor, kept as they were |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
 //! | `error.rs` | why a library or an element type can't be had |
@@ -31,6 +32,7 @@ mod crash;
 mod error;
 #[cfg(feature = "abi")]
 mod file;
+mod float_control;
 mod hash;
 #[cfg(feature = "abi")]
 mod known;
@@ -64,7 +66,7 @@ use odyn_diagnostics::{Diagnostic, suggest};
 #[cfg(feature = "abi")]
 pub use archive::Package;
 #[cfg(all(unix, feature = "crashes"))]
-pub use crash::tell_crashes;
+pub use crash::{OwnEnd, tell_crashes};
 pub use element_api::manifest::Manifest;
 pub use error::CatalogError;
 #[cfg(feature = "abi")]

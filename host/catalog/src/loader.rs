@@ -3,7 +3,7 @@
 //! Order: bytes (unless known from an earlier start) -> manifest -> interface, conventions, processor -> private copy -> system loader -> layout -> elements.
 //! A library is never unloaded: what it once gave may still be in use anywhere.
 
-// Loading foreign code and reading the floating-point control register can't be expressed safely.
+// Loading foreign code can't be expressed safely.
 #![allow(unsafe_code)]
 
 use std::collections::HashMap;
@@ -18,6 +18,7 @@ use element_api::set::ElementClass;
 
 use super::c_library;
 use super::file::{manifest, read_manifest};
+use super::float_control::{floating_point_control, set_floating_point_control};
 use super::hash::sha256;
 use super::known::{self, Identity, Known};
 use super::offer::Offer;
@@ -250,41 +251,3 @@ unsafe fn open_now(path: &OsStr) -> Result<libloading::Library, libloading::Erro
     // SAFETY: as the caller's.
     unsafe { libloading::Library::new(path) }
 }
-
-/// The bits of MXCSR that decide results: masks, rounding, denormals; not the sticky flags.
-#[cfg(target_arch = "x86_64")]
-pub(super) fn floating_point_control() -> u64 {
-    let mut value = 0_u32;
-    // SAFETY: writes the register to the variable.
-    unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags)) };
-    u64::from(value & !0x3f)
-}
-
-#[cfg(target_arch = "x86_64")]
-pub(super) fn set_floating_point_control(value: u64) {
-    let value = value as u32;
-    // SAFETY: a value that the register had before.
-    unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags)) };
-}
-
-#[cfg(target_arch = "aarch64")]
-pub(super) fn floating_point_control() -> u64 {
-    let value: u64;
-    // SAFETY: reads a register.
-    unsafe { std::arch::asm!("mrs {}, fpcr", out(reg) value, options(nostack, nomem, preserves_flags)) };
-    value
-}
-
-#[cfg(target_arch = "aarch64")]
-pub(super) fn set_floating_point_control(value: u64) {
-    // SAFETY: a value that the register had before.
-    unsafe { std::arch::asm!("msr fpcr, {}", in(reg) value, options(nostack, nomem, preserves_flags)) };
-}
-
-#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub(super) fn floating_point_control() -> u64 {
-    0
-}
-
-#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub(super) fn set_floating_point_control(_: u64) {}

@@ -248,7 +248,8 @@ fn without_the_loader_a_request_is_refused() {
 #[cfg(all(feature = "abi", target_os = "linux"))]
 mod files {
     use super::super::file::manifest;
-    use super::super::loader::{check, floating_point_control, set_floating_point_control};
+    use super::super::float_control::{floating_point_control, set_floating_point_control};
+    use super::super::loader::check;
     use super::super::private_copy::{copy_into, remove_old};
     use super::*;
     use object::{Object, ObjectSection};

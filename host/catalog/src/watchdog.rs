@@ -16,6 +16,8 @@ use element_api::params::Table;
 use element_api::recording::Recording;
 use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
+use super::float_control::{floating_point_control, set_floating_point_control};
+
 /// Looks per patience: a call is told at most a tenth of it late.
 const LOOKS: u32 = 10;
 /// Longest time between two looks.
@@ -24,8 +26,8 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(500);
 const SHORTEST_SLEEP: Duration = Duration::from_millis(1);
 
 /// What a library may be asked for, in words.
-const FUNCTIONS: [&str; 8] =
-    ["loading the library", "new set", "create", "record", "evaluate", "accept", "save", "load"];
+const FUNCTIONS: [&str; 9] =
+    ["loading the library", "new set", "create", "record", "evaluate", "accept", "save", "load", "destroy"];
 const LOADING: usize = 0;
 const NEW_SET: usize = 1;
 const CREATE: usize = 2;
@@ -34,6 +36,13 @@ const EVALUATE: usize = 4;
 const ACCEPT: usize = 5;
 const SAVE: usize = 6;
 const LOAD: usize = 7;
+const DESTROY: usize = 8;
+
+/// A set holds what it watches until it is dropped.
+const HELD: &str = "held until the end";
+
+/// No instance in particular.
+const NONE: usize = u32::MAX as usize;
 
 /// A call that has not come back.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,6 +171,33 @@ impl Post {
         body()
     }
 
+    /// `[hot]` A call that must leave rounding, denormals and traps as they were; `fault` makes an error of what is said.
+    fn call<T, E>(
+        &self,
+        function: usize,
+        instance: usize,
+        body: impl FnOnce() -> Result<T, E>,
+        fault: impl FnOnce(String) -> E,
+    ) -> Result<T, E> {
+        let before = floating_point_control();
+        let result = self.during(function, instance, body);
+        if floating_point_control() == before {
+            return result;
+        }
+        set_floating_point_control(before);
+        // In a batch of several instances nobody knows which one it was, so the type is named.
+        Err(fault(format!(
+            "`{}/{}` changed rounding, denormals or traps of the processor (the floating-point control register) in `{}`; they \
+             were restored, but its numbers mean nothing",
+            self.library, self.element, FUNCTIONS[function]
+        )))
+    }
+
+    /// The same, about one instance.
+    fn about<T>(&self, function: usize, instance: usize, body: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
+        self.call(function, instance, body, |message| Fault { instance, message })
+    }
+
     /// What the call under way is for, in words, and the number of the instance. May be called from the handler of a signal.
     pub(super) fn at(&self) -> (&'static str, usize) {
         let function = self.function.load(Ordering::Relaxed);
@@ -229,15 +265,35 @@ impl ElementClass for WatchedClass {
         let element = &self.descriptor().name;
         let inner = self.watchdog.post(&self.library, element, None).during(NEW_SET, 0, || self.inner.new_set());
         let post = self.watchdog.post(&self.library, element, inner.progress());
-        Box::new(WatchedSet { inner, post, count: 0 })
+        Box::new(WatchedSet { inner: Some(inner), post, count: 0 })
     }
 }
 
 struct WatchedSet {
-    inner: Box<dyn ElementSet>,
+    /// `None` at the end only.
+    inner: Option<Box<dyn ElementSet>>,
     post: Arc<Post>,
     /// Instances so far.
     count: usize,
+}
+
+impl WatchedSet {
+    fn inner(&self) -> &dyn ElementSet {
+        self.inner.as_deref().expect(HELD)
+    }
+    fn inner_mut(&mut self) -> &mut dyn ElementSet {
+        self.inner.as_deref_mut().expect(HELD)
+    }
+}
+
+impl Drop for WatchedSet {
+    /// Elements may run code of their own when they end, so that is watched, too.
+    fn drop(&mut self) {
+        let inner = self.inner.take();
+        let before = floating_point_control();
+        self.post.during(DESTROY, NONE, || drop(inner));
+        set_floating_point_control(before);
+    }
 }
 
 impl ElementSet for WatchedSet {
@@ -249,27 +305,28 @@ impl ElementSet for WatchedSet {
         names.push(name.into());
     }
     fn progress(&self) -> Option<Arc<AtomicU32>> {
-        self.inner.progress()
+        self.inner().progress()
     }
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
-        let added = self.post.during(CREATE, self.count, || self.inner.add(params));
+        let added =
+            Arc::clone(&self.post).call(CREATE, self.count, || self.inner_mut().add(params), CreateError::Fault);
         self.count += usize::from(added.is_ok());
         added
     }
     fn record(&self, instance: usize) -> Result<Recording, Fault> {
-        self.post.during(RECORD, instance, || self.inner.record(instance))
+        self.post.about(RECORD, instance, || self.inner().record(instance))
     }
     fn evaluate(&self, batch: &Batch<'_>, out: &mut [f64]) -> Result<(), Fault> {
         let first = batch.instances.first().map_or(0, |first| *first as usize);
-        self.post.during(EVALUATE, first, || self.inner.evaluate(batch, out))
+        self.post.about(EVALUATE, first, || self.inner().evaluate(batch, out))
     }
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault> {
-        self.post.during(ACCEPT, instance, || self.inner.accept(instance, inputs))
+        Arc::clone(&self.post).about(ACCEPT, instance, || self.inner_mut().accept(instance, inputs))
     }
     fn save(&self, instance: usize) -> Result<Vec<u8>, Fault> {
-        self.post.during(SAVE, instance, || self.inner.save(instance))
+        self.post.about(SAVE, instance, || self.inner().save(instance))
     }
     fn load(&mut self, instance: usize, memory: &[u8]) -> Result<(), Fault> {
-        self.post.during(LOAD, instance, || self.inner.load(instance, memory))
+        Arc::clone(&self.post).about(LOAD, instance, || self.inner_mut().load(instance, memory))
     }
 }

@@ -104,7 +104,7 @@ pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
     let told = move |late: &Late| {
         if limit.is_some() {
             Failure::new(late_diagnostic(late, true)).tell(json);
-            std::process::exit(i32::from(exit::PLUGIN));
+            super::end(exit::PLUGIN);
         }
         Failure::new(late_diagnostic(late, false)).tell(false);
     };

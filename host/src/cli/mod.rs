@@ -87,6 +87,8 @@ mod exit {
 /// Runs the command of the command line.
 pub(crate) fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    #[cfg(unix)]
+    let _end = odyn::catalog::OwnEnd;
     let json = arguments.command.wants_json();
     terminal::reserve_output();
     match dispatch(&arguments.command) {
@@ -96,6 +98,13 @@ pub(crate) fn main() -> ExitCode {
             ExitCode::from(failure.exit)
         }
     }
+}
+
+/// Ends the program at once, from any thread.
+fn end(code: u8) -> ! {
+    #[cfg(unix)]
+    drop(odyn::catalog::OwnEnd);
+    std::process::exit(i32::from(code))
 }
 
 /// The exit code of a command that had something to say.

@@ -143,7 +143,7 @@ pub(super) fn on_interrupt(words: &'static str) -> Arc<AtomicBool> {
     let raised = Arc::clone(&stop);
     let handler = move || {
         if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(exit::INTERRUPTED));
+            super::end(exit::INTERRUPTED);
         }
         eprintln!("{words}");
     };
