@@ -72,8 +72,8 @@ impl Drop for Here<'_> {
 /// way is told on standard error, with library, element, instance and function. What happens then is what happened before: the
 /// process ends by that signal.
 ///
-/// An `exit` by a library is told, too, and ends the program with [`Exit::Plugin`], whatever the library asked for. So a program
-/// that calls this drops an [`OwnEnd`] where it ends itself.
+/// An `exit` during such a call is reported, too, and ends the program with [`Exit::Plugin`], whatever the library asked for;
+/// [`ExitGuard`] does so for threads that a library started.
 ///
 /// For programs, which own the signals of their process; a library that uses O-DYN does not call this. A second call changes
 /// nothing.
@@ -103,16 +103,30 @@ pub fn tell_crashes() {
     }
 }
 
-/// Whether the program ends on purpose.
-static ENDING: AtomicBool = AtomicBool::new(false);
+static GUARDED: AtomicBool = AtomicBool::new(false);
 
-/// Dropped where the program ends on purpose; an `exit` before that is a library's.
-#[derive(Debug, Default)]
-pub struct OwnEnd;
+/// While it lives, an `exit` anywhere in the program is taken for a library's, provided that [`tell_crashes`] was called. For
+/// programs that end by returning from `main`, where it lives.
+#[derive(Debug)]
+pub struct ExitGuard(());
 
-impl Drop for OwnEnd {
+impl ExitGuard {
+    /// From now on.
+    #[must_use]
+    pub fn begin() -> Self {
+        GUARDED.store(true, Ordering::Release);
+        Self(())
+    }
+
+    /// Before the program ends itself by `exit`.
+    pub fn lift() {
+        GUARDED.store(false, Ordering::Release);
+    }
+}
+
+impl Drop for ExitGuard {
     fn drop(&mut self) {
-        ENDING.store(true, Ordering::Release);
+        Self::lift();
     }
 }
 
@@ -121,12 +135,12 @@ extern "C" fn at_exit() {
     // SAFETY: set by a call that is under way on this very thread and borrows the post.
     match unsafe { HERE.get().as_ref() } {
         Some(post) => tell(post, "ended the program", "by `exit`"),
-        None if ENDING.load(Ordering::Acquire) => return,
-        None => {
+        None if GUARDED.load(Ordering::Acquire) => {
             begin();
             write(b"a library ended the program by `exit`, from a thread of its own");
             help();
         }
+        None => return,
     }
     // SAFETY: ends the process, whatever it was doing.
     unsafe { libc::_exit(Exit::Plugin as c_int) };

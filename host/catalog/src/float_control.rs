@@ -3,6 +3,17 @@
 // Registers can't be read and written safely; each use says why it holds.
 #![allow(unsafe_code)]
 
+/// `[hot]` What `body` gives, and whether it left the register as it was. It is so afterwards in any case.
+pub(super) fn kept<T>(body: impl FnOnce() -> T) -> (T, bool) {
+    let before = floating_point_control();
+    let result = body();
+    let kept = floating_point_control() == before;
+    if !kept {
+        set_floating_point_control(before);
+    }
+    (result, kept)
+}
+
 /// The bits of MXCSR that decide results: masks, rounding, denormals; not the sticky flags. A few cycles.
 #[cfg(target_arch = "x86_64")]
 pub(super) fn floating_point_control() -> u64 {

@@ -66,7 +66,7 @@ use odyn_diagnostics::{Diagnostic, suggest};
 #[cfg(feature = "abi")]
 pub use archive::Package;
 #[cfg(all(unix, feature = "crashes"))]
-pub use crash::{OwnEnd, tell_crashes};
+pub use crash::{ExitGuard, tell_crashes};
 pub use element_api::manifest::Manifest;
 pub use error::CatalogError;
 #[cfg(feature = "abi")]

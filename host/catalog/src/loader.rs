@@ -18,7 +18,7 @@ use element_api::set::ElementClass;
 
 use super::c_library;
 use super::file::{manifest, read_manifest};
-use super::float_control::{floating_point_control, set_floating_point_control};
+use super::float_control;
 use super::hash::sha256;
 use super::known::{self, Identity, Known};
 use super::offer::Offer;
@@ -156,11 +156,8 @@ fn processor_has(_: &str) -> bool {
 /// Opens the private copy of a checked file.
 fn open(path: &Path, copy: &Path, manifest: &Manifest, warnings: &mut Vec<Diagnostic>) -> Result<Offers, CatalogError> {
     let package = || manifest.package.clone();
-    let before = floating_point_control();
-    let entry = entry(copy, &manifest.entry);
-    let after = floating_point_control();
-    if after != before {
-        set_floating_point_control(before);
+    let (entry, kept) = float_control::kept(|| entry(copy, &manifest.entry));
+    if !kept {
         let text = format!(
             "`{}` ({}) changed the rounding or denormal mode of the processor while it was loaded",
             manifest.package,

@@ -16,7 +16,7 @@ use element_api::params::Table;
 use element_api::recording::Recording;
 use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
-use super::float_control::{floating_point_control, set_floating_point_control};
+use super::float_control;
 
 /// Looks per patience: a call is told at most a tenth of it late.
 const LOOKS: u32 = 10;
@@ -179,12 +179,10 @@ impl Post {
         body: impl FnOnce() -> Result<T, E>,
         fault: impl FnOnce(String) -> E,
     ) -> Result<T, E> {
-        let before = floating_point_control();
-        let result = self.during(function, instance, body);
-        if floating_point_control() == before {
+        let (result, kept) = float_control::kept(|| self.during(function, instance, body));
+        if kept {
             return result;
         }
-        set_floating_point_control(before);
         // In a batch of several instances nobody knows which one it was, so the type is named.
         Err(fault(format!(
             "`{}/{}` changed rounding, denormals or traps of the processor (the floating-point control register) in `{}`; they \
@@ -281,8 +279,8 @@ impl WatchedSet {
     fn inner(&self) -> &dyn ElementSet {
         self.inner.as_deref().expect(HELD)
     }
-    fn inner_mut(&mut self) -> &mut dyn ElementSet {
-        self.inner.as_deref_mut().expect(HELD)
+    fn parts(&mut self) -> (&mut dyn ElementSet, &Post) {
+        (self.inner.as_deref_mut().expect(HELD), &self.post)
     }
 }
 
@@ -290,9 +288,7 @@ impl Drop for WatchedSet {
     /// Elements may run code of their own when they end, so that is watched, too.
     fn drop(&mut self) {
         let inner = self.inner.take();
-        let before = floating_point_control();
-        self.post.during(DESTROY, NONE, || drop(inner));
-        set_floating_point_control(before);
+        float_control::kept(|| self.post.during(DESTROY, NONE, || drop(inner)));
     }
 }
 
@@ -308,8 +304,9 @@ impl ElementSet for WatchedSet {
         self.inner().progress()
     }
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
-        let added =
-            Arc::clone(&self.post).call(CREATE, self.count, || self.inner_mut().add(params), CreateError::Fault);
+        let count = self.count;
+        let (inner, post) = self.parts();
+        let added = post.call(CREATE, count, || inner.add(params), CreateError::Fault);
         self.count += usize::from(added.is_ok());
         added
     }
@@ -321,12 +318,14 @@ impl ElementSet for WatchedSet {
         self.post.about(EVALUATE, first, || self.inner().evaluate(batch, out))
     }
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault> {
-        Arc::clone(&self.post).about(ACCEPT, instance, || self.inner_mut().accept(instance, inputs))
+        let (inner, post) = self.parts();
+        post.about(ACCEPT, instance, || inner.accept(instance, inputs))
     }
     fn save(&self, instance: usize) -> Result<Vec<u8>, Fault> {
         self.post.about(SAVE, instance, || self.inner().save(instance))
     }
     fn load(&mut self, instance: usize, memory: &[u8]) -> Result<(), Fault> {
-        Arc::clone(&self.post).about(LOAD, instance, || self.inner_mut().load(instance, memory))
+        let (inner, post) = self.parts();
+        post.about(LOAD, instance, || inner.load(instance, memory))
     }
 }

@@ -227,7 +227,7 @@ table! {
     PLUGIN_HANGS = "ODY0412", Plugin, "plugin does not come back",
         "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time.";
     PLUGIN_CRASHED = "ODY0413", Plugin, "plugin crashed",
-        "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin.";
+        "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`, `exit`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin.";
     PLUGIN_VERSION = "ODY0420", Plugin, "no library of this version",
         "There are libraries of this name, but none of a version that the scene is pinned to. Install one with `odyn plugin add FILE`, or change the pin. `version = \"1.2\"` means 1.2.0 up to, but not, 2.0.0; `\"=1.2.3\"` is exact.";
     PLUGIN_CONTENT = "ODY0421", Plugin, "library with another content",

@@ -88,7 +88,7 @@ mod exit {
 pub(crate) fn main() -> ExitCode {
     let arguments = Arguments::parse();
     #[cfg(unix)]
-    let _end = odyn::catalog::OwnEnd;
+    let _guard = odyn::catalog::ExitGuard::begin();
     let json = arguments.command.wants_json();
     terminal::reserve_output();
     match dispatch(&arguments.command) {
@@ -103,7 +103,7 @@ pub(crate) fn main() -> ExitCode {
 /// Ends the program at once, from any thread.
 fn end(code: u8) -> ! {
     #[cfg(unix)]
-    drop(odyn::catalog::OwnEnd);
+    odyn::catalog::ExitGuard::lift();
     std::process::exit(i32::from(code))
 }
 

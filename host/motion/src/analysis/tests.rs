@@ -5,6 +5,7 @@
 mod assembly;
 mod dynamics;
 mod joint;
+mod joint_ways;
 mod linearisation;
 mod long_trees;
 mod passage;
