@@ -129,6 +129,28 @@ pub struct Descriptor {
 }
 
 impl Descriptor {
+    /// Sizes that no sensible element has would make the host allocate without bound.
+    ///
+    /// # Errors
+    /// Which size is too large.
+    pub fn check(&self) -> Result<(), String> {
+        const MOST: usize = 1000;
+        let sizes = [
+            ("frames", self.frames.len()),
+            ("rows", self.rows.len()),
+            ("angles", self.angles),
+            ("mobility coordinates", self.mobility.unwrap_or(0)),
+            ("channels", self.channels.len()),
+            ("inputs", self.inputs.len()),
+            ("joints", self.joints.len()),
+            ("states", self.states.len()),
+        ];
+        match sizes.iter().find(|(_, count)| *count > MOST) {
+            Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),
+            None => Ok(()),
+        }
+    }
+
     /// What recordings of this class may refer to.
     #[must_use]
     pub fn limits(&self) -> Limits {

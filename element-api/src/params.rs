@@ -36,7 +36,7 @@ impl Parameters for NoParameters {
 }
 
 /// A parameter that cannot be used, by name and in words the user of a scene understands.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParamError {
     /// Name of the parameter; empty when the mistake is not in a single one. The host points at it in the scene.
     pub path: String,

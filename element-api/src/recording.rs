@@ -5,12 +5,14 @@
 
 mod check;
 
+use serde::{Deserialize, Serialize};
+
 use crate::descriptor::Kind;
 use crate::scalar::Scalar;
 use crate::table::{Outside, Table};
 
 /// One operation: a code and up to four arguments. What the arguments are depends on the code, see [`Op`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct RawOp {
     /// Which operation.
@@ -253,7 +255,7 @@ impl Input {
 }
 
 /// What an operation's value means to the host.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Role {
     /// Constraint row: zero when the joint holds.
     Residual(u32),
@@ -335,7 +337,7 @@ impl Role {
 }
 
 /// A result of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Output {
     /// What it means.
     pub role: Role,
@@ -365,7 +367,7 @@ impl Role {
 }
 
 /// An element instance's equations.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Recording {
     /// Operations; each uses only earlier ones.
     pub ops: Vec<RawOp>,

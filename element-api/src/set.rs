@@ -6,6 +6,8 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
+use serde::{Deserialize, Serialize};
+
 use crate::descriptor::Descriptor;
 use crate::params::{ParamError, Table};
 use crate::recording::Recording;
@@ -71,7 +73,7 @@ pub trait ElementSet: Send {
 }
 
 /// Something an element did wrong while it was called.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     /// Which instance.
     pub instance: usize,
@@ -88,7 +90,7 @@ impl std::fmt::Display for Fault {
 impl std::error::Error for Fault {}
 
 /// Why an instance could not be created.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CreateError {
     /// The parameters can't be used.
     Parameter(ParamError),
@@ -108,7 +110,7 @@ pub struct Batch<'a> {
 }
 
 /// Which results of a batch are wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Wanted {
     /// Derivatives with respect to the frames and time.
     pub jacobian: bool,

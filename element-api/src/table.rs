@@ -2,13 +2,15 @@
 
 mod interpolation;
 
+use serde::{Deserialize, Serialize};
+
 use crate::params::ParamError;
 pub use interpolation::Interpolation;
 
 /// A piecewise cubic function of one variable.
 ///
 /// How smooth it is depends on the [`Interpolation`] that made it; [`Table::kinks`] tells where it is not.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// Break points, strictly increasing, n + 1 of them.
     pub breaks: Vec<f64>,
@@ -19,7 +21,7 @@ pub struct Table {
 }
 
 /// Continuation of a [`Table`] outside its range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outside {
     /// The end value is held. The first derivative jumps to zero there.
     Clamped,

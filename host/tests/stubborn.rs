@@ -1,4 +1,4 @@
-//! The program with a library that does not come back, or breaks it.
+//! The program with a library in its own process that does not come back, or breaks it.
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
@@ -17,7 +17,7 @@ const SCENE: &str = include_str!("../../tests/fixtures/stubborn-plugin/scene.tom
 fn run(scratch: &Scratch, params: &str, options: &str) -> Ran {
     scratch.file("scene.toml", &SCENE.replace("PARAMS", params));
     let libraries = fixtures::build("stubborn-plugin");
-    let mut command = scratch.command(&format!("run scene.toml -o out {options}"));
+    let mut command = scratch.command(&format!("run scene.toml -o out --in-process {options}"));
     Ran(command.arg("--plugin").arg(libraries).output().unwrap())
 }
 
@@ -135,7 +135,7 @@ fn a_crash_within_a_study_names_the_element() {
     let scratch = Scratch::new("crash-study");
     scratch.file("scene.toml", &SCENE.replace("PARAMS", "does = 'recurse', after = 60"));
     let libraries = fixtures::build("stubborn-plugin");
-    let mut command = scratch.command("study scene.toml --vary a.mass=1:2:4 --jobs 2 -o out");
+    let mut command = scratch.command("study scene.toml --vary a.mass=1:2:4 --jobs 2 -o out --in-process");
     let ran = Ran(command.arg("--plugin").arg(libraries).output().unwrap());
     assert!(ran.0.status.signal().is_some(), "{}", ran.err());
     assert!(ran.err().contains("`it` (stubborn-plugin/stubborn) crashed in"), "{}", ran.err());

@@ -20,7 +20,7 @@ use crate::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 use crate::table::{Outside, Table};
 
 /// Why the root of a library can't be used.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum OpenError {
     /// The symbol is not the header of a library, or of one made with another `abi_stable`.
@@ -136,27 +136,8 @@ fn load_class(class: &Arc<ClassBoxV1>) -> Result<Box<dyn ElementClass>, String> 
         RResult::RErr(error) => return Err(error.message.into()),
     };
     let descriptor: Descriptor = toml::from_str(&text).map_err(|e| format!("a descriptor can't be read: {e}"))?;
-    check_descriptor(&descriptor)?;
+    descriptor.check()?;
     Ok(Box::new(LoadedClass { descriptor, class: Arc::clone(class) }))
-}
-
-/// Sizes that no sensible element has would make the host allocate without bound.
-fn check_descriptor(descriptor: &Descriptor) -> Result<(), String> {
-    const MOST: usize = 1000;
-    let sizes = [
-        ("frames", descriptor.frames.len()),
-        ("rows", descriptor.rows.len()),
-        ("angles", descriptor.angles),
-        ("mobility coordinates", descriptor.mobility.unwrap_or(0)),
-        ("channels", descriptor.channels.len()),
-        ("inputs", descriptor.inputs.len()),
-        ("joints", descriptor.joints.len()),
-        ("states", descriptor.states.len()),
-    ];
-    match sizes.iter().find(|(_, count)| *count > MOST) {
-        Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", descriptor.name)),
-        None => Ok(()),
-    }
 }
 
 struct LoadedClass {

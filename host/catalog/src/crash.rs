@@ -44,6 +44,12 @@ static SIGNALS: [Signal; 5] = [
     Signal::new(libc::SIGABRT, "SIGABRT: it ended itself"),
 ];
 
+/// What a signal says to a user.
+#[cfg(feature = "glass")]
+pub(super) fn words(number: c_int) -> &'static str {
+    SIGNALS.iter().find(|signal| signal.number == number).map_or("a signal that it sent itself", |signal| signal.words)
+}
+
 thread_local! {
     // Without a destructor and with a constant at the start, so that reading it is nothing but reading memory.
     static HERE: Cell<*const Post> = const { Cell::new(ptr::null()) };
@@ -184,9 +190,24 @@ extern "C" fn last_words(number: c_int, info: *mut libc::siginfo_t, _: *mut c_vo
     }
 }
 
+/// Where it is reported in place of standard error, if anywhere, and what such a report begins with.
+static PIPE: OnceLock<(c_int, [u8; 4])> = OnceLock::new();
+
+/// As [`tell_crashes`], but only `beginning` and the number of the instance (4 bytes) are written, and not to standard error.
+#[cfg(feature = "glass")]
+pub(super) fn report_to(pipe: &impl std::os::fd::AsRawFd, beginning: [u8; 4]) {
+    let _ = PIPE.set((pipe.as_raw_fd(), beginning));
+    tell_crashes();
+}
+
 /// Writes who was called, for what, and what came of it, piece by piece.
 fn tell(post: &Post, what: &str, how: &str) {
     let (function, instance) = post.at();
+    if let Some((pipe, beginning)) = PIPE.get() {
+        write_to(*pipe, beginning);
+        write_to(*pipe, &(instance as u32).to_le_bytes());
+        return;
+    }
     begin();
     write(b"`");
     // Who holds this lock holds it for a moment only; but nothing may be waited for here.
@@ -221,8 +242,13 @@ fn help() {
     write(b"\n  = help: rows of results up to there are on disk, but for the last moments\n");
 }
 
-/// To standard error, whether that works or not.
+/// To standard error.
 fn write(bytes: &[u8]) {
+    write_to(libc::STDERR_FILENO, bytes);
+}
+
+/// Whether that works or not.
+fn write_to(file: c_int, bytes: &[u8]) {
     // SAFETY: pointer and length are those of a slice.
-    let _ = unsafe { libc::write(libc::STDERR_FILENO, bytes.as_ptr().cast(), bytes.len()) };
+    let _ = unsafe { libc::write(file, bytes.as_ptr().cast(), bytes.len()) };
 }

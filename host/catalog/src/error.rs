@@ -5,6 +5,16 @@ use std::path::PathBuf;
 use element_api::fence::is_panic;
 use odyn_diagnostics::{Code, Diagnostic, codes};
 
+/// The code of a fault of a library: it panicked, its process ended, or it gave something unusable.
+#[must_use]
+pub fn fault_code(message: &str) -> Code {
+    #[cfg(all(unix, feature = "glass"))]
+    if let Some(code) = super::glass::code(message) {
+        return code;
+    }
+    if is_panic(message) { codes::PLUGIN_PANICKED } else { codes::PLUGIN_MISBEHAVED }
+}
+
 /// Why a library or an element type can't be had. The text names the file, what was found and what was expected;
 /// [`CatalogError::help`] says what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -216,8 +226,7 @@ impl CatalogError {
             Self::Layout { .. } => codes::ABI_LAYOUT,
             Self::Conventions { .. } => codes::ABI_CONVENTIONS,
             Self::Processor { .. } => codes::CPU_FEATURES,
-            Self::Failed { message, .. } if is_panic(message) => codes::PLUGIN_PANICKED,
-            Self::Failed { .. } => codes::PLUGIN_MISBEHAVED,
+            Self::Failed { message, .. } => fault_code(message),
             Self::DuplicatePackage { .. } => codes::DUPLICATE_ELEMENT,
             Self::NoneFits { content: false, .. } => codes::PLUGIN_VERSION,
             Self::NoneFits { .. } | Self::Changed { .. } => codes::PLUGIN_CONTENT,

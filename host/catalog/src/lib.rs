@@ -17,6 +17,7 @@
 //! | `hash.rs` | SHA-256 |
 //! | `float_control.rs` | rounding, denormals and traps of the processor, kept as they were |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
+//! | `glass/` | libraries that are not trusted, in processes of their own |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
 //! | `error.rs` | why a library or an element type can't be had |
 //!
@@ -33,6 +34,8 @@ mod error;
 #[cfg(feature = "abi")]
 mod file;
 mod float_control;
+#[cfg(all(unix, feature = "glass"))]
+mod glass;
 mod hash;
 #[cfg(feature = "abi")]
 mod known;
@@ -68,9 +71,11 @@ pub use archive::Package;
 #[cfg(all(unix, feature = "crashes"))]
 pub use crash::{ExitGuard, tell_crashes};
 pub use element_api::manifest::Manifest;
-pub use error::CatalogError;
+pub use error::{CatalogError, fault_code};
 #[cfg(feature = "abi")]
 pub use file::{read_manifest, scan};
+#[cfg(all(unix, feature = "glass"))]
+pub use glass::{put_up_glass, record_if_asked};
 pub use hash::{sha256, sha256_of};
 #[cfg(feature = "abi")]
 pub use package::{ENDING, INFO_FILE, PackageInfo, target};
@@ -79,6 +84,15 @@ pub use search::{Choice, ENVIRONMENT, Found, Origin, Place, SearchPath};
 #[cfg(feature = "abi")]
 pub use store::{Installed, Store};
 pub use watchdog::{Late, Watchdog};
+
+/// Whether libraries that are not trusted get a process of their own.
+#[cfg_attr(not(feature = "abi"), allow(dead_code))]
+fn is_glass_up() -> bool {
+    #[cfg(all(unix, feature = "glass"))]
+    return glass::is_up();
+    #[cfg(not(all(unix, feature = "glass")))]
+    false
+}
 
 /// The element types that a scene may use.
 #[derive(Clone, Default)]
@@ -138,6 +152,8 @@ pub struct LibraryInfo {
     pub path: Option<PathBuf>,
     /// SHA-256 of that file, 64 hexadecimal digits; `None` when it is linked in.
     pub sha256: Option<String>,
+    /// Whether its code runs in a process of its own.
+    pub glass: bool,
     /// Version of the binary interface.
     pub abi: u32,
     /// Number of its conventions (axes, units, signs).
@@ -261,7 +277,8 @@ impl Catalog {
         let choice = search.choose(request)?;
         let path = choice.found.path.clone();
         let expected = request.sha256.as_deref().or(choice.found.sha256.as_deref());
-        let load = || loader::load(&path, self.copies.as_deref(), expected);
+        let glass = !choice.found.is_trusted(request);
+        let load = || loader::load(&path, self.copies.as_deref(), expected, glass);
         let opened = match &self.watchdog {
             Some(watchdog) => watchdog.load(&path.display().to_string(), load),
             None => load(),
@@ -302,6 +319,7 @@ impl Catalog {
             about: library.about,
             path: None,
             sha256: None,
+            glass: false,
             abi: ABI,
             conventions: CONVENTIONS,
             interface: INTERFACE.into(),

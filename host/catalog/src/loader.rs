@@ -12,13 +12,15 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use element_api::abi::{self, OpenError, UnreadClass};
+use element_api::abi::{self, OpenError};
 use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, ManifestElement, Profile};
 use element_api::set::ElementClass;
 
 use super::c_library;
 use super::file::{manifest, read_manifest};
 use super::float_control;
+#[cfg(all(unix, feature = "glass"))]
+use super::glass::Glass;
 use super::hash::sha256;
 use super::known::{self, Identity, Known};
 use super::offer::Offer;
@@ -33,8 +35,9 @@ pub(super) struct Opened {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The libraries of this process by the hash of their content; a second load gives the same classes.
-static LOADED: Mutex<Option<HashMap<String, Offers>>> = Mutex::new(None);
+/// The libraries of this process by the hash of their content, and whether they are behind glass; a second load gives the same
+/// classes.
+static LOADED: Mutex<Option<HashMap<(String, bool), Offers>>> = Mutex::new(None);
 
 /// What is in a file, or how that is known.
 enum Content<'a> {
@@ -48,9 +51,14 @@ enum Content<'a> {
 
 type Offers = Vec<Arc<Offer>>;
 
-/// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`,
-/// only a file with this SHA-256.
-pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Opened, CatalogError> {
+/// Loads the library in a file, behind glass or into this process; what is loaded is a private copy, in `copies` or the user's
+/// cache folder. With `expected`, only a file with this SHA-256.
+pub(super) fn load(
+    path: &Path,
+    copies: Option<&Path>,
+    expected: Option<&str>,
+    glass: bool,
+) -> Result<Opened, CatalogError> {
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let known = if expected.is_none() { known::find(path, copies) } else { None };
     let (manifest, content) = match &known {
@@ -79,7 +87,7 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
     }
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
     let loaded = loaded.get_or_insert_with(HashMap::new);
-    let offers = match loaded.get(&sha256) {
+    let offers = match loaded.get(&(sha256.clone(), glass)) {
         Some(offers) => Offers::clone(offers),
         None => {
             let copy = match &content {
@@ -91,8 +99,8 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
                     copy
                 }
             };
-            let offers = open(path, &copy, &manifest, &mut warnings)?;
-            loaded.insert(sha256.clone(), offers.clone());
+            let offers = open(path, &copy, &manifest, glass, &mut warnings)?;
+            loaded.insert((sha256.clone(), glass), offers.clone());
             offers
         }
     };
@@ -102,6 +110,7 @@ pub(super) fn load(path: &Path, copies: Option<&Path>, expected: Option<&str>) -
         about: manifest.about,
         path: Some(path.into()),
         sha256: Some(sha256),
+        glass,
         abi: manifest.abi,
         conventions: manifest.conventions,
         interface: manifest.interface,
@@ -153,10 +162,16 @@ fn processor_has(_: &str) -> bool {
     true
 }
 
-/// Opens the private copy of a checked file.
-fn open(path: &Path, copy: &Path, manifest: &Manifest, warnings: &mut Vec<Diagnostic>) -> Result<Offers, CatalogError> {
+/// Opens the private copy of a checked file, behind glass or in this process.
+fn open(
+    path: &Path,
+    copy: &Path,
+    manifest: &Manifest,
+    glass: bool,
+    warnings: &mut Vec<Diagnostic>,
+) -> Result<Offers, CatalogError> {
     let package = || manifest.package.clone();
-    let (entry, kept) = float_control::kept(|| entry(copy, &manifest.entry));
+    let (offers, kept) = if glass { enter_behind_glass(path, copy, manifest) } else { enter(path, copy, manifest) };
     if !kept {
         let text = format!(
             "`{}` ({}) changed the rounding or denormal mode of the processor while it was loaded",
@@ -169,27 +184,6 @@ fn open(path: &Path, copy: &Path, manifest: &Manifest, warnings: &mut Vec<Diagno
         );
     }
     let failed = |message: String| CatalogError::Failed { path: path.into(), package: package(), message };
-    let entry = entry.map_err(|error| failed(with_cause(&error)))?;
-    let announced = &manifest.elements;
-    let offers = match manifest.table {
-        // SAFETY: the symbol that the manifest of an O-DYN library names is its header, and `entry` never unloads.
-        EntryTable::Rust => unsafe { abi::open_unread(entry) }.and_then(|classes| {
-            let fits = classes.len() == announced.len();
-            let offers = announced.iter().zip(classes);
-            let offers = offers.map(|(announced, class)| Arc::new(offer(announced, class, path, &manifest.package)));
-            fits.then(|| offers.collect()).ok_or_else(|| OpenError::Root(OTHERS.into()))
-        }),
-        // SAFETY: as above; the manifest says that it is the function of the C header.
-        EntryTable::C => unsafe { c_library::open(entry) }.and_then(|classes| {
-            let is_announced = |class: &dyn ElementClass| {
-                let descriptor = class.descriptor();
-                announced.iter().any(|element| element.is(descriptor.kind, &descriptor.name))
-            };
-            let fits = classes.len() == announced.len() && classes.iter().all(|class| is_announced(&**class));
-            let offers = classes.into_iter().map(|class| Arc::new(Offer::of(Arc::from(class))));
-            fits.then(|| offers.collect()).ok_or_else(|| OpenError::Root(OTHERS.into()))
-        }),
-    };
     offers.map_err(|error| match error {
         OpenError::Layout(differences) => CatalogError::Layout { path: path.into(), package: package(), differences },
         OpenError::Version { host, library } => {
@@ -203,20 +197,75 @@ fn open(path: &Path, copy: &Path, manifest: &Manifest, warnings: &mut Vec<Diagno
     })
 }
 
+/// What a library offers, loaded into this process, and whether it left the floating-point control register as it was.
+pub(super) fn enter(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    let (entry, kept) = float_control::kept(|| entry(copy, &manifest.entry));
+    let entry = match entry {
+        Ok(entry) => entry,
+        Err(error) => return (Err(OpenError::Root(with_cause(&error))), kept),
+    };
+    let announced = &manifest.elements;
+    let offers = match manifest.table {
+        // SAFETY: the symbol that the manifest of an O-DYN library names is its header, and `entry` never unloads.
+        EntryTable::Rust => unsafe { abi::open_unread(entry) }.and_then(|classes| {
+            let fits = classes.len() == announced.len();
+            let offers = announced.iter().zip(classes).map(|(announced, class)| {
+                Arc::new(offer(announced, path, &manifest.package, move || class.read().map(Arc::from)))
+            });
+            fits.then(|| offers.collect()).ok_or_else(|| OpenError::Root(OTHERS.into()))
+        }),
+        // SAFETY: as above; the manifest says that it is the function of the C header.
+        EntryTable::C => unsafe { c_library::open(entry) }.and_then(|classes| {
+            let is_announced = |class: &dyn ElementClass| {
+                let descriptor = class.descriptor();
+                announced.iter().any(|element| element.is(descriptor.kind, &descriptor.name))
+            };
+            let fits = classes.len() == announced.len() && classes.iter().all(|class| is_announced(&**class));
+            let offers = classes.into_iter().map(|class| Arc::new(Offer::of(Arc::from(class))));
+            fits.then(|| offers.collect()).ok_or_else(|| OpenError::Root(OTHERS.into()))
+        }),
+    };
+    (offers, kept)
+}
+
+/// The same from a process of its own.
+#[cfg(all(unix, feature = "glass"))]
+fn enter_behind_glass(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    let (glass, kept) = Glass::enter(copy, &manifest.package);
+    let offers = glass.map(|glass| {
+        let offered = |(k, announced): (usize, &ManifestElement)| {
+            let glass = Arc::clone(&glass);
+            Arc::new(offer(announced, path, &manifest.package, move || glass.class(k)))
+        };
+        manifest.elements.iter().enumerate().map(offered).collect()
+    });
+    (offers, kept)
+}
+
+#[cfg(not(all(unix, feature = "glass")))]
+fn enter_behind_glass(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    enter(path, copy, manifest)
+}
+
 /// Why a library is refused that offers something else than its manifest says.
 const OTHERS: &str = "its elements are not the ones that its manifest names";
 
 /// A class that is asked for its descriptor when it is needed.
-fn offer(announced: &ManifestElement, class: UnreadClass, path: &Path, package: &str) -> Offer {
+fn offer(
+    announced: &ManifestElement,
+    path: &Path,
+    package: &str,
+    read: impl Fn() -> Result<Arc<dyn ElementClass>, String> + Send + Sync + 'static,
+) -> Offer {
     let (expected, path, package) = (announced.clone(), path.to_path_buf(), package.to_string());
     Offer::unread(announced.clone(), move || {
         let failed = |message: String| CatalogError::Failed { path: path.clone(), package: package.clone(), message };
-        let class = class.read().map_err(&failed)?;
+        let class = read().map_err(&failed)?;
         let descriptor = class.descriptor();
         if !expected.is(descriptor.kind, &descriptor.name) {
             return Err(failed(OTHERS.into()));
         }
-        Ok(Arc::from(class))
+        Ok(class)
     })
 }
 

@@ -11,13 +11,15 @@ pub struct Request {
     pub version: Option<VersionReq>,
     /// SHA-256 of the file that will do, 64 hexadecimal digits in lower case; any where absent.
     pub sha256: Option<String>,
+    /// The user trusts it as far as this program: it need not be behind glass.
+    pub trusted: bool,
 }
 
 impl Request {
     /// Any library of this name.
     #[must_use]
     pub fn named(name: impl Into<String>) -> Self {
-        Self { name: name.into(), version: None, sha256: None }
+        Self { name: name.into(), version: None, sha256: None, trusted: false }
     }
 
     /// Whether only some builds will do.

@@ -121,7 +121,12 @@ impl Store {
         let _ = fs::remove_dir_all(draft);
         fs::create_dir(draft).map_err(cannot)?;
         package.write_into(draft).map_err(cannot)?;
-        loader::load(&draft.join(&package.info.library), copies, Some(package.info.library_sha256()))?;
+        loader::load(
+            &draft.join(&package.info.library),
+            copies,
+            Some(package.info.library_sha256()),
+            super::is_glass_up(),
+        )?;
         if let Some(parent) = folder.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
         }

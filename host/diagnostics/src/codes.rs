@@ -225,9 +225,9 @@ table! {
     PLUGIN_MISBEHAVED = "ODY0411", Plugin, "plugin answered something impossible",
         "The library returned wrong lengths, undefined numbers or no answer. Report it to the author of the plugin.";
     PLUGIN_HANGS = "ODY0412", Plugin, "plugin does not come back",
-        "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time.";
+        "A call into the library takes unusually long: an endless loop, a wait for something that does not come, or just much work. The message names library, element and function. `--watchdog SECONDS` ends the program after that time. A library behind glass is ended after 60 s in one call; one that really computes that long needs `--in-process`.";
     PLUGIN_CRASHED = "ODY0413", Plugin, "plugin crashed",
-        "The code of the library ended the process: an invalid access to memory, recursion without end, `abort`, `exit`. Nothing can be repaired then; the message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin.";
+        "The code of the library ended its process: an invalid access to memory, recursion without end, `abort`, `exit`, more than 4 GB of memory. Behind glass that is a process of its own, and the run ends like any other that fails; a library that is trusted ends the whole program. The message names library, element and function. Rows of results up to there are on disk. Report it to the author of the plugin.";
     PLUGIN_VERSION = "ODY0420", Plugin, "no library of this version",
         "There are libraries of this name, but none of a version that the scene is pinned to. Install one with `odyn plugin add FILE`, or change the pin. `version = \"1.2\"` means 1.2.0 up to, but not, 2.0.0; `\"=1.2.3\"` is exact.";
     PLUGIN_CONTENT = "ODY0421", Plugin, "library with another content",

@@ -60,6 +60,8 @@ pub struct LibraryRecord {
     pub version: Option<semver::VersionReq>,
     /// SHA-256 of the file that will do, in lower case; any where absent.
     pub sha256: Option<String>,
+    /// Named in `trust`: its code may run in the process of the solver.
+    pub trusted: bool,
     /// Byte range of the whole entry.
     pub span: Range<usize>,
 }

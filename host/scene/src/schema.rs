@@ -171,6 +171,11 @@ pub(super) fn plugin_keys() -> Vec<Key> {
             "Libraries to load: a name such as \"joints\", a file, or a table with a name, a version and a hash.",
         ),
         ("path", list(word()), "Further folders to look in, relative to this file."),
+        (
+            "trust",
+            list(word()),
+            "Names of libraries that may run in the process of the solver, unless they come with this file.",
+        ),
     ]
 }
 

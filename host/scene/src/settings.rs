@@ -66,7 +66,7 @@ fn check_torque_and_energy(table: &RawTable, units: &UnitSystem, diagnostics: &m
     );
 }
 
-pub(super) const PLUGIN_KEYS: &[&str] = &["libraries", "path"];
+pub(super) const PLUGIN_KEYS: &[&str] = &["libraries", "path", "trust"];
 pub(super) const LIBRARY_KEYS: &[&str] = &["name", "version", "sha256"];
 
 /// Reads `[plugins]`.
@@ -77,7 +77,18 @@ pub(super) fn read_plugins(root: &RawTable, reader: &mut Reader<'_>) -> PluginRe
     reader.check_keys(&record, PLUGIN_KEYS);
     let paths = record.table.get("path").map(|raw| reader.words(raw, "path")).unwrap_or_default();
     let libraries = record.table.get("libraries").and_then(|raw| reader.list(raw, "libraries", "a list of names"));
-    let libraries = libraries.unwrap_or_default().iter().filter_map(|raw| read_library(raw, reader)).collect();
+    let libraries = libraries.unwrap_or_default();
+    let mut libraries: Vec<_> = libraries.iter().filter_map(|raw| read_library(raw, reader)).collect();
+    for word in record.table.get("trust").map(|raw| reader.words(raw, "trust")).unwrap_or_default() {
+        match libraries.iter_mut().find(|library| library.name.value == word.value) {
+            Some(library) => library.trusted = true,
+            None => reader.diagnostics.push(
+                Diagnostic::error(codes::UNKNOWN_WORD, format!("`{}` is not one of the `libraries`", word.value))
+                    .at(word.span, "")
+                    .help("`trust` repeats names from `libraries`"),
+            ),
+        }
+    }
     PluginRequest { libraries, paths }
 }
 
@@ -93,6 +104,7 @@ fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord
             name: Spanned::new(text.into(), span.clone()),
             version: None,
             sha256: None,
+            trusted: false,
             span,
         });
     }
@@ -127,7 +139,7 @@ fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord
         None
     });
     let name = reader.required_word(&record, "name")?;
-    Some(LibraryRecord { name, version, sha256, span })
+    Some(LibraryRecord { name, version, sha256, trusted: false, span })
 }
 
 pub(super) const SIMULATION_KEYS: &[&str] = &[

@@ -26,6 +26,9 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "odyn", version, after_help = AFTER_HELP)]
 pub(super) struct Arguments {
+    /// Load all libraries into this process; otherwise those that are not trusted get a process of their own
+    #[arg(long, global = true)]
+    pub(super) in_process: bool,
     #[command(subcommand)]
     pub(super) command: Command,
 }

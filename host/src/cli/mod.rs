@@ -86,9 +86,17 @@ mod exit {
 
 /// Runs the command of the command line.
 pub(crate) fn main() -> ExitCode {
+    #[cfg(unix)]
+    if let Some(recorded) = odyn::catalog::record_if_asked() {
+        return recorded;
+    }
     let arguments = Arguments::parse();
     #[cfg(unix)]
     let _guard = odyn::catalog::ExitGuard::begin();
+    #[cfg(unix)]
+    if !arguments.in_process {
+        odyn::catalog::put_up_glass();
+    }
     let json = arguments.command.wants_json();
     terminal::reserve_output();
     match dispatch(&arguments.command) {

@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::bodies::{Bodies, Target, quoted};
 use super::types::{Instance, Marker, rotation};
 use super::{parameters, tables};
-use crate::catalog::{Catalog, ElementHandle};
-use crate::diagnostics::{Code, Diagnostic, codes, suggest};
+use crate::catalog::{Catalog, ElementHandle, fault_code};
+use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
 
 /// The elements of a scene, those that are switched on.
@@ -397,12 +397,6 @@ fn unset_row(recording: &Recording) -> Option<usize> {
         let Op::Constant(k) = op else { return None };
         recording.constants.get(k as usize).filter(|value| value.is_nan()).map(|_| row as usize)
     })
-}
-
-/// The code of an element's fault: it panicked, or gave something unusable.
-#[must_use]
-pub fn fault_code(message: &str) -> Code {
-    if element_api::fence::is_panic(message) { codes::PLUGIN_PANICKED } else { codes::PLUGIN_MISBEHAVED }
 }
 
 fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<Diagnostic> {

@@ -36,7 +36,6 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
-pub use elements::fault_code;
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
 pub use types::{

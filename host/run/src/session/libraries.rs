@@ -23,6 +23,7 @@ pub fn requests(scene: &Scene) -> Vec<Request> {
         name: library.name.value.clone(),
         version: library.version.clone(),
         sha256: library.sha256.clone(),
+        trusted: library.trusted,
     };
     scene.plugins.libraries.iter().map(request).collect()
 }

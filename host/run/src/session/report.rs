@@ -108,6 +108,8 @@ pub struct PlanReport {
     pub bounded: String,
     /// Opaque elements, called at run time.
     pub opaque: Vec<String>,
+    /// Libraries in processes of their own.
+    pub behind_glass: Vec<String>,
     /// What is skipped.
     pub skipped: Vec<Decision>,
     /// Savings that are not possible here, and why.
@@ -286,6 +288,8 @@ impl Session {
             )
         });
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
+        let away = self.libraries.iter().filter(|library| library.glass);
+        let behind_glass: Vec<String> = away.map(|library| library.package.clone()).collect();
         let solving = self.solving();
         let counts = solving.counts;
         let (apart, not_apart) = match self.apart_report(counts.operations) {
@@ -321,7 +325,14 @@ impl Session {
             machine_code_bytes: maker.bytes(counts.operations) as u64,
             machine_code_time_s: maker.time(counts.operations),
             machine_code_pays_after: maker.runs_that_pay(counts.operations) as u64,
-            opaque: opaque.map(|e| format!("{} ({}/{})", e.name, e.library, e.class.name)).collect(),
+            opaque: opaque
+                .map(|e| {
+                    let away = behind_glass.iter().any(|library| **library == *e.library);
+                    let how = if away { ", each time across processes" } else { "" };
+                    format!("{} ({}/{}) is called at run time{how}", e.name, e.library, e.class.name)
+                })
+                .collect(),
+            behind_glass,
             skipped: solving
                 .skips
                 .iter()
@@ -407,7 +418,10 @@ impl std::fmt::Display for PlanReport {
             if MachineCode::can_assemble() { "made before the first step" } else { "until then interpreted" }
         )?;
         for element in &self.opaque {
-            writeln!(f, "opaque: {element} is called at run time; slower than a recorded element")?;
+            writeln!(f, "opaque: {element}; slower than a recorded element")?;
+        }
+        if !self.behind_glass.is_empty() {
+            writeln!(f, "behind glass, in processes of their own: {}", self.behind_glass.join(", "))?;
         }
         if self.conditions > 0 {
             writeln!(

@@ -6,9 +6,10 @@ use super::opened::Session;
 use super::restart::Restart;
 use super::tier::Made;
 use crate::analysis::Counters;
+use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
-use crate::model::{Channel, Quantity, fault_code};
+use crate::model::{Channel, Quantity};
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
 use crate::scene::Dimension;
 
@@ -227,14 +228,12 @@ impl Session {
         let crate::analysis::AnalysisError::Element { set, fault } = cause else { return None };
         let unit = self.scene.units.factor(Dimension::TIME);
         let label = self.scene.units.label(Dimension::TIME);
-        let mut diagnostic = Diagnostic::error(
-            fault_code(&fault.message),
-            format!("an element failed at t = {} {label}: {}", significant(t / unit, 6), fault.message),
-        );
         let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
         let record = self.scene.elements.iter().find(|record| record.name.value == instance.name)?;
-        let text = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
-        diagnostic = diagnostic.at(record.name.span.clone(), text);
+        let who = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
+        let time = significant(t / unit, 6);
+        let text = format!("{who} failed at t = {time} {label}: {}", fault.message);
+        let diagnostic = Diagnostic::error(fault_code(&fault.message), text).at(record.name.span.clone(), "");
         Some(diagnostic.help("this is a defect of the library; its author will want this message"))
     }
 }

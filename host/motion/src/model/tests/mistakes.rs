@@ -138,12 +138,6 @@ fn a_control_element_is_no_force() {
 }
 
 #[test]
-fn codes_of_faults_tell_panics_from_bad_equations() {
-    assert_eq!(fault_code("panicked at ..."), codes::PLUGIN_PANICKED);
-    assert_eq!(fault_code("declares the row `x`, but does not set it"), codes::PLUGIN_MISBEHAVED);
-}
-
-#[test]
 fn an_input_that_nothing_takes_is_warned_of() {
     let inputs = "[[input]]\nname = \"gust\"\n[[input]]\nname = \"tug\"\n";
     let tug = force("type = \"push\"; bodies = [\"ground\", \"a\"]; params.factor = 3; inputs.signal = \"tug\"");

@@ -1,0 +1,211 @@
+//! A process shuts itself in, before it runs foreign code: bounded memory, nothing but reading the system's libraries, no network,
+//! no other processes, no signals to others. What can't be had on a system is left out.
+
+// Functions of the system that take plain numbers.
+#![allow(unsafe_code)]
+
+use std::path::Path;
+
+/// Largest address space of a recorder, bytes.
+const MOST_MEMORY: libc::rlim_t = 4 << 30;
+/// Most files it has open at once.
+const MOST_FILES: libc::rlim_t = 64;
+
+/// Shuts this thread, and all that it starts, in with the library in the file `copy`, which is to be loaded then. Whether files
+/// are out of reach already; otherwise [`no_more_files`] is for afterwards.
+pub(super) fn shut_in(copy: &Path) -> bool {
+    for (what, most) in [
+        (libc::RLIMIT_AS, MOST_MEMORY),
+        (libc::RLIMIT_NOFILE, MOST_FILES),
+        (libc::RLIMIT_FSIZE, 0),
+        (libc::RLIMIT_CORE, 0),
+    ] {
+        let limit = libc::rlimit { rlim_cur: most, rlim_max: most };
+        // SAFETY: reads the struct. Where the limit was lower already, it stays.
+        unsafe { libc::setrlimit(what, &raw const limit) };
+    }
+    #[cfg(target_os = "linux")]
+    return linux::shut_in(copy);
+    #[cfg(not(target_os = "linux"))]
+    return copy.as_os_str().is_empty();
+}
+
+/// From now on nothing can be opened, where the system has filters of calls.
+pub(super) fn no_more_files() {
+    #[cfg(target_os = "linux")]
+    linux::no_more_files();
+}
+
+#[cfg(target_os = "linux")]
+mod linux {
+    use std::collections::BTreeMap;
+    use std::path::{Path, PathBuf};
+
+    use landlock::{
+        ABI, Access, AccessFs, AccessNet, Ruleset, RulesetAttr, RulesetCreatedAttr, RulesetError, RulesetStatus, Scope,
+        path_beneath_rules,
+    };
+    use seccompiler::{
+        BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
+        apply_filter,
+    };
+
+    /// Where systems keep the libraries that libraries need.
+    const SYSTEM: [&str; 9] = [
+        "/lib",
+        "/lib32",
+        "/lib64",
+        "/usr/lib",
+        "/usr/lib32",
+        "/usr/lib64",
+        "/usr/local/lib",
+        "/nix/store",
+        "/gnu/store",
+    ];
+
+    pub(super) fn shut_in(copy: &Path) -> bool {
+        let files = no_files_but(copy).unwrap_or(false);
+        for filter in filters().into_iter().flatten() {
+            // A kernel without filters runs the library in a process of its own all the same.
+            let _ = apply_filter(&filter);
+        }
+        files
+    }
+
+    pub(super) fn no_more_files() {
+        let open = [
+            libc::SYS_openat,
+            #[cfg(target_arch = "x86_64")]
+            libc::SYS_open,
+        ];
+        if let Some(filter) = refusing(&open, libc::EACCES) {
+            let _ = apply_filter(&filter);
+        }
+    }
+
+    /// All calls but these.
+    fn refusing(calls: &[i64], error: libc::c_int) -> Option<BpfProgram> {
+        let calls = calls.iter().map(|call| (*call, Vec::new())).collect();
+        let arch = std::env::consts::ARCH.try_into().ok()?;
+        let filter = SeccompFilter::new(calls, SeccompAction::Allow, SeccompAction::Errno(error as u32), arch).ok()?;
+        filter.try_into().ok()
+    }
+
+    /// Reading the library and those of the system is all that is left of the file system; no sockets, no signals to others.
+    fn no_files_but(copy: &Path) -> Result<bool, RulesetError> {
+        let abi = ABI::V6;
+        let named = std::env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
+        let folders = SYSTEM.iter().map(PathBuf::from).chain(std::env::split_paths(&named));
+        let folders: Vec<PathBuf> = folders.filter(|folder| folder.is_absolute() && folder.is_dir()).collect();
+        let files = [copy, Path::new("/etc/ld.so.cache")];
+        let read = AccessFs::ReadFile | AccessFs::ReadDir | AccessFs::Execute;
+        let status = Ruleset::default()
+            .handle_access(AccessFs::from_all(abi))?
+            .handle_access(AccessNet::from_all(abi))?
+            .scope(Scope::from_all(abi))?
+            .create()?
+            .add_rules(path_beneath_rules(folders, read))?
+            .add_rules(path_beneath_rules(files, AccessFs::ReadFile | AccessFs::Execute))?
+            .restrict_self()?;
+        Ok(status.ruleset != RulesetStatus::NotEnforced)
+    }
+
+    /// The calls that computing, memory, threads and loading libraries need; whatever else is asked of the system fails.
+    fn filters() -> Option<[BpfProgram; 2]> {
+        let arch = std::env::consts::ARCH.try_into().ok()?;
+        let own = u64::from(std::process::id());
+        let is = |argument, value| rule(argument, SeccompCmpOp::Eq, value);
+        let thread = libc::CLONE_THREAD as u64;
+        let mut calls: BTreeMap<i64, Vec<SeccompRule>> = FREE.iter().map(|call| (*call, Vec::new())).collect();
+        calls.insert(libc::SYS_clone, vec![rule(0, SeccompCmpOp::MaskedEq(thread), thread)?]);
+        // To itself only: `abort` sends a signal.
+        calls.insert(libc::SYS_kill, vec![is(0, own)?]);
+        calls.insert(libc::SYS_tgkill, vec![is(0, own)?]);
+        calls.insert(libc::SYS_prlimit64, vec![is(0, 0)?, is(0, own)?]);
+        // Not F_SETOWN, which sends signals to others.
+        let harmless =
+            [libc::F_DUPFD, libc::F_GETFD, libc::F_SETFD, libc::F_GETFL, libc::F_SETFL, libc::F_DUPFD_CLOEXEC];
+        calls.insert(libc::SYS_fcntl, harmless.iter().map(|what| is(1, *what as u64)).collect::<Option<_>>()?);
+        calls.insert(libc::SYS_prctl, vec![is(0, libc::PR_SET_NAME as u64)?, is(0, libc::PR_SET_VMA as u64)?]);
+        let refuse = SeccompAction::Errno(libc::EPERM as u32);
+        let listed = SeccompFilter::new(calls, refuse, SeccompAction::Allow, arch).ok()?;
+        // Its flags lie in memory, where no filter can see them; libraries then take `clone`.
+        Some([refusing(&[libc::SYS_clone3], libc::ENOSYS)?, listed.try_into().ok()?])
+    }
+
+    fn rule(argument: u8, op: SeccompCmpOp, value: u64) -> Option<SeccompRule> {
+        let condition = SeccompCondition::new(argument, SeccompCmpArgLen::Dword, op, value).ok()?;
+        SeccompRule::new(vec![condition]).ok()
+    }
+
+    /// Calls that reach nothing but the process itself and the files that it may open.
+    const FREE: &[i64] = &[
+        libc::SYS_brk,
+        libc::SYS_clock_getres,
+        libc::SYS_clock_gettime,
+        libc::SYS_clock_nanosleep,
+        libc::SYS_clone3,
+        libc::SYS_close,
+        libc::SYS_dup,
+        libc::SYS_exit,
+        libc::SYS_exit_group,
+        libc::SYS_faccessat,
+        libc::SYS_fstat,
+        libc::SYS_futex,
+        libc::SYS_getcwd,
+        libc::SYS_getegid,
+        libc::SYS_geteuid,
+        libc::SYS_getgid,
+        libc::SYS_getpid,
+        libc::SYS_getppid,
+        libc::SYS_getrandom,
+        libc::SYS_getrusage,
+        libc::SYS_gettid,
+        libc::SYS_gettimeofday,
+        libc::SYS_getuid,
+        libc::SYS_lseek,
+        libc::SYS_madvise,
+        libc::SYS_membarrier,
+        libc::SYS_mmap,
+        libc::SYS_mprotect,
+        libc::SYS_mremap,
+        libc::SYS_munmap,
+        libc::SYS_nanosleep,
+        libc::SYS_newfstatat,
+        libc::SYS_openat,
+        libc::SYS_ppoll,
+        libc::SYS_pread64,
+        libc::SYS_read,
+        libc::SYS_readlinkat,
+        libc::SYS_readv,
+        libc::SYS_restart_syscall,
+        libc::SYS_rseq,
+        libc::SYS_rt_sigaction,
+        libc::SYS_rt_sigprocmask,
+        libc::SYS_rt_sigreturn,
+        libc::SYS_sched_getaffinity,
+        libc::SYS_sched_yield,
+        libc::SYS_set_robust_list,
+        libc::SYS_set_tid_address,
+        libc::SYS_sigaltstack,
+        libc::SYS_statx,
+        libc::SYS_sysinfo,
+        libc::SYS_uname,
+        libc::SYS_write,
+        libc::SYS_writev,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_access,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_arch_prctl,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_open,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_poll,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_readlink,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_stat,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_time,
+    ];
+}

@@ -1,0 +1,241 @@
+//! The program with libraries behind glass: whatever they do, it ends with the results of a kind library or with a message that
+//! names them; and kind libraries give the same bits on both sides.
+#![cfg(all(feature = "cli", target_os = "linux"))]
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+// Builds libraries as strangers do.
+#[allow(dead_code)] // each test program uses a part
+#[path = "../../tests/fixtures.rs"]
+mod fixtures;
+mod support;
+
+use std::fs;
+use std::net::TcpListener;
+use std::path::Path;
+
+use support::{Ran, Scratch, root};
+
+const HOSTILE: &str = include_str!("../../tests/fixtures/hostile-plugin/scene.toml");
+
+/// Runs the scene with these parameters of the hostile force.
+fn hostile(scratch: &Scratch, params: &str, options: &str) -> Ran {
+    scratch.file("scene.toml", &HOSTILE.replace("PARAMS", params));
+    let libraries = fixtures::build("hostile-plugin");
+    let mut command = scratch.command(&format!("run scene.toml -o out {options}"));
+    Ran(command.arg("--plugin").arg(libraries).output().unwrap())
+}
+
+/// One misbehaviour in three places. `judge` gets each.
+fn in_places(does: &str, judge: impl Fn(&str, &Scratch, &Ran)) {
+    let listening = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listening.local_addr().unwrap().port();
+    for place in ["new", "wrench", "drop"] {
+        let scratch = Scratch::new(&format!("hostile-{does}-{place}"));
+        scratch.file("there.txt", "still the same");
+        let file = scratch.0.join("there.txt");
+        let params = format!("does = '{does}', place = '{place}', port = {port}, file = '{}'", file.display());
+        let ran = hostile(&scratch, &params, "--watchdog 2");
+        assert!(!ran.err().contains("nothing kept it"), "{does} in {place}: {}", ran.err());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "still the same");
+        judge(place, &scratch, &ran);
+    }
+}
+
+/// What a kind library gives.
+fn kind() -> Vec<u8> {
+    let scratch = Scratch::new("hostile-kind");
+    hostile(&scratch, "does = 'nothing'", "").ends_with(0);
+    fs::read(scratch.0.join("out/results.csv")).unwrap()
+}
+
+#[test]
+fn who_breaks_its_process_is_named() {
+    for (does, how) in [
+        ("exit", "ended its process in"),
+        ("_exit", "ended its process in"),
+        ("quick_exit", "ended its process in"),
+        ("exit-thread", "ended its process in"),
+        ("kill-itself", "ended its process in"),
+        ("abort", "crashed in"),
+        ("read-nowhere", "crashed in"),
+        ("write-nowhere", "crashed in"),
+        ("recurse", "crashed in"),
+        ("ignore-and-crash", "crashed in"),
+        ("memory", "crashed in"),
+        // Whether somebody notices is up to the standard library.
+        ("close", "ended its process in|crashed in"),
+        ("garbage", "answered nonsense in"),
+    ] {
+        in_places(does, |place, _, ran| {
+            let function = match place {
+                "new" => "`create`",
+                "wrench" => "`record`",
+                // The equations were recorded by then.
+                _ => return assert!(ran.0.status.success(), "{does}: {}", ran.err()),
+            };
+            assert_eq!(ran.0.status.code(), Some(4), "{does} in {place}: {}", ran.err());
+            let named = how.split('|').any(|how| ran.err().contains(&format!("its code {how} {function}")));
+            assert!(named, "{does} in {place}: {}", ran.err());
+            assert!(ran.err().contains("hostile-plugin/hostile"), "{does} in {place}: {}", ran.err());
+            assert_eq!(ran.err().matches("error[").count(), 1, "{does} in {place}: {}", ran.err());
+        });
+    }
+}
+
+#[test]
+fn who_does_not_come_back_is_named() {
+    for does in ["spin", "sleep", "stop-itself", "block-signals-and-spin", "long-answer"] {
+        in_places(does, |place, _, ran| {
+            if place != "drop" {
+                assert_eq!(ran.0.status.code(), Some(4), "{does} in {place}: {}", ran.err());
+                assert!(ran.err().contains("hostile-plugin/hostile"), "{does} in {place}: {}", ran.err());
+            }
+        });
+    }
+}
+
+/// Files, other processes, the network, the limits and signals of others are out of reach; what is left has no effect.
+#[test]
+fn who_reaches_out_reaches_nothing() {
+    let kind = kind();
+    for does in [
+        "listen",
+        "alarm",
+        "print",
+        "print-much",
+        "folder",
+        "variables",
+        "read-file",
+        "list",
+        "write-file",
+        "new-file",
+        "remove",
+        "rights",
+        "rename",
+        "connect",
+        "datagram",
+        "local",
+        "start",
+        "system",
+        "fork",
+        "kill",
+        "kill-group",
+        "owner",
+        "trace",
+        "limits",
+        "memory-of-others",
+        "thread",
+        "time",
+        "flush",
+    ] {
+        in_places(does, |place, scratch, ran| {
+            assert_eq!(ran.0.status.code(), Some(0), "{does} in {place}: {}", ran.err());
+            assert_eq!(fs::read(scratch.0.join("out/results.csv")).unwrap(), kind, "{does} in {place}");
+            assert!(ran.err().lines().count() < 120, "{does} in {place}: {}", ran.err());
+            assert!(!ran.err().contains('\u{1b}'), "{does} in {place}: {}", ran.err());
+        });
+    }
+}
+
+#[test]
+fn numbers_under_another_rounding_mode_are_refused() {
+    let scratch = Scratch::new("hostile-round");
+    for place in ["new", "wrench"] {
+        let ran = hostile(&scratch, &format!("does = 'round', place = '{place}'"), "").ends_with(4);
+        assert!(ran.err().contains("changed rounding, denormals or traps"), "{}", ran.err());
+    }
+}
+
+#[test]
+fn who_ends_the_process_while_it_is_loaded_is_named() {
+    let folder = support::kept("strangers").join("hostile-at-load");
+    let change = |source: String| source.replace("AT_LOAD: bool = false", "AT_LOAD: bool = true");
+    let libraries = fixtures::build_changed("hostile-plugin", "hostile-at-load", &folder, &change);
+    let scratch = Scratch::new("hostile-load");
+    scratch.file(
+        "scene.toml",
+        &HOSTILE.replace("PARAMS", "does = 'nothing'").replace("hostile-plugin", "hostile-at-load"),
+    );
+    let ran = Ran(scratch.command("run scene.toml").arg("--plugin").arg(libraries).output().unwrap()).ends_with(4);
+    assert!(ran.err().contains("its code ended its process in `loading the library`"), "{}", ran.err());
+    assert!(ran.err().contains("hostile-at-load"), "{}", ran.err());
+}
+
+/// The tables of results of a scene with its libraries on this side of the glass and behind it.
+#[track_caller]
+fn same_on_both_sides(scratch: &Scratch, scene: &Path, libraries: &Path) {
+    let run = |out: &str, options: &str| {
+        let mut command = scratch.command(&format!("run {} -o {out} --quiet {options}", scene.display()));
+        Ran(command.arg("--plugin").arg(libraries).output().unwrap()).ends_with(0);
+        fs::read(scratch.0.join(out).join("results.csv")).unwrap()
+    };
+    assert_eq!(run("here", "--in-process"), run("behind", ""), "{}", scene.display());
+}
+
+#[test]
+fn results_are_the_same_bits_on_both_sides() {
+    let scratch = Scratch::new("sides");
+    // Elsewhere than beside the program.
+    let libraries = scratch.0.join("libraries");
+    fs::create_dir(&libraries).unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_odyn")).parent().unwrap();
+    for name in ["joints", "forces", "controls", "compressor"] {
+        let file = format!("libodyn_{name}.so");
+        let built = [program.join(&file), program.join("deps").join(&file)].into_iter().find(|path| path.is_file());
+        if let Some(built) = built {
+            fs::copy(built, libraries.join(&file)).unwrap();
+        }
+    }
+    assert!(libraries.join("libodyn_compressor.so").is_file(), "not built");
+    same_on_both_sides(&scratch, &root().join("scenes/compressor.toml"), &libraries);
+    // Elements that are called.
+    let stubborn = include_str!("../../tests/fixtures/stubborn-plugin/scene.toml");
+    scratch.file("called.toml", &stubborn.replace("PARAMS", "does = 'nothing', place = 'nowhere'"));
+    same_on_both_sides(&scratch, &scratch.0.join("called.toml"), &fixtures::build("stubborn-plugin"));
+}
+
+/// Called elements: the one that broke the process is named, not the first one of its type.
+#[test]
+fn a_called_element_is_named() {
+    let scene = include_str!("../../tests/fixtures/stubborn-plugin/scene.toml");
+    let scratch = Scratch::new("glass-called");
+    for (does, place, how) in [
+        ("abort", "wrench", "its code crashed in `evaluate`, SIGABRT"),
+        ("read", "wrench", "its code crashed in `evaluate`, SIGSEGV"),
+        ("exit", "wrench", "its code ended its process in `evaluate`"),
+        ("exit", "accept", "its code ended its process in `accept`"),
+        ("round", "accept", "changed rounding, denormals or traps"),
+    ] {
+        scratch
+            .file("scene.toml", &scene.replace("PARAMS", &format!("does = '{does}', place = '{place}', after = 30")));
+        let mut command = scratch.command("run scene.toml -o out");
+        let ran = Ran(command.arg("--plugin").arg(fixtures::build("stubborn-plugin")).output().unwrap()).ends_with(4);
+        assert!(ran.err().contains(how), "{}", ran.err());
+        assert!(does == "round" || ran.err().contains("`it` (stubborn-plugin/stubborn)"), "{}", ran.err());
+        assert!(fs::read_to_string(scratch.0.join("out/results.csv")).unwrap().lines().count() > 1);
+    }
+}
+
+/// The word of who sends a scene with a library is not the user's.
+#[test]
+fn who_trusts_runs_a_library_in_the_process() {
+    let scratch = Scratch::new("glass-trust");
+    let libraries = fixtures::build("hostile-plugin");
+    let scene = |plugins: &str| {
+        let head = format!("libraries = [\"hostile-plugin\"]\n{plugins}");
+        HOSTILE.replace("PARAMS", "does = 'variables'").replace("libraries = [\"hostile-plugin\"]", &head)
+    };
+    let named = |plugins: &str, options: &str| {
+        scratch.file("scene.toml", &scene(plugins));
+        scratch.odyn(&format!("run scene.toml -o out {options}"))
+    };
+    let given = format!("--plugin {}", libraries.display());
+    let sees_variables = |ran: &Ran| ran.err().contains("nothing kept it from that");
+    assert!(sees_variables(&named("trust = [\"hostile-plugin\"]", &given)));
+    assert!(sees_variables(&named("", &format!("{given} --in-process"))));
+    assert!(!sees_variables(&named("", &given)));
+    let came_along = format!("path = ['{}']\ntrust = [\"hostile-plugin\"]", libraries.display());
+    assert!(!sees_variables(&named(&came_along, "")));
+    let wrong = named("trust = [\"hostile\"]", &given).ends_with(3);
+    assert!(wrong.err().contains("`hostile` is not one of the `libraries`"), "{}", wrong.err());
+}
