@@ -194,6 +194,34 @@ fn results_are_the_same_bits_on_both_sides() {
     same_on_both_sides(&scratch, &scratch.0.join("called.toml"), &fixtures::build("stubborn-plugin"));
 }
 
+/// Nothing of a library runs where its answers are known; other parameters are other questions.
+#[test]
+fn a_second_start_asks_nobody() {
+    let scratch = Scratch::new("glass-second");
+    let run = |file: &str| {
+        let params = format!("does = 'print', file = '{}-{file}'", scratch.0.display());
+        scratch.file("scene.toml", &HOSTILE.replace("PARAMS", &params));
+        let mut command = scratch.command("run scene.toml -o out");
+        command.env("XDG_CACHE_HOME", scratch.0.join("cache")).env("HOME", &scratch.0);
+        command.arg("--plugin").arg(fixtures::build("hostile-plugin"));
+        let ran = Ran(command.output().unwrap()).ends_with(0);
+        (ran.err().contains("`hostile-plugin` prints: hello"), fs::read(scratch.0.join("out/results.csv")).unwrap())
+    };
+    let (first, second, other) = (run("a"), run("a"), run("b"));
+    assert_eq!((first.0, second.0, other.0), (true, false, true));
+    assert_eq!(first.1, second.1);
+    // What is kept, but damaged, is asked for again.
+    for entry in fs::read_dir(scratch.0.join("cache/odyn/plugins")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|ending| ending == "recorded") {
+            let mut bytes = fs::read(&path).unwrap();
+            bytes.truncate(bytes.len() - 3);
+            fs::write(&path, bytes).unwrap();
+        }
+    }
+    assert_eq!(run("a"), first);
+}
+
 /// Called elements: the one that broke the process is named, not the first one of its type.
 #[test]
 fn a_called_element_is_named() {

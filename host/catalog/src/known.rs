@@ -24,6 +24,12 @@ pub(super) struct Known {
     pub(super) copy: PathBuf,
 }
 
+impl std::fmt::Display for Identity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
 impl Identity {
     /// That of a file; `None` where the system has none.
     #[cfg(unix)]

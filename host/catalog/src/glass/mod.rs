@@ -5,21 +5,25 @@
 //! - **May touch**: processes, pipes.
 //! - **Must not know**: what is asked for, and where the answers go.
 //!
-//! Equations cross once, as data, so glass costs nothing while a scene runs. Elements that are called cross at every evaluation.
+//! Equations cross once, as data, so glass costs nothing while a scene runs, and are kept: a second start with the same library and
+//! parameters starts no process. Elements that are called cross at every evaluation.
 //!
 //! | file | content |
 //! |---|---|
 //! | `message.rs` | what is asked and answered |
+//! | `kept.rs` | what was answered before |
 //! | `process.rs` | a recorder seen from the host |
 //! | `recorder.rs` | the program as a recorder |
 //! | `shut_in.rs` | what a recorder may do |
 
+mod kept;
 mod message;
 mod process;
 mod recorder;
 mod shut_in;
 
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -32,10 +36,12 @@ use element_api::params::Table;
 use element_api::recording::{Limits, Recording};
 use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
+use kept::Kept;
 use message::{Opening, Request};
 use odyn_diagnostics::{Code, codes};
-use process::Process;
+use process::{Gone, Process};
 pub use recorder::record_if_asked;
+use serde::de::DeserializeOwned;
 
 /// A call that takes longer is ended with its process.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -74,14 +80,22 @@ pub(super) struct Glass {
     /// For what it prints.
     package: String,
     process: Mutex<Option<Arc<Process>>>,
+    kept: Kept,
 }
 
 impl Glass {
     /// Loads the library in the file `copy`. Whether it left the floating-point control register as it was comes with it.
     pub(super) fn enter(copy: &Path, package: &str) -> (Result<Arc<Self>, OpenError>, bool) {
-        let glass = Self { copy: copy.into(), package: package.into(), process: Mutex::new(None) };
+        const OPENED: &str = "opened";
+        let program = PROGRAM.get().map_or(Path::new(""), |program| program);
+        let kept = Kept::of(copy, program);
+        let glass = Self { copy: copy.into(), package: package.into(), process: Mutex::new(None), kept };
+        if let Some(kept) = glass.kept.read(OPENED, "") {
+            return (Ok(Arc::new(glass)), kept);
+        }
         match glass.start() {
             Ok((process, kept)) => {
+                glass.kept.write(OPENED, "", &kept);
                 glass.process.lock().unwrap_or_else(PoisonError::into_inner).replace(Arc::new(process));
                 (Ok(Arc::new(glass)), kept)
             }
@@ -96,8 +110,8 @@ impl Glass {
         let process = process.map_err(|error| {
             OpenError::Root(format!("no process for it can be started: {error}; --in-process loads it into this one"))
         })?;
-        let opening: Opening =
-            process.ask(&Request::Open { copy: self.copy.clone() }).map_err(|gone| OpenError::Root(gone.into()))?;
+        let request = Request::Open { copy: self.copy.clone() };
+        let opening: Opening = process.ask(&request).map_err(|gone| OpenError::Root(gone.into()))?;
         opening.opened.map(|()| (process, opening.kept))
     }
 
@@ -119,10 +133,18 @@ impl Glass {
     /// Why the library gives none, or what is impossible about it.
     pub(super) fn class(self: &Arc<Self>, number: usize) -> Result<Arc<dyn ElementClass>, String> {
         let number = number as u32;
-        let text = self.process()?.ask::<Result<String, String>>(&Request::Describe { class: number })??;
+        let place = number.to_string();
+        let known: Option<String> = self.kept.read(&place, "");
+        let text = match &known {
+            Some(text) => text.clone(),
+            None => self.process()?.ask::<Result<String, String>>(&Request::Describe { class: number })??,
+        };
         let descriptor: Descriptor =
             toml::from_str(&text).map_err(|error| format!("a descriptor can't be read: {error}"))?;
         descriptor.check()?;
+        if known.is_none() {
+            self.kept.write(&place, "", &text);
+        }
         Ok(Arc::new(GlassClass { glass: Arc::clone(self), number, descriptor }))
     }
 }
@@ -139,46 +161,70 @@ impl ElementClass for GlassClass {
     }
 
     fn new_set(&self) -> Box<dyn ElementSet> {
-        let made = self.glass.process().and_then(|process| {
-            let set = process.ask::<Result<u32, String>>(&Request::NewSet { class: self.number })??;
-            Ok((process, set))
-        });
-        Box::new(GlassSet { made, limits: self.descriptor.limits(), count: 0 })
+        Box::new(GlassSet {
+            glass: Arc::clone(&self.glass),
+            class: self.number,
+            opaque: self.descriptor.opaque,
+            limits: self.descriptor.limits(),
+            params: Vec::new(),
+            made: OnceCell::new(),
+        })
     }
 }
 
+/// Instances whose equations are known are made in the process only when something else is asked of them.
 struct GlassSet {
-    /// The process and the set's number there; or why there is none.
-    made: Result<(Arc<Process>, u32), String>,
+    glass: Arc<Glass>,
+    class: u32,
+    opaque: bool,
     limits: Limits,
-    /// Instances so far.
-    count: usize,
+    /// The parameters of the instances, as TOML.
+    params: Vec<String>,
+    /// The process and the set's number there, or why there is none.
+    made: OnceCell<Result<(Arc<Process>, u32), Gone>>,
 }
 
 impl GlassSet {
+    /// The process and the number of the set there, with all instances so far.
+    fn made(&self) -> Result<(&Process, u32), Gone> {
+        let made = self.made.get_or_init(|| {
+            let process = self.glass.process()?;
+            let set = process.ask::<Result<u32, String>>(&Request::NewSet { class: self.class })??;
+            for params in &self.params {
+                let request = Request::Add { set, params: Cow::Borrowed(params) };
+                if process.ask::<Result<u32, CreateError>>(&request)?.is_err() {
+                    return Err("it refuses parameters that it took before".to_string().into());
+                }
+            }
+            Ok((process, set))
+        });
+        made.as_ref().map(|(process, set)| (&**process, *set)).map_err(Gone::clone)
+    }
+
     /// Asks for an instance.
-    fn ask<'r, T: serde::de::DeserializeOwned>(
+    fn ask<'r, T: DeserializeOwned>(
         &self,
         instance: usize,
         request: impl FnOnce(u32) -> Request<'r>,
     ) -> Result<T, Fault> {
-        if instance >= self.count {
-            let message = format!("instance {instance} does not exist ({} do)", self.count);
+        let count = self.params.len();
+        if instance >= count {
+            let message = format!("instance {instance} does not exist ({count} do)");
             return Err(Fault { instance, message });
         }
-        let fault = |message: String| Fault { instance, message };
-        let (process, set) = self.made.as_ref().map_err(|message| fault(message.clone()))?;
-        let answer: Result<T, Fault> = process.ask(&request(*set)).map_err(|gone| Fault {
-            instance: gone.instance.unwrap_or(instance).min(self.count - 1),
-            message: gone.message,
-        })?;
-        answer.map_err(|fault| Fault { instance: fault.instance.min(self.count - 1), ..fault })
+        let asked = self.made().and_then(|(process, set)| process.ask::<Result<T, Fault>>(&request(set)));
+        match asked {
+            Ok(answer) => answer.map_err(|fault| Fault { instance: fault.instance.min(count - 1), ..fault }),
+            Err(Gone { message, instance: at }) => {
+                Err(Fault { instance: at.unwrap_or(instance).min(count - 1), message })
+            }
+        }
     }
 }
 
 impl Drop for GlassSet {
     fn drop(&mut self) {
-        if let Ok((process, set)) = &self.made
+        if let Some(Ok((process, set))) = self.made.get()
             && !process.is_gone()
         {
             // Who breaks now is named when he is needed again.
@@ -189,22 +235,38 @@ impl Drop for GlassSet {
 
 impl ElementSet for GlassSet {
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
-        let (process, set) = self.made.as_ref().map_err(|message| CreateError::Fault(message.clone()))?;
         let text = toml::to_string(params)
             .map_err(|error| CreateError::Fault(format!("the parameters can't be written as TOML: {error}")))?;
-        let request = Request::Add { set: *set, params: Cow::Owned(text) };
-        let number: Result<u32, CreateError> = process.ask(&request).map_err(|gone| CreateError::Fault(gone.into()))?;
-        let number = number? as usize;
-        if number != self.count {
-            return Err(CreateError::Fault(format!("instance {} was numbered {number}", self.count)));
+        let count = self.params.len();
+        let known = !self.opaque && self.made.get().is_none() && self.glass.kept.recording(self.class, &text).is_some();
+        if !known {
+            let asked = self.made().and_then(|(process, set)| {
+                process.ask::<Result<u32, CreateError>>(&Request::Add { set, params: Cow::Borrowed(&text) })
+            });
+            let number = asked.map_err(|gone| CreateError::Fault(gone.into()))?? as usize;
+            if number != count {
+                return Err(CreateError::Fault(format!("instance {count} was numbered {number}")));
+            }
         }
-        self.count += 1;
-        Ok(number)
+        self.params.push(text);
+        Ok(count)
     }
 
     fn record(&self, instance: usize) -> Result<Recording, Fault> {
+        let check =
+            |recording: &Recording| recording.check(&self.limits).map_err(|message| Fault { instance, message });
+        let params = self.params.get(instance).map_or("", String::as_str);
+        if !self.opaque
+            && let Some(known) = self.glass.kept.recording(self.class, params)
+            && check(&known).is_ok()
+        {
+            return Ok(Recording::clone(&known));
+        }
         let recording: Recording = self.ask(instance, |set| Request::Record { set, instance: instance as u32 })?;
-        recording.check(&self.limits).map_err(|message| Fault { instance, message })?;
+        check(&recording)?;
+        if !self.opaque {
+            self.glass.kept.keep(self.class, params, &Arc::new(recording.clone()));
+        }
         Ok(recording)
     }
 

@@ -37,6 +37,12 @@ pub(super) struct Gone {
     pub instance: Option<usize>,
 }
 
+impl From<String> for Gone {
+    fn from(message: String) -> Self {
+        Self { message, instance: None }
+    }
+}
+
 impl From<Gone> for String {
     fn from(gone: Gone) -> Self {
         gone.message
