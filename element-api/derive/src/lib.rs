@@ -18,10 +18,17 @@
 //! Keys of `#[param(...)]`: `unit` (default `"1"`), `default`, `min`, `max` (inclusive), `above`, `below` (exclusive),
 //! `choices = ["a", "b"]` for texts, `variable = "t"` for functions.
 //! A field of type `Option<T>` may be left out of a scene.
+//!
+//! Numbers that stand there are in SI units, whatever scenes write; another unit beside them is refused, as are symbols that no
+//! scene knows, and defaults outside their range.
 
 use proc_macro::TokenStream;
 use quote::quote;
-use syn::{Attribute, Data, DeriveInput, Expr, Field, Fields, Lit, Meta, parse_macro_input};
+use syn::{Attribute, Data, DeriveInput, Expr, Field, Fields, Lit, Meta, UnOp, parse_macro_input};
+
+use units::Symbol;
+
+mod units;
 
 /// See the crate documentation.
 #[proc_macro_derive(Parameters, attributes(param))]
@@ -74,10 +81,12 @@ fn spec(field: &Field) -> syn::Result<proc_macro2::TokenStream> {
     }
     let mut unit = quote! { "1" };
     let mut extras = Vec::new();
+    let mut values: Vec<(String, Expr)> = Vec::new();
     for attribute in field.attrs.iter().filter(|a| a.path().is_ident("param")) {
         attribute.parse_nested_meta(|meta| {
             let value: Expr = meta.value()?.parse()?;
             let path = meta.path.get_ident().map(ToString::to_string).unwrap_or_default();
+            values.push((path.clone(), value.clone()));
             match path.as_str() {
                 "unit" => unit = quote! { #value },
                 "default" => extras.push(
@@ -98,7 +107,67 @@ fn spec(field: &Field) -> syn::Result<proc_macro2::TokenStream> {
             Ok(())
         })?;
     }
+    judge(&values)?;
     Ok(quote! { ::element_api::params::ParamSpec::new::<#ty>(#key, #unit, #doc) #(#extras)* })
+}
+
+/// Refuses what can be seen to be a mistake. Values that are not written out are left to [`ParamSpec`]'s reader.
+fn judge(values: &[(String, Expr)]) -> syn::Result<()> {
+    let number =
+        |key: &str| values.iter().find(|(k, _)| k == key).and_then(|(_, value)| Some((literal(value)?, value)));
+    let bounds = ["min", "max", "above", "below"];
+    let unit = values.iter().find(|(key, _)| key == "unit").map(|(_, value)| value);
+    if let Some(Expr::Lit(written)) = unit
+        && let Lit::Str(text) = &written.lit
+        && let text = text.value()
+        && let Some((symbol, what)) = units::not_si(&text)
+    {
+        match what {
+            Symbol::Unknown(meant) => {
+                let meant = if meant.is_empty() { String::new() } else { format!("; did you mean `{meant}`?") };
+                return Err(syn::Error::new_spanned(written, format!("`{symbol}` is no unit that scenes know{meant}")));
+            }
+            Symbol::Other(si) => {
+                let beside = std::iter::once("default").chain(bounds).find_map(|key| Some((key, number(key)?)));
+                if let Some((key, (_, value))) = beside {
+                    let text = format!(
+                        "`{key}` is in SI units, as all that the element gets: with `unit = \"{text}\"` it is read as if it were \
+                         in {symbol}; write the unit in {si} (scenes may still use {symbol})"
+                    );
+                    return Err(syn::Error::new_spanned(value, text));
+                }
+            }
+            Symbol::Si => {}
+        }
+    }
+    let Some((default, value)) = number("default") else { return Ok(()) };
+    for key in bounds {
+        let Some((bound, _)) = number(key) else { continue };
+        let (fits, sign) = match key {
+            "min" => (default >= bound, ">="),
+            "max" => (default <= bound, "<="),
+            "above" => (default > bound, ">"),
+            _ => (default < bound, "<"),
+        };
+        if !fits {
+            let text = format!("the default {default} is outside the range: it must be {sign} {bound}");
+            return Err(syn::Error::new_spanned(value, text));
+        }
+    }
+    Ok(())
+}
+
+/// A number that is written out.
+fn literal(value: &Expr) -> Option<f64> {
+    match value {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Float(number) => number.base10_parse().ok(),
+            Lit::Int(number) => number.base10_parse().ok(),
+            _ => None,
+        },
+        Expr::Unary(minus) if matches!(minus.op, UnOp::Neg(_)) => literal(&minus.expr).map(|number| -number),
+        _ => None,
+    }
 }
 
 /// The doc comment of a field as one paragraph.

@@ -60,3 +60,52 @@ fn only_structs_with_named_fields_are_parameters() {
     assert!(refusal(&parse_quote! { enum P { A } }).contains("a struct with named fields"));
     expand(&parse_quote! { struct P; }).expect("no parameters");
 }
+
+/// What is refused of a field with these keys.
+fn field(keys: &str) -> Result<String, String> {
+    let text = format!("struct P {{ /// A number.\n #[param({keys})] x: f64 }}");
+    let input: DeriveInput = syn::parse_str(&text).expect("a struct");
+    expand(&input).map(|tokens| tokens.to_string()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn numbers_beside_a_unit_that_is_not_si_are_refused() {
+    for unit in ["mm", "N/mm", "rpm", "deg", "kN s/m", "mm -> N", "%"] {
+        for key in ["default", "min", "max", "above", "below"] {
+            let said = field(&format!("unit = \"{unit}\", {key} = 5.0")).expect_err(unit);
+            assert!(said.starts_with(&format!("`{key}` is in SI units")), "{said}");
+        }
+        field(&format!("unit = \"{unit}\"")).expect("no number beside it");
+    }
+    for unit in ["m", "N m/rad", "kg m^2", "1/s", "m -> N", "1", "", "J/(kg s)"] {
+        field(&format!("unit = \"{unit}\", default = 5.0, min = -1")).expect(unit);
+    }
+    assert!(field("unit = \"N/mm\", default = 5").expect_err("not SI").contains("write the unit in m "));
+}
+
+#[test]
+fn symbols_that_no_scene_knows_are_refused() {
+    assert_eq!(field("unit = \"Nm\""), Err("`Nm` is no unit that scenes know; did you mean `N m`?".into()));
+    assert_eq!(field("unit = \"m/sec\""), Err("`sec` is no unit that scenes know".into()));
+    // Worse than one that is not SI.
+    assert!(field("unit = \"mm Nm\", default = 1").expect_err("unknown").starts_with("`Nm`"));
+}
+
+#[test]
+fn defaults_outside_their_range_are_refused() {
+    for keys in [
+        "above = 0, default = -5",
+        "above = 0.0, default = 0.0",
+        "below = 1, default = 1.0",
+        "min = 2, default = 1",
+        "max = -1.5, default = -1",
+    ] {
+        let said = field(keys).expect_err(keys);
+        assert!(said.contains("outside the range"), "{keys}: {said}");
+    }
+    for keys in
+        ["min = 0, default = 0", "max = 1.0, default = 1", "above = -1, default = -0.5", "below = LIMIT, default = 7"]
+    {
+        field(keys).expect(keys);
+    }
+}

@@ -215,3 +215,30 @@ fn wrong_unit_tables_are_rejected() {
         assert_eq!(rejected.culprit(), culprit, "{line}");
     }
 }
+
+/// What the derive of parameters takes for SI units, for others and for none.
+#[allow(dead_code)] // a part is the derive's
+#[path = "../../../../element-api/derive/src/units.rs"]
+mod derived;
+
+#[test]
+fn the_derive_knows_the_units_of_scenes() {
+    use super::super::units::{KNOWN, PREFIXES, is_unit};
+    use derived::{Symbol, look_up};
+    let prefixes = PREFIXES.iter().map(|(prefix, _)| *prefix).chain([""]);
+    for prefix in prefixes {
+        for known in KNOWN {
+            let symbol = format!("{prefix}{}", known.symbol);
+            let found = look_up(&symbol);
+            assert_eq!(is_unit(&symbol), !matches!(found, Symbol::Unknown(_)), "{symbol}: {found:?}");
+            if let Ok((_, factor)) = crate::parse_unit(&symbol) {
+                assert_eq!(factor == 1.0, found == Symbol::Si, "{symbol}: {found:?}");
+            }
+            if let Symbol::Other(si) = found {
+                let dimension = |text: &str| crate::parse_unit(text).map(|(dimension, _)| dimension).ok();
+                assert!(si == "1" || dimension(si) == dimension(&symbol), "{symbol} -> {si}");
+            }
+        }
+    }
+    assert_eq!(look_up("Nm"), Symbol::Unknown("N m".into()));
+}
