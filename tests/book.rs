@@ -12,7 +12,7 @@ use odyn::integrate::Methods;
 use odyn::results::Remedy;
 use odyn::session::{Session, scene_page};
 use odyn::verification::scenes_in;
-use odyn::workshop::{Contract, NewPlugin, Template, create};
+use odyn::workshop::{Contract, Given, NewPlugin, Outcome, Template, Verdict, create, examine};
 
 use crate::fixtures::{build_crate, file, test_crate};
 use crate::support::{Scratch, kept, options, root};
@@ -81,6 +81,18 @@ fn the_recipes_of_the_cookbook_are_sound_and_run() {
         used.extend(elements.iter().map(|e| &e.name).filter(|name| text.contains(&format!("type = \"{name}\""))));
     }
     assert_eq!(used.len(), elements.len(), "only {used:?} are in scenes");
+    // What `odyn plugin check` says, with what the library itself says of its elements.
+    let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
+    catalog.add(&file(&library, "cookbook").display().to_string(), &SearchPath::default()).unwrap();
+    let verdicts: Vec<Verdict> =
+        catalog.elements().map(|element| examine(&element, &Given::default(), &[]).unwrap()).collect();
+    assert!(verdicts.iter().all(Verdict::passed), "{verdicts:?}");
+    let exempt = verdicts.iter().flat_map(|verdict| &verdict.checks).filter(|check| check.outcome == Outcome::Exempt);
+    let exempt: Vec<&String> = exempt.flat_map(|check| &check.findings).collect();
+    assert!(
+        matches!(exempt[..], [reason] if reason.starts_with("by its library: the reaction of the air")),
+        "{exempt:?}"
+    );
 }
 
 /// `odyn explain --markdown > docs/book/src/messages.md` brings the page up to date.

@@ -76,6 +76,7 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         channels: named(channels),
         states: named(states),
         params: T::Parameters::specs(),
+        exempt: T::EXEMPT.iter().map(|(check, reason)| ((*check).into(), (*reason).into())).collect(),
     }
 }
 

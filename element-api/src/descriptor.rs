@@ -126,6 +126,9 @@ pub struct Descriptor {
     /// Parameters.
     #[serde(default)]
     pub params: Vec<ParamSpec>,
+    /// Names of checks of the test kit that do not apply, with the reasons. Contract 1.2.
+    #[serde(default)]
+    pub exempt: Vec<(String, String)>,
 }
 
 impl Descriptor {
@@ -144,6 +147,7 @@ impl Descriptor {
             ("inputs", self.inputs.len()),
             ("joints", self.joints.len()),
             ("states", self.states.len()),
+            ("exemptions", self.exempt.len()),
         ];
         match sizes.iter().find(|(_, count)| *count > MOST) {
             Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),

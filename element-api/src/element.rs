@@ -26,6 +26,9 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// Call this element at run time instead of recording its equations. For equations that depend on something outside
     /// the contract (a library, a co-simulation). Slower, and `odyn plan` says so.
     const OPAQUE: bool = false;
+    /// Checks of the test kit that do not apply to it, each with the reason:
+    /// `&[("frame-invariance", "a field of the world")]`. `odyn plugin check` calls them exempt and prints the reason. Contract 1.2.
+    const EXEMPT: &'static [(&'static str, &'static str)] = &[];
     /// What a scene tells it.
     type Parameters: Parameters;
 

@@ -77,6 +77,9 @@ pub struct ParamSpec {
     /// Value used when the scene gives none.
     #[serde(default)]
     pub default: Option<toml::Value>,
+    /// A value that the element takes, for `odyn plugin check`, where there is no default. Contract 1.2.
+    #[serde(default)]
+    pub example: Option<toml::Value>,
     /// Smallest allowed number (inclusive).
     #[serde(default)]
     pub min: Option<f64>,
@@ -108,6 +111,7 @@ impl ParamSpec {
             doc: doc.into(),
             optional: T::OPTIONAL,
             default: None,
+            example: None,
             min: None,
             max: None,
             above: None,
@@ -121,6 +125,13 @@ impl ParamSpec {
     #[must_use]
     pub fn default_value(mut self, value: toml::Value) -> Self {
         self.default = Some(value);
+        self
+    }
+
+    /// With a value that the element takes.
+    #[must_use]
+    pub fn example_value(mut self, value: toml::Value) -> Self {
+        self.example = Some(value);
         self
     }
 

@@ -15,7 +15,7 @@
 //! }
 //! ```
 //!
-//! Keys of `#[param(...)]`: `unit` (default `"1"`), `default`, `min`, `max` (inclusive), `above`, `below` (exclusive),
+//! Keys of `#[param(...)]`: `unit` (default `"1"`), `default`, `example` (what `odyn plugin check` takes), `min`, `max` (inclusive), `above`, `below` (exclusive),
 //! `choices = ["a", "b"]` for texts, `variable = "t"` for functions.
 //! A field of type `Option<T>` may be left out of a scene.
 //!
@@ -92,6 +92,9 @@ fn spec(field: &Field) -> syn::Result<proc_macro2::TokenStream> {
                 "default" => extras.push(
                     quote! { .default_value(<#ty as ::element_api::params::ParamType>::write(&(#value).into())) },
                 ),
+                "example" => extras.push(
+                    quote! { .example_value(<#ty as ::element_api::params::ParamType>::write(&(#value).into())) },
+                ),
                 "min" => extras.push(quote! { .min(#value) }),
                 "max" => extras.push(quote! { .max(#value) }),
                 "above" => extras.push(quote! { .above(#value) }),
@@ -100,7 +103,7 @@ fn spec(field: &Field) -> syn::Result<proc_macro2::TokenStream> {
                 "variable" => extras.push(quote! { .variable(#value) }),
                 other => {
                     return Err(meta.error(format!(
-                        "unknown key `{other}`: expected unit, default, min, max, above, below, choices or variable"
+                        "unknown key `{other}`: expected unit, default, example, min, max, above, below, choices or variable"
                     )));
                 }
             }
@@ -128,7 +131,7 @@ fn judge(values: &[(String, Expr)]) -> syn::Result<()> {
                 return Err(syn::Error::new_spanned(written, format!("`{symbol}` is no unit that scenes know{meant}")));
             }
             Symbol::Other(si) => {
-                let beside = std::iter::once("default").chain(bounds).find_map(|key| Some((key, number(key)?)));
+                let beside = ["default", "example"].into_iter().chain(bounds).find_map(|key| Some((key, number(key)?)));
                 if let Some((key, (_, value))) = beside {
                     let text = format!(
                         "`{key}` is in SI units, as all that the element gets: with `unit = \"{text}\"` it is read as if it were \
@@ -140,18 +143,20 @@ fn judge(values: &[(String, Expr)]) -> syn::Result<()> {
             Symbol::Si => {}
         }
     }
-    let Some((default, value)) = number("default") else { return Ok(()) };
-    for key in bounds {
-        let Some((bound, _)) = number(key) else { continue };
-        let (fits, sign) = match key {
-            "min" => (default >= bound, ">="),
-            "max" => (default <= bound, "<="),
-            "above" => (default > bound, ">"),
-            _ => (default < bound, "<"),
-        };
-        if !fits {
-            let text = format!("the default {default} is outside the range: it must be {sign} {bound}");
-            return Err(syn::Error::new_spanned(value, text));
+    for what in ["default", "example"] {
+        let Some((x, value)) = number(what) else { continue };
+        for key in bounds {
+            let Some((bound, _)) = number(key) else { continue };
+            let (fits, sign) = match key {
+                "min" => (x >= bound, ">="),
+                "max" => (x <= bound, "<="),
+                "above" => (x > bound, ">"),
+                _ => (x < bound, "<"),
+            };
+            if !fits {
+                let text = format!("the {what} {x} is outside the range: it must be {sign} {bound}");
+                return Err(syn::Error::new_spanned(value, text));
+            }
         }
     }
     Ok(())

@@ -71,7 +71,7 @@ fn field(keys: &str) -> Result<String, String> {
 #[test]
 fn numbers_beside_a_unit_that_is_not_si_are_refused() {
     for unit in ["mm", "N/mm", "rpm", "deg", "kN s/m", "mm -> N", "%"] {
-        for key in ["default", "min", "max", "above", "below"] {
+        for key in ["default", "example", "min", "max", "above", "below"] {
             let said = field(&format!("unit = \"{unit}\", {key} = 5.0")).expect_err(unit);
             assert!(said.starts_with(&format!("`{key}` is in SI units")), "{said}");
         }

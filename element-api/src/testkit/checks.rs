@@ -54,5 +54,5 @@ fn only<T: Force>(params: &str, options: &Options<'_>, check: impl FnOnce(&mut E
     let (report, examination) = Examination::begin(adapt::force::<T>(), params, options);
     let Some(mut x) = examination else { return report };
     check(&mut x);
-    x.report
+    x.judged()
 }

@@ -44,7 +44,7 @@ pub fn examine_joint_with<T: Constraint>(params: &str, options: &Options<'_>) ->
     let mobility = joints::mobility::<T>(params);
     joints::examine(&mut x, mobility.as_ref());
     x.examine_what_all_have(mobility.as_ref());
-    x.report
+    x.judged()
 }
 
 /// Examines a force element; see [`examine_joint`].
@@ -99,7 +99,7 @@ pub fn examine_class(class: Box<dyn ElementClass>, params: &str, options: &Optio
         acting::examine(&mut x);
     }
     x.examine_what_all_have(mobility.as_ref());
-    x.report
+    x.judged()
 }
 
 /// One element under examination.
@@ -116,6 +116,18 @@ pub(super) struct Examination<'a> {
 }
 
 impl<'a> Examination<'a> {
+    /// What was found but for the checks that its author says do not apply.
+    pub(super) fn judged(self) -> Report {
+        let Self { class, mut report, .. } = self;
+        for (name, _) in &class.descriptor().exempt {
+            match Check::ALL.into_iter().find(|check| check.name() == name) {
+                Some(check) => report.findings.retain(|finding| finding.check != check),
+                None => report.add(Check::Recording, format!("EXEMPT names `{name}`, which is no check")),
+            }
+        }
+        report
+    }
+
     /// Builds the element. When that fails, or results are missing, there is nothing more to examine.
     pub(super) fn begin(
         class: Box<dyn ElementClass>,

@@ -130,9 +130,11 @@ fn beside(name: &str, mut catalog: Catalog) -> Option<Cost> {
 /// The library as it presents itself.
 fn head(library: &LibraryInfo) -> String {
     let features = if library.features.is_empty() { "none".into() } else { library.features.join(" ") };
+    let glass =
+        "  behind glass: each call crosses to another process, some 50 us; --in-process measures calls in this one\n";
     format!(
         "{} {}: {}\n  {}\n  interface {} (this program {ABI}), contract {} (this program {INTERFACE}), conventions {}\n  \
-         {} build, processor features: {features}\n",
+         {} build, processor features: {features}\n{}",
         library.package,
         library.version,
         library.about,
@@ -141,6 +143,7 @@ fn head(library: &LibraryInfo) -> String {
         library.interface,
         library.conventions,
         library.profile.word(),
+        if library.glass { glass } else { "" },
     )
 }
 
@@ -194,6 +197,7 @@ fn taken(value: &Value) -> String {
     let origin = match value.origin {
         Origin::Given => "given",
         Origin::Default => "its default",
+        Origin::Example => "its example",
         Origin::Taken => "not given; taken from its range",
     };
     format!("{}{unit} ({origin})", value.value)

@@ -130,6 +130,7 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         channels: named('c', up_to(3)),
         states: Vec::new(),
         params: Vec::new(),
+        exempt: Vec::new(),
     }
 }
 

@@ -118,6 +118,7 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         states: named(element.states, element.state_count, "states")?,
         // SAFETY: as above.
         params: params.iter().map(|one| unsafe { parameter(one) }.map_err(inside)).collect::<Result<_, _>>()?,
+        exempt: Vec::new(),
         name: name.clone(),
     })
 }

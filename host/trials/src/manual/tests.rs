@@ -34,6 +34,7 @@ fn element(name: &str, kind: Kind) -> Element {
                 ParamSpec::new::<f64>("stiffness", "N/m", "Stiffness, `k`.").above(0.0),
                 ParamSpec::new::<String>("mode", "", "Which way.").choices(&["up", "down"]).default_value("up".into()),
             ],
+            exempt: Vec::new(),
         },
     }
 }

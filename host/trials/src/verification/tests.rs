@@ -114,6 +114,7 @@ fn element(name: &str) -> Element {
         channels: Vec::new(),
         states: Vec::new(),
         params: Vec::new(),
+        exempt: Vec::new(),
     };
     Element { name: name.into(), library: library.into(), version: "1".into(), descriptor }
 }

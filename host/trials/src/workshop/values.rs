@@ -16,7 +16,9 @@ pub enum Origin {
     Given,
     /// The element's default.
     Default,
-    /// Required and not given: a value inside its range.
+    /// Required and not given: the element's example.
+    Example,
+    /// Required and not given, without an example: a value inside its range.
     Taken,
 }
 
@@ -131,8 +133,9 @@ pub(super) fn complete(descriptor: &Descriptor, given: &Given) -> Result<(Table,
             (false, Some(_), _) => Origin::Default,
             (false, None, true) => continue,
             (false, None, false) => {
-                written.insert(spec.name.clone(), sensible(spec));
-                Origin::Taken
+                let value = spec.example.clone().unwrap_or_else(|| sensible(spec));
+                written.insert(spec.name.clone(), value);
+                if spec.example.is_some() { Origin::Example } else { Origin::Taken }
             }
         };
         origins.push((spec, origin));

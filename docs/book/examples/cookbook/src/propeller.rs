@@ -45,6 +45,8 @@ impl Element for Propeller {
         FrameSpec::new("air", "the body that the air goes with, usually the ground"),
         FrameSpec::new("propeller", "its z axis is that of the propeller"),
     ];
+    const EXEMPT: &'static [(&'static str, &'static str)] =
+        &[("third-law", "the reaction of the air goes into the air, not onto the body that it goes with")];
     type Parameters = PropellerParameters;
 
     fn new(p: PropellerParameters) -> Result<Self, ParamError> {

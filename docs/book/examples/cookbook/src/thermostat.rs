@@ -12,10 +12,10 @@ pub struct Thermostat(ThermostatParameters);
 #[derive(Parameters)]
 pub struct ThermostatParameters {
     /// Switches on below.
-    #[param(unit = "")]
+    #[param(unit = "", example = -0.5)]
     low: f64,
     /// Switches off above.
-    #[param(unit = "")]
+    #[param(unit = "", example = 0.5)]
     high: f64,
     /// On at the start.
     #[param(default = true)]
