@@ -168,3 +168,31 @@ fn a_library_that_was_built_again_is_loaded_beside_the_old_one() {
     assert_eq!((look(60), look(61).is_some()), (None, true));
     assert!(open(&scene, &plugins).is_ok_and(|session| off(session, 3.0) < 1e-8), "mistakes can be put right");
 }
+
+/// Another library of the name, further down the search order, is not taken while the first may be under construction, and not
+/// without a word afterwards.
+#[test]
+fn a_watched_library_that_is_deleted_is_named_with_the_one_that_is_used_instead() {
+    let scratch = Scratch::new();
+    let [near, far] = ["near", "far"].map(|name| scratch.path().join(name));
+    for folder in [&near, &far] {
+        fs::create_dir(folder).unwrap();
+        fs::copy(file(&build("good-plugin"), "good-plugin"), file(folder, "good-plugin")).unwrap();
+    }
+    let scene = scratch.file("scene.toml", SCENE.replace("LIBRARY", "\"good-plugin\""));
+    let mut watched = Watched::new(&scene, &options(&[], &[near.clone(), far.clone()]));
+    let now = Instant::now();
+    let mut look = |seconds: u64| watched.look(now + Duration::from_secs(seconds));
+    assert_eq!(look(0), None);
+    let library = file(&near, "good-plugin");
+    let bytes = fs::read(&library).unwrap();
+    fs::remove_file(&library).unwrap();
+    assert_eq!((look(1), look(2), look(9)), (None, None, None));
+    fs::write(&library, &bytes).unwrap();
+    assert_eq!((look(10), look(30)), (None, None), "it is back");
+    fs::remove_file(&library).unwrap();
+    assert_eq!((look(40), look(41)), (None, None));
+    let other = file(&far, "good-plugin");
+    let words = format!("`{}` (gone; `{}` is used instead)", library.display(), other.display());
+    assert_eq!(look(52), Some(words));
+}

@@ -77,12 +77,24 @@ impl Watched {
         let since = *self.since.get_or_insert(now);
         let new =
             || self.last.iter().filter(|file| !content(&self.used).any(|known| known == (&file.path, &file.hash)));
-        let built = new().filter(|file| file.is_library).all(|file| read_manifest(&file.path).is_ok());
+        // A library may be gone for a moment while it is built; that another of its name is installed is no reason to take that.
+        let is_gone = |file: &&Seen| file.is_library && file.stamp.is_some() && !file.path.is_file();
+        let gone: Vec<&Seen> = self.used.iter().filter(is_gone).collect();
+        let built =
+            gone.is_empty() && new().filter(|file| file.is_library).all(|file| read_manifest(&file.path).is_ok());
         if !steady || (!built && now.duration_since(since) < PATIENCE) {
             return None;
         }
-        let changed = in_words(new());
-        let changed = if changed.is_empty() { "the list of libraries".into() } else { changed };
+        let instead = |file: &Seen| {
+            let same = |other: &&Seen| other.path.file_name() == file.path.file_name() && other.stamp.is_some();
+            let other = new().find(same).map(|other| format!("; `{}` is used instead", other.path.display()));
+            format!("`{}` (gone{})", file.path.display(), other.unwrap_or_default())
+        };
+        let replaced = |file: &&Seen| gone.iter().any(|gone| gone.path.file_name() == file.path.file_name());
+        let rest = in_words(new().filter(|file| !replaced(file)));
+        let rest = Some(rest).filter(|rest| !rest.is_empty());
+        let changed: Vec<String> = gone.iter().map(|file| instead(file)).chain(rest).collect();
+        let changed = if changed.is_empty() { "the list of libraries".into() } else { changed.join(", ") };
         self.used = self.last.clone();
         self.since = None;
         Some(changed)
