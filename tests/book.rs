@@ -119,6 +119,35 @@ fn the_reference_of_the_scene_format_is_up_to_date() {
     );
 }
 
+/// Every function and parameter type that authors have is on the page of the vocabulary.
+#[test]
+fn the_vocabulary_is_complete() {
+    let page = read(&book().join("src/vocabulary.md"));
+    let source = |name: &str| read(&root().join("element-api/src").join(name));
+    // The functions of a trait, of the types of an element's arguments, of a module.
+    let functions = |text: &str, begin: &str, end: &str, function: &str| -> Vec<String> {
+        let parts = text.split(begin).skip(1).filter_map(|part| part.split(end).next());
+        let names = parts.flat_map(|part| part.split(function).skip(1));
+        names.filter_map(|rest| rest.split(['(', '<']).next()).map(|name| format!("{name}(")).collect()
+    };
+    let mut words = functions(&source("scalar.rs"), "pub trait Scalar:", "\n}\n", "    fn ");
+    words.extend(functions(&source("element.rs"), "impl<S: Scalar> ", "\n}\n", "    pub fn "));
+    words.extend(functions(&source("element.rs"), "impl<'a, S: Scalar> Values", "\n}\n", "    pub fn "));
+    words.extend(functions(&source("geometry.rs"), "impl<S: Scalar> Frame<S>", "\n}\n", "    pub fn "));
+    let blocks = source("blocks.rs");
+    words.extend(
+        blocks.split("\npub fn ").skip(1).filter_map(|rest| rest.split('<').next()).map(|n| format!("blocks::{n}(")),
+    );
+    assert!(words.len() > 45, "{words:?}");
+    for file in ["params.rs", "curve.rs", "function.rs"] {
+        let text = source(file);
+        let types = text.split("ParamType for ").skip(1).filter_map(|rest| rest.split(" {").next().map(str::to_string));
+        words.extend(types.map(|name| format!("`{name}`")));
+    }
+    let missing: Vec<&String> = words.iter().filter(|word| !page.contains(word.as_str())).collect();
+    assert!(missing.is_empty(), "not in docs/book/src/vocabulary.md: {missing:?}");
+}
+
 /// The pages of the book.
 fn pages() -> Vec<PathBuf> {
     let files = fs::read_dir(book().join("src")).unwrap().map(|entry| entry.unwrap().path());

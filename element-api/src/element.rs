@@ -285,6 +285,17 @@ pub struct Configuration<'a, S> {
 }
 
 impl<S: Scalar> Configuration<'_, S> {
+    /// The element's frames.
+    #[must_use]
+    pub fn frames(&self) -> &[Frame<S>] {
+        self.frames
+    }
+    /// Time, s.
+    #[must_use]
+    pub fn time(&self) -> S {
+        self.time
+    }
+
     /// The angle of the point (`cos`, `sin`) in rad, continuous over any number of turns. `k` numbers the element's
     /// angles, 0 .. [`Element::ANGLES`].
     ///
@@ -351,6 +362,34 @@ impl<S: Scalar> Motion<'_, S> {
     #[must_use]
     pub fn time(&self) -> S {
         self.configuration.time
+    }
+    /// [`Configuration::angle`].
+    ///
+    /// # Panics
+    /// As there.
+    #[must_use]
+    pub fn angle(&self, k: usize, sin: S, cos: S) -> S {
+        self.configuration.angle(k, sin, cos)
+    }
+    /// [`Configuration::angle_about_z`].
+    ///
+    /// # Panics
+    /// As [`Configuration::angle`].
+    #[must_use]
+    pub fn angle_about_z(&self, k: usize, i: usize, j: usize) -> S {
+        self.configuration.angle_about_z(k, i, j)
+    }
+    /// Velocity of the point of a frame's body that is at `point` (m, ground frame) now, m/s, ground frame.
+    #[must_use]
+    pub fn velocity_at(&self, frame: usize, point: Vec3<S>) -> Vec3<S> {
+        let twist = &self.twists[frame];
+        twist.velocity + twist.angular_velocity.cross(&(point - self.frames()[frame].position))
+    }
+    /// Velocity of the body of frame `j` against that of frame `i` where both are at `point` (m, ground frame): of a contact, the
+    /// sliding and approaching, m/s, ground frame.
+    #[must_use]
+    pub fn relative_velocity_at(&self, i: usize, j: usize, point: Vec3<S>) -> Vec3<S> {
+        self.velocity_at(j, point) - self.velocity_at(i, point)
     }
     /// Angular velocity of frame `j` against frame `i` about the z axis of frame `i`, rad/s.
     #[must_use]
@@ -426,6 +465,17 @@ impl<S: Scalar> Wrenches<'_, S> {
     /// A torque (N m, ground frame) on the body of a frame.
     pub fn torque(&mut self, frame: usize, torque: Vec3<S>) {
         self.torques[frame] += torque;
+    }
+    /// A force (N, ground frame) on the body of a frame, at `point` (m, ground frame).
+    pub fn force_at(&mut self, frame: usize, point: Vec3<S>, force: Vec3<S>) {
+        let lever = point - self.frames[frame].position;
+        self.force(frame, force);
+        self.torque(frame, lever.cross(&force));
+    }
+    /// Action and reaction at `point` (m, ground frame): `force` on the body of frame `j`, its opposite on that of frame `i`.
+    pub fn force_pair_at(&mut self, i: usize, j: usize, point: Vec3<S>, force: Vec3<S>) {
+        self.force_at(j, point, force);
+        self.force_at(i, point, -force);
     }
     /// Action and reaction: `force` at the origin of frame `j`, and its opposite on the body of frame `i` along the same
     /// line, so that the pair has no resultant force and no resultant moment.

@@ -220,16 +220,15 @@ fn run<S: Scalar>(steps: &[Step], x: S) -> S {
 }
 
 fn unary<S: Scalar>(operation: Unary, a: S) -> S {
-    let one = S::one();
     match operation {
         Unary::Neg => -a,
         Unary::Sqrt => a.sqrt(),
         Unary::Sin => a.sin(),
         Unary::Cos => a.cos(),
-        Unary::Tan => a.sin() / a.cos(),
-        Unary::Asin => a.atan2((one - a * a).sqrt()),
-        Unary::Acos => (one - a * a).sqrt().atan2(a),
-        Unary::Atan => a.atan2(one),
+        Unary::Tan => a.tan(),
+        Unary::Asin => a.asin(),
+        Unary::Acos => a.acos(),
+        Unary::Atan => a.atan(),
         Unary::Exp => a.exp(),
         Unary::Ln => a.ln(),
         Unary::Tanh => a.tanh(),

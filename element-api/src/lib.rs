@@ -96,7 +96,7 @@ pub use geometry::{Frame, Mat3, Pose, Twist, Vec3, length};
 pub use jet::Jet;
 pub use params::{NoParameters, ParamError, Parameters};
 pub use recording::Recording;
-pub use scalar::Scalar;
+pub use scalar::{Condition, Scalar, select};
 pub use set::{ElementClass, ElementSet};
 pub use surface::Surface;
 pub use table::{Interpolation, Outside, Table};
@@ -105,8 +105,8 @@ pub use table::{Interpolation, Outside, Table};
 pub mod prelude {
     pub use crate::blocks;
     pub use crate::{
-        ChannelSpec, Configuration, Constraint, Control, Curve, Element, Force, Frame, FrameSpec, Function, InputSpec,
-        Interpolation, Mat3, Motion, NoParameters, Outside, ParamError, Parameters, Pose, Reaction, Rows, Scalar,
-        Surface, Table, Twist, Values, Vec3, Wrenches, doc_of, length,
+        ChannelSpec, Condition, Configuration, Constraint, Control, Curve, Element, Force, Frame, FrameSpec, Function,
+        InputSpec, Interpolation, Mat3, Motion, NoParameters, Outside, ParamError, Parameters, Pose, Reaction, Rows,
+        Scalar, Surface, Table, Twist, Values, Vec3, Wrenches, doc_of, length, select,
     };
 }

@@ -13,7 +13,13 @@ use crate::table::Table;
 /// [`crate::recorded::Recorded`] (the recording that the host compiles). None of these lets an equation read a value and
 /// branch on it; where an equation switches, it says so with [`Scalar::select`], and the host knows the place.
 ///
-/// Arithmetic works between scalars and with `f64` on the right; `S::from(2.0)` lifts a constant.
+/// Arithmetic works between scalars and with `f64` on the right (`x * 2.0`); `S::from(2.0)` lifts a constant. What is a method here
+/// means the same for all three, to the last bit for `f64` and recordings.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number that equations are written in",
+    label = "not a `Scalar`",
+    note = "equations are generic over `S: Scalar`; write `S::from(2.0)` for a constant, and `x * 2.0` with the constant on the right"
+)]
 pub trait Scalar:
     Copy
     + Debug
@@ -68,6 +74,44 @@ pub trait Scalar:
     #[must_use]
     fn lookup(self, table: &Table) -> Self;
 
+    /// Tangent of an angle in rad.
+    #[must_use]
+    fn tan(self) -> Self {
+        Scalar::sin(self) / Scalar::cos(self)
+    }
+    /// Angle in [-pi/2, pi/2] with this sine; the derivative at -1 and 1 is infinite.
+    #[must_use]
+    fn asin(self) -> Self {
+        let cosine = ((Self::one() - self) * (self + 1.0)).sqrt();
+        Scalar::atan2(self, cosine)
+    }
+    /// Angle in [0, pi] with this cosine; the derivative at -1 and 1 is infinite.
+    #[must_use]
+    fn acos(self) -> Self {
+        let sine = ((Self::one() - self) * (self + 1.0)).sqrt();
+        Scalar::atan2(sine, self)
+    }
+    /// Angle in (-pi/2, pi/2) with this tangent.
+    #[must_use]
+    fn atan(self) -> Self {
+        Scalar::atan2(self, Self::one())
+    }
+    /// Length of the legs `self` and `other` together; has no derivative where both are zero.
+    #[must_use]
+    fn hypot(self, other: Self) -> Self {
+        (self * self + other * other).sqrt()
+    }
+    /// Whether `self` is below `bound`, for [`select`].
+    #[must_use]
+    fn below(self, bound: impl Into<Self>) -> Condition<Self> {
+        Condition { small: self, large: bound.into() }
+    }
+    /// Whether `self` is above `bound`, for [`select`].
+    #[must_use]
+    fn above(self, bound: impl Into<Self>) -> Condition<Self> {
+        Condition { small: bound.into(), large: self }
+    }
+
     /// Absolute value; switches at zero.
     #[must_use]
     fn abs(self) -> Self {
@@ -88,6 +132,20 @@ pub trait Scalar:
     fn clamp(self, low: f64, high: f64) -> Self {
         self.max(Self::from(low)).min(Self::from(high))
     }
+}
+
+/// A comparison that an equation switches by, see [`select`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Condition<S> {
+    small: S,
+    large: S,
+}
+
+/// `x` where the condition holds, otherwise `y`: `select(depth.above(0.0), contact, S::zero())`. Both are evaluated, so both must be
+/// numbers. The host sees where it switches and ends steps there.
+#[must_use]
+pub fn select<S: Scalar>(condition: Condition<S>, x: S, y: S) -> S {
+    S::select(condition.small, condition.large, x, y)
 }
 
 impl Scalar for f64 {

@@ -101,7 +101,7 @@ impl Element for RotationalActuator {
 impl RotationalActuator {
     /// (1)
     fn torque<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
-        let angle = at.configuration.angle_about_z(0, 0, 1);
+        let angle = at.angle_about_z(0, 0, 1);
         value(&self.0.of_time, at.time())
             + value(&self.0.of_angle, angle)
             + value(&self.0.of_speed, at.spin_about_z(0, 1))
@@ -125,7 +125,7 @@ impl Force for RotationalActuator {
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let torque = self.torque(at);
         out.push(torque);
-        out.push(at.configuration.angle_about_z(0, 0, 1));
+        out.push(at.angle_about_z(0, 0, 1));
         out.push(torque * at.spin_about_z(0, 1));
     }
 }

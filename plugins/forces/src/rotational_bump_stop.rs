@@ -112,7 +112,7 @@ impl Element for RotationalBumpStop {
 
 impl RotationalBumpStop {
     fn torque<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
-        self.0.force(at.configuration.angle_about_z(0, 0, 1), at.spin_about_z(0, 1))
+        self.0.force(at.angle_about_z(0, 0, 1), at.spin_about_z(0, 1))
     }
 }
 
@@ -128,14 +128,14 @@ impl Force for RotationalBumpStop {
 
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         out.push(self.torque(at));
-        out.push(at.configuration.angle_about_z(0, 0, 1));
+        out.push(at.angle_about_z(0, 0, 1));
     }
 
     fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.0.potential(at.configuration.angle_about_z(0, 0, 1)))
+        Some(self.0.potential(at.angle_about_z(0, 0, 1)))
     }
 
     fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.0.dissipation(at.configuration.angle_about_z(0, 0, 1), at.spin_about_z(0, 1)))
+        Some(self.0.dissipation(at.angle_about_z(0, 0, 1), at.spin_about_z(0, 1)))
     }
 }

@@ -110,7 +110,7 @@ impl Element for RotationalSpringDamper {
 
 impl RotationalSpringDamper {
     fn deflection<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
-        at.configuration.angle_about_z(0, 0, 1) - self.0.free_angle
+        at.angle_about_z(0, 0, 1) - self.0.free_angle
     }
 
     /// (1)
@@ -138,7 +138,7 @@ impl Force for RotationalSpringDamper {
 
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         out.push(self.torque(at));
-        out.push(at.configuration.angle_about_z(0, 0, 1));
+        out.push(at.angle_about_z(0, 0, 1));
     }
 
     fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {

@@ -51,7 +51,7 @@ impl Control for Thermostat {
 
     fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let (input, low, high) = (at.inputs[0], S::from(self.0.low), S::from(self.0.high));
-        let as_it_was = S::select(high, input, S::zero(), at.memory[0]);
-        out.push(S::select(input, low, S::one(), as_it_was));
+        let as_it_was = select(input.above(high), S::zero(), at.memory[0]);
+        out.push(select(input.below(low), S::one(), as_it_was));
     }
 }
