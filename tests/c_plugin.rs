@@ -3,7 +3,7 @@
 #[path = "c_plugin/twins.rs"]
 mod twins;
 
-use twins::{Drag, Hinge, Rod, Strut};
+use twins::{Blade, Drag, Hinge, Rod, Strut, Wind};
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs;
@@ -18,6 +18,7 @@ use element_api::prelude::*;
 use element_api::set::{Batch, CreateError, ElementClass, Layout, Wanted};
 use odyn::catalog::{Catalog, SearchPath};
 use odyn::session::{RunReport, Session};
+use odyn::workshop::{Given, Verdict, examine};
 
 use crate::support::{Scratch, column, difference, kept, options, root, run_linked};
 
@@ -67,7 +68,7 @@ fn c_plugin() -> Option<&'static Path> {
 }
 
 fn twins() -> Vec<Box<dyn ElementClass>> {
-    vec![joint::<Rod>(), force::<Strut>(), joint::<Hinge>(), force::<Drag>()]
+    vec![joint::<Rod>(), force::<Strut>(), joint::<Hinge>(), force::<Drag>(), joint::<Blade>(), force::<Wind>()]
 }
 
 /// The classes of the C library.
@@ -152,8 +153,59 @@ of = "drag"
 channel = "steps"
 "#;
 
+/// A sleigh with a blade behind its centre, in a wind that is sampled.
+const SLEIGH: &str = r#"
+[plugins]
+libraries = ["c-plugin"]
+[simulation]
+t_end = 2
+output_step = 0.05
+tolerance = 1e-11
+[[body]]
+name = "sleigh"
+mass = 3
+inertia = [0.5, 0.5, 0.5]
+position = [0.4, 0, 0]
+velocity = [1, 0.2, 0]
+angular_velocity = [0, 0, 0.5]
+[[joint]]
+name = "blade"
+type = "blade"
+bodies = ["ground", "sleigh"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+[[force]]
+name = "wind"
+type = "wind"
+bodies = ["sleigh"]
+params.period = 0.25
+[[output]]
+name = "x"
+quantity = "position"
+of = "sleigh"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "sleigh"
+component = "y"
+[[output]]
+name = "side"
+quantity = "reaction_force"
+of = "blade"
+on = "sleigh"
+component = "y"
+[[output]]
+name = "held"
+quantity = "value"
+of = "wind"
+channel = "held"
+"#;
+
+const QUANTITIES: [&str; 4] = ["x", "y", "load", "pull"];
+
 /// Runs a scene with the elements in C and with their twins, and gives the former.
-fn compared(scene: &str, library: &Path, bound: f64) -> RunReport {
+fn compared(scene: &str, names: &[&str], library: &Path, bound: f64) -> RunReport {
     let scratch = Scratch::new();
     let path = scratch.file("scene.toml", scene);
     let folder = library.parent().unwrap().to_path_buf();
@@ -162,7 +214,7 @@ fn compared(scene: &str, library: &Path, bound: f64) -> RunReport {
     assert_eq!(in_c.exit_code(), 0, "{}", in_c.summary.reason);
     let package = Library { package: "twin".into(), version: "1".into(), about: String::new(), classes: twins() };
     let in_rust = run_linked(scene, package);
-    for name in ["x", "y", "load", "pull"] {
+    for name in names {
         let off = difference(column(&in_c, name), column(&in_rust, name));
         assert!(off < bound, "{name}: {off:e}");
         let first = column(&in_c, name)[0];
@@ -176,15 +228,35 @@ fn compared(scene: &str, library: &Path, bound: f64) -> RunReport {
 fn recorded_elements_in_c_move_like_those_in_rust() {
     let Some(library) = c_plugin() else { return };
     let welded = SCENE.replace("HINGE", "rod").replace("point = [0, 0, 0]\naxis = [0, 0, 1]", "params.length = 0.5");
-    compared(&welded.replace("DRAG", ""), library, 1e-12);
+    compared(&welded.replace("DRAG", ""), &QUANTITIES, library, 1e-12);
 }
 
 #[test]
 fn called_elements_in_c_move_like_recorded_ones_in_rust() {
     let Some(library) = c_plugin() else { return };
-    let in_c = compared(&SCENE.replace("HINGE", "called-hinge").replace("DRAG", DRAG), library, 1e-8);
+    let scene = SCENE.replace("HINGE", "called-hinge").replace("DRAG", DRAG);
+    let in_c = compared(&scene, &QUANTITIES, library, 1e-8);
     let steps = column(&in_c, "steps");
     assert!(steps.windows(2).all(|pair| pair[0] <= pair[1]) && steps.last().is_some_and(|last| *last > 10.0));
+}
+
+#[test]
+fn rows_on_velocities_and_samples_in_c_are_those_in_rust() {
+    let Some(library) = c_plugin() else { return };
+    let in_c = compared(SLEIGH, &["x", "y", "side", "held"], library, 1e-12);
+    // Held between two samples.
+    let held = column(&in_c, "held");
+    assert!((2..=5).all(|k| held[k] == held[1]) && held[5] != held[6], "{held:?}");
+}
+
+/// The library says itself what its elements can be examined with.
+#[test]
+fn elements_in_c_pass_the_test_kit() {
+    let Some(library) = c_plugin() else { return };
+    for element in classes(library).elements() {
+        let verdict: Verdict = examine(&element, &Given::default(), &[]).unwrap();
+        assert!(verdict.passed(), "{verdict:?}");
+    }
 }
 
 /// What is said of the fixture `faulty.c` with a mistake: when it is loaded, or when its equations are asked for.

@@ -16,8 +16,8 @@
  *  - `evaluate` must not change memory: it is also called for steps that are rejected later. Memory changes in `accept`.
  *  - Units are SI and rad, vectors are in the right-handed ground frame, rotation matrices map marker components to ground
  *    components. A wrench is what acts on the body. Joint axes are z axes.
- *  - Structs grow at their end; each says its size as its writer knew it. Array elements (odyn_named, odyn_signal,
- *    odyn_parameter, odyn_value) never change.
+ *  - Structs grow at their end; each says its size as its writer knew it, and what it does not have is zero. Array elements
+ *    (odyn_named, odyn_signal, odyn_parameter, odyn_text, odyn_value) never change.
  */
 #ifndef ODYN_ELEMENT_H
 #define ODYN_ELEMENT_H
@@ -128,7 +128,10 @@ enum {
     ODYN_OUT_POTENTIAL = 9,     /* 0; potential energy, J */
     ODYN_OUT_DISSIPATION = 10,  /* 0; dissipated power, W, not negative */
     ODYN_OUT_POSE_POSITION = 11, /* component of the position of frame 1 in frame 0 */
-    ODYN_OUT_POSE_ROTATION = 12  /* 3 row + column of the rotation frame 1 -> frame 0 */
+    ODYN_OUT_POSE_ROTATION = 12, /* 3 row + column of the rotation frame 1 -> frame 0 */
+    /* Row on velocities of a joint, numbered with the others: zero when it holds, linear in the velocities. Contract 1.2. */
+    ODYN_OUT_VELOCITY_ROW = 13,
+    ODYN_OUT_SAMPLE_PERIOD = 14 /* 0; s, a constant: memory changes at its whole multiples only. Contract 1.2. */
 };
 
 /* Continuation of a table outside its points, plus what it is between them (hosts of contract 1.0 know splines only). */
@@ -177,6 +180,12 @@ typedef struct odyn_parameter {
     /* Name of a function's variable in expressions; null: x. */
     const char *variable;
 } odyn_parameter;
+
+/* A name and a text about it. */
+typedef struct odyn_text {
+    const char *name;
+    const char *text;
+} odyn_text;
 
 /* Where a function says what went wrong. The host allocates it, empty. */
 typedef struct odyn_error {
@@ -267,6 +276,15 @@ typedef struct odyn_element {
     size_t (*save)(const void *instance, unsigned char *bytes, size_t capacity);
     /* [between steps] Restores it. May be null, with `save`. */
     int32_t (*load)(void *instance, const unsigned char *bytes, size_t count, odyn_error *error);
+
+    /* Contract 1.2. */
+    size_t velocity_row_count; /* so many of the rows, the last ones, are on velocities; not with ODYN_OPAQUE */
+    /* Values of parameters that it can be examined with (`odyn plugin check`), as they would be written in a scene without units. */
+    const odyn_text *examples;
+    size_t example_count;
+    /* Checks of the test kit that do not apply to it ("third-law"), and why. */
+    const odyn_text *exempt;
+    size_t exempt_count;
 } odyn_element;
 
 /* What a library exports; made by ODYN_PLUGIN. */
@@ -550,6 +568,14 @@ static inline void odyn_result(odyn_tape o, uint32_t role, uint32_t index, odyn_
     o->result(o->context, role, index, value);
 }
 static inline void odyn_row(odyn_tape o, uint32_t row, odyn_value value) { odyn_result(o, ODYN_OUT_ROW, row, value); }
+/* A row on velocities: rolling without slip, a blade. */
+static inline void odyn_velocity_row(odyn_tape o, uint32_t row, odyn_value value) {
+    odyn_result(o, ODYN_OUT_VELOCITY_ROW, row, value);
+}
+/* The element samples: its memory changes at the start and at whole multiples of the period only. */
+static inline void odyn_sample_period(odyn_tape o, double period) {
+    odyn_result(o, ODYN_OUT_SAMPLE_PERIOD, 0, odyn_constant(o, period));
+}
 static inline void odyn_report_coordinate(odyn_tape o, uint32_t k, odyn_value value) {
     odyn_result(o, ODYN_OUT_COORDINATE, k, value);
 }

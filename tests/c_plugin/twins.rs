@@ -70,7 +70,7 @@ pub struct StrutParameters {
     #[param(unit = "m")]
     start: f64,
     /// Force over length, four points.
-    #[param(unit = "m -> N")]
+    #[param(unit = "m -> N", example = vec![[0.0, 0.0], [1.0, 0.0], [1.5, 4.0], [2.0, 5.0]])]
     bump: Vec<[f64; 2]>,
     /// Force over length.
     #[param(unit = "m -> N", variable = "l")]
@@ -183,5 +183,74 @@ impl Force for Drag {
     }
     fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
         Some(at.twists[0].velocity.dot(&at.twists[0].velocity) * self.factor)
+    }
+}
+
+/// `blade` of the C library.
+pub struct Blade;
+
+impl Element for Blade {
+    const NAME: &'static str = "blade";
+    const SUMMARY: &'static str = "a point does not move across its blade";
+    const FRAMES: &'static [FrameSpec] = TWO_ENDS;
+    type Parameters = NoParameters;
+
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Constraint for Blade {
+    const ROWS: &'static [&'static str] = &[];
+    const VELOCITY_ROWS: &'static [&'static str] = &["across"];
+
+    fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {}
+
+    fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        let d = at.frames()[1].position - at.frames()[0].position;
+        let carried = at.twists[0].angular_velocity.cross(&d);
+        rows.push(at.frames()[1].z().dot(&(at.relative_velocity(0, 1) - carried)));
+    }
+}
+
+/// `wind` of the C library.
+pub struct Wind(f64);
+
+#[derive(Parameters)]
+pub struct WindParameters {
+    /// Between two samples.
+    #[param(unit = "s", above = 0.0, example = 0.25)]
+    period: f64,
+}
+
+impl Element for Wind {
+    const NAME: &'static str = "wind";
+    const SUMMARY: &'static str = "drag that holds what it measured";
+    const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("body", "where it pulls")];
+    const EXEMPT: &'static [(&'static str, &'static str)] = &[("frame-invariance", "it blows along x of the ground")];
+    type Parameters = WindParameters;
+
+    fn new(p: WindParameters) -> Result<Self, ParamError> {
+        Ok(Self(p.period))
+    }
+}
+
+impl Force for Wind {
+    const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("held", "m/s", "speed at the last sample")];
+
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+        out.force(0, Vec3::new(-at.memory[0], S::zero(), S::zero()));
+    }
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.memory[0]);
+    }
+    fn initial_memory(&self) -> Vec<f64> {
+        vec![0.0]
+    }
+    fn sample_period(&self) -> Option<f64> {
+        Some(self.0)
+    }
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.twists[0].velocity.x);
     }
 }

@@ -86,8 +86,10 @@ struct Instance {
     /// The library's own.
     pointer: *mut c_void,
     params: Params,
-    /// The rows that it has.
+    /// The rows that it has, without those on velocities.
     rows: Vec<usize>,
+    /// Its rows on velocities.
+    velocity_rows: Vec<usize>,
     layout: Layout,
     states: Vec<f64>,
     memory: Vec<f64>,
@@ -139,6 +141,7 @@ impl CSet {
                 descriptor: &self.class.descriptor,
                 params: &instance.params,
                 rows: &instance.rows,
+                velocity_rows: &instance.velocity_rows,
                 states: &instance.states,
                 memory: &instance.memory,
             })
@@ -225,7 +228,9 @@ impl ElementSet for CSet {
         let (element, d) = (&self.class.element, &self.class.descriptor);
         let pointer = parameters::create(element, d, params)?;
         let uses = |row: &usize| element.uses_row.is_none_or(|uses| uses(pointer, *row as u32) != 0);
-        let rows: Vec<usize> = (0..d.rows.len()).filter(uses).collect();
+        let first = d.rows.len() - element.velocity_row_count;
+        let rows: Vec<usize> = (0..first).filter(uses).collect();
+        let velocity_rows: Vec<usize> = (first..d.rows.len()).filter(uses).collect();
         let mut states = vec![0.0; d.states.len()];
         let mut memory = vec![0.0; element.memory as usize];
         if let Some(start) = element.start {
@@ -241,7 +246,8 @@ impl ElementSet for CSet {
             values: rows.len() + d.channels.len(),
         };
         let params = params.clone();
-        self.instances.push(Instance { pointer, params, rows, layout, states, memory, recording: OnceCell::new() });
+        let recording = OnceCell::new();
+        self.instances.push(Instance { pointer, params, rows, velocity_rows, layout, states, memory, recording });
         Ok(self.instances.len() - 1)
     }
 

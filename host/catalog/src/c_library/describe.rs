@@ -50,12 +50,16 @@ pub unsafe fn elements(root: *const table::Plugin) -> Result<Vec<table::Element>
         }
         // SAFETY: as above.
         let size = unsafe { pointer.cast::<u32>().read() } as usize;
-        if size < size_of::<table::Element>() {
-            let whole = size_of::<table::Element>();
+        if size < table::Element::SHORTEST {
+            let whole = table::Element::SHORTEST;
             return Err(wrong(format!("`odyn_element.size` of element {k} is {size}, at least {whole} are needed")));
         }
-        // SAFETY: it is at least as long as the host's.
-        found.push(unsafe { pointer.read() });
+        // SAFETY: null pointers, no functions, and zeros are values of all its fields.
+        let mut element: table::Element = unsafe { std::mem::zeroed() };
+        let known = size.min(size_of::<table::Element>());
+        // SAFETY: both have so many bytes, and are of one type as far as they go.
+        unsafe { std::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut element).cast(), known) };
+        found.push(element);
     }
     Ok(found)
 }
@@ -97,6 +101,22 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
     let inputs = unsafe { list(element.inputs, element.input_count, "inputs") }.map_err(inside)?;
     // SAFETY: as above.
     let params = unsafe { list(element.parameters, element.parameter_count, "parameters") }.map_err(inside)?;
+    let texts = |from, count, what: &str| -> Result<Vec<(String, String)>, String> {
+        // SAFETY: as above.
+        let list = unsafe { list::<table::Text>(from, count, what) }.map_err(inside)?;
+        // SAFETY: as above.
+        list.iter()
+            .map(|one| unsafe { Ok((needed(one.name, what)?, needed(one.text, what)?)) }.map_err(inside))
+            .collect()
+    };
+    // SAFETY: as above.
+    let mut params: Vec<ParamSpec> =
+        params.iter().map(|one| unsafe { parameter(one) }.map_err(inside)).collect::<Result<_, _>>()?;
+    for (name, text) in texts(element.examples, element.example_count, "examples")? {
+        let spec = params.iter_mut().find(|spec| spec.name == name);
+        let spec = spec.ok_or_else(|| inside(format!("gives an example of `{name}`, which is no parameter of it")))?;
+        spec.example = Some(default(&name, &text).map_err(inside)?);
+    }
     Ok(Descriptor {
         kind,
         // SAFETY: as above.
@@ -116,9 +136,8 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         joints: named(element.joints, element.joint_count, "joints")?,
         channels: named(element.channels, element.channel_count, "channels")?,
         states: named(element.states, element.state_count, "states")?,
-        // SAFETY: as above.
-        params: params.iter().map(|one| unsafe { parameter(one) }.map_err(inside)).collect::<Result<_, _>>()?,
-        exempt: Vec::new(),
+        params,
+        exempt: texts(element.exempt, element.exempt_count, "exemptions")?,
         name: name.clone(),
     })
 }
@@ -134,6 +153,11 @@ fn check_functions(element: &table::Element, kind: Kind) -> Result<(), String> {
         (element.create.is_none() && element.parameter_count > 0, "has parameters, but `create` is null"),
         (element.save.is_some() != element.load.is_some(), "has only one of `save` and `load`"),
         (!joint && element.row_count > 0, "has rows, but is no joint"),
+        (element.velocity_row_count > element.row_count, "has more rows on velocities than rows"),
+        (
+            flag(table::OPAQUE) && element.velocity_row_count > 0,
+            "is opaque; only recorded joints have rows on velocities",
+        ),
         (joint && (element.state_count > 0 || element.memory > 0), "is a joint, which has no states"),
         (joint && element.input_count > 0, "is a joint, which takes no signals"),
         (kind != Kind::Force && element.joint_count > 0, "takes reactions, but is no force"),

@@ -36,8 +36,10 @@ pub struct Subject<'a> {
     pub instance: *const c_void,
     pub descriptor: &'a Descriptor,
     pub params: &'a Params,
-    /// The rows that this instance has.
+    /// The rows that this instance has, without those on velocities.
     pub rows: &'a [usize],
+    /// Its rows on velocities.
+    pub velocity_rows: &'a [usize],
     pub states: &'a [f64],
     pub memory: &'a [f64],
 }
@@ -170,17 +172,20 @@ impl<'a> Tape<'a> {
         given.extend(self.results.iter().map(|(role, _)| *role));
         match self.needed().into_iter().find(|role| !given.contains(role)) {
             None => Ok(()),
-            Some(role @ Role::Residual(_)) => Err(format!("declares {}, but does not set it", self.name_of(role))),
+            Some(role @ (Role::Residual(_) | Role::VelocityResidual(_))) => {
+                Err(format!("declares {}, but does not set it", self.name_of(role)))
+            }
             Some(role) => Err(format!("declares {}, but does not give it", self.name_of(role))),
         }
     }
 
     /// The results that its class and instance promise.
     fn needed(&self) -> Vec<Role> {
-        let Subject { descriptor, rows, states, .. } = *self.subject;
+        let Subject { descriptor, rows, velocity_rows, states, .. } = *self.subject;
         let list = |count: usize, role: fn(u32) -> Role| (0..count as u32).map(role);
         let channel = if descriptor.kind == Kind::Joint { Role::Coordinate } else { Role::Channel };
         let mut needed: Vec<Role> = rows.iter().map(|row| Role::Residual(*row as u32)).collect();
+        needed.extend(velocity_rows.iter().map(|row| Role::VelocityResidual(*row as u32)));
         needed.extend(list(descriptor.channels.len(), channel));
         needed.extend(list(states.len(), Role::StateRate));
         if descriptor.mobility.is_some() {
@@ -199,7 +204,7 @@ impl<'a> Tape<'a> {
         let named =
             |list: &'a [element_api::Named], what: &str, k: u32| of(list.get(k as usize).map(|n| &n.name), what, k);
         match role {
-            Role::Residual(k) => of(d.rows.get(k as usize), "row", k),
+            Role::Residual(k) | Role::VelocityResidual(k) => of(d.rows.get(k as usize), "row", k),
             Role::Coordinate(k) => named(&d.channels, "coordinate", k),
             Role::Channel(k) => named(&d.channels, "channel", k),
             Role::StateRate(k) => named(&d.states, "rate of state", k),

@@ -86,6 +86,14 @@ pub struct Parameter {
     pub variable: *const c_char,
 }
 
+/// `odyn_text`
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Text {
+    pub name: *const c_char,
+    pub text: *const c_char,
+}
+
 /// `odyn_error`
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -170,6 +178,16 @@ pub struct Element {
     pub accept: Option<extern "C-unwind" fn(*mut c_void, *const f64, *mut Error) -> i32>,
     pub save: Option<extern "C-unwind" fn(*const c_void, *mut u8, usize) -> usize>,
     pub load: Option<extern "C-unwind" fn(*mut c_void, *const u8, usize, *mut Error) -> i32>,
+    pub velocity_row_count: usize,
+    pub examples: *const Text,
+    pub example_count: usize,
+    pub exempt: *const Text,
+    pub exempt_count: usize,
+}
+
+impl Element {
+    /// The size that it had in contract 1.0.
+    pub const SHORTEST: usize = std::mem::offset_of!(Self, velocity_row_count);
 }
 
 impl Error {

@@ -89,6 +89,8 @@ fn numbers_of_the_header_are_those_of_the_contract() {
         ("DISSIPATION", Role::Dissipation),
         ("POSE_POSITION", Role::PosePosition(0)),
         ("POSE_ROTATION", Role::PoseRotation(0)),
+        ("VELOCITY_ROW", Role::VelocityResidual(0)),
+        ("SAMPLE_PERIOD", Role::SamplePeriod),
     ] {
         expect(&format!("ODYN_OUT_{name}"), role.encode().0);
     }
@@ -143,7 +145,7 @@ fn structs_of_the_header_lie_in_memory_as_here() {
         let code: String = body.split("/*").map(|part| part.split_once("*/").map_or(part, |(_, code)| code)).collect();
         assert_eq!(code.matches(';').count(), fields.len(), "fields of {name}:{code}");
     };
-    use table::{Error, Named, Parameter, Parameters, Recorder, Signal, Value};
+    use table::{Error, Named, Parameter, Parameters, Recorder, Signal, Text, Value};
     // No macros here: each field is written once for its name and once for its place.
     let f = |name: &'static str, offset: usize| (name, offset);
     check(
@@ -189,6 +191,7 @@ fn structs_of_the_header_lie_in_memory_as_here() {
             f("variable", offset_of!(Parameter, variable)),
         ],
     );
+    check("odyn_text", size_of::<Text>(), &[f("name", offset_of!(Text, name)), f("text", offset_of!(Text, text))]);
     check(
         "odyn_error",
         size_of::<Error>(),
@@ -268,6 +271,11 @@ fn structs_of_the_header_lie_in_memory_as_here() {
             f("accept", offset_of!(RawElement, accept)),
             f("save", offset_of!(RawElement, save)),
             f("load", offset_of!(RawElement, load)),
+            f("velocity_row_count", offset_of!(RawElement, velocity_row_count)),
+            f("examples", offset_of!(RawElement, examples)),
+            f("example_count", offset_of!(RawElement, example_count)),
+            f("exempt", offset_of!(RawElement, exempt)),
+            f("exempt_count", offset_of!(RawElement, exempt_count)),
         ],
     );
     let include = concat!(env!("CARGO_MANIFEST_DIR"), "/../../element-api/include");
@@ -341,7 +349,24 @@ fn an_element_of_a_later_header_is_longer_and_loads() {
     let mut later = Later { known: sound(), more: [u64::MAX; 8] };
     later.known.size = size_of::<Later>() as u32;
     assert_eq!(read((&raw const later).cast(), |_| ()), Ok(1));
-    later.known.size = size_of::<RawElement>() as u32 - 8;
+    // One of contract 1.0 ends before what came in 1.2; nothing behind its end is read.
+    later.known.size = RawElement::SHORTEST as u32;
+    later.known.velocity_row_count = usize::MAX;
+    assert_eq!(read((&raw const later).cast(), |_| ()), Ok(1));
+    let list = [(&raw const later).cast::<RawElement>()];
+    let plugin = Plugin {
+        size: size_of::<Plugin>() as u32,
+        abi: 1,
+        conventions: 1,
+        reserved: 0,
+        elements: list.as_ptr(),
+        element_count: 1,
+        manifest: c"".as_ptr(),
+    };
+    // SAFETY: a root like that of the header.
+    let found = unsafe { describe::elements(&raw const plugin) }.unwrap();
+    assert_eq!((found[0].velocity_row_count, found[0].exempt.is_null()), (0, true));
+    later.known.size = RawElement::SHORTEST as u32 - 8;
     assert!(read((&raw const later).cast(), |_| ()).is_err());
 }
 
