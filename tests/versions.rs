@@ -52,16 +52,27 @@ fn assert_alike(a: &Catalog, b: &Catalog) {
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod earlier {
     use std::io::Read;
+    use std::path::PathBuf;
 
     use odyn::catalog::sha256;
     use odyn::session::{RunReport, Session};
 
     use super::*;
+    use crate::fixtures::build_crate;
     use crate::plugins::STRANGERS_SCENE;
     use crate::support::options;
 
-    /// `make.sh` says how the file was made and prints this.
-    const SHA256: &str = "1adbcb6f7ba857e2e07822880a1d4c2dd3077d957078264ba1aa6edbe6fc5b79";
+    /// Unpacks a kept library to the folder, under the name that it had. `made`: the hash that `make.sh`, which says how the file
+    /// was made, printed.
+    fn unpack(kept: &str, made: &str, package: &str, folder: &Path) -> PathBuf {
+        let packed = fs::read(root().join(format!("tests/fixtures/earlier/{kept}.so.gz"))).unwrap();
+        let mut library = Vec::new();
+        flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut library).unwrap();
+        assert_eq!(sha256(&library), made, "the kept library is not the one that was made");
+        let path = file(folder, package);
+        fs::write(&path, library).unwrap();
+        path
+    }
 
     fn run(folder: &Path) -> RunReport {
         let scratch = Scratch::new();
@@ -74,13 +85,9 @@ mod earlier {
 
     #[test]
     fn a_library_of_contract_1_0_gives_the_bits_of_today() {
-        let packed = fs::read(root().join("tests/fixtures/earlier/good-plugin-1.0.so.gz")).unwrap();
-        let mut library = Vec::new();
-        flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut library).unwrap();
-        assert_eq!(sha256(&library), SHA256, "the kept library is not the one that was made");
         let scratch = Scratch::new();
-        let path = file(scratch.path(), "good-plugin");
-        fs::write(&path, library).unwrap();
+        let made = "1adbcb6f7ba857e2e07822880a1d4c2dd3077d957078264ba1aa6edbe6fc5b79";
+        let path = unpack("good-plugin-1.0", made, "good-plugin", scratch.path());
 
         let (earlier, interface) = load(&path);
         let (today, own) = load(&file(&build("good-plugin"), "good-plugin"));
@@ -91,6 +98,34 @@ mod earlier {
         assert_eq!(earlier.exit_code(), 0);
         assert_ne!(earlier.summary.libraries[0].sha256, today.summary.libraries[0].sha256);
         assert_eq!(earlier.columns, today.columns);
+    }
+
+    /// All that contract 1.1 has: joints in time and of several bodies, states, memory, tables, called elements, controls.
+    #[test]
+    fn a_library_of_contract_1_1_gives_the_bits_of_today() {
+        let scratch = Scratch::new();
+        let made = "dc9bd779dd2e72456316c702b90cdd99014fe51a0f8d3a29659e50c4c8f7b5ca";
+        let path = unpack("cookbook-1.1", made, "cookbook", scratch.path());
+        let example = root().join("docs/book/examples/cookbook");
+        let today = build_crate(&example);
+        let ((earlier, interface), (now, _)) = (load(&path), load(&file(&today, "cookbook")));
+        assert_eq!(interface, "1.1.0");
+        assert_eq!(earlier.elements().count(), now.elements().count());
+        let mut scenes = 0;
+        for entry in fs::read_dir(example.join("scenes")).unwrap() {
+            let scene = entry.unwrap().path();
+            let run = |folder: &Path| {
+                let session = Session::open(&scene, &options(&[], &[folder.to_path_buf()]));
+                let session = session.unwrap_or_else(|error| panic!("{error}"));
+                session.run(None, Box::new(|_| ()), &Default::default()).unwrap()
+            };
+            let (earlier, today) = (run(scratch.path()), run(&today));
+            assert_eq!(earlier.exit_code(), 0);
+            assert_ne!(earlier.summary.libraries, today.summary.libraries);
+            assert_eq!(earlier.columns, today.columns, "{}", scene.display());
+            scenes += 1;
+        }
+        assert!(scenes > 5, "{scenes}");
     }
 }
 
