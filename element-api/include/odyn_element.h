@@ -279,7 +279,7 @@ typedef struct odyn_element {
 
     /* Contract 1.2. */
     size_t velocity_row_count; /* so many of the rows, the last ones, are on velocities; not with ODYN_OPAQUE */
-    /* Values of parameters that it can be examined with (`odyn plugin check`), as they would be written in a scene without units. */
+    /* Values of parameters for `odyn plugin check`, as they would be written in a scene without units. */
     const odyn_text *examples;
     size_t example_count;
     /* Checks of the test kit that do not apply to it ("third-law"), and why. */

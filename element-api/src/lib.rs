@@ -101,6 +101,9 @@ pub use set::{ElementClass, ElementSet};
 pub use surface::Surface;
 pub use table::{Interpolation, Outside, Table};
 
+/// `odyn_element.h`: the contract for elements in C.
+pub const C_HEADER: &str = include_str!("../include/odyn_element.h");
+
 /// Everything an element file needs: `use element_api::prelude::*;`
 pub mod prelude {
     pub use crate::blocks;

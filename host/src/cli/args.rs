@@ -332,8 +332,8 @@ pub(super) struct CheckPluginArgs {
 pub(super) struct NewPluginArgs {
     /// Folder of the crate, named as the crate
     pub(super) name: PathBuf,
-    /// What it provides: joint, force, control, or library (several elements and a machine made of them)
-    #[arg(long, value_name = "KIND", default_value = "joint", value_parser = ["joint", "force", "control", "library"])]
+    /// What it provides: joint, force, control, library (several elements and a machine made of them), or c (a joint in C)
+    #[arg(long, value_name = "KIND", default_value = "joint", value_parser = ["joint", "force", "control", "library", "c"])]
     pub(super) kind: String,
     /// Folder or version of `element-api`, the contract of elements [default: that of the sources around this program or the
     /// working folder; without such, the version that this program was built with]

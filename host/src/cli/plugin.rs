@@ -29,7 +29,7 @@ pub(super) fn new(args: &NewPluginArgs) -> Result<u8, Failure> {
     };
     let template = Template::of_word(&args.kind).unwrap_or(Template::Joint);
     let made = create(&NewPlugin { folder: args.name.clone(), template, contract: contract.clone() })?;
-    if let (Contract::Version(version), None) = (&contract, &args.api) {
+    if let (Contract::Version(version), None, true) = (&contract, &args.api, template != Template::C) {
         eprintln!(
             "note: `element-api` {version} is to come from the package registry; if it is not there, name its folder with --api"
         );
@@ -37,20 +37,21 @@ pub(super) fn new(args: &NewPluginArgs) -> Result<u8, Failure> {
     for told in made.collisions(&SearchPath::standard(&[], &[]).manifests()) {
         eprintln!("note: {told}");
     }
-    terminal::print(&report(&made))?;
+    terminal::print(&report(&made, template))?;
     Ok(exit::DONE)
 }
 
 /// What was written, and the next commands.
-fn report(made: &Created) -> String {
+fn report(made: &Created, template: Template) -> String {
     let folder = made.folder.display();
     let mut text = format!("{folder}: a library of elements, `{}`\n", made.package);
     let width = made.files.iter().map(|(file, _)| file.as_os_str().len()).max().unwrap_or(0);
     for (file, lines) in &made.files {
         text.push_str(&format!("  {:width$}  {lines:>3} lines\n", file.display().to_string()));
     }
+    let (build, place) = template.next();
     text.push_str(&format!(
-        "\nnext:\n  cd {folder}\n  cargo test && cargo build --release\n  odyn run scene.toml\n  odyn plugin check target/release/{}\n",
+        "\nnext:\n  cd {folder}\n  {build}\n  odyn run scene.toml\n  odyn plugin check {place}{}\n",
         made.library
     ));
     text

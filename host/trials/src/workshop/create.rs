@@ -19,7 +19,7 @@ pub struct NewPlugin {
     pub folder: PathBuf,
     /// What it provides.
     pub template: Template,
-    /// Where `element-api` is.
+    /// Where `element-api` is; not asked for by [`Template::C`], which brings its header along.
     pub contract: Contract,
 }
 
@@ -118,7 +118,10 @@ pub fn create(new: &NewPlugin) -> Result<Created, WorkshopError> {
         move |source: io::Error| WorkshopError::Write { path, source }
     };
     let place = parent.canonicalize().map_err(cannot(&parent))?.join(&package);
-    let (dependency, lock) = dependency(&new.contract, &place)?;
+    let (dependency, lock) = match new.template {
+        Template::C => Default::default(),
+        _ => dependency(&new.contract, &place)?,
+    };
     let made = Created {
         elements: match new.template.elements() {
             [] => vec![names::element_name(&package)],
@@ -159,6 +162,8 @@ fn texts(made: &Created, template: Template, dependency: &str) -> Vec<(PathBuf, 
         ("about", template.about()),
         ("what", template.examined()),
         ("files", template.table()),
+        ("crate", &name),
+        ("built", template.built()),
         ("file", &made.library),
         ("linux_file", &linux_file),
         ("api", dependency),

@@ -11,6 +11,8 @@ pub enum Template {
     Control,
     /// Several elements, one of them with a state, and a machine made of them.
     Library,
+    /// A joint in C, with all that its compiler needs.
+    C,
 }
 
 /// Path in the crate and text of a file.
@@ -42,6 +44,15 @@ const CONTROL: &[File] = &[
     ("scene.toml", include_str!("templates/control/scene.toml.txt")),
 ];
 
+const C: &[File] = &[
+    ("src/element.c", include_str!("templates/c/element.c.txt")),
+    ("include/odyn_element.h", element_api::C_HEADER),
+    ("Makefile", include_str!("templates/c/Makefile.txt")),
+    ("README.md", include_str!("templates/c/README.md.txt")),
+    (".gitignore", include_str!("templates/c/gitignore.txt")),
+    ("scene.toml", include_str!("templates/joint/scene.toml.txt")),
+];
+
 const LIBRARY: &[File] = &[
     ("src/lib.rs", include_str!("templates/library/lib.rs.txt")),
     ("src/rod.rs", include_str!("templates/library/rod.rs.txt")),
@@ -53,7 +64,7 @@ const LIBRARY: &[File] = &[
 
 impl Template {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Joint, Self::Force, Self::Control, Self::Library];
+    pub const ALL: [Self; 5] = [Self::Joint, Self::Force, Self::Control, Self::Library, Self::C];
 
     /// The word for it.
     #[must_use]
@@ -63,6 +74,7 @@ impl Template {
             Self::Force => "force",
             Self::Control => "control",
             Self::Library => "library",
+            Self::C => "c",
         }
     }
 
@@ -79,13 +91,14 @@ impl Template {
             Self::Force => "A force",
             Self::Control => "A control element",
             Self::Library => "Elements of a compressor",
+            Self::C => "A joint in C",
         }
     }
 
     /// What its tests examine.
     pub(super) const fn examined(self) -> &'static str {
         match self {
-            Self::Joint => "the joint",
+            Self::Joint | Self::C => "the joint",
             Self::Force => "the force",
             Self::Control => "the element",
             Self::Library => "the elements",
@@ -100,6 +113,23 @@ impl Template {
         }
     }
 
+    /// Where its library is built, as a scene names such places.
+    pub(super) const fn built(self) -> &'static str {
+        match self {
+            Self::C => "\".\"",
+            _ => "\"target/release\", \"target/debug/deps\"",
+        }
+    }
+
+    /// The command that builds and tests it, and where its library is then.
+    #[must_use]
+    pub const fn next(self) -> (&'static str, &'static str) {
+        match self {
+            Self::C => ("make", ""),
+            _ => ("cargo test && cargo build --release", "target/release/"),
+        }
+    }
+
     /// Rows of the table of files in its README.
     pub(super) const fn table(self) -> &'static str {
         match self {
@@ -108,6 +138,7 @@ impl Template {
                  | `src/rod.rs`, `src/motor.rs`, `src/gas.rs` | an element each |\n\
                  | `src/tests.rs` | their tests |\n"
             }
+            Self::C => "| `src/element.c` | the element |\n",
             _ => "| `src/lib.rs` | the element |\n| `src/tests.rs` | its tests |\n",
         }
     }
@@ -119,8 +150,10 @@ impl Template {
             Self::Force => FORCE,
             Self::Control => CONTROL,
             Self::Library => LIBRARY,
+            Self::C => C,
         };
-        COMMON.iter().chain(own).copied()
+        let common = if self == Self::C { &[] } else { COMMON };
+        common.iter().chain(own).copied()
     }
 }
 
