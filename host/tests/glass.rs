@@ -222,6 +222,39 @@ fn a_second_start_asks_nobody() {
     assert_eq!(run("a"), first);
 }
 
+/// Whatever bytes a library has: the system's loader, the layout check or its own code may break on them, the program does not.
+#[test]
+fn damaged_libraries_break_their_own_process_only() {
+    let scratch = Scratch::new("glass-damaged");
+    scratch.file("scene.toml", &HOSTILE.replace("PARAMS", "does = 'nothing'"));
+    let built = fs::read(fixtures::file(&fixtures::build("hostile-plugin"), "hostile-plugin")).unwrap();
+    let library = fixtures::file(&scratch.0, "hostile-plugin");
+    let mut state = 2463534242_u64;
+    let mut random = move |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        usize::try_from(state % below as u64).unwrap()
+    };
+    let mut codes = std::collections::BTreeMap::new();
+    for k in 0..120 {
+        let mut bytes = built.clone();
+        // Single bytes, runs of them, and zeros; near the tables of the loader at the front, and anywhere.
+        let (near, anywhere) = (random(bytes.len().min(100_000)), random(bytes.len()));
+        let at = if k % 2 == 0 { near } else { anywhere };
+        let length = [1, 8, 64, 4096][k % 4];
+        for byte in bytes.iter_mut().skip(at).take(length) {
+            *byte = if k % 3 == 0 { 0 } else { random(256) as u8 };
+        }
+        fs::write(&library, bytes).unwrap();
+        let ran = Ran(scratch.command("run scene.toml -o out --watchdog 5 --plugin .").output().unwrap());
+        let code = ran.0.status.code();
+        assert!(matches!(code, Some(0 | 3 | 4 | 6 | 7)), "{k}: {:?}: {}", ran.0.status, ran.err());
+        *codes.entry(code).or_insert(0) += 1;
+    }
+    assert!(codes.len() > 1, "{codes:?}");
+}
+
 /// Called elements: the one that broke the process is named, not the first one of its type.
 #[test]
 fn a_called_element_is_named() {
