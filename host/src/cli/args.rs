@@ -257,7 +257,8 @@ Examples:
     Pack(PackArgs),
     /// Install a library from the file that `odyn plugin pack` made
     #[command(after_help = "\
-Hashes, target and names of the files are checked, then the library is loaded for trial, in a process of its own. Versions stay side by side; a version is never replaced by another build of it.
+Hashes, target and names of the files are checked, then the library is loaded for trial, in a process of its own.
+Versions stay side by side; a version is never replaced by another build of it.
 
 Examples:
   odyn plugin add acme-wobble-1.2.0-x86_64-unknown-linux-gnu.odynplugin
