@@ -89,6 +89,9 @@ fn elements_sample_at_their_times_by_every_method() {
         assert!(worst(&report.summary) < 1.0, "{every}: {:?}", report.summary.checks);
     }
     let path = root().join("scenes/verification/digital-pid.toml");
+    let planned = Session::open(&path, &options(&[], &[])).unwrap().plan_report();
+    assert_eq!(planned.sampled, ["p", "delayed", "pi", "limited"].map(|name| format!("{name} (every 0.1 s)")));
+    assert!(planned.to_string().contains("limited (every 0.1 s); steps end at the samples"));
     let steps = options(&["simulation.method=rk4", "simulation.fixed_step=0.03"], &[]);
     let refused =
         Session::open(&path, &steps).and_then(|session| session.run(None, Box::new(|_| ()), &Default::default()));

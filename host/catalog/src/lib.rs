@@ -94,6 +94,16 @@ fn is_glass_up() -> bool {
     false
 }
 
+/// What this system cannot keep a library behind glass from, in words; empty where nothing is missing, or there is no glass.
+#[must_use]
+pub fn holes_in_glass() -> &'static str {
+    #[cfg(all(unix, feature = "glass"))]
+    if glass::is_up() {
+        return glass::holes();
+    }
+    ""
+}
+
 /// The element types that a scene may use.
 #[derive(Clone, Default)]
 pub struct Catalog {

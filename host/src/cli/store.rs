@@ -181,6 +181,10 @@ pub(super) fn list(args: &ListArgs) -> Result<u8, Failure> {
         eprintln!("{}", nothing_found());
     }
     terminal::print(&text)?;
+    let holes = odyn::catalog::holes_in_glass();
+    if !holes.is_empty() {
+        eprintln!("note: libraries that are not trusted run in processes of their own, but {holes}");
+    }
     Ok(exit::DONE)
 }
 

@@ -60,6 +60,11 @@ pub fn put_up_glass() {
     }
 }
 
+/// What this system cannot keep a recorder from, in words; empty where nothing is missing.
+pub(super) fn holes() -> &'static str {
+    shut_in::missing()
+}
+
 /// Whether there is glass.
 pub(super) fn is_up() -> bool {
     PROGRAM.get().is_some()

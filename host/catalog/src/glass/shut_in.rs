@@ -30,6 +30,14 @@ pub(super) fn shut_in(copy: &Path) -> bool {
     return copy.as_os_str().is_empty();
 }
 
+/// What this system cannot keep a recorder from, in words; empty where nothing is missing.
+pub(super) fn missing() -> &'static str {
+    #[cfg(target_os = "linux")]
+    return linux::missing();
+    #[cfg(not(target_os = "linux"))]
+    "this system cannot keep it from files, other processes and the network"
+}
+
 /// From now on nothing can be opened, where the system has filters of calls.
 pub(super) fn no_more_files() {
     #[cfg(target_os = "linux")]
@@ -70,6 +78,23 @@ mod linux {
             let _ = apply_filter(&filter);
         }
         files
+    }
+
+    pub(super) fn missing() -> &'static str {
+        const VERSION: libc::c_uint = 1;
+        // SAFETY: asks for the version only; no attributes are given.
+        let landlock = unsafe {
+            libc::syscall(libc::SYS_landlock_create_ruleset, std::ptr::null::<libc::c_void>(), 0_usize, VERSION)
+        };
+        // SAFETY: a null pointer is no filter. A kernel that knows filters says that it cannot be read, another one that it is no mode.
+        let refused =
+            unsafe { libc::prctl(libc::PR_SET_SECCOMP, libc::SECCOMP_MODE_FILTER, std::ptr::null::<libc::c_void>()) };
+        let seccomp = refused != 0 && std::io::Error::last_os_error().raw_os_error() == Some(libc::EFAULT);
+        match (landlock > 0, seccomp) {
+            (true, true) => "",
+            (false, true) => "this kernel has no Landlock, so it can read files while it is loaded",
+            (_, false) => "this kernel has no seccomp, so it can start processes and use the network",
+        }
     }
 
     pub(super) fn no_more_files() {

@@ -10,8 +10,10 @@ use super::guards::Watching;
 use super::opened::Session;
 use super::savings::{Savings, Skip, plural, right_side, some};
 use crate::analysis::{JointPlan, STATES_PER_AUDIT};
+use crate::catalog::holes_in_glass;
 use crate::program::{MachineCode, Maker, Program, Switches};
 use crate::results::{StartVelocity, significant};
+use crate::scene::Dimension;
 use crate::scene::GROUND;
 
 /// A reaction that rigid bodies do not determine.
@@ -106,6 +108,8 @@ pub struct PlanReport {
     pub known_ahead: String,
     /// What can be neither; it is at least looked at once per output step.
     pub bounded: String,
+    /// Elements that sample, each with its period.
+    pub sampled: Vec<String>,
     /// Opaque elements, called at run time.
     pub opaque: Vec<String>,
     /// Libraries in processes of their own.
@@ -288,6 +292,11 @@ impl Session {
             )
         });
         let opaque = self.model.elements.iter().filter(|e| e.class.opaque);
+        let (unit, label) = (self.scene.units.factor(Dimension::TIME), self.scene.units.label(Dimension::TIME));
+        let sampled = self.model.elements.iter().filter_map(|e| {
+            let period = e.recording.sample_period()?;
+            Some(format!("{} (every {} {label})", e.name, significant(period / unit, 6)))
+        });
         let away = self.libraries.iter().filter(|library| library.glass);
         let behind_glass: Vec<String> = away.map(|library| library.package.clone()).collect();
         let solving = self.solving();
@@ -325,6 +334,7 @@ impl Session {
             machine_code_bytes: maker.bytes(counts.operations) as u64,
             machine_code_time_s: maker.time(counts.operations),
             machine_code_pays_after: maker.runs_that_pay(counts.operations) as u64,
+            sampled: sampled.collect(),
             opaque: opaque
                 .map(|e| {
                     let away = behind_glass.iter().any(|library| **library == *e.library);
@@ -417,11 +427,16 @@ impl std::fmt::Display for PlanReport {
             self.machine_code_pays_after,
             if MachineCode::can_assemble() { "made before the first step" } else { "until then interpreted" }
         )?;
+        if !self.sampled.is_empty() {
+            writeln!(f, "sampled: {}; steps end at the samples", self.sampled.join(", "))?;
+        }
         for element in &self.opaque {
             writeln!(f, "opaque: {element}; slower than a recorded element")?;
         }
         if !self.behind_glass.is_empty() {
-            writeln!(f, "behind glass, in processes of their own: {}", self.behind_glass.join(", "))?;
+            let holes = holes_in_glass();
+            let but = if holes.is_empty() { String::new() } else { format!(" ({holes})") };
+            writeln!(f, "behind glass, in processes of their own: {}{but}", self.behind_glass.join(", "))?;
         }
         if self.conditions > 0 {
             writeln!(
