@@ -81,6 +81,39 @@ fn a_new_crate_passes_its_tests_and_its_scene_holds() {
     }
 }
 
+/// A joint and a control in the crate of a force: listed, tested, loaded beside it.
+#[test]
+fn an_element_is_added_to_a_crate() {
+    let (fresh, folder) = (kept("strangers/fresh").join("grown"), kept("strangers/made").join("grown"));
+    let _ = fs::remove_dir_all(&fresh);
+    let contract = Contract::Folder(root().join("element-api"));
+    workshop::create(&NewPlugin { folder: fresh.clone(), template: Template::Force, contract }).unwrap();
+    let mut files = vec!["Cargo.toml".into(), "Cargo.lock".into(), "src/tests.rs".into()];
+    for (name, template) in [("wobble-rod", Template::Joint), ("slow", Template::Control)] {
+        files.extend(workshop::add(name, template, &fresh).unwrap().files.into_iter().map(|(file, _)| file));
+        let again = workshop::add(name, template, &fresh).unwrap_err();
+        assert!(again.to_string().contains("exists already"), "{again}");
+    }
+    let refused = workshop::add("another", Template::Library, &fresh).unwrap_err();
+    assert!(refused.to_string().contains("only a joint, a force or a control"), "{refused}");
+    let nowhere = workshop::add("another", Template::Joint, &fresh.join("src")).unwrap_err();
+    assert!(nowhere.to_string().contains("its Cargo.toml"), "{nowhere}");
+    for file in files {
+        let (from, to): (PathBuf, PathBuf) = (fresh.join(&file), folder.join(&file));
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(from, to).unwrap();
+    }
+    cargo("test", &folder);
+    let library = crate::fixtures::file(&cargo("build", &folder), "grown");
+    let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
+    catalog.add(library.to_str().unwrap(), &SearchPath::default()).unwrap();
+    for name in ["grown", "wobble-rod", "slow"] {
+        let element = catalog.find(name, None).unwrap();
+        assert!(!element.descriptor().doc.is_empty(), "{name} has no manual page");
+        assert!(workshop::examine(&element, &Given::default(), &[]).unwrap().passed(), "{name}");
+    }
+}
+
 fn faulty() -> Catalog {
     let mut catalog = Catalog::new().with_copies_in(kept("library-copies"));
     let search = SearchPath::of(&[], &[build("faulty-plugin")], None, Path::new(""));

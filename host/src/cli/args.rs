@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::export_args::ExportCommand;
-use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, StudyArgs, not_negative, patience, positive};
+use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, StudyArgs, not_negative, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
+use super::workshop_args::{CheckPluginArgs, NewPluginArgs};
 
 const AFTER_HELP: &str = "\
 Results go to standard output, everything else to standard error. `odyn help COMMAND` has examples.
@@ -285,6 +286,7 @@ Examples:
   odyn plugin new acme-wobble
   odyn plugin new acme-spring --kind force
   odyn plugin new ../acme-compressor --kind library --api ../odyn/element-api
+  odyn plugin new damper --kind force --into ../acme-compressor
 
 The crate builds, passes its tests and runs its scene as it is. NAME is a folder that does not exist yet; its last part becomes the
 name of the crate, and, but for a library, of its element.")]
@@ -302,43 +304,6 @@ Examples:
 
 The exit code is 4 if the library cannot be loaded, 7 if an element lacks something.")]
     Check(CheckPluginArgs),
-}
-
-#[derive(Debug, Args)]
-pub(super) struct CheckPluginArgs {
-    /// File of the library, or its name where it can be found
-    pub(super) library: String,
-    /// Parameters, with units as in a scene: KEY=VALUE or ELEMENT.KEY=VALUE, or a file of such lines in TOML; may be repeated
-    #[arg(long, value_name = "FILE|KEY=VALUE")]
-    pub(super) params: Vec<String>,
-    /// Examine this element only; may be repeated
-    #[arg(long = "element", value_name = "NAME")]
-    pub(super) elements: Vec<String>,
-    /// A check that does not apply, by its name: to all elements, or to one (ELEMENT.CHECK); may be repeated
-    #[arg(long = "except", value_name = "CHECK")]
-    pub(super) exempt: Vec<String>,
-    /// Element to compare costs with, where its library is found
-    #[arg(long, value_name = "NAME", default_value = "odyn-joints/revolute")]
-    pub(super) beside: String,
-    /// End the program, with exit code 4, when a call into the library takes longer
-    #[arg(long, value_name = "SECONDS", value_parser = patience)]
-    pub(super) watchdog: Option<f64>,
-    /// Print JSON
-    #[arg(long)]
-    pub(super) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct NewPluginArgs {
-    /// Folder of the crate, named as the crate
-    pub(super) name: PathBuf,
-    /// What it provides: joint, force, control, library (several elements and a machine made of them), or c (a joint in C)
-    #[arg(long, value_name = "KIND", default_value = "joint", value_parser = ["joint", "force", "control", "library", "c"])]
-    pub(super) kind: String,
-    /// Folder or version of `element-api`, the contract of elements [default: that of the sources around this program or the
-    /// working folder; without such, the version that this program was built with]
-    #[arg(long, value_name = "PATH|VERSION")]
-    pub(super) api: Option<String>,
 }
 
 /// Where to look for libraries.

@@ -13,7 +13,7 @@
 //! | `watch.rs` | `run --watch` |
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
-//! | `plugin.rs` | `plugin new`, `plugin check` |
+//! | `plugin.rs`, `workshop_args.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `report.rs` | `report`, `run --report` |
 //! | `export.rs`, `export_args.rs` | `export glb` |
@@ -49,6 +49,7 @@ mod study;
 mod terminal;
 mod verify;
 mod watch;
+mod workshop_args;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message

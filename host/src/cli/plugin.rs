@@ -10,14 +10,14 @@ use odyn::catalog::{Catalog, ElementHandle, LibraryInfo, SearchPath, Watchdog};
 use odyn::diagnostics::{Diagnostic, codes};
 use odyn::workshop::{
     BadValues, CheckVerdict, Contract, Cost, Created, Exemption, Given, NewPlugin, Origin, Outcome, Template, Value,
-    Verdict, WorkshopError, cost, create, examine,
+    Verdict, WorkshopError, add, cost, create, examine,
 };
 
-use super::args::{CheckPluginArgs, NewPluginArgs};
 use super::elements::parameter;
 use super::exit;
 use super::failure::{self, Failure};
 use super::terminal;
+use super::workshop_args::{CheckPluginArgs, NewPluginArgs};
 
 /// Makes a crate, and tells what to do next.
 pub(super) fn new(args: &NewPluginArgs) -> Result<u8, Failure> {
@@ -28,6 +28,11 @@ pub(super) fn new(args: &NewPluginArgs) -> Result<u8, Failure> {
         }
     };
     let template = Template::of_word(&args.kind).unwrap_or(Template::Joint);
+    if let Some(into) = &args.into {
+        let made = add(&args.name.to_string_lossy(), template, into)?;
+        terminal::print(&report(&made, template))?;
+        return Ok(exit::DONE);
+    }
     let made = create(&NewPlugin { folder: args.name.clone(), template, contract: contract.clone() })?;
     if let (Contract::Version(version), None, true) = (&contract, &args.api, template != Template::C) {
         eprintln!(

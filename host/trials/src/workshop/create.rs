@@ -127,7 +127,7 @@ pub fn create(new: &NewPlugin) -> Result<Created, WorkshopError> {
             [] => vec![names::element_name(&package)],
             several => several.iter().map(ToString::to_string).collect(),
         },
-        library: format!("{DLL_PREFIX}{}{DLL_SUFFIX}", names::crate_name(&package)),
+        library: library_file(&package),
         folder: new.folder.clone(),
         files: Vec::new(),
         package,
@@ -149,6 +149,11 @@ pub fn create(new: &NewPlugin) -> Result<Created, WorkshopError> {
     }
     let files = texts.into_iter().map(|(path, text)| (path, text.lines().count())).collect();
     Ok(Created { files, ..made })
+}
+
+/// The file that cargo makes of a crate.
+pub(super) fn library_file(package: &str) -> String {
+    format!("{DLL_PREFIX}{}{DLL_SUFFIX}", names::crate_name(package))
 }
 
 /// The files with their texts.

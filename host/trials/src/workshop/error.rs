@@ -32,6 +32,14 @@ pub enum WorkshopError {
         /// What is missing.
         reason: String,
     },
+    /// There is no crate that an element can be added to.
+    #[error("no element can be added to `{}`: {reason}", path.display())]
+    NoCrate {
+        /// The folder as given.
+        path: PathBuf,
+        /// What is missing.
+        reason: String,
+    },
     /// A file or folder cannot be written.
     #[error("cannot write `{}`: {source}", path.display())]
     Write {
@@ -47,7 +55,9 @@ impl WorkshopError {
     #[must_use]
     pub fn code(&self) -> Code {
         match self {
-            Self::Name { .. } | Self::Exists { .. } | Self::NoContract { .. } => codes::CANNOT_MAKE_PLUGIN,
+            Self::Name { .. } | Self::Exists { .. } | Self::NoContract { .. } | Self::NoCrate { .. } => {
+                codes::CANNOT_MAKE_PLUGIN
+            }
             Self::Write { .. } => codes::CANNOT_WRITE,
         }
     }
@@ -60,6 +70,9 @@ impl WorkshopError {
             Self::Exists { .. } => vec!["choose another name, or remove it; nothing was written".into()],
             Self::NoContract { .. } => {
                 vec!["`--api` takes that folder, in a copy of O-DYN's sources, or a version such as 1.0".into()]
+            }
+            Self::NoCrate { .. } => {
+                vec!["`--into` takes the folder of a crate that `odyn plugin new` made, or of one like it".into()]
             }
             Self::Write { .. } => vec!["nothing is left of what was written".into()],
         }

@@ -9,6 +9,7 @@
 //! | file | content |
 //! |---|---|
 //! | `create.rs` | a new crate, written as a whole or not at all |
+//! | `into.rs` | an element more in a crate that is there |
 //! | `names.rs` | names that crates, elements and types can have |
 //! | `templates.rs`, `templates/` | its files |
 //! | `error.rs` | why there is none |
@@ -20,6 +21,7 @@ mod cost;
 mod create;
 mod error;
 mod examine;
+mod into;
 mod names;
 mod templates;
 mod values;
@@ -32,5 +34,6 @@ pub use cost::{Cost, Traced};
 pub use create::{Contract, Created, NewPlugin, create};
 pub use error::WorkshopError;
 pub use examine::{CheckVerdict, Exemption, Outcome, Verdict, cost, examine};
+pub use into::add;
 pub use templates::Template;
 pub use values::{BadValues, Given, Origin, Value};

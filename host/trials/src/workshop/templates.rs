@@ -130,6 +130,27 @@ impl Template {
         }
     }
 
+    /// The list of `export_plugin!` that its element is in.
+    pub(super) const fn list(self) -> &'static str {
+        match self {
+            Self::Joint | Self::Library | Self::C => "joints",
+            Self::Force => "forces",
+            Self::Control => "controls",
+        }
+    }
+
+    /// Source and tests of its element, where it is one in Rust.
+    pub(super) fn element(self) -> Option<(&'static str, &'static str)> {
+        let own = match self {
+            Self::Joint => JOINT,
+            Self::Force => FORCE,
+            Self::Control => CONTROL,
+            Self::Library | Self::C => return None,
+        };
+        let text = |name: &str| own.iter().find(|(path, _)| *path == name).map(|(_, text)| *text);
+        Some((text("src/lib.rs")?, text("src/tests.rs")?))
+    }
+
     /// Rows of the table of files in its README.
     pub(super) const fn table(self) -> &'static str {
         match self {
