@@ -89,6 +89,25 @@ pub trait Constraint: Element {
         true
     }
 
+    /// `[create]` For a row that only pushes (a contact, a stop, a freewheel): its coefficient of restitution, 0 to 1. The value of such
+    /// a row, of a row on velocities the velocity, is positive while it is open; it never becomes negative. Where it is zero the
+    /// row is closed and may push, never pull. A row on positions that closes with a velocity is an impact: it leaves with the
+    /// restitution's share of that velocity, or stays closed. `None`: the row always holds. The joint has no mobility. Not for
+    /// opaque elements. Contract 1.2.
+    ///
+    /// Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996); Brogliato, Nonsmooth Mechanics (2016).
+    fn unilateral(&self, row: usize) -> Option<f64> {
+        let _ = row;
+        None
+    }
+
+    /// `[create]` For a row that holds only while a unilateral row is closed (a contact point that does not slide): that row. Rows are
+    /// numbered through [`Constraint::ROWS`] and [`Constraint::VELOCITY_ROWS`]. Contract 1.2.
+    fn sticks_with(&self, row: usize) -> Option<usize> {
+        let _ = row;
+        None
+    }
+
     /// `[record; hot when opaque]` The joint coordinates, one per entry of [`Constraint::COORDINATES`].
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
         let _ = (at, out);

@@ -287,6 +287,10 @@ pub enum Role {
     VelocityResidual(u32),
     /// Period of an element that samples, s; a constant. Contract 1.2.
     SamplePeriod,
+    /// The row is unilateral, with this coefficient of restitution; a constant. Contract 1.2.
+    Unilateral(u32),
+    /// The row holds only while the unilateral row of this number is closed; a constant. Contract 1.2.
+    SticksWith(u32),
 }
 
 impl Role {
@@ -309,6 +313,8 @@ impl Role {
             Self::PoseRotation(k) => (12, k),
             Self::VelocityResidual(k) => (13, k),
             Self::SamplePeriod => (14, 0),
+            Self::Unilateral(k) => (15, k),
+            Self::SticksWith(k) => (16, k),
         }
     }
 
@@ -331,6 +337,8 @@ impl Role {
             12 => Self::PoseRotation(k),
             13 => Self::VelocityResidual(k),
             14 if k == 0 => Self::SamplePeriod,
+            15 => Self::Unilateral(k),
+            16 => Self::SticksWith(k),
             _ => return None,
         })
     }
@@ -351,6 +359,8 @@ impl Role {
         match self {
             Self::Residual(_)
             | Self::VelocityResidual(_)
+            | Self::Unilateral(_)
+            | Self::SticksWith(_)
             | Self::Coordinate(_)
             | Self::PosePosition(_)
             | Self::PoseRotation(_) => kind == Kind::Joint,
@@ -450,7 +460,24 @@ impl Recording {
     /// The period of an element that samples, s.
     #[must_use]
     pub fn sample_period(&self) -> Option<f64> {
-        let op = self.ops.get(self.output(Role::SamplePeriod)? as usize)?;
+        self.constant(Role::SamplePeriod)
+    }
+
+    /// The coefficient of restitution of a unilateral row.
+    #[must_use]
+    pub fn restitution(&self, row: u32) -> Option<f64> {
+        self.constant(Role::Unilateral(row))
+    }
+
+    /// The unilateral row that a row holds with.
+    #[must_use]
+    pub fn sticks_with(&self, row: u32) -> Option<u32> {
+        self.constant(Role::SticksWith(row)).map(|other| other as u32)
+    }
+
+    /// An output that is a constant.
+    fn constant(&self, role: Role) -> Option<f64> {
+        let op = self.ops.get(self.output(role)? as usize)?;
         let Some(Op::Constant(k)) = Op::decode(*op) else { return None };
         self.constants.get(k as usize).copied()
     }

@@ -166,6 +166,15 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             let message = "has velocity rows, which an opaque element cannot have: let it be recorded".into();
             return Err(Fault { instance, message });
         }
+        let used = (0..T::ROWS.len() + T::VELOCITY_ROWS.len()).filter(|row| entry.element.uses_row(*row));
+        let unilateral = used.clone().filter_map(|row| Some((Role::Unilateral(row as u32), entry.element.unilateral(row)?)));
+        let sticking =
+            used.filter_map(|row| Some((Role::SticksWith(row as u32), entry.element.sticks_with(row)? as f64)));
+        let switching: Vec<(Role, f64)> = unilateral.chain(sticking).collect();
+        if T::OPAQUE && !switching.is_empty() {
+            let message = "has unilateral rows, which an opaque element cannot have: let it be recorded".into();
+            return Err(Fault { instance, message });
+        }
         if T::OPAQUE {
             let angles = (0..T::ANGLES).map(|k| Role::Angle(k as u32));
             return Ok(announce(roles.chain(angles), Vec::new(), Vec::new()));
@@ -188,6 +197,7 @@ impl<T: Constraint> ElementSet for JointSet<T> {
                     None => forgotten_rate = forgotten_rate.or(Some(k)),
                 }
             }
+            results.extend(switching.iter().map(|(role, value)| (*role, Recorded::from(*value))));
             results.extend(angle_outputs(&given));
             if let Some(count) = T::MOBILITY {
                 let q: Vec<Recorded> = (0..count).map(|k| input(Input::Coordinate(k as u32))).collect();

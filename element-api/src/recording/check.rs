@@ -39,7 +39,9 @@ impl Recording {
                 return Err(format!("{:?} refers to operation {}, which does not exist", output.role, output.node));
             }
             let (index, count) = match output.role {
-                Role::Residual(k) | Role::VelocityResidual(k) => (k, limits.rows),
+                Role::Residual(k) | Role::VelocityResidual(k) | Role::Unilateral(k) | Role::SticksWith(k) => {
+                    (k, limits.rows)
+                }
                 Role::Force(k) | Role::Torque(k) => (k, 3 * limits.frames),
                 Role::Angle(k) => (k, limits.angles),
                 Role::Coordinate(k) => (k, limits.coordinates),
@@ -70,11 +72,34 @@ impl Recording {
             return Err(format!("row {k} is given both as a row on positions and as one on velocities"));
         }
         self.check_degrees()?;
+        self.check_unilateral(limits, &given)?;
         if given(Role::SamplePeriod) && !self.sample_period().is_some_and(|period| period > 0.0) {
             return Err("the sampling period is not a positive constant".into());
         }
         if let Some(k) = (0..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
             return Err(format!("state {k} has no rate"));
+        }
+        Ok(())
+    }
+
+    /// Unilateral rows, and rows that stick with them.
+    fn check_unilateral(&self, limits: &Limits, given: &impl Fn(Role) -> bool) -> Result<(), String> {
+        let is_row = |k: u32| given(Role::Residual(k)) || given(Role::VelocityResidual(k));
+        let found = |role| self.outputs.iter().any(|output| output.role == role);
+        for k in 0..limits.rows as u32 {
+            let (unilateral, sticking) = (found(Role::Unilateral(k)), found(Role::SticksWith(k)));
+            if (unilateral || sticking) && !is_row(k) {
+                return Err(format!("row {k} is unilateral, or sticks with another, but is not given"));
+            }
+            if (unilateral || sticking) && limits.mobility > 0 {
+                return Err("a joint with unilateral rows has no coordinates of its own that make up for its rows".into());
+            }
+            if unilateral && !self.restitution(k).is_some_and(|e| (0.0..=1.0).contains(&e)) {
+                return Err(format!("the coefficient of restitution of row {k} is not a constant from 0 to 1"));
+            }
+            if sticking && (unilateral || !self.sticks_with(k).is_some_and(|with| found(Role::Unilateral(with)))) {
+                return Err(format!("row {k} does not stick with a unilateral row"));
+            }
         }
         Ok(())
     }

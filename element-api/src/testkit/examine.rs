@@ -316,9 +316,12 @@ impl<'a> Examination<'a> {
         for (role, value) in self.probe.recorded(setting, &[]) {
             let (expected, size) = match role {
                 // These are never evaluated otherwise.
-                Role::PosePosition(_) | Role::PoseRotation(_) | Role::VelocityResidual(_) | Role::SamplePeriod => {
-                    continue;
-                }
+                Role::PosePosition(_)
+                | Role::PoseRotation(_)
+                | Role::VelocityResidual(_)
+                | Role::SamplePeriod
+                | Role::Unilateral(_)
+                | Role::SticksWith(_) => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

@@ -12,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod ball_contact;
 pub mod bracket;
 pub mod cam;
 pub mod constant_velocity;
@@ -19,12 +20,14 @@ pub mod coupler;
 pub mod cylindrical;
 pub mod displacement_driver;
 pub mod distance_rod;
+pub mod freewheel;
 pub mod gear;
 pub mod ground;
 pub mod knife_edge;
 pub mod parallel_axes;
 pub mod perpendicular_axes;
 pub mod planar;
+pub mod plane_contact;
 pub mod point;
 pub mod point_in_plane;
 pub mod point_on_curve;
@@ -34,12 +37,14 @@ pub mod rack_and_pinion;
 pub mod revolute;
 pub mod rolling_disc;
 pub mod rotation_driver;
+pub mod rotational_stop;
 pub mod screw;
 pub mod spherical;
 pub mod translational;
+pub mod translational_stop;
 pub mod universal;
 
-use element_api::{ChannelSpec, FrameSpec};
+use element_api::{ChannelSpec, FrameSpec, ParamError};
 
 element_api::export_plugin! {
     about: "Standard joints",
@@ -68,6 +73,11 @@ element_api::export_plugin! {
         coupler::Coupler,
         knife_edge::KnifeEdge,
         rolling_disc::RollingDisc,
+        plane_contact::PlaneContact,
+        ball_contact::BallContact,
+        translational_stop::TranslationalStop,
+        rotational_stop::RotationalStop,
+        freewheel::Freewheel,
         rotation_driver::RotationDriver,
         displacement_driver::DisplacementDriver,
     ],
@@ -92,6 +102,15 @@ const SHIFTS: [ChannelSpec; 3] = [
     ChannelSpec::new("y", "m", "shift of the second frame along y of the first"),
     ChannelSpec::new("z", "m", "shift of the second frame along z of the first"),
 ];
+
+/// Refuses stops without ends, or with ends that leave no room.
+fn refuse_no_ends(lower: Option<f64>, upper: Option<f64>) -> Result<(), ParamError> {
+    match (lower, upper) {
+        (None, None) => Err(ParamError::new("lower", "give `lower`, `upper` or both")),
+        (Some(lower), Some(upper)) if lower >= upper => Err(ParamError::new("upper", "must be above `lower`")),
+        _ => Ok(()),
+    }
+}
 
 #[cfg(test)]
 mod tests;

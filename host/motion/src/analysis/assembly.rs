@@ -369,7 +369,9 @@ pub fn idle_axes(
     if model.bodies.iter().all(|body| body.thin.is_empty()) {
         return Ok(idle);
     }
-    let mut rows = Constraints::of_all(equations)?;
+    // Those of contacts that are open, too.
+    let all: Vec<usize> = (0..layout.rows).collect();
+    let mut rows = Constraints::new(equations, &all, &[], &[])?;
     rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
     for (index, body) in model.bodies.iter().enumerate() {
         let spin = nalgebra::Vector3::from_column_slice(&assembly.working[13 * index + 10..13 * index + 13]);

@@ -37,13 +37,13 @@ impl Constraints {
         Self::by(equations, rows, Program::compile(&equations.graph, &nodes))
     }
 
-    /// All rows, with their values and their derivatives with respect to time as functions: as [`Constraints::new`] gives them, by
-    /// a program that is made once.
+    /// All rows that are enforced, with their values and their derivatives with respect to time as functions: as [`Constraints::new`]
+    /// gives them, by a program that is made once.
     ///
     /// # Errors
     /// As for [`Constraints::new`].
     pub fn of_all(equations: &Equations) -> Result<Self, AnalysisError> {
-        let all: Vec<usize> = (0..equations.rows.len()).collect();
+        let all: Vec<usize> = equations.enforced().collect();
         Self::by(equations, &all, equations.program_of_rows().clone())
     }
 
@@ -52,9 +52,9 @@ impl Constraints {
     /// # Errors
     /// As for [`Constraints::new`].
     pub fn of_positions(equations: &Equations) -> Result<Self, AnalysisError> {
-        let numbers = 0..equations.rows.len();
-        let rows: Vec<usize> = numbers.filter(|row| !equations.rows[*row].of_velocities).collect();
-        if rows.len() == equations.rows.len() {
+        let all = equations.enforced();
+        let rows: Vec<usize> = all.clone().filter(|row| !equations.rows[*row].of_velocities).collect();
+        if rows.len() == all.count() {
             return Self::of_all(equations);
         }
         Self::new(equations, &rows, &[|row| row.value, |row| row.time], &[])

@@ -126,6 +126,26 @@ pub enum AnalysisError {
     /// What was asked for lies next to a position where the constraints lose rank, and is interpolated instead.
     #[error("the constraints lose rank there (singular position)")]
     NextToSingular,
+    /// Whoever takes the results of a run refuses them.
+    #[error("{message}")]
+    Told {
+        /// Why.
+        message: String,
+    },
+    /// A unilateral row is negative at the start.
+    #[error("`{row}` is unilateral, and starts {depth:.3e} m on the wrong side")]
+    Penetrates {
+        /// Element and row.
+        row: String,
+        /// How far, m.
+        depth: f64,
+    },
+    /// Impacts that do not come to an end, or contacts that are neither open nor closed.
+    #[error("the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only push")]
+    NotSettled {
+        /// Elements and rows.
+        rows: String,
+    },
     /// Rows that were left out because they followed from others do so no longer.
     #[error(
         "joints contradict each other: equations that followed from others at the start do so no longer: {what} is off by \
@@ -327,6 +347,8 @@ pub trait Formulation: Send {
     }
     /// Work done so far.
     fn counters(&self) -> Counters;
+    /// Changes the opaque elements for others.
+    fn trade_sets(&mut self, sets: &mut Vec<Box<dyn element_api::ElementSet>>);
     /// The opaque elements, for the call between steps.
     fn sets_mut(&mut self) -> &mut [Box<dyn element_api::ElementSet>];
     /// The opaque elements.

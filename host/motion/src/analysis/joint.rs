@@ -365,6 +365,10 @@ impl Formulation for JointForm {
         self.motion.counters + self.bodies.counters()
     }
 
+    fn trade_sets(&mut self, sets: &mut Vec<Box<dyn ElementSet>>) {
+        std::mem::swap(&mut self.bodies.sets, sets);
+    }
+
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {
         &mut self.bodies.sets
     }

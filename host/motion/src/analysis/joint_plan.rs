@@ -110,7 +110,7 @@ impl JointPlan {
         let write = |tree: &SpanningTree| Chosen::best(equations, model, (layout, tree), assembly, t);
         let Some(mut chosen) = write(&tree)? else { return Ok(None) };
         // Reactions that forces depend on are those of rows that are solved for.
-        if folds && !chosen.rows.is_empty() && !equations.needs_solution() {
+        if folds && equations.contacts.is_empty() && !chosen.rows.is_empty() && !equations.needs_solution() {
             let Chosen { equations: joint, rows, sizes, inputs, length, .. } = &chosen;
             tree.followers = followers(joint, (layout, &model.sets), (rows, sizes), inputs, *length)?;
             if !tree.followers.is_empty() {
@@ -125,6 +125,8 @@ impl JointPlan {
 /// Equations in joint coordinates, with the rows that are needed.
 struct Chosen {
     equations: JointEquations,
+    /// As [`Equations::enforced`].
+    enforced: Vec<usize>,
     /// The inputs of their programs at the start.
     inputs: Vec<f64>,
     rows: Vec<usize>,
@@ -150,7 +152,9 @@ impl Chosen {
     ) -> Result<Option<Self>, AnalysisError> {
         let choose = |joint: JointEquations| Self::new(equations, joint, model, (layout, tree), assembly, t);
         let plain = || JointEquations::build(equations, model, layout, tree);
-        let turned = JointEquations::build_turned(equations, model, layout, tree);
+        // Whichever contacts are closed, the coordinates and their axes are the same.
+        let may_turn = equations.contacts.is_empty();
+        let turned = if may_turn { JointEquations::build_turned(equations, model, layout, tree) } else { None };
         let was_turned = turned.is_some();
         let mut joint = turned.unwrap_or_else(plain);
         if joint.take_parameters(layout) {
@@ -185,6 +189,7 @@ impl Chosen {
         t: f64,
     ) -> Result<Self, AnalysisError> {
         let length = assembly.scales.length;
+        let enforced: Vec<usize> = equations.enforced().collect();
         let inputs = inputs_at_start(&joint, model, layout, tree, assembly, t);
         if !joint.mass_is_written() {
             let mut regular = Unrolled::new(&joint, &[], Default::default(), length, Solving::Articulated);
@@ -193,12 +198,12 @@ impl Chosen {
                 let (rows, independent, sizes, lengths) = Default::default();
                 let at_start = Health { rank: 0, smallest_pivot_ratio: 1.0 };
                 let (equations, regular) = (joint, Some(regular));
-                return Ok(Self { equations, inputs, rows, independent, sizes, lengths, at_start, regular, length });
+                return Ok(Self { equations, enforced, inputs, rows, independent, sizes, lengths, at_start, regular, length });
             }
             joint.write_mass();
         }
         let candidates: Vec<usize> =
-            (0..joint.rows.len()).filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
+            equations.enforced().filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
         let share = shares(&joint, model, &candidates, &sizes, &inputs, length)?;
         let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
@@ -211,12 +216,12 @@ impl Chosen {
         let mut independent = all.rows_to_keep(&lengths)?;
         independent.sort_unstable();
         let (equations, regular) = (joint, None);
-        Ok(Self { equations, inputs, rows, independent, sizes, lengths, at_start, regular, length })
+        Ok(Self { equations, enforced, inputs, rows, independent, sizes, lengths, at_start, regular, length })
     }
 
     /// The plan, with the equations of the independent rows solved.
     fn plan(self, model: &Model, layout: &Layout, tree: SpanningTree) -> Result<JointPlan, AnalysisError> {
-        let Self { equations, inputs, rows, independent, sizes, lengths, at_start, regular, length } = self;
+        let Self { equations, enforced, inputs, rows, independent, sizes, lengths, at_start, regular, length } = self;
         let eliminated = || {
             let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
             let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
@@ -236,7 +241,7 @@ impl Chosen {
         };
         let used = tree.used(model.elements.len());
         let of_tree = |row: usize| used[layout.element_of_row(row).0];
-        let met = (0..equations.rows.len()).filter(|row| !of_tree(*row) && !rows.contains(row)).collect();
+        let met = enforced.into_iter().filter(|row| !of_tree(*row) && !rows.contains(row)).collect();
         Ok(JointPlan { met, regular, start, at_start, independent, sizes, rows, length, equations, tree })
     }
 }

@@ -25,6 +25,7 @@
 //! | `conflict.rs` | which joints contradict each other, where not all can be met |
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
+//! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
@@ -32,6 +33,7 @@ mod assembly;
 mod balance;
 mod conflict;
 mod constraints;
+mod contact;
 mod coupling;
 mod evaluator;
 mod followers;
@@ -60,6 +62,7 @@ pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, a
 pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
+pub use contact::{Contacts, Gap as ContactGap, Meeting, Strike};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};

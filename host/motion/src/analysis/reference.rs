@@ -438,6 +438,10 @@ impl Formulation for ReferenceForm {
         self.counters
     }
 
+    fn trade_sets(&mut self, sets: &mut Vec<Box<dyn ElementSet>>) {
+        std::mem::swap(&mut self.sets, sets);
+    }
+
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {
         &mut self.sets
     }

@@ -97,7 +97,7 @@ impl WorkingForm {
         let WorkingParts { equations, plan, masses, scales, row_names, length } = parts;
         let (length, start_health) = (*length, plan.sparse_health);
         let layout = plan.layout.clone();
-        let all: Vec<usize> = (0..layout.rows).collect();
+        let all = plan.rows.clone();
         let regular = match plan.always_rank_safe {
             Some(_) => None,
             None => {
@@ -176,11 +176,6 @@ impl WorkingForm {
         if let Some(engine) = &mut self.regular {
             engine.factored_at.clear();
         }
-    }
-
-    /// Changes the opaque elements for others.
-    pub(super) fn trade_sets(&mut self, sets: &mut Vec<Box<dyn ElementSet>>) {
-        std::mem::swap(&mut self.sets, sets);
     }
 }
 
@@ -353,6 +348,10 @@ impl Formulation for WorkingForm {
 
     fn counters(&self) -> Counters {
         self.motion.counters
+    }
+
+    fn trade_sets(&mut self, sets: &mut Vec<Box<dyn ElementSet>>) {
+        std::mem::swap(&mut self.sets, sets);
     }
 
     fn sets_mut(&mut self) -> &mut [Box<dyn ElementSet>] {

@@ -48,7 +48,9 @@ impl Reaction {
 
 /// The constraint equations at the assembled position, as numbers.
 pub struct Probe<'a> {
-    /// Patterns of mass matrix and Jacobian (all rows).
+    /// The rows that are enforced, by their number among all; ascending.
+    pub rows: &'a [usize],
+    /// Patterns of mass matrix and Jacobian (of these rows).
     pub structure: &'a KktStructure,
     /// Values of the mass matrix.
     pub mass: &'a [f64],
@@ -67,6 +69,8 @@ pub struct Probe<'a> {
 pub struct Plan {
     /// Where every number lies.
     pub layout: Layout,
+    /// The rows that are enforced or follow from others; ascending. The others are those of contacts that are open.
+    pub rows: Vec<usize>,
     /// How the model hangs together.
     pub topology: Topology,
     /// Rows that are enforced, ascending.
@@ -105,7 +109,7 @@ impl Plan {
         sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
     ) -> Result<Self, LinalgError> {
         let topology = Topology::new(model);
-        let all: Vec<usize> = (0..layout.rows).collect();
+        let all = probe.rows.to_vec();
         let mut sparse_health = sparse_health;
         // Trees with pivots beyond doubt have no dependent rows; only other scenes need the dense rank.
         let tree = topology.islands.iter().all(|island| island.loops == 0);
@@ -118,12 +122,12 @@ impl Plan {
             // The rank-safe engine's pivots are not known; nothing is compared with them.
             // Rank is a question about the joints, but rows that are far from dependent in one metric are so in all.
             Some(_) => Rank {
-                health: Health { rank: layout.rows, smallest_pivot_ratio: 0.0 },
+                health: Health { rank: all.len(), smallest_pivot_ratio: 0.0 },
                 independent_rows: all,
                 dependent_rows: Vec::new(),
                 null_space: Vec::new(),
             },
-            None => Rank::find(layout, probe)?,
+            None => Rank::find(layout, probe)?.among(probe.rows),
         };
         let redundant_rows = dependent_rows
             .into_iter()
@@ -145,6 +149,7 @@ impl Plan {
         };
         Ok(Self {
             layout: layout.clone(),
+            rows: probe.rows.to_vec(),
             topology,
             independent_rows,
             redundant_rows,
@@ -206,6 +211,14 @@ impl Rank {
         Self::dense(probe)
     }
 
+    /// The same with rows by their number among all.
+    fn among(mut self, rows: &[usize]) -> Self {
+        let lists = [&mut self.independent_rows, &mut self.dependent_rows];
+        lists.into_iter().flatten().for_each(|row| *row = rows[*row]);
+        self.null_space.iter_mut().flatten().for_each(|(row, _)| *row = rows[*row]);
+        self
+    }
+
     /// The twin of [`Rank::by_elimination`]: QR with column pivoting.
     pub(super) fn dense(probe: &Probe<'_>) -> Result<Self, LinalgError> {
         let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
@@ -225,7 +238,7 @@ impl Rank {
     pub(super) fn by_elimination(layout: &Layout, probe: &Probe<'_>) -> Result<Option<Self>, LinalgError> {
         let clusters = Clusters {
             velocities: (0..layout.velocities()).map(|k| k / 6).collect(),
-            rows: (0..layout.rows).map(|row| layout.element_of_row(row).0).collect(),
+            rows: probe.rows.iter().map(|row| layout.element_of_row(*row).0).collect(),
         };
         let metric = probe.structure.metric(probe.scales);
         let Some(rank) = SparseRank::find(probe.structure, &clusters, &metric, probe.jacobian)? else {
@@ -309,14 +322,14 @@ fn null_load(
     let marker = &instance.markers[reaction.frame];
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
     let pattern = &probe.structure.jacobian;
-    let entries =
-        pattern.partition_point(|(row, _)| *row < rows.start)..pattern.partition_point(|(row, _)| *row < rows.end);
+    let before = |row: usize| pattern.partition_point(|(k, _)| probe.rows[*k] < row);
+    let entries = before(rows.start)..before(rows.end);
     for ((row, column), value) in pattern[entries.clone()].iter().zip(&probe.jacobian[entries]) {
         let body = column / 6;
         if marker.body.is_some_and(|own| own != body) {
             continue;
         }
-        let load = -value * lambda[*row];
+        let load = -value * lambda[probe.rows[*row]];
         if column % 6 < 3 {
             force[column % 6] += load;
         } else {

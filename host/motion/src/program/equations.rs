@@ -53,6 +53,19 @@ pub struct Row {
     pub of_velocities: bool,
 }
 
+/// A row that only pushes: its value, of a row on velocities its rate, is never negative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// Its number among all rows.
+    pub row: usize,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Whether it is a row on velocities.
+    pub of_velocities: bool,
+    /// Rows that hold while it is closed.
+    pub sticking: Vec<usize>,
+}
+
 /// What a force element does to one of its frames, at the frame's origin, ground axes.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameLoad {
@@ -84,6 +97,10 @@ pub struct Equations {
     pub bodies: Vec<BodyNodes>,
     /// All constraint rows, element after element.
     pub rows: Vec<Row>,
+    /// Those of them that only push, in their order.
+    pub contacts: Vec<Contact>,
+    /// The rows that are not enforced, ascending: those of contacts that are open.
+    pub(super) open: Vec<usize>,
     /// Right side Q of the equations of motion, six (seven) per body: applied and velocity-dependent forces.
     pub loads: Vec<Node>,
     /// Rates of the continuous element states.
@@ -114,6 +131,13 @@ pub struct Equations {
     pub(super) of_rows: OnceLock<Program>,
 }
 
+impl Contact {
+    /// The row, then those that hold while it is closed.
+    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::once(self.row).chain(self.sticking.iter().copied())
+    }
+}
+
 impl Equations {
     /// Writes down the equations of a model.
     #[must_use]
@@ -135,6 +159,8 @@ impl Equations {
             mass_p: Vec::new(),
             elements: vec![ElementEquations::default(); model.elements.len()],
             rows: Vec::with_capacity(layout.rows),
+            contacts: Vec::new(),
+            open: Vec::new(),
             coupling: Vec::new(),
             solved_in_rates: Vec::new(),
             of_rows: OnceLock::new(),
@@ -160,17 +186,55 @@ impl Equations {
         equations
     }
 
-    /// The Jacobian of all rows, row after row; then the value of each, then its derivative with respect to time. Made once: most of
-    /// what is decided before a run asks for it.
+    /// The Jacobian of all rows that are enforced, row after row; then the value of each, then its derivative with respect to time.
+    /// Made once: most of what is decided before a run asks for it.
     #[must_use]
     pub fn program_of_rows(&self) -> &Program {
         self.of_rows.get_or_init(|| {
-            let mut nodes: Vec<Node> =
-                self.rows.iter().flat_map(|row| row.jacobian.iter().map(|(_, node)| *node)).collect();
-            nodes.extend(self.rows.iter().map(|row| row.value));
-            nodes.extend(self.rows.iter().map(|row| row.time));
+            let rows = || self.enforced().map(|row| &self.rows[row]);
+            let mut nodes: Vec<Node> = rows().flat_map(|row| row.jacobian.iter().map(|(_, node)| *node)).collect();
+            nodes.extend(rows().map(|row| row.value));
+            nodes.extend(rows().map(|row| row.time));
             Program::compile(&self.graph, &nodes)
         })
+    }
+
+    /// The rows that are enforced, ascending: all but those of open contacts.
+    pub fn enforced(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.rows.len()).filter(|row| self.is_enforced(*row))
+    }
+
+    /// Whether a row is.
+    #[must_use]
+    pub fn is_enforced(&self, row: usize) -> bool {
+        self.open.binary_search(&row).is_err()
+    }
+
+    /// The value of a contact; of a row on velocities its rate.
+    pub fn stop_of(&mut self, contact: &Contact, layout: &Layout) -> Node {
+        let row = self.rows[contact.row].clone();
+        if !row.of_velocities {
+            return row.value;
+        }
+        let g = &mut self.graph;
+        let mut rate = row.time;
+        for (column, slope) in row.jacobian {
+            let velocity = g.input(layout.body_slot(column / 6, 7 + column % 6));
+            let part = g.mul(slope, velocity);
+            rate = g.add(rate, part);
+        }
+        rate
+    }
+
+    /// The same equations with these contacts closed, by their number, and the others open.
+    #[must_use]
+    pub fn with_closed(&self, closed: &[usize]) -> Self {
+        let mut equations = self.clone();
+        equations.of_rows = OnceLock::new();
+        let open = self.contacts.iter().enumerate().filter(|(number, _)| !closed.contains(number));
+        equations.open = open.flat_map(|(_, contact)| contact.rows()).collect();
+        equations.open.sort_unstable();
+        equations
     }
 
     /// Notes a part of the power that is no heat.
@@ -281,7 +345,23 @@ impl Equations {
             *row = self.row_of_velocities(rate, still, &bodies);
         }
         self.elements[index].coordinates = rows.split_off(element.rows.len());
+        self.add_contacts(element, layout.row_at[index]);
         self.rows.extend(rows);
+    }
+
+    /// The unilateral rows of a joint whose rows begin at `first`.
+    fn add_contacts(&mut self, element: &Instance, first: usize) {
+        let recording = &element.recording;
+        for (k, number) in element.rows.iter().enumerate() {
+            let Some(restitution) = recording.restitution(*number as u32) else { continue };
+            let sticks = |other: &usize| recording.sticks_with(*other as u32) == Some(*number as u32);
+            let others = element.rows.iter().enumerate().filter(|(_, other)| sticks(other));
+            let sticking = others.map(|(k, _)| first + k).collect();
+            let of_velocities = recording.output(Role::VelocityResidual(*number as u32)).is_some();
+            self.contacts.push(Contact { row: first + k, restitution, of_velocities, sticking });
+        }
+        self.open = self.contacts.iter().flat_map(|contact| contact.rows().collect::<Vec<_>>()).collect();
+        self.open.sort_unstable();
     }
 
     /// Derivatives of recorded functions along each coordinate of the bodies they may depend on.

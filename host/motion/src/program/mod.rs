@@ -54,7 +54,7 @@ pub use odyn_graph::{
 
 pub use articulated::Articulated;
 pub use coupling::{CoupledInput, Dependence};
-pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
+pub use equations::{Contact, ElementEquations, Equations, Form, FrameLoad, Row};
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use projection::Projecting;

@@ -31,6 +31,9 @@ pub enum StopReason {
     /// [`super::System::step_done`] said so.
     #[error("stopped on request")]
     Requested,
+    /// One of [`super::System::stopping`] became negative.
+    #[error("a quantity that must not be negative becomes so")]
+    Event,
     /// [`super::Options::max_steps`] is used up.
     #[error("the limit of {limit} steps is reached")]
     StepLimit {

@@ -176,6 +176,14 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// The values of all quantities that must not become negative.
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says.
+    pub fn stopping(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Trouble> {
+        self.system.stopping(t, y, values).map_err(|failure| trouble_of(failure, t, 0.0))
+    }
+
     /// The values of all guards; false where they are not to be had.
     ///
     /// # Errors

@@ -6,6 +6,7 @@
 use super::events::{Again, Events, Next};
 use super::interpolation::{Interpolation, hermite};
 use super::run::{Run, Trouble};
+use super::stops::{Stops, Verdict};
 use super::{Accepted, StopReason};
 
 /// Step sizes shrink by this factor when a step fails other than by its error.
@@ -184,6 +185,7 @@ pub(super) fn adaptive_steps(
     // Where the next step had better end.
     let mut end_at = None;
     let mut events = Events::new(run, method.reach());
+    let mut stops = Stops::new(run);
     let mut scratch = vec![0.0; y.len()];
     while run.t < run.span.t_end {
         run.check_step_limit()?;
@@ -204,9 +206,29 @@ pub(super) fn adaptive_steps(
                     continue;
                 }
                 let start = run.t;
-                finish_step(method, run, y, t_new, &mut scratch)?;
+                match stopped(method, run, y, t_new, (&mut stops, &events))? {
+                    Verdict::Pass => {}
+                    Verdict::Again(again) => {
+                        (h, end_at) = (again.h, again.end_at);
+                        events.forget();
+                        method.discard();
+                        continue;
+                    }
+                    Verdict::End => {
+                        finish_step(method, run, y, t_new, &mut scratch)?;
+                        return Err(Trouble::Stop(StopReason::Event));
+                    }
+                    Verdict::Before => return Err(Trouble::Stop(StopReason::Event)),
+                }
+                if finish_step(method, run, y, t_new, &mut scratch)? == Accepted::Changed {
+                    stops.forget();
+                }
                 h = method.size_after_acceptance(tried, h, error);
-                match events.accepted(run, y, start, |share, out| method.interpolate(share, out))? {
+                let next = events.accepted(run, y, start, |share, out| method.interpolate(share, out))?;
+                if !matches!(next, Next::Plain) {
+                    stops.forget();
+                }
+                match next {
                     Next::Plain => {}
                     Next::EndAt(time) => end_at = Some(time),
                     Next::Passed(size) => h = size,
@@ -287,6 +309,22 @@ fn missed(
     events.missed(run, y, &inside.interpolation(seen, &at))
 }
 
+/// Whether the integration ends within the step just made.
+fn stopped(
+    method: &dyn Stepper,
+    run: &mut Run<'_>,
+    y: &[f64],
+    t_new: f64,
+    (stops, events): (&mut Stops, &Events),
+) -> Result<Verdict, Trouble> {
+    if !stops.is_needed() {
+        return Ok(Verdict::Pass);
+    }
+    let inside = Inside::new(method, run, y, t_new, events);
+    let at = |share: f64, out: &mut [f64]| inside.state(share, out);
+    stops.examine(run, y, &inside.interpolation(&[0.0, 1.0], &at))
+}
+
 /// Makes the step final: samples, `accept`, `step_done`; the rates anew where `accept` changed something.
 fn finish_step(
     method: &mut dyn Stepper,
@@ -294,7 +332,7 @@ fn finish_step(
     y: &mut [f64],
     t_new: f64,
     scratch: &mut [f64],
-) -> Result<(), Trouble> {
+) -> Result<Accepted, Trouble> {
     let (t, h) = (run.t, t_new - run.t);
     y.copy_from_slice(method.y_new());
     let accepted = run.finish_step(t_new, y, scratch, |time, out| method.interpolate((time - t) / h, out))?;
@@ -302,7 +340,7 @@ fn finish_step(
     if accepted == Accepted::Changed && t_new < run.span.t_end {
         method.start(run, y)?;
     }
-    Ok(())
+    Ok(accepted)
 }
 
 /// What is known of the inside of a step that was made and is not yet final.

@@ -81,6 +81,20 @@ pub trait System {
         Ok(())
     }
 
+    /// Number of quantities that must not become negative. Methods with error control end the integration where one does, with
+    /// [`super::StopReason::Event`]; other methods do not look.
+    fn stops(&self) -> usize {
+        0
+    }
+
+    /// Their values.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn stopping(&mut self, _t: f64, _y: &[f64], _values: &mut [f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
     /// What is to hold throughout a step, beyond what error control judges by. Asked for once, before the first step.
     fn guards(&self) -> Guards {
         Guards::default()

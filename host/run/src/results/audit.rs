@@ -42,7 +42,9 @@ pub struct Audit {
     /// Part of it that elements turned into heat, J, as far as they tell; not negative. Where other work is done as well, summed
     /// up over the steps by parabolas, to a percent or better.
     pub dissipated: f64,
-    /// All other work, J, by drives and loads: `work` + `dissipated`.
+    /// Part of it that was lost in impacts, J.
+    pub lost_in_impacts: f64,
+    /// All other work, J, by drives and loads: `work` + `dissipated` + `lost_in_impacts`.
     pub work_in: f64,
     #[serde(skip)]
     heat: Heat,
@@ -120,6 +122,9 @@ pub struct AuditRecord {
     times: [f64; 4],
     worst_row: Option<usize>,
     worst_rate: Option<usize>,
+    /// J.
+    #[serde(default)]
+    lost_in_impacts: f64,
     /// Imbalance of loads and its time, s; its body.
     #[serde(default)]
     loads: [f64; 2],
@@ -145,6 +150,7 @@ impl From<&Audit> for AuditRecord {
             ],
             worst_row: audit.worst_rows[0],
             worst_rate: audit.worst_rows[1],
+            lost_in_impacts: audit.lost_in_impacts,
             loads: [audit.load_imbalance, audit.load_imbalance_at],
             worst_body: audit.worst_body,
         }
@@ -174,6 +180,7 @@ impl From<&AuditRecord> for Audit {
             potential_energy,
             work,
             dissipated,
+            lost_in_impacts: record.lost_in_impacts,
             work_in,
             heat,
             start,
@@ -241,12 +248,18 @@ impl Audit {
     /// called after [`Audit::energy`].
     pub fn heating(&mut self, t: f64, power: f64) {
         self.dissipated = (self.dissipated + self.heat.next(t, power)).max(0.0);
-        self.work_in = self.work + self.dissipated;
+        self.work_in = self.work + self.dissipated + self.lost_in_impacts;
+    }
+
+    /// Takes energy lost in impacts, J.
+    pub fn impacts(&mut self, lost: f64) {
+        self.lost_in_impacts += lost;
     }
 
     /// Says that all work is turned into heat, or none. To be called after [`Audit::energy`].
     pub fn heat_is_all(&mut self, all: bool) {
-        (self.dissipated, self.work_in) = if all { (-self.work, 0.0) } else { (0.0, self.work) };
+        let other = self.work + self.lost_in_impacts;
+        (self.dissipated, self.work_in) = if all { (-other, 0.0) } else { (0.0, other) };
     }
 
     /// Takes the worst violations of positions and of rates in an accepted state at time `t` (s), each with its row.
@@ -290,6 +303,7 @@ impl Audit {
             whole.potential_energy += part.potential_energy;
             whole.work += part.work;
             whole.dissipated += part.dissipated;
+            whole.lost_in_impacts += part.lost_in_impacts;
             whole.work_in += part.work_in;
             // The times are those of the part that contributes most.
             keep(&mut worst, &mut whole.energy_error_at, part.error, part.energy_error_at);

@@ -18,6 +18,7 @@
 //! | `summary.rs` | everything else about a run, as data |
 //! | `audit.rs` | what can be checked without knowing the solution |
 //! | `limits.rs` | what the audit may find before results are suspect |
+//! | `events.rs` | what happened to contacts: `events.csv` |
 //! | `checks.rs` | values against those they should have |
 //! | `motion/` | `motion.bin`: where all bodies were, and what acted on them |
 //! | `glb/` | a motion as glTF, for other programs |
@@ -38,6 +39,7 @@ mod compare;
 mod csv;
 mod digits;
 mod error;
+mod events;
 mod figures;
 mod folder;
 mod glb;
@@ -63,6 +65,7 @@ pub use compare::{ColumnDifference, Comparison, compare};
 pub use csv::{CsvWriter, Written};
 pub use digits::{Digits, OutputDigits};
 pub use error::ResultsError;
+pub use events::{EVENTS_FILE, Event, EventKind, Events};
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
 pub use folder::{
     CHANNELS_FILE, CHECKPOINT_FILE, DIGITS_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE,

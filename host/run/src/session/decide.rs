@@ -40,6 +40,7 @@ pub(super) fn decide(
         .collect();
     let mass = mass_values(model);
     let probe = Probe {
+        rows: &rows.rows,
         structure: &rows.structure,
         mass: &mass,
         jacobian: rows.jacobian(),
@@ -54,7 +55,7 @@ pub(super) fn decide(
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
         let picked: Vec<f64> =
-            entries.filter(|((row, _), _)| chosen.binary_search(row).is_ok()).map(|(_, value)| *value).collect();
+            entries.filter(|((row, _), _)| chosen.binary_search(&rows.rows[*row]).is_ok()).map(|(_, value)| *value).collect();
         solver.refactor(&picked)
     })
     .map_err(|e| broken(&e))

@@ -10,7 +10,7 @@ use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range;
 use crate::plan::Layout;
-use crate::program::{Equations, Expr, Node, Ranges, Sharp, Switches};
+use crate::program::{Contact, Equations, Expr, Node, Ranges, Sharp, Switches};
 
 /// See the module documentation.
 pub(super) struct Guarded {
@@ -68,6 +68,8 @@ pub(super) struct Watching {
     pub(super) periods: (Vec<f64>, f64),
     /// Values of rows that must stay within plus and minus a limit.
     pub(super) rows: Vec<(Node, f64)>,
+    /// Unilateral rows.
+    pub(super) contacts: Vec<Contact>,
 }
 
 impl Watching {
@@ -133,7 +135,10 @@ impl Watching {
         let switches = self.conditions.iter().map(|node| (*node, Guard::Switch));
         let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
         let rows = self.rows.iter().map(|(node, limit)| (*node, Guard::Bound(*limit)));
-        let all: Vec<(Node, Guard)> = switches.chain(features).chain(rows).collect();
+        // No step is to open and close one again unnoticed.
+        let gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let gaps = gaps.into_iter().map(|node| (node, Guard::Switch));
+        let all: Vec<(Node, Guard)> = switches.chain(features).chain(rows).chain(gaps).collect();
         let known: Vec<(Node, Guard)> =
             all.iter().filter(|(node, _)| is_of_motion(equations, layout, *node)).cloned().collect();
         let is_partial = known.len() < all.len();

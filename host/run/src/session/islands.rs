@@ -24,7 +24,7 @@ use crate::analysis::{Assembly, Scales};
 use crate::integrate::Flow;
 use crate::plan::{Island, Layout};
 use crate::pool;
-use crate::results::{Audit, IslandWork, LOAD, POSE, ResultsError, Status, Summary};
+use crate::results::{Audit, Event, IslandWork, LOAD, POSE, ResultsError, Status, Summary};
 use crate::scene::OutputRecord;
 
 /// A scene falls as fast as sqrt(g L): below this share of it, speeds count as rest, whatever the rounding of resting islands.
@@ -127,6 +127,10 @@ impl Sink for Part<'_, '_> {
 
     fn picture(&mut self, _: usize, values: &[f64]) -> std::io::Result<()> {
         lock(self.gathered).picture(self.island, values)
+    }
+
+    fn event(&mut self, event: &Event) -> std::io::Result<()> {
+        lock(self.gathered).told.samplings.event(event)
     }
 
     fn step(&mut self, t: f64) -> Flow {

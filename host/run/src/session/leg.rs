@@ -9,7 +9,7 @@ use super::restart::Restart;
 use super::samplings::Samplings;
 use super::sink::Sink;
 use crate::integrate::Flow;
-use crate::results::Summary;
+use crate::results::{Event, Summary};
 
 /// A part of a run, from where its session begins.
 pub(super) struct Leg {
@@ -75,6 +75,10 @@ impl Sink for &mut Told<'_> {
 
     fn picture(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
         self.samplings.picture(number, values)
+    }
+
+    fn event(&mut self, event: &Event) -> std::io::Result<()> {
+        self.samplings.event(event)
     }
 
     fn step(&mut self, t: f64) -> Flow {

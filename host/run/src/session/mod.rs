@@ -69,6 +69,7 @@ mod leg;
 mod libraries;
 mod objections;
 mod open;
+mod modes;
 mod opened;
 mod options;
 mod outcome;

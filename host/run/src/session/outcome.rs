@@ -1,7 +1,7 @@
 //! [`RunReport`]: what a run gives.
 
 use crate::diagnostics::{Exit, codes};
-use crate::results::{ChannelInfo, CheckResult, Status, Summary};
+use crate::results::{ChannelInfo, CheckResult, Event, Status, Summary};
 
 /// What a run gives.
 #[derive(Debug, Clone)]
@@ -14,6 +14,8 @@ pub struct RunReport {
     pub columns: Vec<Vec<f64>>,
     /// What each column is.
     pub channels: Vec<ChannelInfo>,
+    /// What happened to contacts, in this part of the run where it was resumed.
+    pub events: Vec<Event>,
     /// The checks of the scene with their samples, in its order.
     pub checks: Vec<CheckResult>,
 }

@@ -185,7 +185,8 @@ impl Session {
         let (equations, layout) = (&self.equations, &self.plan.layout);
         let numbers: Vec<usize> = movable_records(&self.scene).map(|(number, _)| number).collect();
         let failed = |error: crate::analysis::AnalysisError| super::error::start_error(&self.scene, &error);
-        let mut rows = Constraints::of_all(equations).map_err(failed)?;
+        let all: Vec<usize> = (0..layout.rows).collect();
+        let mut rows = Constraints::new(equations, &all, &[], &[]).map_err(failed)?;
         let inputs = start_inputs(layout, self.begins.time, &self.assembly);
         rows.evaluate(&inputs, &self.model.sets).map_err(failed)?;
         let state = |body: usize| &self.assembly.working[13 * body..13 * (body + 1)];

@@ -42,7 +42,7 @@ impl Session {
     }
 
     /// The engine's name.
-    fn engine(&self) -> &str {
+    pub(super) fn engine(&self) -> &str {
         self.scene.simulation.engine.as_ref().map_or("auto", |engine| engine.value.as_str())
     }
 
@@ -61,6 +61,7 @@ impl Session {
         if let Some(step) = fixed_step {
             self.samples_fit(step)?;
         }
+        self.contacts_fit(fixed_step.is_some())?;
         let engine = self.engine().to_string();
         let mut formulation = self.formulation(&engine)?;
         if method.may_use_jacobian() {
@@ -151,6 +152,8 @@ impl Prepared {
             watching.periods = (system.clocks().periods().collect(), t_end);
         }
         let state = system.start(t_start, &session.assembly).map_err(|e| start_error(&session.scene, &e))?;
+        system.examine_contacts(t_start, &state).map_err(|e| start_error(&session.scene, &e))?;
+        watching.contacts = session.equations.contacts.clone();
         watching.rows = system
             .watch_rows_left_out(&session.equations, t_start, &state)
             .map_err(|e| start_error(&session.scene, &e))?;

@@ -111,13 +111,13 @@ const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 /// # }
 /// ```
 pub struct Run<'a> {
-    session: Session,
-    system: Simulation<'a>,
-    method: Box<dyn Integrator>,
+    pub(super) session: Session,
+    pub(super) system: Simulation<'a>,
+    pub(super) method: Box<dyn Integrator>,
     /// What is integrated, at the last accepted time.
-    state: Vec<f64>,
+    pub(super) state: Vec<f64>,
     /// That time, s.
-    time: f64,
+    pub(super) time: f64,
     options: Options,
     /// All times at which samples are wanted, s.
     sample_times: Vec<f64>,
@@ -234,14 +234,27 @@ impl<'a> Run<'a> {
             self.system.begin_anew(self.time, &self.state).map_err(failed)?;
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }
-        self.system.compile_hot(self.time);
-        let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
-        let due = ahead.partition_point(|time| *time <= to);
-        let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };
-        let outcome = self.method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
-        self.options.steps_before += outcome.counters.steps + outcome.counters.rejected;
-        self.counters += outcome.counters;
-        Ok(outcome.status)
+        loop {
+            if self.system.has_contacts()
+                && let Some(ended) = self.meet_contacts()?
+            {
+                return Ok(ended);
+            }
+            self.system.compile_hot(self.time);
+            let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
+            let due = ahead.partition_point(|time| *time <= to);
+            let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };
+            let outcome = self.method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
+            self.options.steps_before += outcome.counters.steps + outcome.counters.rejected;
+            self.counters += outcome.counters;
+            match outcome.status {
+                Status::StoppedEarly { reason: StopReason::Event, .. } => {
+                    self.time = self.system.now();
+                    self.options.first_step = None;
+                }
+                status => return Ok(status),
+            }
+        }
     }
 
     /// Names of the inputs, in the order of the scene.

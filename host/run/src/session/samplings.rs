@@ -7,7 +7,7 @@ use super::opened::Session;
 use super::outcome::RunReport;
 use super::restart::Restart;
 use super::sink::Sink;
-use crate::results::{ChannelInfo, CheckResult, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table};
+use crate::results::{ChannelInfo, CheckResult, Event, Events, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table};
 use crate::scene::{Dimension, SampleTime, Simulation};
 
 /// The samples of a run, where they go.
@@ -21,6 +21,8 @@ pub(super) struct Samplings {
     /// Times of the rows, scene units.
     pub(super) taken: Vec<f64>,
     pub(super) columns: Vec<Vec<f64>>,
+    /// What happened to contacts.
+    pub(super) events: Events,
     /// Why a row could not be written.
     pub(super) error: Option<ResultsError>,
 }
@@ -37,6 +39,11 @@ impl Sink for Samplings {
     fn picture(&mut self, number: usize, values: &[f64]) -> std::io::Result<()> {
         let time = self.times[number].scene;
         let written = self.folder.as_mut().map_or(Ok(()), |folder| folder.record(time, values));
+        self.told(written)
+    }
+
+    fn event(&mut self, event: &Event) -> std::io::Result<()> {
+        let written = self.events.take(event);
         self.told(written)
     }
 }
@@ -91,6 +98,9 @@ impl Samplings {
     pub(super) fn go_on(session: &Session, path: &Path, kept: &Kept, summary: &Summary) -> Result<Self, ResultsError> {
         let mut samplings = session.no_samplings();
         samplings.folder = Some(Folder::go_on(path, &samplings.channels, session.shown.as_ref(), kept, summary)?);
+        if !session.equations.contacts.is_empty() {
+            samplings.events.go_on(path, session.scene.units.factor(Dimension::TIME), session.begins.time)?;
+        }
         let table = Table::read(&path.join(RESULTS_FILE))?;
         (samplings.taken, samplings.columns) = (table.times, table.columns);
         Ok(samplings)
@@ -111,7 +121,8 @@ impl Samplings {
 
     /// The report of the run.
     pub(super) fn report(self, summary: Summary, checks: Vec<CheckResult>) -> RunReport {
-        RunReport { summary, times: self.taken, columns: self.columns, channels: self.channels, checks }
+        let events = self.events.list;
+        RunReport { summary, times: self.taken, columns: self.columns, channels: self.channels, events, checks }
     }
 }
 
@@ -124,6 +135,9 @@ impl Session {
             let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
             let folder = Folder::create(path, &time, &samplings.channels, self.shown.as_ref(), summary);
             samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
+            if !self.equations.contacts.is_empty() {
+                samplings.events.begin(path, unit).map_err(|e| self.files_error(&e))?;
+            }
         }
         Ok(samplings)
     }
@@ -141,6 +155,7 @@ impl Session {
         Samplings {
             columns: vec![Vec::with_capacity(times.len()); channels.len()],
             taken: Vec::with_capacity(times.len()),
+            events: Events::default(),
             error: None,
             folder: None,
             first: 0,

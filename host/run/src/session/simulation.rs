@@ -1,11 +1,14 @@
 //! [`Simulation`]: the equations of motion as the integrators see them, with samples, audit and memory between steps.
 
+mod contacts;
 mod floor;
 mod memory;
 mod picture;
 mod system;
 mod watch;
 
+use self::contacts::Touch;
+pub(super) use self::contacts::Mode;
 use self::floor::Floor;
 use self::picture::Picture;
 use self::watch::RowValues;
@@ -170,6 +173,8 @@ pub(super) struct Simulation<'a> {
     heat: Heat,
     /// Conditions at which the equations switch, where steps are to end there.
     switches: Option<Part>,
+    /// Unilateral rows, if there are any.
+    touch: Option<Touch>,
     /// What is watched throughout every step.
     guarded: Option<Guarded>,
     /// The same at a state, where ranges cannot be had: switches and functions, and turns.
@@ -259,12 +264,14 @@ impl<'a> Simulation<'a> {
             .collect();
         let all: Vec<usize> = (0..layout.rows).collect();
         let rows = Constraints::of_all(equations)?;
+        let rows_in_force = rows.rows.len();
         let heat = Heat::of(equations);
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
             energy: Part::near(formulation.as_ref(), equations, &heat.energies(equations), layout),
             heat,
             switches: None,
+            touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
             guarded: None,
             looks: [None, None],
             report,
@@ -303,7 +310,7 @@ impl<'a> Simulation<'a> {
             samples: 0,
             samples_in_all: 0,
             rows_taken,
-            row_right: vec![0.0; layout.rows],
+            row_right: vec![0.0; rows_in_force],
             tier: Tier::fixed(),
             last_steps: [0.0; 2],
             now: 0.0,
@@ -453,6 +460,7 @@ impl<'a> Simulation<'a> {
         list.extend(self.energy.used().chain(self.report.used().map(Used::by_samples)).chain(self.accept.used()));
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
+        list.extend(self.touch.iter_mut().flat_map(Touch::used));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),
         );
@@ -469,6 +477,9 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub(super) fn counters(&self) -> Counters {
         let mut counters = self.formulation.counters();
+        if let Some(touch) = &self.touch {
+            counters = counters + touch.counters();
+        }
         counters.contradictions = self.contradictions;
         counters
     }

@@ -3,6 +3,7 @@
 use std::io;
 
 use crate::integrate::Flow;
+use crate::results::Event;
 
 /// Takes the results of a run as they come. The one stepping loop, that of [`super::Run`], tells its sink and nobody else.
 pub trait Sink: Send {
@@ -26,6 +27,15 @@ pub trait Sink: Send {
     /// An error ends the run.
     fn picture(&mut self, number: usize, values: &[f64]) -> io::Result<()> {
         let _ = (number, values);
+        Ok(())
+    }
+
+    /// Something happened to a contact.
+    ///
+    /// # Errors
+    /// An error ends the run.
+    fn event(&mut self, event: &Event) -> io::Result<()> {
+        let _ = event;
         Ok(())
     }
 

@@ -272,6 +272,8 @@ fn code_of(reason: &StopReason) -> Code {
         StopReason::StepLimit { .. } => codes::TOO_MANY_STEPS,
         StopReason::StepTooSmall { .. } | StopReason::NoConvergence { .. } => codes::STEP_TOO_SMALL,
         StopReason::NotFinite { .. } | StopReason::Failed { not_finite: true, .. } => codes::MOTION_NOT_FINITE,
+        // The session meets events itself.
+        StopReason::Event => codes::INTERRUPTED,
         StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
         StopReason::Failed { .. } => codes::PROJECTION_FAILED,
     }

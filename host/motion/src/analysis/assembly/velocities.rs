@@ -16,9 +16,9 @@ pub(super) fn velocities(
     (chosen, given_speed): (&mut Vec<Chosen>, &mut f64),
 ) -> Result<Vec<VelocityMiss>, AssemblyError> {
     load(layout, t, state, inputs);
-    let all: Vec<usize> = (0..layout.rows).collect();
     let mut rows = Constraints::of_all(equations)?;
     rows.evaluate(inputs, &model.sets)?;
+    let enforced = rows.rows.len();
     let mut pattern = rows.structure.jacobian.clone();
     let mut values = rows.jacobian().to_vec();
     let mut right: Vec<f64> = rows.rates_in_time().iter().map(|x| -x).collect();
@@ -57,7 +57,7 @@ pub(super) fn velocities(
     }
     let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern).map_err(AnalysisError::from)?;
     // What is asked of a body is a cluster of its own.
-    let mut clusters = clusters(layout, &all);
+    let mut clusters = clusters(layout, &rows.rows);
     clusters.rows.extend(asked.iter().map(|(body, ..)| model.elements.len() + body));
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
     let mut solve = |mass: &[f64], v: &mut [f64]| -> Result<(), LinalgError> {
@@ -65,7 +65,7 @@ pub(super) fn velocities(
         solver.set_measure(&body_scales(model, length));
         solver.set_mass(mass)?;
         // The joints come first; what the scene asks for is met as far as they leave it open.
-        solver.set_first_rows(&all);
+        solver.set_first_rows(&(0..enforced).collect::<Vec<_>>());
         solver.refactor(&values)?;
         solver.solve(&vec![0.0; n], &right, v, &mut multipliers)
     };
@@ -77,7 +77,7 @@ pub(super) fn velocities(
     }
     // Rows that do not depend on time are met by rest, whatever else they are.
     let driven = rows.worst(rows.rates_in_time(), length).0;
-    let off: Vec<f64> = (0..layout.rows).map(|row| reached[row] - right[row]).collect();
+    let off: Vec<f64> = (0..enforced).map(|row| reached[row] - right[row]).collect();
     let mut contradicting: Vec<(String, f64)> = Vec::new();
     rows.violations(&off, length, |row, violation| {
         if violation > CONTRADICTION * driven {
@@ -99,10 +99,10 @@ pub(super) fn velocities(
         solve(&uneven_metric(model.bodies.len(), length), &mut other).map_err(AnalysisError::from)?;
         *chosen = differing(model, state, [&v, &other], length);
     }
-    let largest = right[layout.rows..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let largest = right[enforced..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut misses = Vec::new();
     for (row, (body, angular, component, given)) in asked.into_iter().enumerate() {
-        let found = reached[layout.rows + row];
+        let found = reached[enforced + row];
         if (found - given).abs() > VELOCITY_MISS * largest {
             let body = model.bodies[body].name.clone();
             misses.push(VelocityMiss { body, angular, component, given, found });

@@ -12,7 +12,7 @@ impl Engines for WorkingForm {
     }
 
     fn rows(&self) -> usize {
-        self.motion.layout.rows
+        self.safe.dynamics.rows.len()
     }
 
     fn safe_health(&self) -> Health {
@@ -86,6 +86,6 @@ impl Engines for WorkingForm {
             loads,
             driven: self.coupling.is_none().then_some(power - further[self.motion.layout.states]),
         };
-        trial.accept(|row| self.motion.row_names[row].clone())
+        trial.accept(|row| self.motion.row_names[dynamics.rows[row]].clone())
     }
 }

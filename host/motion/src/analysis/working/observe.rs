@@ -40,7 +40,8 @@ impl WorkingForm {
         dynamics.evaluate(&self.motion.inputs, &self.sets)?;
         let (a, lambda) =
             self.motion.inputs[self.motion.layout.acceleration_slot()..].split_at(self.motion.layout.velocities());
-        self.balance.take(dynamics, &dynamics.further(FUNCTIONS)[..a.len()], a, lambda);
+        let lambda: Vec<f64> = dynamics.rows.iter().map(|row| lambda[*row]).collect();
+        self.balance.take(dynamics, &dynamics.further(FUNCTIONS)[..a.len()], a, &lambda);
         Ok(self.balance.of_all())
     }
 

@@ -210,7 +210,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Per body r, p, v, omega'; then element states; then work.
-    fn working_state(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+    pub(super) fn working_state(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
         let inputs = self.formulation.observe(t, state, false)?.inputs;
         let bodies = (0..self.layout.bodies).flat_map(|body| {
             let slot = self.layout.body_slot(body, 0);

@@ -157,6 +157,14 @@ impl System for Simulation<'_> {
         Ok(())
     }
 
+    fn stops(&self) -> usize {
+        self.stop_count()
+    }
+
+    fn stopping(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        self.stop_values(t, y, values).map_err(failure)
+    }
+
     fn guards(&self) -> Guards {
         self.guarded.as_ref().map_or_else(Guards::default, |guarded| guarded.guards.clone())
     }

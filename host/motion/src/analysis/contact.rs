@@ -1,0 +1,441 @@
+//! [`Contacts`]: unilateral rows where they touch. Impacts, and which of them are closed afterwards.
+//!
+//! A contact has a row c(q, t) >= 0 whose reaction p >= 0 acts only where c = 0 (Pfeiffer & Glocker, "Multibody Dynamics with
+//! Unilateral Contacts", 1996; Brogliato, "Nonsmooth Mechanics", 3rd ed. 2016). With the rows that always hold eliminated, what
+//! an impulse P of the contacts changes of their rates u = c' is `A P` with Delassus' matrix `A = J M^-1 J^T`, M^-1 across the
+//! other rows. Everything here is said in `A`, which is as large as there are contacts that touch.
+//!
+//! - **Impacts** one after the other, that of the fastest approach first, as in chains of balls: each is compressed until it
+//!   neither approaches nor slides, then gives back its coefficient of restitution's share of the normal impulse (Poisson;
+//!   where nothing sticks that is Newton's law). No impact adds energy. What has not come to an end after
+//!   [`MOST_STRIKES`] ends without restitution, all at once.
+//! - **Which are closed**: p >= 0, w = A p + b >= 0, p w = 0, with b the accelerations c'' while all are open. By principal pivoting with
+//!   the least index (Murty 1974), which never closes a row that the closed ones imply.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::constraints::{Constraints, mass_values};
+use super::formulation::AnalysisError;
+use super::working::clusters;
+use crate::linalg::{Clusters, KktSolver, KktStructure, SparseFirst};
+use crate::model::Model;
+use crate::plan::{Layout, body_scales};
+use crate::program::{Contact, Equations, Sets};
+
+/// Impacts one after the other at one instant.
+const MOST_STRIKES: usize = 2000;
+/// Rank tolerance for the rows that always hold, and for Delassus' matrix.
+const RANK_TOLERANCE: f64 = 1e-9;
+/// Share of the accelerations in a scene below which a contact's is none.
+const NO_ACCELERATION: f64 = 1e-9;
+/// Share of the speeds in a scene below which a contact's is none.
+const NO_SPEED: f64 = 1e-11;
+
+/// See the module documentation.
+pub struct Contacts {
+    contacts: Vec<Contact>,
+    /// Jacobian, values, derivatives by time and gammas of all rows of the scene.
+    rows: Constraints,
+    /// Those that always hold.
+    always: Vec<usize>,
+    structure: KktStructure,
+    clusters: Clusters,
+    mass: Vec<f64>,
+    scales: Vec<f64>,
+    length: f64,
+}
+
+/// A contact at a state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Its value; zero for a row on velocities.
+    pub value: f64,
+    /// Its rate.
+    pub rate: f64,
+    /// Length of its gradient, rotations taken on the length of the scene: value over size is a distance.
+    pub size: f64,
+    /// Whether it is a row on velocities.
+    pub of_velocities: bool,
+}
+
+/// What happened to a contact in an impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strike {
+    /// Which contact.
+    pub contact: usize,
+    /// Its rate before and after.
+    pub rates: [f64; 2],
+    /// Impulse along its row.
+    pub impulse: f64,
+    /// Energy lost in it, J.
+    pub lost: f64,
+}
+
+/// Contacts that touch, at a position.
+pub struct Meeting {
+    /// Which they are.
+    pub touching: Vec<usize>,
+    /// Their rates, and those of the rows that stick with them: each contact's row is followed by these.
+    pub rates: DVector<f64>,
+    /// Impulses so far.
+    pub impulses: DVector<f64>,
+    /// What happened to each contact so far.
+    pub strikes: Vec<Strike>,
+    /// Work of impulses so far on what moves, J: that of driven rows included.
+    pub work: f64,
+    restitution: Vec<f64>,
+    sizes: Vec<f64>,
+    /// Numbers of the rows among all.
+    rows: Vec<usize>,
+    /// Where each contact's rows begin; then their number.
+    first: Vec<usize>,
+    delassus: DMatrix<f64>,
+    /// Velocities of bodies, six each, for a unit impulse of each row.
+    responses: Vec<Vec<f64>>,
+    /// Impulse of each row that always holds times its derivative by time, for the same.
+    driven: Vec<f64>,
+    /// Derivatives of the rows by time.
+    times: Vec<f64>,
+    jacobian: Vec<Vec<(usize, f64)>>,
+}
+
+impl Contacts {
+    /// Those of a scene; `length` is its size, m.
+    ///
+    /// # Errors
+    /// When the linear algebra refuses the model.
+    pub fn new(equations: &Equations, model: &Model, layout: &Layout, length: f64) -> Result<Self, AnalysisError> {
+        let all: Vec<usize> = (0..equations.rows.len()).collect();
+        let rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time, |row| row.gamma], &[])?;
+        let open = equations.with_closed(&[]);
+        let always: Vec<usize> = open.enforced().collect();
+        Ok(Self {
+            structure: super::constraints::structure(equations, &always)?,
+            clusters: clusters(layout, &always),
+            mass: mass_values(model),
+            scales: body_scales(model, length),
+            contacts: equations.contacts.clone(),
+            rows,
+            always,
+            length,
+        })
+    }
+
+    /// Evaluates everything at a state, and gives the contacts there. `velocities`: six per body.
+    ///
+    /// # Errors
+    /// What an opaque element did wrong.
+    pub fn look(&mut self, inputs: &[f64], velocities: &[f64], sets: &Sets) -> Result<Vec<Gap>, AnalysisError> {
+        self.rows.evaluate(inputs, sets)?;
+        let gap = |contact: &Contact| {
+            let row = contact.row;
+            let entries = self.row(row);
+            let square: f64 = entries.iter().map(|(column, slope)| (slope * self.unit(*column)).powi(2)).sum();
+            let rate: f64 = entries.iter().map(|(column, slope)| slope * velocities[*column]).sum();
+            Gap {
+                value: self.rows.function(0)[row],
+                rate: rate + self.rows.function(1)[row],
+                size: if square > 0.0 { square.sqrt() } else { 1.0 },
+                of_velocities: contact.of_velocities,
+            }
+        };
+        Ok(self.contacts.iter().map(gap).collect())
+    }
+
+    /// The gammas of all rows at a state.
+    ///
+    /// # Errors
+    /// What an opaque element did wrong.
+    pub fn gammas(&mut self, inputs: &[f64], sets: &Sets) -> Result<&[f64], AnalysisError> {
+        self.rows.evaluate(inputs, sets)?;
+        Ok(self.rows.function(2))
+    }
+
+    /// Which rows they are of.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    fn unit(&self, column: usize) -> f64 {
+        if column % 6 < 3 { 1.0 } else { 1.0 / self.length }
+    }
+
+    /// The Jacobian of a row where it was evaluated last.
+    fn row(&self, row: usize) -> Vec<(usize, f64)> {
+        let pattern = &self.rows.structure.jacobian;
+        let (from, to) = (pattern.partition_point(|(k, _)| *k < row), pattern.partition_point(|(k, _)| *k <= row));
+        pattern[from..to].iter().zip(&self.rows.jacobian()[from..to]).map(|((_, c), slope)| (*c, *slope)).collect()
+    }
+
+    /// Contacts that touch where [`Contacts::look`] looked last.
+    ///
+    /// # Errors
+    /// Rows that have no solution there.
+    pub fn meeting(&self, touching: &[usize], velocities: &[f64]) -> Result<Meeting, AnalysisError> {
+        let mut rows = Vec::new();
+        let mut first = Vec::new();
+        for contact in touching.iter().map(|k| &self.contacts[*k]) {
+            first.push(rows.len());
+            rows.extend(contact.rows());
+        }
+        first.push(rows.len());
+        let n = self.structure.n;
+        let values: Vec<f64> =
+            self.always.iter().flat_map(|row| self.row(*row).into_iter().map(|(_, slope)| slope)).collect();
+        let mut solver = SparseFirst::new(&self.structure, &self.clusters, RANK_TOLERANCE)?;
+        solver.set_measure(&self.scales);
+        solver.set_mass(&self.mass)?;
+        solver.refactor(&values)?;
+        let (still, mut multipliers) = (vec![0.0; self.always.len()], vec![0.0; self.always.len()]);
+        let jacobian: Vec<Vec<(usize, f64)>> = rows.iter().map(|row| self.row(*row)).collect();
+        let times: Vec<f64> = rows.iter().map(|row| self.rows.function(1)[*row]).collect();
+        let (mut responses, mut driven) = (Vec::new(), Vec::new());
+        for entries in &jacobian {
+            let (mut load, mut response) = (vec![0.0; n], vec![0.0; n]);
+            entries.iter().for_each(|(column, slope)| load[*column] = *slope);
+            solver.solve(&load, &still, &mut response, &mut multipliers)?;
+            let of_time = self.always.iter().map(|row| self.rows.function(1)[*row]);
+            driven.push(of_time.zip(&multipliers).map(|(time, lambda)| time * lambda).sum());
+            responses.push(response);
+        }
+        let dot = |entries: &[(usize, f64)], v: &[f64]| entries.iter().map(|(c, slope)| slope * v[*c]).sum::<f64>();
+        let delassus = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(&jacobian[i], &responses[j]));
+        let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
+        let size = |entries: &Vec<(usize, f64)>| {
+            let square: f64 = entries.iter().map(|(column, slope)| (slope * self.unit(*column)).powi(2)).sum();
+            if square > 0.0 { square.sqrt() } else { 1.0 }
+        };
+        Ok(Meeting {
+            restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
+            sizes: jacobian.iter().map(size).collect(),
+            impulses: DVector::zeros(rows.len()),
+            touching: touching.to_vec(),
+            strikes: Vec::new(),
+            work: 0.0,
+            rows,
+            first,
+            delassus,
+            rates,
+            responses,
+            driven,
+            times,
+            jacobian,
+        })
+    }
+}
+
+impl Meeting {
+    /// The rate of the k-th of the touching contacts.
+    #[must_use]
+    pub fn rate(&self, k: usize) -> f64 {
+        self.rates[self.first[k]]
+    }
+
+    /// How fast it may approach without doing so, where speeds are of this size.
+    fn no_rate(&self, k: usize, speed: f64) -> f64 {
+        NO_SPEED * speed * self.sizes[self.first[k]]
+    }
+
+    /// Whether the k-th of them approaches, where speeds are of this size.
+    #[must_use]
+    pub fn approaches(&self, k: usize, speed: f64) -> bool {
+        self.rate(k) < -self.no_rate(k, speed)
+    }
+
+    /// Whether the k-th of them neither approaches nor leaves.
+    #[must_use]
+    pub fn stays(&self, k: usize, speed: f64) -> bool {
+        self.rate(k).abs() <= self.no_rate(k, speed)
+    }
+
+    /// How small an acceleration of the k-th of them is none, where accelerations are of this size.
+    fn no_acceleration(&self, k: usize, acceleration: f64) -> f64 {
+        NO_ACCELERATION * acceleration * self.sizes[self.first[k]]
+    }
+
+    /// Lets those that approach strike, until none does; `speed` is the size of speeds.
+    pub fn strike_all(&mut self, speed: f64) {
+        for _ in 0..MOST_STRIKES {
+            let all = (0..self.touching.len()).filter(|k| self.approaches(*k, speed));
+            let fastest = all.min_by(|a, b| {
+                let relative = |k: usize| self.rate(k) / self.sizes[self.first[k]];
+                relative(*a).total_cmp(&relative(*b))
+            });
+            match fastest {
+                Some(k) => self.strike(k),
+                None => return,
+            }
+        }
+        let all: Vec<usize> = (0..self.touching.len()).collect();
+        let rates = self.rates.clone();
+        let limits: Vec<f64> = all.iter().map(|k| self.no_rate(*k, speed)).collect();
+        if let Some((_, impulses)) = self.complementary(&rates, &all, &limits) {
+            self.push(impulses);
+        }
+    }
+
+    /// The impact of one contact.
+    fn strike(&mut self, k: usize) {
+        let rows: Vec<usize> = (self.first[k]..self.first[k + 1]).collect();
+        let with_others = self.compression(&rows);
+        // Where what sticks would pull the contact together, nothing sticks.
+        let (rows, compression) = match with_others[0] > 0.0 {
+            true => (rows, with_others),
+            false => (vec![self.first[k]], self.compression(&[self.first[k]])),
+        };
+        let back = self.restitution[k] * compression[0];
+        let mut impulses = DVector::zeros(self.rows.len());
+        rows.iter().zip(compression.iter()).for_each(|(row, value)| impulses[*row] = *value);
+        impulses[rows[0]] += back;
+        let others = &rows[1..];
+        if !others.is_empty() {
+            let right = DVector::from_fn(others.len(), |i, _| -back * self.delassus[(others[i], rows[0])]);
+            let held = solve(&self.block(others), &right);
+            others.iter().zip(held.iter()).for_each(|(row, value)| impulses[*row] += value);
+        }
+        self.push(impulses);
+    }
+
+    /// Impulses of rows that bring their rates to zero.
+    fn compression(&self, rows: &[usize]) -> DVector<f64> {
+        let right = DVector::from_fn(rows.len(), |i, _| -self.rates[rows[i]]);
+        solve(&self.block(rows), &right)
+    }
+
+    fn block(&self, rows: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), rows.len(), |i, j| self.delassus[(rows[i], rows[j])])
+    }
+
+    /// Takes impulses.
+    fn push(&mut self, impulses: DVector<f64>) {
+        let before = self.rates.clone();
+        self.rates += &self.delassus * &impulses;
+        for k in 0..self.touching.len() {
+            let rows = self.first[k]..self.first[k + 1];
+            if rows.clone().all(|row| impulses[row] == 0.0) {
+                continue;
+            }
+            let mean = |row: usize| impulses[row] * 0.5 * (before[row] + self.rates[row]);
+            let lost = -rows.clone().map(mean).sum::<f64>();
+            self.work += rows.clone().map(|row| mean(row) + impulses[row] * (self.driven[row] - self.times[row])).sum::<f64>();
+            let normal = rows.start;
+            let contact = self.touching[k];
+            match self.strikes.iter_mut().find(|strike| strike.contact == contact) {
+                Some(strike) => {
+                    strike.rates[1] = self.rates[normal];
+                    strike.impulse += impulses[normal];
+                    strike.lost += lost;
+                }
+                None => {
+                    let rates = [before[normal], self.rates[normal]];
+                    self.strikes.push(Strike { contact, rates, impulse: impulses[normal], lost });
+                }
+            }
+        }
+        // One impact changes what others have left.
+        for strike in &mut self.strikes {
+            if let Some(k) = self.touching.iter().position(|contact| *contact == strike.contact) {
+                strike.rates[1] = self.rates[self.first[k]];
+            }
+        }
+        self.impulses += impulses;
+    }
+
+    /// Ends the motion of closed contacts (places among those that touch).
+    pub fn come_to_rest(&mut self, closed: &[usize]) {
+        let rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+        let found = self.compression(&rows);
+        let mut impulses = DVector::zeros(self.rows.len());
+        rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
+        self.push(impulses);
+    }
+
+    /// What the impulses so far change of the velocities of bodies, six each.
+    #[must_use]
+    pub fn change(&self) -> Vec<f64> {
+        let mut change = vec![0.0; self.responses.first().map_or(0, Vec::len)];
+        for (response, impulse) in self.responses.iter().zip(self.impulses.iter()) {
+            change.iter_mut().zip(response).for_each(|(sum, part)| *sum += impulse * part);
+        }
+        change
+    }
+
+    /// Accelerations c'' of all rows where bodies have these accelerations, six each, and velocities that belong to the gammas.
+    #[must_use]
+    pub fn accelerations(&self, of_bodies: &[f64], gammas: &[f64]) -> DVector<f64> {
+        let dot = |entries: &[(usize, f64)]| entries.iter().map(|(c, slope)| slope * of_bodies[*c]).sum::<f64>();
+        DVector::from_fn(self.rows.len(), |i, _| dot(&self.jacobian[i]) - gammas[self.rows[i]])
+    }
+
+    /// The acceleration of the k-th contact among those of all rows.
+    #[must_use]
+    pub fn acceleration(&self, k: usize, of_rows: &DVector<f64>) -> f64 {
+        of_rows[self.first[k]]
+    }
+
+    /// Which of the candidates (places among those that touch) are closed, where rows have these accelerations while all contacts are
+    /// open, and accelerations in the scene are of this size. `None` where that is not found.
+    #[must_use]
+    pub fn closed(&self, of_rows: &DVector<f64>, candidates: &[usize], acceleration: f64) -> Option<Vec<usize>> {
+        let limits: Vec<f64> = (0..self.touching.len()).map(|k| self.no_acceleration(k, acceleration)).collect();
+        self.complementary(of_rows, candidates, &limits).map(|(closed, _)| closed)
+    }
+
+    /// w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is closed. A value of b
+    /// below the limit of its contact is none.
+    fn complementary(
+        &self,
+        b: &DVector<f64>,
+        candidates: &[usize],
+        limits: &[f64],
+    ) -> Option<(Vec<usize>, DVector<f64>)> {
+        let mut closed: Vec<usize> = Vec::new();
+        let most = 100 * (candidates.len() + 1);
+        for _ in 0..most {
+            let rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+            let found = solve(&self.block(&rows), &DVector::from_fn(rows.len(), |i, _| -b[rows[i]]));
+            let mut p = DVector::zeros(self.rows.len());
+            rows.iter().zip(found.iter()).for_each(|(row, value)| p[*row] = *value);
+            let w = &self.delassus * &p + b;
+            let wrong = candidates.iter().copied().find(|k| {
+                let row = self.first[*k];
+                match closed.contains(k) {
+                    true => p[row] * self.delassus[(row, row)] < -limits[*k],
+                    false => w[row] < -limits[*k],
+                }
+            });
+            match wrong {
+                None => {
+                    closed.sort_unstable();
+                    return Some((closed, p));
+                }
+                Some(k) => match closed.iter().position(|one| *one == k) {
+                    Some(place) => {
+                        closed.remove(place);
+                    }
+                    None => closed.push(k),
+                },
+            }
+        }
+        None
+    }
+}
+
+/// The smallest solution of a symmetric system that may be singular.
+fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    if matrix.is_empty() {
+        return DVector::zeros(0);
+    }
+    let n = matrix.nrows();
+    // Rows of all units alike.
+    let scale = DVector::from_fn(n, |i, _| {
+        let pivot = matrix[(i, i)];
+        if pivot > 0.0 { 1.0 / pivot.sqrt() } else { 1.0 }
+    });
+    let scaled = DMatrix::from_fn(n, n, |i, j| scale[i] * matrix[(i, j)] * scale[j]);
+    let right = right.component_mul(&scale);
+    let svd = scaled.svd(true, true);
+    let tolerance = RANK_TOLERANCE * svd.singular_values.max();
+    svd.solve(&right, tolerance).map_or_else(|_| DVector::zeros(n), |found| found.component_mul(&scale))
+}

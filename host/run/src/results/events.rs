@@ -1,0 +1,109 @@
+//! [`Event`]: what happened to contacts, as rows of `events.csv`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::error::ResultsError;
+
+/// Name of the file in a folder of results.
+pub const EVENTS_FILE: &str = "events.csv";
+
+/// The first line of the file.
+const HEADER: &str = "time,element,kind,row,rate_before,rate_after,impulse,energy_lost";
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EventKind {
+    /// A contact struck.
+    Impact,
+    /// A contact stays closed from here on.
+    Closes,
+    /// A closed contact opens.
+    Opens,
+}
+
+impl EventKind {
+    /// Its name in the file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Impact => "impact",
+            Self::Closes => "closes",
+            Self::Opens => "opens",
+        }
+    }
+}
+
+/// What happened to a unilateral row at an instant, SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// s
+    pub time: f64,
+    /// The element's name.
+    pub element: String,
+    /// The row's name.
+    pub row: String,
+    /// What.
+    pub kind: EventKind,
+    /// Rate of the row before and after an impact: m/s for a distance.
+    pub rates: [f64; 2],
+    /// Impulse along the row: N s for a distance.
+    pub impulse: f64,
+    /// Energy lost in it, J.
+    pub lost: f64,
+}
+
+/// Events of a run, in memory and, where it has a folder, in its file.
+#[derive(Debug, Default)]
+pub struct Events {
+    /// All so far.
+    pub list: Vec<Event>,
+    file: Option<PathBuf>,
+    /// One scene unit of time, s.
+    unit: f64,
+}
+
+impl Events {
+    /// Begins the file of a folder; `unit` is the scene's unit of time, s.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn begin(&mut self, folder: &Path, unit: f64) -> Result<(), ResultsError> {
+        let path = folder.join(EVENTS_FILE);
+        std::fs::write(&path, format!("{HEADER}\n")).map_err(|cause| ResultsError::write(&path, cause))?;
+        (self.file, self.unit) = (Some(path), unit);
+        Ok(())
+    }
+
+    /// Continues the file of a folder with what it has up to a time, s.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn go_on(&mut self, folder: &Path, unit: f64, until: f64) -> Result<(), ResultsError> {
+        let path = folder.join(EVENTS_FILE);
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|_| format!("{HEADER}\n"));
+        let time = |line: &str| line.split(',').next().and_then(|word| word.parse::<f64>().ok());
+        let kept = |line: &&str| time(line).is_none_or(|time| time * unit <= until);
+        let text: String = text.lines().filter(kept).map(|line| format!("{line}\n")).collect();
+        super::replace(&path, text.as_bytes(), false)?;
+        (self.file, self.unit) = (Some(path), unit);
+        Ok(())
+    }
+
+    /// Takes one more.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn take(&mut self, event: &Event) -> Result<(), ResultsError> {
+        self.list.push(event.clone());
+        let Some(path) = &self.file else { return Ok(()) };
+        let Event { time, element, row, kind, rates: [before, after], impulse, lost } = event;
+        let numbers = match kind {
+            EventKind::Impact => format!("{before},{after},{impulse},{lost}"),
+            _ => ",,,".to_string(),
+        };
+        let line = format!("{},{element},{},{row},{numbers}\n", time / self.unit, kind.name());
+        let open = std::fs::OpenOptions::new().append(true).open(path);
+        open.and_then(|mut file| file.write_all(line.as_bytes())).map_err(|cause| ResultsError::write(path, cause))
+    }
+}

@@ -1,0 +1,133 @@
+//! Equations for a choice of closed contacts, made where they are first needed: the same coordinates, other rows.
+
+use super::decide::decide;
+use super::error::SessionError;
+use super::opened::Session;
+use super::run::Run;
+use super::simulation::Mode;
+use crate::analysis::{AnalysisError, Assembly, Constraints};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::integrate::{IntegrateError, Status, StopReason};
+use crate::program::Equations;
+
+impl Session {
+    /// Refuses what unilateral rows do not go with.
+    ///
+    /// # Errors
+    /// Names the method or the engine.
+    pub(super) fn contacts_fit(&self, fixed_step: bool) -> Result<(), SessionError> {
+        if self.equations.contacts.is_empty() {
+            return Ok(());
+        }
+        let engine = self.scene.simulation.engine.as_ref().filter(|engine| engine.value == "reference");
+        let (what, help) = match (fixed_step, engine) {
+            (true, _) => {
+                ("steps of a fixed size cannot end where contacts close and open", "use a method that chooses its steps: auto")
+            }
+            (_, Some(_)) => ("the engine `reference` knows no unilateral rows", "use `auto`"),
+            _ => return Ok(()),
+        };
+        let (element, _) = self.plan.layout.element_of_row(self.equations.contacts[0].row);
+        let name = &self.model.elements[element].name;
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{name}` is unilateral: {what}"));
+        Err(SessionError::one(&self.scene.source, diagnostic.help(help)))
+    }
+
+    /// The equations with these contacts closed at an assembled place. The opaque elements of the model move in.
+    fn mode(
+        &mut self,
+        closed: &[usize],
+        place: (f64, Assembly),
+        offer_jacobian: bool,
+    ) -> Result<(Mode, Equations), SessionError> {
+        let equations = self.equations.with_closed(closed);
+        let layout = self.plan.layout.clone();
+        let decide_with = |choice: bool| {
+            decide(&self.scene, &self.model, &equations, &layout, (place.0, &place.1), choice)
+        };
+        let mut plan = decide_with(self.pruning.row_choice)?;
+        // Whether a row on velocities that is left out holds is not seen by positions.
+        if plan.redundant_rows.iter().any(|row| equations.rows[row.row].of_velocities) {
+            plan = decide_with(false)?;
+        }
+        let rows = Constraints::of_all(&equations).map_err(|e| super::error::start_error(&self.scene, &e))?;
+        let engine = self.engine().to_string();
+        let was = (
+            std::mem::replace(&mut self.equations, equations),
+            std::mem::replace(&mut self.plan, plan),
+            self.ahead.replace(place),
+        );
+        let formulation = self.formulation(&engine);
+        let equations = std::mem::replace(&mut self.equations, was.0);
+        (self.plan, self.ahead) = (was.1, was.2);
+        let mut formulation = formulation?;
+        if offer_jacobian {
+            formulation.offer_jacobian(&equations);
+        }
+        Ok((Mode { closed: closed.to_vec(), formulation, rows }, equations))
+    }
+}
+
+impl Run<'_> {
+    /// Lets contacts that touch strike, close and open, before the first step and where one ended for them. `None`: on with the
+    /// next step.
+    pub(super) fn meet_contacts(&mut self) -> Result<Option<Status>, IntegrateError> {
+        match self.try_to_meet() {
+            Ok(()) => Ok(None),
+            Err(Met::Analysis(cause @ AnalysisError::Element { .. })) => {
+                Err(IntegrateError::System { t: self.time, cause: Box::new(cause) })
+            }
+            Err(Met::Analysis(cause)) => {
+                let reason = StopReason::Failed { step: 0.0, not_finite: false, cause: Box::new(cause) };
+                Ok(Some(Status::StoppedEarly { t: self.time, reason }))
+            }
+            Err(Met::Session(cause)) => {
+                Err(IntegrateError::System { t: self.time, cause: cause.to_string().into() })
+            }
+        }
+    }
+
+    fn try_to_meet(&mut self) -> Result<(), Met> {
+        let t = self.time;
+        let mut closed = self.system.meet(t, &mut self.state)?;
+        loop {
+            if !self.system.adopt(&closed) {
+                self.make_mode(&closed)?;
+            }
+            self.system.begin_anew(t, &self.state)?;
+            self.system.bring_to_rows(t, &mut self.state)?;
+            match self.system.set_levels(t, &self.state)? {
+                None => return Ok(()),
+                Some(pulls) => closed.retain(|one| *one != pulls),
+            }
+        }
+    }
+
+    fn make_mode(&mut self, closed: &[usize]) -> Result<(), Met> {
+        let t = self.time;
+        let state = self.system.restart(&self.session.model, t, &self.state)?;
+        let mut place = self.session.assembly.clone();
+        (place.working, place.references, place.discrete) = (state.working, state.references, state.discrete);
+        self.session.model.sets = self.system.lend_sets();
+        let made = self.session.mode(closed, (t, place), self.method.may_use_jacobian());
+        match made {
+            Ok((mode, equations)) => Ok(self.system.take_mode(mode, &equations, t, &self.state)?),
+            Err(error) => {
+                self.system.return_sets(std::mem::take(&mut self.session.model.sets));
+                Err(Met::Session(error))
+            }
+        }
+    }
+}
+
+/// Why contacts could not be met.
+enum Met {
+    Analysis(AnalysisError),
+    Session(SessionError),
+}
+
+impl From<AnalysisError> for Met {
+    fn from(error: AnalysisError) -> Self {
+        Self::Analysis(error)
+    }
+}

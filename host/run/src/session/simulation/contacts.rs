@@ -1,0 +1,394 @@
+//! Unilateral rows during a run: where steps must end, what happens there, and which rows are enforced from then on.
+
+use super::watch::RowValues;
+use super::{Part, Simulation};
+use crate::analysis::{AnalysisError, Constraints, ContactGap, Contacts, Counters, Formulation, Group};
+use crate::model::Model;
+use crate::plan::Layout;
+use crate::program::{Equations, Node};
+use crate::results::{Event, EventKind};
+
+/// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
+const TOUCHING: f64 = 1e-3;
+/// The same where the tolerance is smaller: round-off of positions.
+const LEAST_TOUCHING: f64 = 1e-12;
+/// How deep a contact may be at the start, as a share of the size of the scene.
+const DEEP: f64 = 1e-9;
+/// Rounds of impacts and contacts that close at one instant.
+const MOST_ROUNDS: usize = 50;
+/// Share of the reactions of closed contacts below which one is none.
+const NO_REACTION: f64 = 1e-9;
+/// Instants with events that follow each other without time going on.
+const MOST_AT_ONCE: u32 = 50;
+
+/// The equations with a choice of closed contacts.
+pub(in crate::session) struct Mode {
+    /// Numbers of the contacts that are closed, ascending.
+    pub(in crate::session) closed: Vec<usize>,
+    pub(in crate::session) formulation: Box<dyn Formulation>,
+    pub(in crate::session) rows: Constraints,
+}
+
+/// The contacts of a scene.
+pub(super) struct Touch {
+    contacts: Contacts,
+    /// Element and row of each.
+    names: Vec<(String, String)>,
+    /// Those that are closed now, ascending.
+    closed: Vec<usize>,
+    /// Equations that were in use, and are not now, each with the values of its rows.
+    others: Vec<(Mode, Option<RowValues>)>,
+    /// The value of each contact; of rows on velocities the rate.
+    open: Part,
+    /// The reaction of each.
+    pressing: Part,
+    /// What each of these may not fall below.
+    levels: Vec<f64>,
+    /// Size of gravity, m/s^2.
+    gravity: f64,
+    /// Largest reactions and impulses so far, as accelerations of the contacts.
+    met_at: f64,
+    at_once: u32,
+}
+
+impl Touch {
+    /// `None` where a scene has none.
+    pub(super) fn new(
+        equations: &mut Equations,
+        model: &Model,
+        layout: &Layout,
+        formulation: &dyn Formulation,
+        length: f64,
+    ) -> Result<Option<Self>, AnalysisError> {
+        if equations.contacts.is_empty() {
+            return Ok(None);
+        }
+        let contacts = equations.contacts.clone();
+        let values: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let g = &mut equations.graph;
+        let reaction = |contact: &crate::program::Contact| {
+            let multiplier = g.input(layout.multiplier_slot() + contact.row);
+            g.neg(multiplier)
+        };
+        let reactions: Vec<Node> = contacts.iter().map(reaction).collect();
+        let name = |contact: &crate::program::Contact| {
+            let (element, k) = layout.element_of_row(contact.row);
+            (model.elements[element].name.clone(), model.elements[element].row(k).to_string())
+        };
+        Ok(Some(Self {
+            names: contacts.iter().map(name).collect(),
+            closed: Vec::new(),
+            others: Vec::new(),
+            open: Part::near(formulation, equations, &values, layout),
+            pressing: Part::near(formulation, equations, &reactions, layout),
+            levels: vec![0.0; contacts.len()],
+            contacts: Contacts::new(equations, model, layout, length)?,
+            gravity: model.gravity.norm(),
+            met_at: f64::NAN,
+            at_once: 0,
+        }))
+    }
+
+    pub(super) fn counters(&self) -> Counters {
+        self.others.iter().fold(Counters::default(), |sum, (mode, _)| sum + mode.formulation.counters())
+    }
+
+    /// The programs of its own and of equations that are not in use.
+    pub(super) fn used(&mut self) -> Vec<crate::program::Used<'_>> {
+        let mut list: Vec<_> = self.open.used().chain(self.pressing.used()).collect();
+        for (mode, _) in &mut self.others {
+            list.extend(mode.formulation.programs());
+        }
+        list
+    }
+
+    fn name(&self, contact: usize) -> String {
+        let (element, row) = &self.names[contact];
+        format!("{element}: {row}")
+    }
+}
+
+impl Simulation<'_> {
+    /// Number of quantities that must not become negative.
+    pub(super) fn stop_count(&self) -> usize {
+        self.touch.as_ref().map_or(0, |touch| touch.levels.len())
+    }
+
+    /// Their values.
+    pub(super) fn stop_values(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), AnalysisError> {
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        if touch.closed.len() < values.len() {
+            values.copy_from_slice(touch.open.at(self.formulation.as_mut(), &mut self.observed, t, y)?);
+        }
+        if !touch.closed.is_empty() {
+            let found = touch.pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
+            touch.closed.iter().for_each(|k| values[*k] = found[*k]);
+        }
+        values.iter_mut().zip(&touch.levels).for_each(|(value, level)| *value -= level);
+        Ok(())
+    }
+
+    /// Whether there are unilateral rows.
+    pub(in crate::session) fn has_contacts(&self) -> bool {
+        self.touch.is_some()
+    }
+
+    /// Fails where a contact starts on the wrong side.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Penetrates`].
+    pub(in crate::session) fn examine_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        let velocities = velocities(&self.layout, &inputs);
+        let gaps = touch.contacts.look(&inputs, &velocities, self.formulation.sets())?;
+        let deepest = gaps.iter().enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)));
+        match deepest {
+            Some((k, gap)) if depth(gap) < -DEEP * self.scales.length => {
+                Err(AnalysisError::Penetrates { row: touch.name(k), depth: -depth(gap) })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What happens to the contacts at an accepted state: impacts change its velocities. Gives those that are closed from here on.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NotSettled`]; see [`AnalysisError`].
+    pub(in crate::session) fn meet(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
+        let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
+        if touch.met_at == t { touch.at_once += 1 } else { touch.at_once = 0 }
+        touch.met_at = t;
+        let before = touch.closed.clone();
+        if touch.at_once > MOST_AT_ONCE {
+            let rows = (0..touch.names.len()).map(|k| touch.name(k)).collect::<Vec<_>>().join(", ");
+            return Err(AnalysisError::NotSettled { rows });
+        }
+        // Everything is said from where all contacts are open.
+        self.adopt(&[]);
+        let result = self.settle(t, state, &before);
+        if result.is_err() {
+            self.adopt(&before);
+        }
+        result
+    }
+
+    fn settle(&mut self, t: f64, state: &mut [f64], before: &[usize]) -> Result<Vec<usize>, AnalysisError> {
+        let length = self.scales.length;
+        let near = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * length;
+        let mut strikes: Vec<crate::analysis::Strike> = Vec::new();
+        for _ in 0..MOST_ROUNDS {
+            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+            let mut v = velocities(&self.layout, &inputs);
+            let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
+            let gaps = touch.contacts.look(&inputs, &v, self.formulation.sets())?;
+            let touching: Vec<usize> =
+                (0..gaps.len()).filter(|k| gaps[*k].of_velocities || depth(&gaps[*k]) <= near).collect();
+            if touching.is_empty() {
+                return Ok(Vec::new());
+            }
+            let speed = self.scales.speed_scale().max(self.scales.spin_scale() * length);
+            let mut meeting = touch.contacts.meeting(&touching, &v)?;
+            meeting.strike_all(speed);
+            v.iter_mut().zip(meeting.change()).for_each(|(v, change)| *v += change);
+            self.give_velocities(t, state, &v)?;
+            // Accelerations with all contacts open, at the velocities after impacts.
+            let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
+            let slot = self.layout.acceleration_slot();
+            let found = &inputs[slot..slot + self.layout.velocities()];
+            let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
+            let gammas = touch.contacts.gammas(&inputs, self.formulation.sets())?;
+            let accelerations = meeting.accelerations(found, gammas);
+            let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
+            let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
+            let height = self.tolerance * length;
+            let candidates: Vec<usize> = (0..touching.len())
+                .filter(|k| {
+                    let gap = &gaps[touching[*k]];
+                    let (rate, b) = (meeting.rate(*k), meeting.acceleration(*k, &accelerations));
+                    // What is left of its bouncing is too low to count.
+                    let low = b < 0.0 && rate * rate <= -2.0 * b * height * gap.size;
+                    meeting.stays(*k, speed) || !gap.of_velocities && low
+                })
+                .collect();
+            let closed = meeting.closed(&accelerations, &candidates, largest).ok_or_else(|| {
+                let rows = touching.iter().map(|k| touch.name(*k)).collect::<Vec<_>>().join(", ");
+                AnalysisError::NotSettled { rows }
+            })?;
+            let was = meeting.change();
+            meeting.come_to_rest(&closed);
+            v.iter_mut().zip(meeting.change().iter().zip(was)).for_each(|(v, (now, was))| *v += now - was);
+            self.give_velocities(t, state, &v)?;
+            if let Some(work) = state.last_mut() {
+                *work += meeting.work;
+            }
+            self.audit.impacts(meeting.strikes.iter().map(|strike| strike.lost).sum());
+            strikes.append(&mut meeting.strikes);
+            if (0..touching.len()).all(|k| !meeting.approaches(k, speed)) {
+                let closed: Vec<usize> = closed.iter().map(|k| touching[*k]).collect();
+                self.report_events(t, &strikes, before, &closed, speed)?;
+                return Ok(closed);
+            }
+        }
+        let rows = self.touch.as_ref().map_or_else(String::new, |touch| {
+            (0..touch.names.len()).map(|k| touch.name(k)).collect::<Vec<_>>().join(", ")
+        });
+        Err(AnalysisError::NotSettled { rows })
+    }
+
+    /// Gives a state other velocities, six per body, that meet the rows that always hold.
+    fn give_velocities(&mut self, t: f64, state: &mut [f64], v: &[f64]) -> Result<(), AnalysisError> {
+        let mut working = self.working_state(t, state)?;
+        for (y, v) in working.chunks_exact_mut(13).zip(v.chunks_exact(6)) {
+            y[7..13].copy_from_slice(v);
+        }
+        let mut found = state.to_vec();
+        self.formulation.state_of(&working, &mut found);
+        for ((value, found), group) in state.iter_mut().zip(found).zip(self.formulation.groups()) {
+            if matches!(group, Group::Velocity | Group::AngularVelocity) {
+                *value = found;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells what happened at an instant.
+    fn report_events(
+        &mut self,
+        t: f64,
+        strikes: &[crate::analysis::Strike],
+        before: &[usize],
+        closed: &[usize],
+        speed: f64,
+    ) -> Result<(), AnalysisError> {
+        let Some(touch) = &self.touch else { return Ok(()) };
+        let event = |kind: EventKind, k: usize| {
+            let (element, row) = touch.names[k].clone();
+            Event { time: t, element, row, kind, rates: [0.0; 2], impulse: 0.0, lost: 0.0 }
+        };
+        let mut events = Vec::new();
+        for strike in strikes.iter().filter(|strike| strike.rates[0] < -TOUCHING * TOUCHING * TOUCHING * speed) {
+            let rates = strike.rates;
+            let (impulse, lost) = (strike.impulse, strike.lost);
+            events.push(Event { rates, impulse, lost, ..event(EventKind::Impact, strike.contact) });
+        }
+        events.extend(closed.iter().filter(|k| !before.contains(k)).map(|k| event(EventKind::Closes, *k)));
+        events.extend(before.iter().filter(|k| !closed.contains(k)).map(|k| event(EventKind::Opens, *k)));
+        for event in events {
+            self.rows_taken.sink().event(&event).map_err(|error| AnalysisError::Told { message: error.to_string() })?;
+        }
+        Ok(())
+    }
+
+    /// Takes the equations in which these contacts are closed, if they are at hand.
+    pub(in crate::session) fn adopt(&mut self, closed: &[usize]) -> bool {
+        let Some(touch) = &mut self.touch else { return true };
+        if touch.closed == closed {
+            return true;
+        }
+        let Some(place) = touch.others.iter().position(|(mode, _)| mode.closed == closed) else { return false };
+        let (mode, values) = touch.others.swap_remove(place);
+        self.change(mode, values);
+        true
+    }
+
+    /// Takes other equations.
+    fn change(&mut self, mode: Mode, values: Option<RowValues>) {
+        let Mode { closed, mut formulation, rows } = mode;
+        let mut sets = Vec::new();
+        self.formulation.trade_sets(&mut sets);
+        formulation.trade_sets(&mut sets);
+        let Some(touch) = &mut self.touch else { return };
+        let was = Mode {
+            closed: std::mem::replace(&mut touch.closed, closed),
+            formulation: std::mem::replace(&mut self.formulation, formulation),
+            rows: std::mem::replace(&mut self.rows, rows),
+        };
+        touch.others.push((was, std::mem::replace(&mut self.values, values)));
+        self.row_right.resize(self.rows.rows.len(), 0.0);
+        self.tell_discrete();
+        self.remedies = self.formulation.counters().remedies();
+    }
+
+    /// Brings an accepted state to the rows that are enforced now, and takes note of it.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn bring_to_rows(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
+        self.formulation.project(t, state)?;
+        self.formulation.next_step(t, state)
+    }
+
+    /// The opaque elements, to be given back by [`Simulation::take_mode`].
+    pub(in crate::session) fn lend_sets(&mut self) -> Vec<Box<dyn element_api::ElementSet>> {
+        let mut sets = Vec::new();
+        self.formulation.trade_sets(&mut sets);
+        sets
+    }
+
+    /// See [`Simulation::lend_sets`].
+    pub(in crate::session) fn return_sets(&mut self, mut sets: Vec<Box<dyn element_api::ElementSet>>) {
+        self.formulation.trade_sets(&mut sets);
+    }
+
+    /// Takes equations that were not at hand, which hold the opaque elements.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn take_mode(
+        &mut self,
+        mut mode: Mode,
+        equations: &Equations,
+        t: f64,
+        state: &[f64],
+    ) -> Result<(), AnalysisError> {
+        let mut sets = Vec::new();
+        mode.formulation.trade_sets(&mut sets);
+        self.formulation.trade_sets(&mut sets);
+        self.change(mode, None);
+        self.watch_rows_left_out(equations, t, state)?;
+        Ok(())
+    }
+
+    /// Sets what the contacts may not fall below from here on. Gives closed ones that pull, the worst first: they are open after all.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn set_levels(&mut self, t: f64, state: &[f64]) -> Result<Option<usize>, AnalysisError> {
+        let count = self.stop_count();
+        let mut values = vec![0.0; count];
+        if let Some(touch) = &mut self.touch {
+            touch.levels.fill(0.0);
+        }
+        self.stop_values(t, state, &mut values)?;
+        let near = LEAST_TOUCHING * self.scales.length;
+        let slow = LEAST_TOUCHING * self.scales.speed_scale();
+        let Some(touch) = &mut self.touch else { return Ok(None) };
+        let largest = touch.closed.iter().map(|k| values[*k].abs()).fold(0.0, f64::max);
+        let pulls = touch.closed.iter().copied().filter(|k| values[*k] < -1e3 * NO_REACTION * largest);
+        let worst = pulls.min_by(|a, b| values[*a].total_cmp(&values[*b]));
+        for (k, level) in touch.levels.iter_mut().enumerate() {
+            let (noise, zero) = match touch.closed.contains(&k) {
+                true => (NO_REACTION * largest, values[k].min(0.0)),
+                false if touch.contacts.contacts()[k].of_velocities => (slow, values[k].min(0.0)),
+                false => (near, values[k].min(0.0)),
+            };
+            *level = if values[k] > noise { 0.0 } else { zero - noise };
+        }
+        Ok(worst)
+    }
+}
+
+/// Six velocities per body.
+fn velocities(layout: &Layout, inputs: &[f64]) -> Vec<f64> {
+    let of_body = |body: usize| {
+        let slot = layout.body_slot(body, 7);
+        inputs[slot..slot + 6].to_vec()
+    };
+    (0..layout.bodies).flat_map(of_body).collect()
+}
+
+/// How far a contact is apart, m; nothing for a row on velocities.
+fn depth(gap: &ContactGap) -> f64 {
+    if gap.of_velocities { 0.0 } else { gap.value / gap.size }
+}

@@ -1,0 +1,132 @@
+//! A ball, or a point, strikes a plane of the first body and rests on it: it may leave, and never goes through.
+//!
+//! ## Equations
+//!
+//! One unilateral row: gap >= 0, normal force >= 0, one of them zero. With d = p_j - p_i and the radius r:
+//!
+//! | row | equation | |
+//! |---|---|---|
+//! | gap | z_i . d - r >= 0 | unilateral |
+//! | along x | x_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | while closed, if `rough` |
+//! | along y | y_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | while closed, if `rough` |
+//!
+//! e = -r z_i leads from the centre to the contact. A ball that strikes with the normal velocity -v leaves with e v, e being the
+//! coefficient of restitution (Poisson's: e is the share of the impulse of compression that is given back, which is the same where
+//! nothing sticks). When what is left of its bouncing is lower than the tolerance of the run, it stays. The contact opens
+//! when the plane would have to pull.
+//!
+//! With `rough` the contact point does not slide while it is closed, nor during an impact: the limit of much friction. Otherwise
+//! the contact is smooth; a friction force that takes its reaction may be added.
+//!
+//! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Brogliato, Nonsmooth Mechanics, 2016.)
+//!
+//! ## Signs
+//!
+//! The ball is on the side of the plane that z_i points to. The reaction force on body `j` is that at the contact, positive along
+//! z_i; its torque is about the origin of frame `j`, the centre.
+//!
+//! ## Singular cases
+//!
+//! A scene in which the ball starts inside the plane is refused. More contacts of one body than it has freedoms share its
+//! weight in a way that is not determined; then as many as are needed carry it.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [plugins]
+//! libraries = ["odyn-joints"]
+//!
+//! [simulation]
+//! gravity = [0, 0, -9.81]
+//! t_end = 1
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "ball"
+//! mass = 0.1
+//! inertia = [4e-5, 4e-5, 4e-5]
+//! position = [0, 0, 1]
+//!
+//! [[joint]]
+//! name = "floor"
+//! type = "plane-contact"
+//! bodies = ["ground", "ball"]
+//! frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [0, 0, 0] }]
+//! params.radius = "3 cm"
+//! params.restitution = 0.8
+//!
+//! [[output]]
+//! name = "height"
+//! quantity = "position"
+//! of = "ball"
+//! component = "z"
+//! ```
+
+use element_api::prelude::*;
+
+/// The joint.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaneContact(PlaneContactParameters);
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Copy, Parameters)]
+pub struct PlaneContactParameters {
+    /// Radius of the ball; 0: a point.
+    #[param(unit = "m", min = 0.0, default = 0.0)]
+    pub radius: f64,
+    /// Coefficient of restitution, 0 to 1.
+    #[param(min = 0.0, max = 1.0, default = 0.0)]
+    pub restitution: f64,
+    /// The contact point does not slide while it is closed.
+    #[param(default = false)]
+    pub rough: bool,
+}
+
+impl Element for PlaneContact {
+    const NAME: &'static str = "plane-contact";
+    const SUMMARY: &'static str = "a ball strikes a plane and rests on it, with restitution";
+    const DOC: &'static str = doc_of(include_str!("plane_contact.rs"));
+    const GLYPH: &'static str = "point";
+    const FRAMES: &'static [FrameSpec] = &[
+        FrameSpec::new(
+            "i",
+            "on the first body; its origin lies in the plane, its z axis is the normal towards the ball",
+        ),
+        FrameSpec::new("j", "on the second body; its origin is the centre of the ball"),
+    ];
+    type Parameters = PlaneContactParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        Ok(Self(p))
+    }
+}
+
+impl Constraint for PlaneContact {
+    const ROWS: &'static [&'static str] = &["gap"];
+    const VELOCITY_ROWS: &'static [&'static str] = &["along x", "along y"];
+
+    fn unilateral(&self, row: usize) -> Option<f64> {
+        (row == 0).then_some(self.0.restitution)
+    }
+
+    fn sticks_with(&self, row: usize) -> Option<usize> {
+        (row > 0).then_some(0)
+    }
+
+    fn uses_row(&self, row: usize) -> bool {
+        row == 0 || self.0.rough
+    }
+
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        let (i, j) = (&at.frames[0], &at.frames[1]);
+        rows.push(blocks::displacement_along_z(i, j) - self.0.radius);
+    }
+
+    fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let contact = j.position - i.z() * S::from(self.0.radius);
+        let slip = at.relative_velocity_at(0, 1, contact);
+        rows.push(i.x().dot(&slip));
+        rows.push(i.y().dot(&slip));
+    }
+}
