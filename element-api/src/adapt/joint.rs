@@ -167,7 +167,8 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             return Err(Fault { instance, message });
         }
         let used = (0..T::ROWS.len() + T::VELOCITY_ROWS.len()).filter(|row| entry.element.uses_row(*row));
-        let unilateral = used.clone().filter_map(|row| Some((Role::Unilateral(row as u32), entry.element.unilateral(row)?)));
+        let unilateral =
+            used.clone().filter_map(|row| Some((Role::Unilateral(row as u32), entry.element.unilateral(row)?)));
         let sticking =
             used.filter_map(|row| Some((Role::SticksWith(row as u32), entry.element.sticks_with(row)? as f64)));
         let switching: Vec<(Role, f64)> = unilateral.chain(sticking).collect();

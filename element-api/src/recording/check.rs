@@ -92,7 +92,9 @@ impl Recording {
                 return Err(format!("row {k} is unilateral, or sticks with another, but is not given"));
             }
             if (unilateral || sticking) && limits.mobility > 0 {
-                return Err("a joint with unilateral rows has no coordinates of its own that make up for its rows".into());
+                return Err(
+                    "a joint with unilateral rows has no coordinates of its own that make up for its rows".into()
+                );
             }
             if unilateral && !self.restitution(k).is_some_and(|e| (0.0..=1.0).contains(&e)) {
                 return Err(format!("the coefficient of restitution of row {k} is not a constant from 0 to 1"));

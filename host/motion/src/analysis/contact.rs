@@ -317,8 +317,10 @@ impl Meeting {
                 continue;
             }
             let mean = |row: usize| impulses[row] * 0.5 * (before[row] + self.rates[row]);
-            let lost = -rows.clone().map(mean).sum::<f64>();
-            self.work += rows.clone().map(|row| mean(row) + impulses[row] * (self.driven[row] - self.times[row])).sum::<f64>();
+            // Round-off neither takes nor gives.
+            let lost = (0.0 - rows.clone().map(mean).sum::<f64>()).max(0.0);
+            self.work +=
+                rows.clone().map(|row| mean(row) + impulses[row] * (self.driven[row] - self.times[row])).sum::<f64>();
             let normal = rows.start;
             let contact = self.touching[k];
             match self.strikes.iter_mut().find(|strike| strike.contact == contact) {
@@ -368,18 +370,34 @@ impl Meeting {
         DVector::from_fn(self.rows.len(), |i, _| dot(&self.jacobian[i]) - gammas[self.rows[i]])
     }
 
-    /// The acceleration of the k-th contact among those of all rows.
+    /// Which contacts (places among those that touch) are closed, where rows have these accelerations while all contacts are open, and
+    /// accelerations in the scene are of this size: of those that neither approach nor leave, and of those whose bouncing stays
+    /// below `height`, m, while the others that are closed hold. `None` where that is not found.
     #[must_use]
-    pub fn acceleration(&self, k: usize, of_rows: &DVector<f64>) -> f64 {
-        of_rows[self.first[k]]
-    }
-
-    /// Which of the candidates (places among those that touch) are closed, where rows have these accelerations while all contacts are
-    /// open, and accelerations in the scene are of this size. `None` where that is not found.
-    #[must_use]
-    pub fn closed(&self, of_rows: &DVector<f64>, candidates: &[usize], acceleration: f64) -> Option<Vec<usize>> {
-        let limits: Vec<f64> = (0..self.touching.len()).map(|k| self.no_acceleration(k, acceleration)).collect();
-        self.complementary(of_rows, candidates, &limits).map(|(closed, _)| closed)
+    pub fn closed(
+        &self,
+        of_rows: &DVector<f64>,
+        [speed, acceleration, height]: [f64; 3],
+        may_bounce: impl Fn(usize) -> bool,
+    ) -> Option<Vec<usize>> {
+        let all = 0..self.touching.len();
+        let limits: Vec<f64> = all.clone().map(|k| self.no_acceleration(k, acceleration)).collect();
+        let mut candidates: Vec<usize> = all.clone().filter(|k| self.stays(*k, speed)).collect();
+        loop {
+            let (closed, p) = self.complementary(of_rows, &candidates, &limits)?;
+            let w = &self.delassus * &p + of_rows;
+            let is_low = |k: usize| {
+                let (rate, row) = (self.rate(k), self.first[k]);
+                w[row] < -limits[k] && rate * rate <= -2.0 * w[row] * height * self.sizes[row]
+            };
+            let count = candidates.len();
+            let low = all.clone().filter(|k| !candidates.contains(k) && may_bounce(self.touching[*k]) && is_low(*k));
+            let low: Vec<usize> = low.collect();
+            candidates.extend(low);
+            if candidates.len() == count {
+                return Some(closed);
+            }
+        }
     }
 
     /// w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is closed. A value of b

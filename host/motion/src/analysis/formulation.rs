@@ -141,7 +141,9 @@ pub enum AnalysisError {
         depth: f64,
     },
     /// Impacts that do not come to an end, or contacts that are neither open nor closed.
-    #[error("the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only push")]
+    #[error(
+        "the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only push"
+    )]
     NotSettled {
         /// Elements and rows.
         rows: String,

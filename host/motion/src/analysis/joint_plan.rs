@@ -198,12 +198,22 @@ impl Chosen {
                 let (rows, independent, sizes, lengths) = Default::default();
                 let at_start = Health { rank: 0, smallest_pivot_ratio: 1.0 };
                 let (equations, regular) = (joint, Some(regular));
-                return Ok(Self { equations, enforced, inputs, rows, independent, sizes, lengths, at_start, regular, length });
+                return Ok(Self {
+                    equations,
+                    enforced,
+                    inputs,
+                    rows,
+                    independent,
+                    sizes,
+                    lengths,
+                    at_start,
+                    regular,
+                    length,
+                });
             }
             joint.write_mass();
         }
-        let candidates: Vec<usize> =
-            equations.enforced().filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
+        let candidates: Vec<usize> = equations.enforced().filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
         let share = shares(&joint, model, &candidates, &sizes, &inputs, length)?;
         let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();

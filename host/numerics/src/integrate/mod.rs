@@ -65,8 +65,8 @@ mod rivals;
 mod rk4;
 mod run;
 mod steps;
-mod stops;
 mod stiffness;
+mod stops;
 mod system;
 
 #[cfg(test)]

@@ -7,9 +7,9 @@
 
 use super::events::Again;
 use super::interpolation::Interpolation;
-use super::run::{Run, Trouble, all_finite};
+use super::run::{Run, Trouble};
 
-/// Values below this share of the largest so far are zero.
+/// Values below this are zero.
 const ZERO: f64 = 1e-13;
 /// Accuracy of the location on an interpolation, as a share of the step.
 const FINE: f64 = 1e-14;
@@ -34,8 +34,6 @@ pub(super) enum Verdict {
 
 /// See the module documentation.
 pub(super) struct Stops {
-    /// Largest magnitudes so far.
-    sizes: Vec<f64>,
     first: Vec<f64>,
     values: Vec<f64>,
     /// Values at the start of the step, known at this time.
@@ -49,19 +47,12 @@ impl Stops {
     pub(super) fn new(run: &Run<'_>) -> Self {
         let count = run.system.stops();
         let dim = if count > 0 { run.system.dim() } else { 0 };
-        Self {
-            sizes: vec![0.0; count],
-            first: vec![0.0; count],
-            values: vec![0.0; count],
-            known_at: None,
-            state: vec![0.0; dim],
-            tries: 0,
-        }
+        Self { first: vec![0.0; count], values: vec![0.0; count], known_at: None, state: vec![0.0; dim], tries: 0 }
     }
 
     /// Whether there are any.
     pub(super) fn is_needed(&self) -> bool {
-        !self.sizes.is_empty()
+        !self.values.is_empty()
     }
 
     /// Judges a step that error control has accepted, from the state `y`.
@@ -77,7 +68,7 @@ impl Stops {
             self.first.copy_from_slice(&self.values);
             self.known_at = Some(step.start);
         }
-        if self.first.iter().zip(&self.sizes).any(|(value, size)| *value < -ZERO * size) {
+        if self.first.iter().any(|value| *value < -ZERO) {
             return Ok(Verdict::Before);
         }
         let mut from = (0.0, self.first.clone());
@@ -101,9 +92,8 @@ impl Stops {
             return Ok(Verdict::Again(Again { h: end - step.start, end_at: Some(end) }));
         }
         // As near as can be told.
-        let ends = self.values.iter().zip(&self.sizes).zip(&self.first);
-        let reached = |((value, size), first): ((&f64, &f64), &f64)| *value <= ZERO * size && first > value;
-        if self.tries > 0 && ends.into_iter().any(reached) {
+        let mut ends = self.values.iter().zip(&self.first);
+        if self.tries > 0 && ends.any(|(value, first)| *value <= ZERO && first > value) {
             return Ok(Verdict::End);
         }
         self.tries = 0;
@@ -118,16 +108,12 @@ impl Stops {
     }
 
     fn is_beyond(&self) -> bool {
-        self.values.iter().zip(&self.sizes).any(|(value, size)| *value < -ZERO * size)
+        self.values.iter().any(|value| *value < -ZERO)
     }
 
     /// The values at a time and [`Stops::state`].
     fn look(&mut self, run: &mut Run<'_>, t: f64) -> Result<(), Trouble> {
-        run.stopping(t, &self.state, &mut self.values)?;
-        if all_finite(&self.values) {
-            self.sizes.iter_mut().zip(&self.values).for_each(|(size, value)| *size = size.max(value.abs()));
-        }
-        Ok(())
+        run.stopping(t, &self.state, &mut self.values)
     }
 
     /// The share of the step at which the first of them becomes negative, between two at which values are known: regula falsi with
@@ -145,7 +131,7 @@ impl Stops {
             if to - from <= width {
                 break;
             }
-            let negative = (0..high.len()).filter(|k| high[*k] < -ZERO * self.sizes[*k]);
+            let negative = (0..high.len()).filter(|k| high[*k] < -ZERO);
             let zero = negative.map(|k| low[k].max(0.0) / (low[k].max(0.0) - high[k])).fold(1.0, f64::min);
             let at = from + (to - from) * zero.clamp(1e-3, 1.0 - 1e-3);
             (step.at)(at, &mut self.state);

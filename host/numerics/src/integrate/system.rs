@@ -87,7 +87,7 @@ pub trait System {
         0
     }
 
-    /// Their values.
+    /// Their values, as shares of their typical sizes.
     ///
     /// # Errors
     /// See [`Failure`].

@@ -98,12 +98,16 @@ impl Events {
         self.list.push(event.clone());
         let Some(path) = &self.file else { return Ok(()) };
         let Event { time, element, row, kind, rates: [before, after], impulse, lost } = event;
-        let numbers = match kind {
-            EventKind::Impact => format!("{before},{after},{impulse},{lost}"),
-            _ => ",,,".to_string(),
-        };
-        let line = format!("{},{element},{},{row},{numbers}\n", time / self.unit, kind.name());
-        let open = std::fs::OpenOptions::new().append(true).open(path);
-        open.and_then(|mut file| file.write_all(line.as_bytes())).map_err(|cause| ResultsError::write(path, cause))
+        let mut fields = vec![(time / self.unit).to_string(), element.clone(), kind.name().into(), row.clone()];
+        let numbers = [*before, *after, *impulse, *lost];
+        fields.extend(numbers.map(|x| if *kind == EventKind::Impact { x.to_string() } else { String::new() }));
+        let mut line = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        let line = line
+            .write_record(&fields)
+            .map_err(std::io::Error::from)
+            .and_then(|()| line.into_inner().map_err(|error| std::io::Error::other(error.to_string())));
+        let open = || std::fs::OpenOptions::new().append(true).open(path);
+        let written = line.and_then(|line| open()?.write_all(&line));
+        written.map_err(|cause| ResultsError::write(path, cause))
     }
 }

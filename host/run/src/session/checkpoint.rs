@@ -113,6 +113,9 @@ pub struct Carried {
     pub(super) steps_tried: u64,
     /// The audit so far.
     pub(super) audit: AuditRecord,
+    /// Contacts that were closed.
+    #[serde(default)]
+    pub(super) closed: Vec<usize>,
 }
 
 impl Origin {

@@ -54,8 +54,10 @@ pub(super) fn decide(
         solver.set_mass(mass)?;
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());
-        let picked: Vec<f64> =
-            entries.filter(|((row, _), _)| chosen.binary_search(&rows.rows[*row]).is_ok()).map(|(_, value)| *value).collect();
+        let picked: Vec<f64> = entries
+            .filter(|((row, _), _)| chosen.binary_search(&rows.rows[*row]).is_ok())
+            .map(|(_, value)| *value)
+            .collect();
         solver.refactor(&picked)
     })
     .map_err(|e| broken(&e))

@@ -21,9 +21,10 @@ impl Session {
         }
         let engine = self.scene.simulation.engine.as_ref().filter(|engine| engine.value == "reference");
         let (what, help) = match (fixed_step, engine) {
-            (true, _) => {
-                ("steps of a fixed size cannot end where contacts close and open", "use a method that chooses its steps: auto")
-            }
+            (true, _) => (
+                "steps of a fixed size cannot end where contacts close and open",
+                "use a method that chooses its steps: auto",
+            ),
             (_, Some(_)) => ("the engine `reference` knows no unilateral rows", "use `auto`"),
             _ => return Ok(()),
         };
@@ -42,9 +43,8 @@ impl Session {
     ) -> Result<(Mode, Equations), SessionError> {
         let equations = self.equations.with_closed(closed);
         let layout = self.plan.layout.clone();
-        let decide_with = |choice: bool| {
-            decide(&self.scene, &self.model, &equations, &layout, (place.0, &place.1), choice)
-        };
+        let decide_with =
+            |choice: bool| decide(&self.scene, &self.model, &equations, &layout, (place.0, &place.1), choice);
         let mut plan = decide_with(self.pruning.row_choice)?;
         // Whether a row on velocities that is left out holds is not seen by positions.
         if plan.redundant_rows.iter().any(|row| equations.rows[row.row].of_velocities) {
@@ -81,9 +81,7 @@ impl Run<'_> {
                 let reason = StopReason::Failed { step: 0.0, not_finite: false, cause: Box::new(cause) };
                 Ok(Some(Status::StoppedEarly { t: self.time, reason }))
             }
-            Err(Met::Session(cause)) => {
-                Err(IntegrateError::System { t: self.time, cause: cause.to_string().into() })
-            }
+            Err(Met::Session(cause)) => Err(IntegrateError::System { t: self.time, cause: cause.to_string().into() }),
         }
     }
 

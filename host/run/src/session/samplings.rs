@@ -7,7 +7,9 @@ use super::opened::Session;
 use super::outcome::RunReport;
 use super::restart::Restart;
 use super::sink::Sink;
-use crate::results::{ChannelInfo, CheckResult, Event, Events, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table};
+use crate::results::{
+    ChannelInfo, CheckResult, Event, Events, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table,
+};
 use crate::scene::{Dimension, SampleTime, Simulation};
 
 /// The samples of a run, where they go.

@@ -7,8 +7,8 @@ mod picture;
 mod system;
 mod watch;
 
-use self::contacts::Touch;
 pub(super) use self::contacts::Mode;
+use self::contacts::Touch;
 use self::floor::Floor;
 use self::picture::Picture;
 use self::watch::RowValues;

@@ -18,6 +18,8 @@ const DEEP: f64 = 1e-9;
 const MOST_ROUNDS: usize = 50;
 /// Share of the reactions of closed contacts below which one is none.
 const NO_REACTION: f64 = 1e-9;
+/// The same above which a closed contact that pulls is open.
+const PULLS: f64 = 1e-6;
 /// Instants with events that follow each other without time going on.
 const MOST_AT_ONCE: u32 = 50;
 
@@ -36,17 +38,20 @@ pub(super) struct Touch {
     names: Vec<(String, String)>,
     /// Those that are closed now, ascending.
     closed: Vec<usize>,
+    /// Those that were closed when events were told last.
+    told: Vec<usize>,
     /// Equations that were in use, and are not now, each with the values of its rows.
     others: Vec<(Mode, Option<RowValues>)>,
     /// The value of each contact; of rows on velocities the rate.
     open: Part,
     /// The reaction of each.
     pressing: Part,
-    /// What each of these may not fall below.
+    /// What each of these may not fall below, and what it is typically like.
     levels: Vec<f64>,
+    sizes: Vec<f64>,
     /// Size of gravity, m/s^2.
     gravity: f64,
-    /// Largest reactions and impulses so far, as accelerations of the contacts.
+    /// Time of the last event, and how many there were before it at the same time.
     met_at: f64,
     at_once: u32,
 }
@@ -78,10 +83,12 @@ impl Touch {
         Ok(Some(Self {
             names: contacts.iter().map(name).collect(),
             closed: Vec::new(),
+            told: Vec::new(),
             others: Vec::new(),
             open: Part::near(formulation, equations, &values, layout),
             pressing: Part::near(formulation, equations, &reactions, layout),
             levels: vec![0.0; contacts.len()],
+            sizes: vec![1.0; contacts.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
             gravity: model.gravity.norm(),
             met_at: f64::NAN,
@@ -124,7 +131,9 @@ impl Simulation<'_> {
             let found = touch.pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
             touch.closed.iter().for_each(|k| values[*k] = found[*k]);
         }
-        values.iter_mut().zip(&touch.levels).for_each(|(value, level)| *value -= level);
+        for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {
+            *value = (*value - level) / size;
+        }
         Ok(())
     }
 
@@ -157,7 +166,11 @@ impl Simulation<'_> {
     /// [`AnalysisError::NotSettled`]; see [`AnalysisError`].
     pub(in crate::session) fn meet(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
-        if touch.met_at == t { touch.at_once += 1 } else { touch.at_once = 0 }
+        if touch.met_at == t {
+            touch.at_once += 1
+        } else {
+            touch.at_once = 0
+        }
         touch.met_at = t;
         let before = touch.closed.clone();
         if touch.at_once > MOST_AT_ONCE {
@@ -166,14 +179,14 @@ impl Simulation<'_> {
         }
         // Everything is said from where all contacts are open.
         self.adopt(&[]);
-        let result = self.settle(t, state, &before);
+        let result = self.settle(t, state);
         if result.is_err() {
             self.adopt(&before);
         }
         result
     }
 
-    fn settle(&mut self, t: f64, state: &mut [f64], before: &[usize]) -> Result<Vec<usize>, AnalysisError> {
+    fn settle(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
         let length = self.scales.length;
         let near = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * length;
         let mut strikes: Vec<crate::analysis::Strike> = Vec::new();
@@ -185,6 +198,7 @@ impl Simulation<'_> {
             let touching: Vec<usize> =
                 (0..gaps.len()).filter(|k| gaps[*k].of_velocities || depth(&gaps[*k]) <= near).collect();
             if touching.is_empty() {
+                self.report_events(t, &strikes, &[], 0.0)?;
                 return Ok(Vec::new());
             }
             let speed = self.scales.speed_scale().max(self.scales.spin_scale() * length);
@@ -202,16 +216,8 @@ impl Simulation<'_> {
             let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
             let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
             let height = self.tolerance * length;
-            let candidates: Vec<usize> = (0..touching.len())
-                .filter(|k| {
-                    let gap = &gaps[touching[*k]];
-                    let (rate, b) = (meeting.rate(*k), meeting.acceleration(*k, &accelerations));
-                    // What is left of its bouncing is too low to count.
-                    let low = b < 0.0 && rate * rate <= -2.0 * b * height * gap.size;
-                    meeting.stays(*k, speed) || !gap.of_velocities && low
-                })
-                .collect();
-            let closed = meeting.closed(&accelerations, &candidates, largest).ok_or_else(|| {
+            let settled = meeting.closed(&accelerations, [speed, largest, height], |k| !gaps[k].of_velocities);
+            let closed = settled.ok_or_else(|| {
                 let rows = touching.iter().map(|k| touch.name(*k)).collect::<Vec<_>>().join(", ");
                 AnalysisError::NotSettled { rows }
             })?;
@@ -226,7 +232,7 @@ impl Simulation<'_> {
             strikes.append(&mut meeting.strikes);
             if (0..touching.len()).all(|k| !meeting.approaches(k, speed)) {
                 let closed: Vec<usize> = closed.iter().map(|k| touching[*k]).collect();
-                self.report_events(t, &strikes, before, &closed, speed)?;
+                self.report_events(t, &strikes, &closed, speed)?;
                 return Ok(closed);
             }
         }
@@ -257,11 +263,11 @@ impl Simulation<'_> {
         &mut self,
         t: f64,
         strikes: &[crate::analysis::Strike],
-        before: &[usize],
         closed: &[usize],
         speed: f64,
     ) -> Result<(), AnalysisError> {
-        let Some(touch) = &self.touch else { return Ok(()) };
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        let before = std::mem::replace(&mut touch.told, closed.to_vec());
         let event = |kind: EventKind, k: usize| {
             let (element, row) = touch.names[k].clone();
             Event { time: t, element, row, kind, rates: [0.0; 2], impulse: 0.0, lost: 0.0 }
@@ -278,6 +284,18 @@ impl Simulation<'_> {
             self.rows_taken.sink().event(&event).map_err(|error| AnalysisError::Told { message: error.to_string() })?;
         }
         Ok(())
+    }
+
+    /// Those that are closed.
+    pub(in crate::session) fn closed_contacts(&self) -> &[usize] {
+        self.touch.as_ref().map_or(&[], |touch| &touch.told)
+    }
+
+    /// Those that were closed where the run was left.
+    pub(in crate::session) fn contacts_were(&mut self, closed: &[usize]) {
+        if let Some(touch) = &mut self.touch {
+            touch.told = closed.to_vec();
+        }
     }
 
     /// Takes the equations in which these contacts are closed, if they are at hand.
@@ -355,25 +373,26 @@ impl Simulation<'_> {
     /// # Errors
     /// See [`AnalysisError`].
     pub(in crate::session) fn set_levels(&mut self, t: f64, state: &[f64]) -> Result<Option<usize>, AnalysisError> {
-        let count = self.stop_count();
-        let mut values = vec![0.0; count];
+        let mut values = vec![0.0; self.stop_count()];
         if let Some(touch) = &mut self.touch {
             touch.levels.fill(0.0);
+            touch.sizes.fill(1.0);
         }
         self.stop_values(t, state, &mut values)?;
-        let near = LEAST_TOUCHING * self.scales.length;
-        let slow = LEAST_TOUCHING * self.scales.speed_scale();
+        let (length, speed) = (self.scales.length, self.scales.speed_scale());
         let Some(touch) = &mut self.touch else { return Ok(None) };
-        let largest = touch.closed.iter().map(|k| values[*k].abs()).fold(0.0, f64::max);
-        let pulls = touch.closed.iter().copied().filter(|k| values[*k] < -1e3 * NO_REACTION * largest);
+        let reactions = touch.closed.iter().map(|k| values[*k].abs());
+        let largest = reactions.fold(0.0, f64::max);
+        let pulls = touch.closed.iter().copied().filter(|k| values[*k] < -PULLS * largest);
         let worst = pulls.min_by(|a, b| values[*a].total_cmp(&values[*b]));
-        for (k, level) in touch.levels.iter_mut().enumerate() {
-            let (noise, zero) = match touch.closed.contains(&k) {
-                true => (NO_REACTION * largest, values[k].min(0.0)),
-                false if touch.contacts.contacts()[k].of_velocities => (slow, values[k].min(0.0)),
-                false => (near, values[k].min(0.0)),
+        for (k, value) in values.into_iter().enumerate() {
+            let (size, noise) = match touch.closed.contains(&k) {
+                true => (if largest > 0.0 { largest } else { 1.0 }, NO_REACTION),
+                false if touch.contacts.contacts()[k].of_velocities => (speed, LEAST_TOUCHING),
+                false => (length, LEAST_TOUCHING),
             };
-            *level = if values[k] > noise { 0.0 } else { zero - noise };
+            touch.sizes[k] = size;
+            touch.levels[k] = if value > noise * size { 0.0 } else { value.min(0.0) - noise * size };
         }
         Ok(worst)
     }

@@ -16,6 +16,7 @@ impl<'a> Simulation<'a> {
         self.scales.widen(&Scales { length, speed, spin, energy });
         self.state_sizes.copy_from_slice(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
+        self.contacts_were(&carried.closed);
     }
 
     /// See [`Simulation::carry_on`].
@@ -29,6 +30,7 @@ impl<'a> Simulation<'a> {
             audit: AuditRecord::from(&self.audit),
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
+            closed: self.closed_contacts().to_vec(),
         }
     }
 
@@ -91,6 +93,7 @@ impl<'a> Simulation<'a> {
         self.scales = Scales { length, speed, spin, energy };
         self.state_sizes.copy_from_slice(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
+        self.contacts_were(&saved.carried.closed);
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);
