@@ -84,7 +84,6 @@ impl Element for BallContact {
     const NAME: &'static str = "ball-contact";
     const SUMMARY: &'static str = "two balls strike each other, with restitution";
     const DOC: &'static str = doc_of(include_str!("ball_contact.rs"));
-    const GLYPH: &'static str = "point";
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new("i", "on the first body; its origin is the centre of the first ball"),
         FrameSpec::new("j", "on the second body; its origin is the centre of the second ball"),

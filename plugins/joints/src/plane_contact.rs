@@ -86,7 +86,6 @@ impl Element for PlaneContact {
     const NAME: &'static str = "plane-contact";
     const SUMMARY: &'static str = "a ball strikes a plane and rests on it, with restitution";
     const DOC: &'static str = doc_of(include_str!("plane_contact.rs"));
-    const GLYPH: &'static str = "point";
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new(
             "i",

@@ -74,10 +74,10 @@ pub struct RotationalStop(RotationalStopParameters);
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RotationalStopParameters {
     /// The lower end; not given: none.
-    #[param(unit = "rad")]
+    #[param(unit = "rad", example = -0.5)]
     pub lower: Option<f64>,
     /// The upper end; not given: none.
-    #[param(unit = "rad")]
+    #[param(unit = "rad", example = 1.0)]
     pub upper: Option<f64>,
     /// Coefficient of restitution, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]

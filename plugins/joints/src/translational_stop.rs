@@ -72,10 +72,10 @@ pub struct TranslationalStop(TranslationalStopParameters);
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct TranslationalStopParameters {
     /// The lower end; not given: none.
-    #[param(unit = "m")]
+    #[param(unit = "m", example = -0.1)]
     pub lower: Option<f64>,
     /// The upper end; not given: none.
-    #[param(unit = "m")]
+    #[param(unit = "m", example = 0.2)]
     pub upper: Option<f64>,
     /// Coefficient of restitution, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]

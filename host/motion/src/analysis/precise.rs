@@ -32,6 +32,9 @@ pub enum NotPrecise {
     #[error("discrete states of elements change between the steps of a method")]
     Discrete,
     /// See the message.
+    #[error("rows of contacts are unilateral: which of them hold changes between the steps of a method")]
+    Unilateral,
+    /// See the message.
     #[error("forces depend on reactions or accelerations, and are found by iterations in doubles")]
     Coupled,
     /// See the message.
@@ -77,6 +80,9 @@ impl PreciseMotion {
     ) -> Result<Self, NotPrecise> {
         if !equations.graph.calls.is_empty() {
             return Err(NotPrecise::Opaque);
+        }
+        if !equations.contacts.is_empty() {
+            return Err(NotPrecise::Unilateral);
         }
         if layout.given_at > 0 {
             return Err(NotPrecise::Discrete);

@@ -36,6 +36,8 @@ pub(super) enum Verdict {
 pub(super) struct Stops {
     first: Vec<f64>,
     values: Vec<f64>,
+    /// Below what each of them stops: zero as soon as it was positive; until then, less than it was at the start.
+    least: Vec<f64>,
     /// Values at the start of the step, known at this time.
     known_at: Option<f64>,
     state: Vec<f64>,
@@ -47,7 +49,14 @@ impl Stops {
     pub(super) fn new(run: &Run<'_>) -> Self {
         let count = run.system.stops();
         let dim = if count > 0 { run.system.dim() } else { 0 };
-        Self { first: vec![0.0; count], values: vec![0.0; count], known_at: None, state: vec![0.0; dim], tries: 0 }
+        Self {
+            first: vec![0.0; count],
+            least: vec![f64::NEG_INFINITY; count],
+            values: vec![0.0; count],
+            known_at: None,
+            state: vec![0.0; dim],
+            tries: 0,
+        }
     }
 
     /// Whether there are any.
@@ -65,11 +74,15 @@ impl Stops {
         if self.known_at != Some(step.start) {
             self.state.copy_from_slice(y);
             self.look(run, step.start)?;
+            if self.least.contains(&f64::NEG_INFINITY) {
+                self.least.iter_mut().zip(&self.values).for_each(|(least, value)| *least = value.min(0.0) - ZERO);
+                self.note_positive();
+            }
             self.first.copy_from_slice(&self.values);
             self.known_at = Some(step.start);
-        }
-        if self.first.iter().any(|value| *value < -ZERO) {
-            return Ok(Verdict::Before);
+            if self.is_beyond() {
+                return Ok(Verdict::Before);
+            }
         }
         let mut from = (0.0, self.first.clone());
         for place in PLACES {
@@ -108,12 +121,19 @@ impl Stops {
     }
 
     fn is_beyond(&self) -> bool {
-        self.values.iter().any(|value| *value < -ZERO)
+        self.values.iter().zip(&self.least).any(|(value, least)| value < least)
     }
 
     /// The values at a time and [`Stops::state`].
     fn look(&mut self, run: &mut Run<'_>, t: f64) -> Result<(), Trouble> {
-        run.stopping(t, &self.state, &mut self.values)
+        run.stopping(t, &self.state, &mut self.values)?;
+        self.note_positive();
+        Ok(())
+    }
+
+    fn note_positive(&mut self) {
+        let seen = self.least.iter_mut().zip(&self.values).filter(|(least, value)| least.is_finite() && **value > ZERO);
+        seen.for_each(|(least, _)| *least = 0.0);
     }
 
     /// The share of the step at which the first of them becomes negative, between two at which values are known: regula falsi with
@@ -131,7 +151,7 @@ impl Stops {
             if to - from <= width {
                 break;
             }
-            let negative = (0..high.len()).filter(|k| high[*k] < -ZERO);
+            let negative = (0..high.len()).filter(|k| high[*k] < self.least[*k]);
             let zero = negative.map(|k| low[k].max(0.0) / (low[k].max(0.0) - high[k])).fold(1.0, f64::min);
             let at = from + (to - from) * zero.clamp(1e-3, 1.0 - 1e-3);
             (step.at)(at, &mut self.state);

@@ -44,6 +44,8 @@ pub struct Audit {
     pub dissipated: f64,
     /// Part of it that was lost in impacts, J.
     pub lost_in_impacts: f64,
+    /// How many impacts there were.
+    pub impacts: u64,
     /// All other work, J, by drives and loads: `work` + `dissipated` + `lost_in_impacts`.
     pub work_in: f64,
     #[serde(skip)]
@@ -125,6 +127,8 @@ pub struct AuditRecord {
     /// J.
     #[serde(default)]
     lost_in_impacts: f64,
+    #[serde(default)]
+    impacts: u64,
     /// Imbalance of loads and its time, s; its body.
     #[serde(default)]
     loads: [f64; 2],
@@ -151,6 +155,7 @@ impl From<&Audit> for AuditRecord {
             worst_row: audit.worst_rows[0],
             worst_rate: audit.worst_rows[1],
             lost_in_impacts: audit.lost_in_impacts,
+            impacts: audit.impacts,
             loads: [audit.load_imbalance, audit.load_imbalance_at],
             worst_body: audit.worst_body,
         }
@@ -181,6 +186,7 @@ impl From<&AuditRecord> for Audit {
             work,
             dissipated,
             lost_in_impacts: record.lost_in_impacts,
+            impacts: record.impacts,
             work_in,
             heat,
             start,
@@ -251,8 +257,9 @@ impl Audit {
         self.work_in = self.work + self.dissipated + self.lost_in_impacts;
     }
 
-    /// Takes energy lost in impacts, J.
-    pub fn impacts(&mut self, lost: f64) {
+    /// Takes impacts, with the energy lost in them, J.
+    pub fn struck(&mut self, impacts: u64, lost: f64) {
+        self.impacts += impacts;
         self.lost_in_impacts += lost;
     }
 
@@ -304,6 +311,7 @@ impl Audit {
             whole.work += part.work;
             whole.dissipated += part.dissipated;
             whole.lost_in_impacts += part.lost_in_impacts;
+            whole.impacts += part.impacts;
             whole.work_in += part.work_in;
             // The times are those of the part that contributes most.
             keep(&mut worst, &mut whole.energy_error_at, part.error, part.energy_error_at);

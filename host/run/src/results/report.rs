@@ -153,7 +153,12 @@ fn energy(summary: &Summary) -> String {
         ("dissipated", audit.dissipated),
         ("work in", audit.work_in),
     ];
-    let parts = parts.map(|(name, energy)| format!("{name} {} J", significant(energy, 3)));
+    let mut parts = parts.map(|(name, energy)| format!("{name} {} J", significant(energy, 3))).to_vec();
+    if audit.impacts > 0 {
+        let (count, lost) = (audit.impacts, significant(audit.lost_in_impacts, 3));
+        let impacts = if count == 1 { "impact" } else { "impacts" };
+        parts.insert(3, format!("lost in {count} {impacts} {lost} J"));
+    }
     format!("energy at the end: {}\n", parts.join(", "))
 }
 

@@ -32,6 +32,8 @@ pub struct NonUnique {
 pub struct CheckReport {
     /// Bodies that can move.
     pub bodies: usize,
+    /// Unilateral rows, each with its element: they are none of the rows below.
+    pub contacts: Vec<String>,
     /// Joints.
     pub joints: usize,
     /// Force elements.
@@ -108,6 +110,8 @@ pub struct PlanReport {
     pub known_ahead: String,
     /// What can be neither; it is at least looked at once per output step.
     pub bounded: String,
+    /// Unilateral rows, each with its element.
+    pub contacts: Vec<String>,
     /// Elements that sample, each with its period.
     pub sampled: Vec<String>,
     /// Opaque elements, called at run time.
@@ -156,7 +160,8 @@ impl Session {
             bodies: self.model.bodies.len(),
             joints: count(Kind::Joint),
             forces: count(Kind::Force),
-            rows: self.plan.layout.rows,
+            rows: self.plan.rows.len(),
+            contacts: self.contact_names(),
             rank: self.plan.independent_rows.len(),
             mobility: self.plan.mobility,
             redundant_rows: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
@@ -165,6 +170,15 @@ impl Session {
             given_velocities: self.given_velocities(),
             chosen_velocities: self.chosen_velocities(),
         }
+    }
+
+    /// The unilateral rows, each with its element.
+    fn contact_names(&self) -> Vec<String> {
+        let name = |contact: &crate::program::Contact| {
+            let (element, k) = self.plan.layout.element_of_row(contact.row);
+            self.model.elements[element].row_name(k)
+        };
+        self.equations.contacts.iter().map(name).collect()
     }
 
     fn non_unique(&self) -> Vec<NonUnique> {
@@ -234,7 +248,7 @@ impl Session {
     /// What the coordinates of joints make unnecessary.
     fn joint_skips(&self, joint: &JointPlan) -> Vec<Skip> {
         let layout = &self.plan.layout;
-        let met_by_tree = layout.rows - joint.rows.len() - joint.met.len();
+        let met_by_tree = self.plan.rows.len() - joint.rows.len() - joint.met.len();
         let (velocities, left) = (layout.velocities(), joint.equations.coordinates.columns);
         let mut skips = vec![Skip {
             what: plural(met_by_tree, "row of the tree's joints", "rows of the tree's joints"),
@@ -334,6 +348,7 @@ impl Session {
             machine_code_bytes: maker.bytes(counts.operations) as u64,
             machine_code_time_s: maker.time(counts.operations),
             machine_code_pays_after: maker.runs_that_pay(counts.operations) as u64,
+            contacts: self.contact_names(),
             sampled: sampled.collect(),
             opaque: opaque
                 .map(|e| {
@@ -377,6 +392,11 @@ impl std::fmt::Display for CheckReport {
             self.rows,
             self.rank
         )?;
+        if !self.contacts.is_empty() {
+            let contacts: Vec<&str> = self.contacts.iter().map(String::as_str).collect();
+            let rows = plural(contacts.len(), "unilateral row", "unilateral rows");
+            writeln!(f, "besides {rows}, open until they touch: {}", some(&contacts))?;
+        }
         if self.redundant_rows.is_empty() {
             writeln!(f, "no redundant rows: every reaction is unique")?;
         } else {
@@ -427,6 +447,14 @@ impl std::fmt::Display for PlanReport {
             self.machine_code_pays_after,
             if MachineCode::can_assemble() { "made before the first step" } else { "until then interpreted" }
         )?;
+        if !self.contacts.is_empty() {
+            let contacts: Vec<&str> = self.contacts.iter().map(String::as_str).collect();
+            writeln!(
+                f,
+                "contacts: {}; steps end where they close and open, and rows are enforced while they are closed",
+                some(&contacts)
+            )?;
+        }
         if !self.sampled.is_empty() {
             writeln!(f, "sampled: {}; steps end at the samples", self.sampled.join(", "))?;
         }

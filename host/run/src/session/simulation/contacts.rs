@@ -12,6 +12,8 @@ use crate::results::{Event, EventKind};
 const TOUCHING: f64 = 1e-3;
 /// The same where the tolerance is smaller: round-off of positions.
 const LEAST_TOUCHING: f64 = 1e-12;
+/// Height below which bouncing is none, as a share of the size of the scene, where the tolerance is smaller.
+const LOW: f64 = 1e-10;
 /// How deep a contact may be at the start, as a share of the size of the scene.
 const DEEP: f64 = 1e-9;
 /// Rounds of impacts and contacts that close at one instant.
@@ -215,7 +217,7 @@ impl Simulation<'_> {
             let accelerations = meeting.accelerations(found, gammas);
             let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
             let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
-            let height = self.tolerance * length;
+            let height = self.tolerance.max(LOW) * length;
             let settled = meeting.closed(&accelerations, [speed, largest, height], |k| !gaps[k].of_velocities);
             let closed = settled.ok_or_else(|| {
                 let rows = touching.iter().map(|k| touch.name(*k)).collect::<Vec<_>>().join(", ");
@@ -228,7 +230,7 @@ impl Simulation<'_> {
             if let Some(work) = state.last_mut() {
                 *work += meeting.work;
             }
-            self.audit.impacts(meeting.strikes.iter().map(|strike| strike.lost).sum());
+            self.audit.struck(0, meeting.strikes.iter().map(|strike| strike.lost).sum());
             strikes.append(&mut meeting.strikes);
             if (0..touching.len()).all(|k| !meeting.approaches(k, speed)) {
                 let closed: Vec<usize> = closed.iter().map(|k| touching[*k]).collect();
@@ -278,6 +280,7 @@ impl Simulation<'_> {
             let (impulse, lost) = (strike.impulse, strike.lost);
             events.push(Event { rates, impulse, lost, ..event(EventKind::Impact, strike.contact) });
         }
+        self.audit.struck(events.len() as u64, 0.0);
         events.extend(closed.iter().filter(|k| !before.contains(k)).map(|k| event(EventKind::Closes, *k)));
         events.extend(before.iter().filter(|k| !closed.contains(k)).map(|k| event(EventKind::Opens, *k)));
         for event in events {
@@ -389,7 +392,8 @@ impl Simulation<'_> {
             let (size, noise) = match touch.closed.contains(&k) {
                 true => (if largest > 0.0 { largest } else { 1.0 }, NO_REACTION),
                 false if touch.contacts.contacts()[k].of_velocities => (speed, LEAST_TOUCHING),
-                false => (length, LEAST_TOUCHING),
+                // Wherever it starts, it may not get deeper.
+                false => (length, f64::NEG_INFINITY),
             };
             touch.sizes[k] = size;
             touch.levels[k] = if value > noise * size { 0.0 } else { value.min(0.0) - noise * size };
