@@ -38,6 +38,8 @@ pub(super) struct Stops {
     values: Vec<f64>,
     /// Below what each of them stops: zero as soon as it was positive; until then, less than it was at the start.
     least: Vec<f64>,
+    /// Which of them were positive in an earlier step.
+    were_positive: Vec<bool>,
     /// Values at the start of the step, known at this time.
     known_at: Option<f64>,
     state: Vec<f64>,
@@ -52,6 +54,7 @@ impl Stops {
         Self {
             first: vec![0.0; count],
             least: vec![f64::NEG_INFINITY; count],
+            were_positive: vec![false; count],
             values: vec![0.0; count],
             known_at: None,
             state: vec![0.0; dim],
@@ -84,6 +87,9 @@ impl Stops {
                 return Ok(Verdict::Before);
             }
         }
+        // What came down to zero in an earlier step stops at its end.
+        let reached = self.first.iter().zip(&self.were_positive).map(|(first, was)| *was && *first <= ZERO);
+        let reached: Vec<bool> = reached.collect();
         let mut from = (0.0, self.first.clone());
         for place in PLACES {
             (step.at)(place, &mut self.state);
@@ -91,6 +97,10 @@ impl Stops {
             if !self.is_beyond() {
                 from = (place, self.values.clone());
                 continue;
+            }
+            let falls = |k: usize| reached[k] && self.values[k] < self.least[k];
+            if (0..reached.len()).any(falls) {
+                return Ok(Verdict::Before);
             }
             let share = self.locate(run, step, from, (place, self.values.clone()))?;
             if share * step.h <= run.smallest_step() {
@@ -110,6 +120,7 @@ impl Stops {
             return Ok(Verdict::End);
         }
         self.tries = 0;
+        self.were_positive.iter_mut().zip(&self.least).for_each(|(was, least)| *was = *least == 0.0);
         self.first.copy_from_slice(&self.values);
         self.known_at = Some(step.start + step.h);
         Ok(Verdict::Pass)
