@@ -117,7 +117,7 @@ fn spherical_mechanisms() {
 
 /// Runs furnished mechanisms in several ways.
 #[track_caller]
-fn differential(count: u64) {
+fn differential(count: u64, draw: fn(u64, Style) -> Mechanism) {
     let checks = Checks::new();
     let first = wanted("ODYN_RANDOM_FIRST", 1);
     let count = wanted("ODYN_RANDOM", count);
@@ -132,7 +132,7 @@ fn differential(count: u64) {
             };
             checks.differ(&settled, seed, &mut seen.borrow_mut())
         };
-        let mechanism = Mechanism::furnished(seed, style);
+        let mechanism = draw(seed, style);
         let keep = |mechanism: &Mechanism, why: &str| {
             let settled = checks.settled(mechanism).ok().flatten().unwrap_or_else(|| mechanism.clone());
             let path = kept("random").join(format!("differential-{seed}.toml"));
@@ -167,7 +167,10 @@ fn differential(count: u64) {
 
 #[test]
 fn all_standard_elements_are_drawn() {
-    let draw = |seed| Mechanism::furnished(seed, STYLES[(seed % 3) as usize]).parts;
+    let draw = |seed| {
+        let style = STYLES[(seed % 3) as usize];
+        [Mechanism::furnished(seed, style).parts, Mechanism::striking(seed, style).parts].concat()
+    };
     let drawn: BTreeSet<&str> = (1..2000).flat_map(draw).map(|part| part.kind).collect();
     for library in [odyn_joints::library(), odyn_forces::library(), odyn_controls::library()] {
         for class in &library.classes {
@@ -183,7 +186,12 @@ fn all_standard_elements_are_drawn() {
 
 #[test]
 fn every_way_of_running_a_scene_agrees() {
-    differential(60);
+    differential(60, Mechanism::furnished);
+}
+
+#[test]
+fn every_way_of_running_a_scene_with_contacts_agrees() {
+    differential(60, Mechanism::striking);
 }
 
 /// Checks the scenes of a folder below `tests`; tells all that fail.

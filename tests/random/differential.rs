@@ -206,7 +206,7 @@ fn sound(report: &RunReport) -> Result<(), String> {
     let energy = column(report, "energy");
     // What the table says was gained is the work that the audit says was done.
     if let [first, .., last] = energy {
-        let scale = largest(energy.iter().map(|e| e - first)).max(audit.kinetic_energy).max(audit.work.abs());
+        let scale = largest(energy.iter().map(|e| e - first)).max(audit.largest_energy()).max(audit.work.abs());
         let stored = 1e-6 * largest(energy.iter().copied());
         let off = (last - first - audit.work).abs();
         below("table: energy against the audit's work", off / scale.max(stored).max(f64::MIN_POSITIVE), 10.0 * ENERGY)?;

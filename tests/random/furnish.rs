@@ -115,6 +115,62 @@ impl Mechanism {
         mechanism
     }
 
+    /// A mechanism of a style with one to four contacts: stops, freewheels, points that strike planes, balls. The same for the same
+    /// seed.
+    pub fn striking(seed: u64, style: Style) -> Self {
+        let mut mechanism = Self::new(seed, style);
+        let mut random = Random::new(seed ^ 0x57_12_1c_e5);
+        for _ in 0..1 + random.below(4) {
+            let restitution = ("restitution", number(random.of(&[0.0, 0.0, 0.4, 0.9])));
+            match random.below(5) {
+                kind @ (0 | 1) => {
+                    let Some(hinge) = mechanism.one_of("revolute", &mut random) else { continue };
+                    let frames = [hinge.frames[0], hinge.frames[0]];
+                    if kind == 0 {
+                        mechanism.part("joint", "freewheel", &hinge.bodies, &frames);
+                        continue;
+                    }
+                    let mut params = vec![restitution, ("upper", number(random.decades(-2.0, 0.0)))];
+                    if random.chance(0.5) {
+                        params.push(("lower", number(-random.decades(-2.0, 0.0))));
+                    }
+                    mechanism.part("joint", "rotational-stop", &hinge.bodies, &frames).params = params;
+                }
+                2 => {
+                    let Some(slide) = mechanism.one_of("translational", &mut random) else { continue };
+                    let frames = [slide.frames[0], slide.frames[1]];
+                    let along = frames[0].axes.column(2).dot(&(frames[1].origin - frames[0].origin));
+                    let gap = random.decades(-2.0, 0.0);
+                    let end = if random.chance(0.5) { ("upper", along + gap) } else { ("lower", along - gap) };
+                    mechanism.part("joint", "translational-stop", &slide.bodies, &frames).params =
+                        vec![restitution, (end.0, number(end.1))];
+                }
+                kind => {
+                    let (one, other) = (random.below(mechanism.bodies.len()), random.below(mechanism.bodies.len()));
+                    let first = (random.chance(0.5) && one != other).then_some(other);
+                    let bodies = [first, Some(one)];
+                    let (mut i, j) = (
+                        mechanism.frame(first, style, "", &mut random),
+                        mechanism.frame(Some(one), style, "", &mut random),
+                    );
+                    let apart = (j.origin - i.origin).norm();
+                    if kind == 3 {
+                        let radius = if random.chance(0.5) { 0.0 } else { random.decades(-2.0, -1.0) };
+                        i.origin = j.origin - i.axes.column(2) * (radius + random.decades(-2.0, 0.0));
+                        let rough = ("rough", random.chance(0.3).to_string());
+                        mechanism.part("joint", "plane-contact", &bodies, &[i, j]).params =
+                            vec![restitution, ("radius", number(radius)), rough];
+                    } else if apart > 0.1 {
+                        let share = 0.5 * apart * random.between(0.5, 0.98);
+                        mechanism.part("joint", "ball-contact", &bodies, &[i, j]).params =
+                            vec![restitution, ("radius_i", number(share)), ("radius_j", number(share))];
+                    }
+                }
+            }
+        }
+        mechanism
+    }
+
     /// Adds sensors with a lag, from which nothing follows: of reactions and, less often since joint coordinates have none, of
     /// Euler parameters. Across a plane both are zero but for round-off.
     fn measure(&mut self, random: &mut Random) {

@@ -89,7 +89,7 @@ impl Run<'_> {
         let t = self.time;
         let mut closed = self.system.meet(t, &mut self.state)?;
         loop {
-            if !self.system.adopt(&closed) {
+            if !self.system.adopt(&closed, t, &self.state)? {
                 self.make_mode(&closed)?;
             }
             self.system.begin_anew(t, &self.state)?;

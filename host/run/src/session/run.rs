@@ -234,6 +234,11 @@ impl<'a> Run<'a> {
             self.system.begin_anew(self.time, &self.state).map_err(failed)?;
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }
+        // What the scene gives is seen before contacts strike at once.
+        while self.system.has_contacts() && self.sample_times.get(self.system.samples()) == Some(&self.time) {
+            self.system.sample_now(self.time, &self.state)?;
+            self.counters.samples += 1;
+        }
         loop {
             if self.system.has_contacts()
                 && let Some(ended) = self.meet_contacts()?

@@ -180,10 +180,10 @@ impl Simulation<'_> {
             return Err(AnalysisError::NotSettled { rows });
         }
         // Everything is said from where all contacts are open.
-        self.adopt(&[]);
+        self.adopt(&[], t, state)?;
         let result = self.settle(t, state);
         if result.is_err() {
-            self.adopt(&before);
+            self.adopt(&before, t, state)?;
         }
         result
     }
@@ -302,19 +302,23 @@ impl Simulation<'_> {
     }
 
     /// Takes the equations in which these contacts are closed, if they are at hand.
-    pub(in crate::session) fn adopt(&mut self, closed: &[usize]) -> bool {
-        let Some(touch) = &mut self.touch else { return true };
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn adopt(&mut self, closed: &[usize], t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
+        let Some(touch) = &mut self.touch else { return Ok(true) };
         if touch.closed == closed {
-            return true;
+            return Ok(true);
         }
-        let Some(place) = touch.others.iter().position(|(mode, _)| mode.closed == closed) else { return false };
+        let Some(place) = touch.others.iter().position(|(mode, _)| mode.closed == closed) else { return Ok(false) };
         let (mode, values) = touch.others.swap_remove(place);
-        self.change(mode, values);
-        true
+        let working = self.working_state(t, state)?;
+        self.change(mode, values, &working);
+        Ok(true)
     }
 
-    /// Takes other equations.
-    fn change(&mut self, mode: Mode, values: Option<RowValues>) {
+    /// Takes other equations; `working` is where it is.
+    fn change(&mut self, mode: Mode, values: Option<RowValues>, working: &[f64]) {
         let Mode { closed, mut formulation, rows } = mode;
         let mut sets = Vec::new();
         self.formulation.trade_sets(&mut sets);
@@ -327,6 +331,7 @@ impl Simulation<'_> {
         };
         touch.others.push((was, std::mem::replace(&mut self.values, values)));
         self.row_right.resize(self.rows.rows.len(), 0.0);
+        self.formulation.forget(working);
         self.tell_discrete();
         self.remedies = self.formulation.counters().remedies();
     }
@@ -366,7 +371,8 @@ impl Simulation<'_> {
         let mut sets = Vec::new();
         mode.formulation.trade_sets(&mut sets);
         self.formulation.trade_sets(&mut sets);
-        self.change(mode, None);
+        let working = self.working_state(t, state)?;
+        self.change(mode, None, &working);
         self.watch_rows_left_out(equations, t, state)?;
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::analysis::{AnalysisError, Group, Imbalance};
-use crate::integrate::{Accepted, Failure, Flow, Guards, Price, System, Watched};
+use crate::integrate::{Accepted, Failure, Flow, Guards, IntegrateError, Price, System, Watched};
 use crate::interval::Range;
 use crate::linalg::LinalgError;
 
@@ -78,6 +78,19 @@ impl Simulation<'_> {
         let result = self.sample_at(t, &mut state);
         self.sample_state = state;
         result
+    }
+
+    /// Takes a sample at an accepted state, before anything changes there.
+    ///
+    /// # Errors
+    /// Why it could not be taken.
+    pub(in crate::session) fn sample_now(&mut self, t: f64, y: &[f64]) -> Result<(), IntegrateError> {
+        self.take_sample(t, y).map_err(|failure| match failure {
+            Failure::Recoverable(cause)
+            | Failure::NotFinite(cause)
+            | Failure::Forbidden(cause)
+            | Failure::Fatal(cause) => IntegrateError::System { t, cause },
+        })
     }
 
     fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
