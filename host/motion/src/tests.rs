@@ -50,6 +50,7 @@ pub fn prepared(text: &str) -> Prepared {
         (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
     let mass = mass_values(&model);
     let probe = Probe {
+        rows: &all,
         structure: &rows.structure,
         mass: &mass,
         jacobian: rows.jacobian(),

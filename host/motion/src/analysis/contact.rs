@@ -85,6 +85,8 @@ pub struct Meeting {
     pub work: f64,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
+    /// What each row's entry of Delassus' matrix would be if nothing else held the bodies.
+    free: Vec<f64>,
     /// Numbers of the rows among all.
     rows: Vec<usize>,
     /// Where each contact's rows begin; then their number.
@@ -206,9 +208,17 @@ impl Contacts {
             let square: f64 = entries.iter().map(|(column, slope)| (slope * self.unit(*column)).powi(2)).sum();
             if square > 0.0 { square.sqrt() } else { 1.0 }
         };
+        let mut inertias = vec![0.0; n];
+        for ((row, column), value) in self.structure.mass.iter().zip(&self.mass) {
+            if row == column {
+                inertias[*row] = *value;
+            }
+        }
+        let free = |entries: &Vec<(usize, f64)>| entries.iter().map(|(c, slope)| slope * slope / inertias[*c]).sum();
         Ok(Meeting {
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
             sizes: jacobian.iter().map(size).collect(),
+            free: jacobian.iter().map(free).collect(),
             impulses: DVector::zeros(rows.len()),
             touching: touching.to_vec(),
             strikes: Vec::new(),
@@ -254,10 +264,17 @@ impl Meeting {
         NO_ACCELERATION * acceleration * self.sizes[self.first[k]]
     }
 
-    /// Lets those that approach strike, until none does; `speed` is the size of speeds.
+    /// Whether anything gives way to the k-th of them: not where other rows determine how it moves.
+    #[must_use]
+    pub fn gives_way(&self, k: usize) -> bool {
+        let row = self.first[k];
+        self.delassus[(row, row)] > RANK_TOLERANCE * self.free[row]
+    }
+
+    /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds.
     pub fn strike_all(&mut self, speed: f64) {
         for _ in 0..MOST_STRIKES {
-            let all = (0..self.touching.len()).filter(|k| self.approaches(*k, speed));
+            let all = (0..self.touching.len()).filter(|k| self.approaches(*k, speed) && self.gives_way(*k));
             let fastest = all.min_by(|a, b| {
                 let relative = |k: usize| self.rate(k) / self.sizes[self.first[k]];
                 relative(*a).total_cmp(&relative(*b))
@@ -432,6 +449,7 @@ impl Meeting {
                     Some(place) => {
                         closed.remove(place);
                     }
+                    None if !self.gives_way(k) => return None,
                     None => closed.push(k),
                 },
             }

@@ -133,12 +133,20 @@ pub enum AnalysisError {
         message: String,
     },
     /// A unilateral row is negative at the start.
-    #[error("`{row}` is unilateral, and starts {depth:.3e} m on the wrong side")]
+    #[error("`{element}` is unilateral, and starts {depth:.3e} m on the wrong side: row `{row}`")]
     Penetrates {
-        /// Element and row.
+        /// Its name.
+        element: String,
+        /// The row's name.
         row: String,
         /// How far, m.
         depth: f64,
+    },
+    /// A contact that other joints drive on.
+    #[error("`{row}` closes, but joints and drivers determine how it moves, and nothing can give way")]
+    Jammed {
+        /// Element and row.
+        row: String,
     },
     /// Impacts that do not come to an end, or contacts that are neither open nor closed.
     #[error(

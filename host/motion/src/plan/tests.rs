@@ -260,6 +260,7 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
             (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
         let mass = mass_values(&model);
         let probe = Probe {
+            rows: &all,
             structure: &rows.structure,
             mass: &mass,
             jacobian: rows.jacobian(),

@@ -34,6 +34,19 @@ impl Session {
         Err(SessionError::one(&self.scene.source, diagnostic.help(help)))
     }
 
+    /// Why contacts do not let a run start, with the place of the element.
+    pub(super) fn bad_contact(&self, error: &AnalysisError) -> SessionError {
+        let AnalysisError::Penetrates { element, .. } = error else {
+            return super::error::start_error(&self.scene, error);
+        };
+        let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+        if let Some(record) = self.scene.elements.iter().find(|record| record.name.value == *element) {
+            diagnostic = diagnostic.at(record.name.span.clone(), "its bodies overlap, or are beyond its ends");
+        }
+        let help = "move one of its bodies, or change its frames and sizes: a unilateral row has to be positive or zero at the start";
+        SessionError::one(&self.scene.source, diagnostic.help(help))
+    }
+
     /// The equations with these contacts closed at an assembled place. The opaque elements of the model move in.
     fn mode(
         &mut self,

@@ -281,5 +281,6 @@ fn code_of(reason: &StopReason) -> Code {
 
 /// Whether joints that contradict each other ended the run.
 fn is_contradiction(cause: &(dyn std::error::Error + Send + Sync + 'static)) -> bool {
-    matches!(cause.downcast_ref(), Some(crate::analysis::AnalysisError::Contradiction { .. }))
+    use crate::analysis::AnalysisError::{Contradiction, Jammed};
+    matches!(cause.downcast_ref(), Some(Contradiction { .. } | Jammed { .. }))
 }

@@ -156,7 +156,8 @@ impl Simulation<'_> {
         let deepest = gaps.iter().enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)));
         match deepest {
             Some((k, gap)) if depth(gap) < -DEEP * self.scales.length => {
-                Err(AnalysisError::Penetrates { row: touch.name(k), depth: -depth(gap) })
+                let (element, row) = touch.names[k].clone();
+                Err(AnalysisError::Penetrates { element, row, depth: -depth(gap) })
             }
             _ => Ok(()),
         }
@@ -206,6 +207,11 @@ impl Simulation<'_> {
             let speed = self.scales.speed_scale().max(self.scales.spin_scale() * length);
             let mut meeting = touch.contacts.meeting(&touching, &v)?;
             meeting.strike_all(speed);
+            let jammed = (0..touching.len()).find(|k| !meeting.gives_way(*k));
+            let jammed = jammed.map(|k| AnalysisError::Jammed { row: touch.name(touching[k]) });
+            if jammed.is_some() && (0..touching.len()).any(|k| meeting.approaches(k, speed) && !meeting.gives_way(k)) {
+                return jammed.map_or(Ok(Vec::new()), Err);
+            }
             v.iter_mut().zip(meeting.change()).for_each(|(v, change)| *v += change);
             self.give_velocities(t, state, &v)?;
             // Accelerations with all contacts open, at the velocities after impacts.
@@ -220,6 +226,9 @@ impl Simulation<'_> {
             let height = self.tolerance.max(LOW) * length;
             let settled = meeting.closed(&accelerations, [speed, largest, height], |k| !gaps[k].of_velocities);
             let closed = settled.ok_or_else(|| {
+                if let Some(jammed) = jammed {
+                    return jammed;
+                }
                 let rows = touching.iter().map(|k| touch.name(*k)).collect::<Vec<_>>().join(", ");
                 AnalysisError::NotSettled { rows }
             })?;
