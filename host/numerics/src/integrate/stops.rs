@@ -38,6 +38,8 @@ pub(super) struct Stops {
     values: Vec<f64>,
     /// Below what each of them stops: zero as soon as it was positive; until then, less than it was at the start.
     least: Vec<f64>,
+    /// The same at the start of the step: steps that are made again have not happened.
+    least_at_start: Vec<f64>,
     /// Which of them were positive in an earlier step.
     were_positive: Vec<bool>,
     /// Values at the start of the step, known at this time.
@@ -54,6 +56,7 @@ impl Stops {
         Self {
             first: vec![0.0; count],
             least: vec![f64::NEG_INFINITY; count],
+            least_at_start: vec![f64::NEG_INFINITY; count],
             were_positive: vec![false; count],
             values: vec![0.0; count],
             known_at: None,
@@ -74,6 +77,7 @@ impl Stops {
         y: &[f64],
         step: &Interpolation<'_>,
     ) -> Result<Verdict, Trouble> {
+        self.least.copy_from_slice(&self.least_at_start);
         if self.known_at != Some(step.start) {
             self.state.copy_from_slice(y);
             self.look(run, step.start)?;
@@ -82,6 +86,7 @@ impl Stops {
                 self.note_positive();
             }
             self.first.copy_from_slice(&self.values);
+            self.least_at_start.copy_from_slice(&self.least);
             self.known_at = Some(step.start);
             if self.is_beyond() {
                 return Ok(Verdict::Before);
@@ -120,6 +125,7 @@ impl Stops {
             return Ok(Verdict::End);
         }
         self.tries = 0;
+        self.least_at_start.copy_from_slice(&self.least);
         self.were_positive.iter_mut().zip(&self.least).for_each(|(was, least)| *was = *least == 0.0);
         self.first.copy_from_slice(&self.values);
         self.known_at = Some(step.start + step.h);
