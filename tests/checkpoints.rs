@@ -12,7 +12,7 @@ use element_api::manifest::Library;
 use element_api::prelude::*;
 use odyn::catalog::{Catalog, SearchPath};
 use odyn::diagnostics::Source;
-use odyn::results::{CHECKPOINT_FILE, RESULTS_FILE, SUMMARY_FILE, Table, compare};
+use odyn::results::{CHECKPOINT_FILE, EVENTS_FILE, RESULTS_FILE, SUMMARY_FILE, Table, compare};
 use odyn::scene::parse;
 use odyn::session::{Checkpoint, RunOptions, Session};
 
@@ -62,9 +62,12 @@ impl Force for Brake {
     }
 }
 
-/// Two links with a bump stop between them, or friction in the upper joint.
-fn links(keys: &str, friction: bool) -> String {
-    let force = if friction {
+/// Two links with a bump stop or a hard stop between them, or friction in the upper joint.
+fn links(keys: &str, kind: &str) -> String {
+    let force = if kind == "hard stop" {
+        "[[joint]]\nname = \"stop\"\ntype = \"rotational-stop\"\nbodies = [\"upper\", \"lower\"]\npoint = [0, 0, 0]\n\
+         axis = [0, 0, 1]\nparams.lower = -1.5\nparams.upper = 1.5\nparams.restitution = 0.5\n"
+    } else if kind == "friction" {
         "[[force]]\nname = \"friction\"\ntype = \"joint-friction\"\njoints = [\"shoulder\"]\nparams.kind = \"rotation\"\n\
          params.mu = 0.1\nparams.radius = 0.05\nparams.transition_speed = 0.01\n"
     } else {
@@ -183,6 +186,8 @@ fn kill_and_resume(text: &str, seed: u64) {
             continue;
         }
         assert!(fs::read(killed.join(RESULTS_FILE)).unwrap() == expected, "after {kills} kills");
+        let events = [alone, killed].map(|folder| fs::read_to_string(folder.join(EVENTS_FILE)).ok());
+        assert!(events[0] == events[1], "events after {kills} kills");
         if kills >= wanted && (wanted == 0 || resumed > 0) {
             return;
         }
@@ -192,15 +197,23 @@ fn kill_and_resume(text: &str, seed: u64) {
 
 #[test]
 fn joint_coordinates_with_stops() {
-    kill_and_resume(&links("formulation = \"joint\"\nt_end = 30\ntolerance = 1e-9", false), 0x9e37_79b9_7f4a_7c15);
+    kill_and_resume(
+        &links("formulation = \"joint\"\nt_end = 30\ntolerance = 1e-9", "bump stop"),
+        0x9e37_79b9_7f4a_7c15,
+    );
 }
 
 #[test]
 fn coordinates_of_bodies_with_friction() {
-    kill_and_resume(&links("t_end = 12\ntolerance = 1e-8", true), 0x1234_5678_9abc_def1);
+    kill_and_resume(&links("t_end = 12\ntolerance = 1e-8", "friction"), 0x1234_5678_9abc_def1);
 }
 
 #[test]
 fn an_implicit_method() {
-    kill_and_resume(&links("method = \"radau5\"\nt_end = 12\ntolerance = 1e-7", false), 0x0fed_cba9_8765_4321);
+    kill_and_resume(&links("method = \"radau5\"\nt_end = 12\ntolerance = 1e-7", "bump stop"), 0x0fed_cba9_8765_4321);
+}
+
+#[test]
+fn contacts() {
+    kill_and_resume(&links("t_end = 12\ntolerance = 1e-9", "hard stop"), 0x2545_f491_4f6c_dd1d);
 }

@@ -7,6 +7,7 @@
 //! | `motion.rs` | a motion that is written beside a table leaves no trace in it |
 //! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
+//! | `contacts.rs` | contacts that strike, rest and open, against closed forms and in every way |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
@@ -51,6 +52,7 @@ mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
 mod compressor;
+mod contacts;
 mod digits;
 mod enclosures;
 mod events;

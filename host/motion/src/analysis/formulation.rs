@@ -133,14 +133,14 @@ pub enum AnalysisError {
         message: String,
     },
     /// A unilateral row is negative at the start.
-    #[error("`{element}` is unilateral, and starts {depth:.3e} m on the wrong side: row `{row}`")]
+    #[error("`{element}` is unilateral, and its row `{row}` is {value:.3e} at the start (SI units): on the wrong side")]
     Penetrates {
         /// Its name.
         element: String,
         /// The row's name.
         row: String,
-        /// How far, m.
-        depth: f64,
+        /// Its value, m or rad.
+        value: f64,
     },
     /// A contact that other joints drive on.
     #[error("`{row}` closes, but joints and drivers determine how it moves, and nothing can give way")]

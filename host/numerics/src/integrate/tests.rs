@@ -8,6 +8,7 @@ mod factors;
 mod fixtures;
 mod kinematic;
 mod stiff;
+mod stops;
 
 use super::*;
 use fixtures::*;

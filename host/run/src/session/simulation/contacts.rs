@@ -157,7 +157,7 @@ impl Simulation<'_> {
         match deepest {
             Some((k, gap)) if depth(gap) < -DEEP * self.scales.length => {
                 let (element, row) = touch.names[k].clone();
-                Err(AnalysisError::Penetrates { element, row, depth: -depth(gap) })
+                Err(AnalysisError::Penetrates { element, row, value: gap.value })
             }
             _ => Ok(()),
         }

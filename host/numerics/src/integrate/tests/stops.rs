@@ -1,0 +1,73 @@
+//! Integrations that end where a quantity becomes negative.
+
+use super::super::*;
+
+/// A body that falls: y'' = -1; the integration ends where its height, or how far it is below a ceiling, becomes negative.
+struct Fall {
+    accepted: Vec<f64>,
+}
+
+impl System for Fall {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&mut self, _: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        dy.copy_from_slice(&[y[1], -1.0]);
+        Ok(())
+    }
+    fn error_norm(&mut self, _: &[f64], _: &[f64], error: &[f64]) -> f64 {
+        error.iter().fold(0.0, |most: f64, e| most.max(e.abs())) / 1e-10
+    }
+    fn stops(&self) -> usize {
+        2
+    }
+    fn stopping(&mut self, _: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        values.copy_from_slice(&[y[0], 1.0 - y[0]]);
+        Ok(())
+    }
+    fn step_done(&mut self, t: f64, _: &[f64], _: f64) -> Flow {
+        self.accepted.push(t);
+        Flow::Continue
+    }
+}
+
+/// Where it ends from a height and a speed: time, height, and whether for a stop.
+fn end_of(method: &str, height: f64, speed: f64, t_end: f64) -> (f64, f64, bool) {
+    let mut system = Fall { accepted: Vec::new() };
+    let mut y = [height, speed];
+    let span = Span { t_start: 0.0, t_end, sample_times: &[] };
+    let outcome = by_name(method).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+    let stopped = matches!(outcome.status, Status::StoppedEarly { reason: StopReason::Event, .. });
+    let last = system.accepted.last().copied().unwrap_or(0.0);
+    assert!(stopped || last == t_end);
+    (last, y[0], stopped)
+}
+
+#[test]
+fn they_end_there_to_round_off() {
+    for method in ["dop853", "dopri5", "radau5", "auto"] {
+        let (t, y, stopped) = end_of(method, 0.5, 0.0, 10.0);
+        assert!(stopped && (t - 1.0).abs() < 1e-12 && y.abs() < 1e-12, "{method}: {t} {y}");
+        // A start at zero, on the way up, is none; what comes down again ends where it was.
+        let (t, y, stopped) = end_of(method, 0.0, 0.1, 10.0);
+        assert!(stopped && (t - 0.2).abs() < 1e-12 && y.abs() < 1e-12, "{method}: {t} {y}");
+        // The first of two: the ceiling.
+        let (t, y, stopped) = end_of(method, 0.5, 2.0, 10.0);
+        let expected = 2.0 - 3.0_f64.sqrt();
+        assert!(stopped && (t - expected).abs() < 1e-12 && (y - 1.0).abs() < 1e-12, "{method}: {t} {y}");
+        // None of them.
+        assert_eq!(end_of(method, 0.5, 0.0, 0.9).2, false, "{method}");
+    }
+}
+
+#[test]
+fn a_start_on_the_way_down_ends_at_once() {
+    let (t, y, stopped) = end_of("dop853", 0.0, -0.1, 1.0);
+    assert!(stopped && t < 1e-11 && y.abs() < 1e-12, "{t} {y}");
+}
+
+#[test]
+fn what_is_just_below_zero_may_rise() {
+    let (t, y, stopped) = end_of("dop853", -1e-15, 0.1, 1.0);
+    assert!(stopped && (t - 0.2).abs() < 1e-12 && y.abs() < 1e-12, "{t} {y}");
+}

@@ -1,0 +1,358 @@
+//! Contacts that strike, rest and open: against closed forms, in both coordinates, by every method that chooses its steps.
+
+use std::fs;
+use std::path::Path;
+
+use odyn::results::{EVENTS_FILE, Event, EventKind};
+use odyn::session::{RunReport, Session};
+
+use crate::support::{Scratch, column, difference, options};
+
+/// Runs the text of a scene; a folder, where its results go.
+fn try_run(text: &str, sets: &[&str], folder: Option<&Path>) -> Result<RunReport, String> {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", text);
+    let session = Session::open(&path, &options(sets, &[])).map_err(|error| error.to_string())?;
+    session.run(folder, Box::new(|_| ()), &Default::default()).map_err(|error| error.to_string())
+}
+
+#[track_caller]
+fn run(text: &str, sets: &[&str]) -> RunReport {
+    let report = try_run(text, sets, None).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(report.exit_code(), 0, "{} {:?}", report.summary.reason, report.summary.audit);
+    report
+}
+
+fn impacts(report: &RunReport) -> Vec<&Event> {
+    report.events.iter().filter(|event| event.kind == EventKind::Impact).collect()
+}
+
+/// All ways that choose their steps agree on what happens, and when, and on the motion.
+#[track_caller]
+fn every_way_agrees(text: &str, tolerance: f64) -> RunReport {
+    let first = run(text, &[]);
+    assert!(!first.events.is_empty());
+    for sets in [
+        &["simulation.formulation=\"cartesian\""][..],
+        &["simulation.method=\"dopri5\""],
+        &["simulation.method=\"radau5\""],
+        &["simulation.method=\"auto\"", "simulation.engine=\"interpreted\""],
+        &["simulation.formulation=\"cartesian\"", "simulation.method=\"radau5\""],
+    ] {
+        let other = run(text, sets);
+        let what = |report: &RunReport| -> Vec<_> {
+            report.events.iter().map(|event| (event.element.clone(), event.kind)).collect()
+        };
+        assert_eq!(what(&first), what(&other), "{sets:?}");
+        for (a, b) in first.events.iter().zip(&other.events) {
+            assert!((a.time - b.time).abs() < tolerance, "{sets:?}: {a:?} {b:?}");
+        }
+        for (channel, (a, b)) in first.channels.iter().zip(first.columns.iter().zip(&other.columns)) {
+            let off = difference(a, b);
+            assert!(off < tolerance, "{sets:?}: `{}` differs by {off:.1e}", channel.name);
+        }
+    }
+    first
+}
+
+/// Pendulums whose balls touch at rest; the first one falls.
+fn cradle() -> String {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 4\noutput_step = 0.01\n\
+         tolerance = 1e-10\n",
+    );
+    for k in 0..5 {
+        let (pivot, angle) = (0.1 * f64::from(k), if k == 0 { -0.5_f64 } else { 0.0 });
+        let (x, y) = (pivot + angle.sin(), -angle.cos());
+        text += &format!(
+            "[[body]]\nname = \"ball_{k}\"\nmass = 1\ninertia = [1e-3, 1e-3, 1e-3]\nposition = [{x:?}, {y:?}, 0]\n\
+             [[joint]]\nname = \"string_{k}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"ball_{k}\"]\npoint = [{pivot:?}, 0, 0]\n\
+             axis = [0, 0, 1]\n[[output]]\nname = \"v{k}\"\nquantity = \"velocity\"\nof = \"ball_{k}\"\ncomponent = \"x\"\n"
+        );
+        if k > 0 {
+            text += &format!(
+                "[[joint]]\nname = \"click_{k}\"\ntype = \"ball-contact\"\nbodies = [\"ball_{}\", \"ball_{k}\"]\n\
+                 frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]\nparams.radius_i = 0.05\n\
+                 params.radius_j = 0.05\nparams.restitution = 1.0\n",
+                k - 1
+            );
+        }
+    }
+    text
+}
+
+#[test]
+fn in_newtons_cradle_the_last_ball_leaves_with_the_speed_of_the_first() {
+    let report = every_way_agrees(&cradle(), 1e-8);
+    let speed = (2.0 * 9.81 * (1.0 - 0.5_f64.cos()) / 1.001).sqrt();
+    let all = impacts(&report);
+    // Swing after swing, each ball strikes the next at once.
+    assert_eq!(all.len(), 4 * 4);
+    for (number, swing) in all.chunks(4).enumerate() {
+        let forth = number % 2 == 0;
+        for (k, event) in swing.iter().enumerate() {
+            assert_eq!(event.element, format!("click_{}", if forth { k + 1 } else { 4 - k }));
+            assert_eq!(event.time, swing[0].time);
+            assert!((event.rates[0] + speed).abs() < 1e-8, "{event:?}");
+            assert!(event.lost.abs() < 1e-14);
+        }
+        assert!((swing[3].rates[1] - speed).abs() < 1e-8);
+    }
+    let audit = &report.summary.audit;
+    assert!(audit.impacts == 16 && audit.lost_in_impacts < 1e-12 && audit.energy_error_relative < 1e-9, "{audit:?}");
+}
+
+const BLOCK: &str = r#"
+[plugins]
+libraries = ["odyn-joints"]
+
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 3
+output_step = 0.01
+tolerance = 1e-10
+
+[parameters]
+b = 0.1
+h = 0.4
+m = 1
+phi = 0.1
+I = "m / 3 * (b^2 + h^2)"
+
+[[body]]
+name = "block"
+mass = "m"
+inertia = ["I", "I", "I"]
+position = ["b * cos(phi) - h * sin(phi)", "b * sin(phi) + h * cos(phi)", 0]
+orientation = { axis = [0, 0, 1], angle = "phi" }
+
+[[joint]]
+name = "plane"
+type = "planar"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+
+[[joint]]
+name = "left"
+type = "plane-contact"
+bodies = ["ground", "block"]
+frames = [{ position = [0, 0, 0], axis = [0, 1, 0] }, { position = ["-b", "-h", 0] }]
+params.rough = true
+
+[[joint]]
+name = "right"
+type = "plane-contact"
+bodies = ["ground", "block"]
+frames = [{ position = [0, 0, 0], axis = [0, 1, 0] }, { position = ["b", "-h", 0] }]
+params.rough = true
+
+[[output]]
+name = "phi"
+quantity = "coordinate"
+of = "plane"
+channel = "angle"
+"#;
+
+#[test]
+fn a_rocking_block_loses_what_housner_says() {
+    let report = every_way_agrees(BLOCK, 1e-8);
+    let all = impacts(&report);
+    assert!(all.len() > 8);
+    // The block turns about one corner, then about the other: Housner (1963), w' / w = 1 - 3/2 sin^2(alpha).
+    let ratio = 1.0 - 1.5 * 0.01 / 0.17;
+    for pair in all.windows(2) {
+        assert_ne!(pair[0].element, pair[1].element);
+        assert!((pair[1].rates[0] / pair[0].rates[0] - ratio).abs() < 1e-8, "{pair:?}");
+        assert_eq!(pair[0].rates[1].abs() < 1e-12, true);
+    }
+    // Each time one corner closes, the other opens.
+    let switches = report.events.iter().filter(|event| event.kind != EventKind::Impact && event.time > 0.0);
+    assert_eq!(switches.count(), 2 * all.len());
+}
+
+/// A ball on a table that is driven up and down.
+const TABLE: &str = r#"
+[plugins]
+libraries = ["odyn-joints"]
+
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 2
+output_step = 0.01
+tolerance = 1e-10
+
+[[body]]
+name = "table"
+mass = 5
+inertia = [1, 1, 1]
+
+[[body]]
+name = "ball"
+mass = 0.2
+inertia = [1e-4, 1e-4, 1e-4]
+position = [0, 0, 0.03]
+velocity = [0, 0, 1]
+
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "table"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+
+[[joint]]
+name = "drive"
+type = "displacement-driver"
+bodies = ["ground", "table"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.displacement = "0.05 * sin(20 * t)"
+
+[[joint]]
+name = "contact"
+type = "plane-contact"
+bodies = ["table", "ball"]
+frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [0, 0, 0] }]
+params.radius = 0.03
+params.restitution = 0.4
+
+[[output]]
+name = "z"
+quantity = "position"
+of = "ball"
+component = "z"
+
+[[output]]
+name = "N"
+quantity = "reaction_force"
+of = "contact"
+on = "ball"
+component = "z"
+"#;
+
+#[test]
+fn a_ball_leaves_a_table_where_it_falls_faster_than_the_ball() {
+    let report = every_way_agrees(TABLE, 1e-8);
+    assert_eq!((report.events[0].kind, report.events[0].time), (EventKind::Closes, 0.0));
+    let released = (9.81_f64 / 20.0).asin() / 20.0;
+    let opens = &report.events[1];
+    assert_eq!(opens.kind, EventKind::Opens);
+    assert!((opens.time - released).abs() < 1e-9, "{opens:?}, expected {released}");
+    let carried = report.times.iter().zip(column(&report, "N")).filter(|(t, _)| **t > 0.0 && **t < released);
+    for (t, force) in carried {
+        assert!((force - 0.2 * (9.81 - 20.0 * (20.0 * t).sin())).abs() < 1e-9, "{t}: {force}");
+    }
+    // Driven contacts do work: the balance of energies knows it.
+    assert!(report.summary.audit.energy_error_relative < 1e-9, "{:?}", report.summary.audit);
+}
+
+/// Balls above each other, with a gap between them, that fall and come to rest on each other.
+fn stack() -> String {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 2\noutput_step = 0.01\n",
+    );
+    for k in 0..3 {
+        let below = if k == 0 { "ground".to_string() } else { format!("ball_{}", k - 1) };
+        let (kind, frame, radii) = match k {
+            0 => ("plane-contact", ", axis = [0, 0, 1]", "params.radius = 0.1"),
+            _ => ("ball-contact", "", "params.radius_i = 0.1\nparams.radius_j = 0.1"),
+        };
+        text += &format!(
+            "[[body]]\nname = \"ball_{k}\"\nmass = {}\ninertia = [1e-3, 1e-3, 1e-3]\nposition = [0, 0, {:?}]\n\
+             [[joint]]\nname = \"guide_{k}\"\ntype = \"translational\"\nbodies = [\"ground\", \"ball_{k}\"]\npoint = [0, 0, 0]\n\
+             axis = [0, 0, 1]\n[[joint]]\nname = \"contact_{k}\"\ntype = \"{kind}\"\nbodies = [\"{below}\", \"ball_{k}\"]\n\
+             frames = [{{ position = [0, 0, 0]{frame} }}, {{ position = [0, 0, 0] }}]\n{radii}\nparams.restitution = 0.5\n\
+             [[output]]\nname = \"N{k}\"\nquantity = \"reaction_force\"\nof = \"contact_{k}\"\non = \"ball_{k}\"\ncomponent = \"z\"\n",
+            k + 1,
+            0.3 + 0.25 * f64::from(k)
+        );
+    }
+    text
+}
+
+#[test]
+fn a_stack_comes_to_rest_and_carries_its_weight() {
+    let report = every_way_agrees(&stack(), 1e-8);
+    let last = |name: &str| *column(&report, name).last().unwrap();
+    for (name, mass) in [("N0", 6.0), ("N1", 5.0), ("N2", 3.0)] {
+        assert!((last(name) - 9.81 * mass).abs() < 1e-10, "{name} = {}", last(name));
+    }
+    // All that the balls had is lost.
+    let audit = &report.summary.audit;
+    let had = 9.81 * (0.2 + 2.0 * 0.25 + 3.0 * 0.3);
+    assert!((audit.lost_in_impacts - had).abs() < 1e-6 * had, "{audit:?}, had {had}");
+    assert!(audit.kinetic_energy < 1e-20 && audit.energy_error_relative < 1e-8);
+}
+
+#[test]
+fn bouncing_comes_to_an_end_at_every_tolerance() {
+    let scene = fs::read_to_string(crate::support::root().join("scenes/verification/plane-contact.toml")).unwrap();
+    for tolerance in ["1e-4", "1e-7", "1e-13"] {
+        let report = run(&scene, &[&format!("simulation.tolerance={tolerance}")]);
+        assert!(report.summary.checks_passed(), "{tolerance}");
+        assert!(impacts(&report).len() < 80, "{tolerance}");
+    }
+}
+
+#[test]
+fn what_contacts_do_not_go_with_is_refused() {
+    let table = |change: (&str, &str)| TABLE.replace(change.0, change.1);
+    for (text, sets, parts) in [
+        (
+            table(("0, 0.03]", "0, 0.02]")),
+            &[][..],
+            ["ODY0501", "`contact` is unilateral, and its row `gap` is -1.000e-2"],
+        ),
+        (
+            TABLE.into(),
+            &["simulation.fixed_step=0.01"],
+            ["ODY0320", "steps of a fixed size cannot end where contacts close"],
+        ),
+        (TABLE.into(), &["simulation.engine=\"reference\""], ["ODY0320", "`reference` knows no unilateral rows"]),
+    ] {
+        let error = try_run(&text, sets, None).unwrap_err();
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+    // A driver that runs into a stop.
+    let stop = "[[joint]]\nname = \"end\"\ntype = \"translational-stop\"\nbodies = [\"ground\", \"table\"]\npoint = [0, 0, 0]\n\
+                axis = [0, 0, 1]\nparams.upper = 0.02\n";
+    let report = try_run(&format!("{TABLE}{stop}"), &[], None).unwrap();
+    assert_eq!(report.exit_code(), 6);
+    let reason = &report.summary.reason;
+    assert!(reason.contains("`end: upper` closes, but joints and drivers determine how it moves"), "{reason}");
+    let reached = (0.4_f64).asin() / 20.0;
+    assert!((report.summary.t_end_reached - reached).abs() < 1e-9);
+}
+
+#[test]
+fn events_are_in_a_file_of_the_results() {
+    let folder = Scratch::new();
+    let report = try_run(BLOCK, &[], Some(folder.path())).unwrap();
+    let text = fs::read_to_string(folder.path().join(EVENTS_FILE)).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "time,element,kind,row,rate_before,rate_after,impulse,energy_lost");
+    assert_eq!(lines[1], "0,left,closes,gap,,,,");
+    assert_eq!(lines.len(), report.events.len() + 1);
+    // Results without contacts have none.
+    let other = Scratch::new();
+    let text = BLOCK.replace("plane-contact", "point-in-plane").replace("params.rough = true", "");
+    let _ = try_run(&text, &["block.angular_velocity=[0, 0, 0]"], Some(other.path()));
+    assert!(!other.path().join(EVENTS_FILE).exists());
+}
+
+#[test]
+fn a_run_is_brought_back_with_its_contacts() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", BLOCK);
+    let start = || Session::open(&path, &options(&[], &[])).unwrap().prepare().unwrap().start().unwrap();
+    let mut whole = start();
+    whole.advance(1.0).unwrap();
+    let saved = whole.save().unwrap();
+    whole.advance(3.0).unwrap();
+    let mut again = start();
+    again.restore(&saved).unwrap();
+    again.advance(3.0).unwrap();
+    let of = |run: &odyn::session::Run<'_>| *run.samples().columns[0].last().unwrap();
+    assert_eq!(of(&whole).to_bits(), of(&again).to_bits());
+}
