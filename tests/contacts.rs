@@ -164,7 +164,7 @@ fn a_rocking_block_loses_what_housner_says() {
     for pair in all.windows(2) {
         assert_ne!(pair[0].element, pair[1].element);
         assert!((pair[1].rates[0] / pair[0].rates[0] - ratio).abs() < 1e-8, "{pair:?}");
-        assert_eq!(pair[0].rates[1].abs() < 1e-12, true);
+        assert!(pair[0].rates[1].abs() < 1e-12);
     }
     // Each time one corner closes, the other opens.
     let switches = report.events.iter().filter(|event| event.kind != EventKind::Impact && event.time > 0.0);

@@ -131,7 +131,10 @@ enum {
     ODYN_OUT_POSE_ROTATION = 12, /* 3 row + column of the rotation frame 1 -> frame 0 */
     /* Row on velocities of a joint, numbered with the others: zero when it holds, linear in the velocities. Contract 1.2. */
     ODYN_OUT_VELOCITY_ROW = 13,
-    ODYN_OUT_SAMPLE_PERIOD = 14 /* 0; s, a constant: memory changes at its whole multiples only. Contract 1.2. */
+    ODYN_OUT_SAMPLE_PERIOD = 14, /* 0; s, a constant: memory changes at its whole multiples only. Contract 1.2. */
+    /* The row is unilateral: never negative, it only pushes; a constant, the coefficient of restitution. Contract 1.2. */
+    ODYN_OUT_UNILATERAL = 15,
+    ODYN_OUT_STICKS_WITH = 16 /* The row holds only while that unilateral row is closed; a constant, its number. Contract 1.2. */
 };
 
 /* Continuation of a table outside its points, plus what it is between them (hosts of contract 1.0 know splines only). */
@@ -571,6 +574,14 @@ static inline void odyn_row(odyn_tape o, uint32_t row, odyn_value value) { odyn_
 /* A row on velocities: rolling without slip, a blade. */
 static inline void odyn_velocity_row(odyn_tape o, uint32_t row, odyn_value value) {
     odyn_result(o, ODYN_OUT_VELOCITY_ROW, row, value);
+}
+/* A row that only pushes: a contact, a stop, a freewheel. */
+static inline void odyn_unilateral(odyn_tape o, uint32_t row, double restitution) {
+    odyn_result(o, ODYN_OUT_UNILATERAL, row, odyn_constant(o, restitution));
+}
+/* A row that holds only while the unilateral row `with` is closed. */
+static inline void odyn_sticks_with(odyn_tape o, uint32_t row, uint32_t with) {
+    odyn_result(o, ODYN_OUT_STICKS_WITH, row, odyn_constant(o, (double)with));
 }
 /* The element samples: its memory changes at the start and at whole multiples of the period only. */
 static inline void odyn_sample_period(odyn_tape o, double period) {

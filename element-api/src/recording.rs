@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::descriptor::Kind;
 use crate::scalar::Scalar;
-use crate::table::{Outside, Table};
+use crate::table::Table;
 
 /// One operation: a code and up to four arguments. What the arguments are depends on the code, see [`Op`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -486,26 +486,5 @@ impl Recording {
     #[must_use]
     pub fn output(&self, role: Role) -> Option<u32> {
         self.outputs.iter().find(|o| o.role == role).map(|o| o.node)
-    }
-}
-
-impl Outside {
-    /// The form that crosses the interface.
-    #[must_use]
-    pub fn encode(self) -> u32 {
-        match self {
-            Self::Clamped => 0,
-            Self::Periodic => 1,
-        }
-    }
-
-    /// The continuation behind its number.
-    #[must_use]
-    pub fn decode(code: u32) -> Option<Self> {
-        match code {
-            0 => Some(Self::Clamped),
-            1 => Some(Self::Periodic),
-            _ => None,
-        }
     }
 }

@@ -29,6 +29,27 @@ pub enum Outside {
     Periodic,
 }
 
+impl Outside {
+    /// The form that crosses the interface.
+    #[must_use]
+    pub fn encode(self) -> u32 {
+        match self {
+            Self::Clamped => 0,
+            Self::Periodic => 1,
+        }
+    }
+
+    /// The continuation behind its number.
+    #[must_use]
+    pub fn decode(code: u32) -> Option<Self> {
+        match code {
+            0 => Some(Self::Clamped),
+            1 => Some(Self::Periodic),
+            _ => None,
+        }
+    }
+}
+
 /// A jump of a derivative counts from this part of the terms that it is the difference of; below, it is round-off.
 const ROUND_OFF: f64 = 1e-10;
 

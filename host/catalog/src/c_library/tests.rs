@@ -91,6 +91,8 @@ fn numbers_of_the_header_are_those_of_the_contract() {
         ("POSE_ROTATION", Role::PoseRotation(0)),
         ("VELOCITY_ROW", Role::VelocityResidual(0)),
         ("SAMPLE_PERIOD", Role::SamplePeriod),
+        ("UNILATERAL", Role::Unilateral(0)),
+        ("STICKS_WITH", Role::SticksWith(0)),
     ] {
         expect(&format!("ODYN_OUT_{name}"), role.encode().0);
     }

@@ -142,6 +142,14 @@ pub enum AnalysisError {
         /// Its value, m or rad.
         value: f64,
     },
+    /// A step that did not end where a contact closed.
+    #[error("`{row}` is unilateral, and is {value:.3e} (SI units) after a step that should have ended where it closes")]
+    Passed {
+        /// Element and row.
+        row: String,
+        /// Its value, m or rad; its rate, if it is a row on velocities.
+        value: f64,
+    },
     /// A contact that other joints drive on.
     #[error("`{row}` closes, but joints and drivers determine how it moves, and nothing can give way")]
     Jammed {

@@ -11,6 +11,7 @@ use element_api::recording::{Input, Role};
 use odyn_graph::{Below, Graph, Node, Program, Seeds, V3, derivatives, derivatives_among, import};
 
 use super::acting::Stored;
+use super::contacts::Contact;
 use super::coupling::CoupledInput;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
@@ -51,19 +52,6 @@ pub struct Row {
     pub jacobian: Vec<(usize, Node)>,
     /// Whether it constrains velocities and leaves positions free.
     pub of_velocities: bool,
-}
-
-/// A row that only pushes: its value, of a row on velocities its rate, is never negative.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Contact {
-    /// Its number among all rows.
-    pub row: usize,
-    /// Coefficient of restitution.
-    pub restitution: f64,
-    /// Whether it is a row on velocities.
-    pub of_velocities: bool,
-    /// Rows that hold while it is closed.
-    pub sticking: Vec<usize>,
 }
 
 /// What a force element does to one of its frames, at the frame's origin, ground axes.
@@ -131,13 +119,6 @@ pub struct Equations {
     pub(super) of_rows: OnceLock<Program>,
 }
 
-impl Contact {
-    /// The row, then those that hold while it is closed.
-    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
-        std::iter::once(self.row).chain(self.sticking.iter().copied())
-    }
-}
-
 impl Equations {
     /// Writes down the equations of a model.
     #[must_use]
@@ -197,44 +178,6 @@ impl Equations {
             nodes.extend(rows().map(|row| row.time));
             Program::compile(&self.graph, &nodes)
         })
-    }
-
-    /// The rows that are enforced, ascending: all but those of open contacts.
-    pub fn enforced(&self) -> impl Iterator<Item = usize> + Clone + '_ {
-        (0..self.rows.len()).filter(|row| self.is_enforced(*row))
-    }
-
-    /// Whether a row is.
-    #[must_use]
-    pub fn is_enforced(&self, row: usize) -> bool {
-        self.open.binary_search(&row).is_err()
-    }
-
-    /// The value of a contact; of a row on velocities its rate.
-    pub fn stop_of(&mut self, contact: &Contact, layout: &Layout) -> Node {
-        let row = self.rows[contact.row].clone();
-        if !row.of_velocities {
-            return row.value;
-        }
-        let g = &mut self.graph;
-        let mut rate = row.time;
-        for (column, slope) in row.jacobian {
-            let velocity = g.input(layout.body_slot(column / 6, 7 + column % 6));
-            let part = g.mul(slope, velocity);
-            rate = g.add(rate, part);
-        }
-        rate
-    }
-
-    /// The same equations with these contacts closed, by their number, and the others open.
-    #[must_use]
-    pub fn with_closed(&self, closed: &[usize]) -> Self {
-        let mut equations = self.clone();
-        equations.of_rows = OnceLock::new();
-        let open = self.contacts.iter().enumerate().filter(|(number, _)| !closed.contains(number));
-        equations.open = open.flat_map(|(_, contact)| contact.rows()).collect();
-        equations.open.sort_unstable();
-        equations
     }
 
     /// Notes a part of the power that is no heat.
@@ -349,21 +292,6 @@ impl Equations {
         self.rows.extend(rows);
     }
 
-    /// The unilateral rows of a joint whose rows begin at `first`.
-    fn add_contacts(&mut self, element: &Instance, first: usize) {
-        let recording = &element.recording;
-        for (k, number) in element.rows.iter().enumerate() {
-            let Some(restitution) = recording.restitution(*number as u32) else { continue };
-            let sticks = |other: &usize| recording.sticks_with(*other as u32) == Some(*number as u32);
-            let others = element.rows.iter().enumerate().filter(|(_, other)| sticks(other));
-            let sticking = others.map(|(k, _)| first + k).collect();
-            let of_velocities = recording.output(Role::VelocityResidual(*number as u32)).is_some();
-            self.contacts.push(Contact { row: first + k, restitution, of_velocities, sticking });
-        }
-        self.open = self.contacts.iter().flat_map(|contact| contact.rows().collect::<Vec<_>>()).collect();
-        self.open.sort_unstable();
-    }
-
     /// Derivatives of recorded functions along each coordinate of the bodies they may depend on.
     pub(super) fn traced_rows(&mut self, values: &[Node], bodies: &[usize]) -> Vec<Row> {
         let mut jacobian: Vec<Vec<(usize, Node)>> = vec![Vec::new(); values.len()];
@@ -411,49 +339,6 @@ impl Equations {
         rows
     }
 
-    /// A velocity row of a joint with all velocities zero.
-    fn at_rest(
-        &mut self,
-        index: usize,
-        element: &Instance,
-        frames: &[FrameNodes],
-        layout: &Layout,
-        row: usize,
-    ) -> Node {
-        let still = |g: &mut Graph, input: Input| match input {
-            Input::Velocity { .. } | Input::AngularVelocity { .. } => g.constant(0.0),
-            _ => own_input(g, input, index, frames, layout),
-        };
-        let nodes = import(&mut self.graph, &element.recording, still);
-        let output = element.recording.output(Role::VelocityResidual(row as u32));
-        output.map_or_else(|| self.graph.constant(f64::NAN), |at| nodes[at as usize])
-    }
-
-    /// The row for a function c = a . v + b, with b: its derivatives along the rates of coordinates, and -dc/dt with all
-    /// accelerations zero.
-    fn row_of_velocities(&mut self, rate: Node, at_rest: Node, bodies: &[usize]) -> Row {
-        let columns = self.form.columns();
-        let one = self.graph.constant(1.0);
-        let mut jacobian = Vec::new();
-        for body in bodies {
-            let nodes = &self.bodies[*body];
-            let velocities: Vec<Node> = match self.form {
-                Form::Working => nodes.v.into_iter().chain(nodes.w).collect(),
-                Form::Reference => nodes.v.into_iter().chain(nodes.p_rate).collect(),
-            };
-            for (k, velocity) in velocities.into_iter().enumerate() {
-                let slope = derivatives(&mut self.graph, &[rate], &Seeds::from_iter([(velocity, one)]))[0];
-                if !self.graph.is_zero(slope) {
-                    jacobian.push((columns * body + k, slope));
-                }
-            }
-        }
-        let seeds = self.motion_seeds(bodies);
-        let change = derivatives(&mut self.graph, &[rate], &seeds)[0];
-        let value = self.graph.constant(0.0);
-        Row { value, time: at_rest, gamma: self.graph.neg(change), jacobian, of_velocities: true }
-    }
-
     /// The direction of one coordinate of a body.
     fn coordinate_seeds(&mut self, body: usize, k: usize) -> Seeds {
         let nodes = &self.bodies[body];
@@ -474,7 +359,7 @@ impl Equations {
     }
 
     /// The direction of the motion: every derivative with respect to time that is not an acceleration.
-    fn motion_seeds(&mut self, bodies: &[usize]) -> Seeds {
+    pub(super) fn motion_seeds(&mut self, bodies: &[usize]) -> Seeds {
         let mut seeds = Seeds::default();
         let time = self.graph.input(Layout::TIME);
         seeds.insert(time, self.graph.constant(1.0));

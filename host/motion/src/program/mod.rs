@@ -13,6 +13,8 @@
 //! | `kinematics.rs` | bodies and frames |
 //! | `opaque.rs` | elements called at run time |
 //! | `equations.rs` | bodies and joints: rows, Jacobians, gamma, loads, energies |
+//! | `velocity_rows.rs` | rows on velocities |
+//! | `contacts.rs` | unilateral rows, and which rows are enforced |
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `joint.rs` | the equations of motion in the coordinates of joints |
@@ -30,6 +32,7 @@
 mod acting;
 mod articulated;
 mod carry;
+mod contacts;
 mod coupling;
 mod equations;
 mod joint;
@@ -43,6 +46,7 @@ mod sharp;
 mod spatial;
 mod switches;
 mod turned_rows;
+mod velocity_rows;
 
 #[cfg(test)]
 mod tests;
@@ -53,8 +57,9 @@ pub use odyn_graph::{
 };
 
 pub use articulated::Articulated;
+pub use contacts::Contact;
 pub use coupling::{CoupledInput, Dependence};
-pub use equations::{Contact, ElementEquations, Equations, Form, FrameLoad, Row};
+pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use projection::Projecting;

@@ -23,6 +23,7 @@
 //! | `place.rs` | where a run begins: at the end of another, or at a checkpoint |
 //! | `prepared.rs` | a scene with everything that is chosen before time starts |
 //! | `run.rs` | a scene in motion, and the one loop that steps it |
+//! | `modes.rs` | the equations for a choice of closed contacts; contacts met at an instant |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `guards.rs` | what is watched throughout every step |
 //! | `tier.rs` | when programs turn into machine code |

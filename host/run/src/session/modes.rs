@@ -34,6 +34,15 @@ impl Session {
         Err(SessionError::one(&self.scene.source, diagnostic.help(help)))
     }
 
+    /// The unilateral rows, each with its element.
+    pub(super) fn contact_names(&self) -> Vec<String> {
+        let name = |contact: &crate::program::Contact| {
+            let (element, k) = self.plan.layout.element_of_row(contact.row);
+            self.model.elements[element].row_name(k)
+        };
+        self.equations.contacts.iter().map(name).collect()
+    }
+
     /// Why contacts do not let a run start, with the place of the element.
     pub(super) fn bad_contact(&self, error: &AnalysisError) -> SessionError {
         let AnalysisError::Penetrates { element, .. } = error else {

@@ -172,15 +172,6 @@ impl Session {
         }
     }
 
-    /// The unilateral rows, each with its element.
-    fn contact_names(&self) -> Vec<String> {
-        let name = |contact: &crate::program::Contact| {
-            let (element, k) = self.plan.layout.element_of_row(contact.row);
-            self.model.elements[element].row_name(k)
-        };
-        self.equations.contacts.iter().map(name).collect()
-    }
-
     fn non_unique(&self) -> Vec<NonUnique> {
         let mut list = Vec::new();
         for reaction in self.plan.reactions.iter().filter(|r| !r.is_unique()) {

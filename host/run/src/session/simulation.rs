@@ -3,6 +3,7 @@
 mod contacts;
 mod floor;
 mod memory;
+mod part;
 mod picture;
 mod system;
 mod watch;
@@ -10,6 +11,7 @@ mod watch;
 pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
 use self::floor::Floor;
+use self::part::Part;
 use self::picture::Picture;
 use self::watch::RowValues;
 use super::clocks::Clocks;
@@ -57,92 +59,6 @@ impl Heat {
 /// Whether constraints depend on time and do work.
 fn is_driven(equations: &Equations) -> bool {
     equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
-}
-
-/// A program, and whether accelerations or multipliers must be known for it.
-struct Part {
-    evaluator: Evaluator,
-    needs_dynamics: bool,
-    /// Whether it takes the inputs of the formulation, not those of the working form.
-    own: bool,
-    /// The same with accelerations and multipliers found by the formulation itself, where it can; what it could not do last is
-    /// done by way of the working form.
-    solved: Option<Box<SolvedProgram>>,
-    is_solved: bool,
-    /// How well the accelerations and multipliers that it took last meet the equations of motion.
-    imbalance: Imbalance,
-}
-
-impl Part {
-    fn new(equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
-        let evaluator = Evaluator::new(&equations.graph, nodes);
-        let needs_dynamics = evaluator.program().uses_inputs(layout.acceleration_slot()..layout.inputs());
-        Self { needs_dynamics, ..Self::of(evaluator, false) }
-    }
-
-    /// One that no accelerations or multipliers must be known for.
-    fn of(evaluator: Evaluator, own: bool) -> Self {
-        let imbalance = Imbalance::default();
-        Self { evaluator, needs_dynamics: false, own, solved: None, is_solved: false, imbalance }
-    }
-
-    /// In the coordinates of the formulation, where that can be.
-    fn near(formulation: &dyn Formulation, equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
-        match formulation.own_program(equations, nodes) {
-            Some(evaluator) => Self::of(evaluator, true),
-            None => {
-                let mut part = Self::new(equations, nodes, layout);
-                if part.needs_dynamics {
-                    part.solved = formulation.solved_program(equations, nodes).map(Box::new);
-                }
-                part
-            }
-        }
-    }
-
-    fn used(&mut self) -> impl Iterator<Item = Used<'_>> {
-        let spare = self.solved.is_some();
-        std::iter::once(self.evaluator.used(spare)).chain(self.solved.iter_mut().map(|solved| solved.used()))
-    }
-
-    /// What came out last.
-    fn outputs(&self) -> &[f64] {
-        match &self.solved {
-            Some(solved) if self.is_solved => solved.outputs(),
-            _ => self.evaluator.outputs(),
-        }
-    }
-
-    fn run(&mut self, inputs: &[f64], sets: &[Box<dyn element_api::ElementSet>]) -> Result<&[f64], AnalysisError> {
-        self.evaluator.run(inputs, sets)
-    }
-
-    /// Its results at a state; `inputs` is room for those of the working form.
-    fn at(
-        &mut self,
-        formulation: &mut dyn Formulation,
-        inputs: &mut Vec<f64>,
-        t: f64,
-        state: &[f64],
-    ) -> Result<&[f64], AnalysisError> {
-        self.is_solved = false;
-        if let Some(solved) = &mut self.solved
-            && let Some(imbalance) = formulation.run_solved(t, state, solved)?
-        {
-            (self.imbalance, self.is_solved) = (imbalance, true);
-            return Ok(self.outputs());
-        }
-        if self.needs_dynamics || !self.own {
-            inputs.clear();
-            let observed = formulation.observe(t, state, self.needs_dynamics)?;
-            inputs.extend_from_slice(observed.inputs);
-            self.imbalance = observed.imbalance;
-        }
-        if self.own {
-            return formulation.run_own(t, state, &mut self.evaluator);
-        }
-        self.evaluator.run(inputs, formulation.sets())
-    }
 }
 
 /// An opaque instance that is told about accepted steps.

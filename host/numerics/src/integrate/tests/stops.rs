@@ -56,7 +56,7 @@ fn they_end_there_to_round_off() {
         let expected = 2.0 - 3.0_f64.sqrt();
         assert!(stopped && (t - expected).abs() < 1e-12 && (y - 1.0).abs() < 1e-12, "{method}: {t} {y}");
         // None of them.
-        assert_eq!(end_of(method, 0.5, 0.0, 0.9).2, false, "{method}");
+        assert!(!end_of(method, 0.5, 0.0, 0.9).2, "{method}");
     }
 }
 

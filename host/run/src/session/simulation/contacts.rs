@@ -16,6 +16,8 @@ const LEAST_TOUCHING: f64 = 1e-12;
 const LOW: f64 = 1e-10;
 /// How deep a contact may be at the start, as a share of the size of the scene.
 const DEEP: f64 = 1e-9;
+/// The same after a step, beyond which it was not seen that a contact closed.
+const PASSED: f64 = 1e-6;
 /// Rounds of impacts and contacts that close at one instant.
 const MOST_ROUNDS: usize = 50;
 /// Share of the reactions of closed contacts below which one is none.
@@ -135,6 +137,24 @@ impl Simulation<'_> {
         }
         for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {
             *value = (*value - level) / size;
+        }
+        Ok(())
+    }
+
+    /// Fails where an open contact is on the wrong side after a step, whatever the method should have done.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Passed`].
+    pub(super) fn watch_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        let values = touch.open.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+        let (length, speed) = (self.scales.length, self.scales.speed_scale());
+        for (k, (value, contact)) in values.iter().zip(touch.contacts.contacts()).enumerate() {
+            let size = if contact.of_velocities { speed } else { length };
+            let value = *value;
+            if value < -PASSED * size && !touch.closed.contains(&k) {
+                return Err(AnalysisError::Passed { row: touch.name(k), value });
+            }
         }
         Ok(())
     }

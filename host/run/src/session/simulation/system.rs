@@ -237,6 +237,7 @@ impl System for Simulation<'_> {
     fn accept(&mut self, t: f64, y: &mut [f64]) -> Result<Accepted, Failure> {
         self.remedies = self.formulation.counters().remedies();
         self.watch(t, y).map_err(failure)?;
+        self.watch_contacts(t, y).map_err(failure)?;
         self.remember(t, y).map_err(failure)
     }
 

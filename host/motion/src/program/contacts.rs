@@ -1,0 +1,85 @@
+//! [`Contact`]: rows that only push, and which rows are enforced.
+
+use std::sync::OnceLock;
+
+use element_api::recording::Role;
+use odyn_graph::Node;
+
+use super::equations::Equations;
+use crate::model::Instance;
+use crate::plan::Layout;
+
+/// A row that only pushes: its value, of a row on velocities its rate, is never negative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// Its number among all rows.
+    pub row: usize,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Whether it is a row on velocities.
+    pub of_velocities: bool,
+    /// Rows that hold while it is closed.
+    pub sticking: Vec<usize>,
+}
+
+impl Contact {
+    /// The row, then those that hold while it is closed.
+    pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::once(self.row).chain(self.sticking.iter().copied())
+    }
+}
+
+impl Equations {
+    /// The rows that are enforced, ascending: all but those of open contacts.
+    pub fn enforced(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.rows.len()).filter(|row| self.is_enforced(*row))
+    }
+
+    /// Whether a row is.
+    #[must_use]
+    pub fn is_enforced(&self, row: usize) -> bool {
+        self.open.binary_search(&row).is_err()
+    }
+
+    /// The value of a contact; of a row on velocities its rate.
+    pub fn stop_of(&mut self, contact: &Contact, layout: &Layout) -> Node {
+        let row = self.rows[contact.row].clone();
+        if !row.of_velocities {
+            return row.value;
+        }
+        let g = &mut self.graph;
+        let mut rate = row.time;
+        for (column, slope) in row.jacobian {
+            let velocity = g.input(layout.body_slot(column / 6, 7 + column % 6));
+            let part = g.mul(slope, velocity);
+            rate = g.add(rate, part);
+        }
+        rate
+    }
+
+    /// The same equations with these contacts closed, by their number, and the others open.
+    #[must_use]
+    pub fn with_closed(&self, closed: &[usize]) -> Self {
+        let mut equations = self.clone();
+        equations.of_rows = OnceLock::new();
+        let open = self.contacts.iter().enumerate().filter(|(number, _)| !closed.contains(number));
+        equations.open = open.flat_map(|(_, contact)| contact.rows()).collect();
+        equations.open.sort_unstable();
+        equations
+    }
+
+    /// The unilateral rows of a joint whose rows begin at `first`.
+    pub(super) fn add_contacts(&mut self, element: &Instance, first: usize) {
+        let recording = &element.recording;
+        for (k, number) in element.rows.iter().enumerate() {
+            let Some(restitution) = recording.restitution(*number as u32) else { continue };
+            let sticks = |other: &usize| recording.sticks_with(*other as u32) == Some(*number as u32);
+            let others = element.rows.iter().enumerate().filter(|(_, other)| sticks(other));
+            let sticking = others.map(|(k, _)| first + k).collect();
+            let of_velocities = recording.output(Role::VelocityResidual(*number as u32)).is_some();
+            self.contacts.push(Contact { row: first + k, restitution, of_velocities, sticking });
+        }
+        self.open = self.contacts.iter().flat_map(|contact| contact.rows().collect::<Vec<_>>()).collect();
+        self.open.sort_unstable();
+    }
+}
