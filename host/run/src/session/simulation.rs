@@ -18,9 +18,7 @@ use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
 use super::tier::Tier;
-use crate::analysis::{
-    AnalysisError, Assembly, Constraints, Counters, Evaluator, Formulation, Imbalance, Scales, SolvedProgram,
-};
+use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Scales};
 use crate::model::{Model, Thin};
 use crate::plan::Layout;
 use crate::program::{Equations, MachineError, Node, Used};
