@@ -16,6 +16,7 @@ pub(crate) mod signals;
 mod strands;
 mod surfaces;
 mod tables;
+mod unilateral;
 mod vocabulary;
 
 use crate::prelude::*;

@@ -90,6 +90,24 @@ impl Events {
         Ok(())
     }
 
+    /// Puts all in the order of their times: those of islands come as these go on.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn finish(&mut self) -> Result<(), ResultsError> {
+        self.list.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let Some(path) = &self.file else { return Ok(()) };
+        let text = std::fs::read_to_string(path).map_err(|cause| ResultsError::write(path, cause))?;
+        let time = |line: &&str| line.split(',').next().and_then(|word| word.parse::<f64>().ok());
+        let mut lines: Vec<&str> = text.lines().skip(1).collect();
+        if lines.is_sorted_by(|a, b| time(a) <= time(b)) {
+            return Ok(());
+        }
+        lines.sort_by(|a, b| time(a).partial_cmp(&time(b)).unwrap_or(std::cmp::Ordering::Equal));
+        let text: String = std::iter::once(HEADER).chain(lines).map(|line| format!("{line}\n")).collect();
+        super::replace(path, text.as_bytes(), false)
+    }
+
     /// Takes one more.
     ///
     /// # Errors

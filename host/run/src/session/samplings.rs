@@ -79,6 +79,7 @@ impl Samplings {
         summary: &mut Summary,
         end: Option<&Restart>,
     ) -> Result<(), ResultsError> {
+        self.events.finish()?;
         let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
         if let Some(end) = end {
             end.write(path)?;
