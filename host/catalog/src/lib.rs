@@ -75,7 +75,7 @@ pub use error::{CatalogError, fault_code};
 #[cfg(feature = "abi")]
 pub use file::{read_manifest, scan};
 #[cfg(all(unix, feature = "glass"))]
-pub use glass::{put_up_glass, record_if_asked};
+pub use glass::{farewell, put_up_glass, record_if_asked};
 pub use hash::{sha256, sha256_of};
 #[cfg(feature = "abi")]
 pub use package::{ENDING, INFO_FILE, PackageInfo, target};

@@ -100,13 +100,16 @@ pub(crate) fn main() -> ExitCode {
     }
     let json = arguments.command.wants_json();
     terminal::reserve_output();
-    match dispatch(&arguments.command) {
+    let code = match dispatch(&arguments.command) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             failure.tell(json);
             ExitCode::from(failure.exit)
         }
-    }
+    };
+    #[cfg(unix)]
+    odyn::catalog::farewell();
+    code
 }
 
 /// Ends the program at once, from any thread.

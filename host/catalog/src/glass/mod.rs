@@ -39,6 +39,7 @@ use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 use kept::Kept;
 use message::{Opening, Request};
 use odyn_diagnostics::{Code, codes};
+pub use process::farewell;
 use process::{Gone, Process};
 pub use recorder::record_if_asked;
 use serde::de::DeserializeOwned;

@@ -120,7 +120,8 @@ impl Process {
         let watched = Arc::downgrade(&state);
         thread::Builder::new().name("odyn glass".into()).spawn(move || watch(&watched))?;
         let library = library.to_string();
-        thread::Builder::new().name("odyn prints".into()).spawn(move || pass_on(&library, prints))?;
+        let prints = thread::Builder::new().name("odyn prints".into()).spawn(move || pass_on(&library, prints))?;
+        lock(&PRINTS).push((Arc::downgrade(&state), prints));
         Ok(Self { state, pipes: Mutex::new(Pipes { to, from, buffer: Vec::new(), gone: None }) })
     }
 
@@ -177,6 +178,26 @@ impl Drop for Process {
         let mut child = lock(&self.state.child);
         kill(&mut child);
         let _ = child.wait();
+    }
+}
+
+/// The threads that pass on what processes print, and these.
+static PRINTS: Mutex<Vec<(Weak<State>, thread::JoinHandle<()>)>> = Mutex::new(Vec::new());
+
+/// Ends all processes, and waits until what they printed is passed on; to be called where the program ends.
+pub fn farewell() {
+    let all = std::mem::take(&mut *lock(&PRINTS));
+    for (state, _) in &all {
+        if let Some(state) = state.upgrade() {
+            let mut child = lock(&state.child);
+            kill(&mut child);
+            let _ = child.wait();
+        }
+    }
+    // Somebody else may hold a pipe, where the system lets a library start processes.
+    let begin = Instant::now();
+    while all.iter().any(|(_, prints)| !prints.is_finished()) && begin.elapsed() < LAST_MOMENTS {
+        thread::sleep(Duration::from_micros(50));
     }
 }
 
