@@ -58,6 +58,14 @@ pub struct Gap {
     pub of_velocities: bool,
 }
 
+impl Gap {
+    /// Whether it closes, where speeds are of this size.
+    #[must_use]
+    pub fn approaches(&self, speed: f64) -> bool {
+        self.rate < -NO_SPEED * speed * self.size
+    }
+}
+
 /// What happened to a contact in an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strike {

@@ -91,6 +91,26 @@ impl Session {
 }
 
 impl Run<'_> {
+    /// What the scene gives is seen before contacts strike at once.
+    pub(super) fn sample_before_contacts(&mut self) -> Result<(), IntegrateError> {
+        let due = |run: &Self| run.sample_times.get(run.system.samples()) == Some(&run.time);
+        if !self.system.has_contacts() || !due(self) {
+            return Ok(());
+        }
+        let strikes = self.system.strikes_at(self.time, &self.state);
+        if strikes.map_err(|error| self.system_error(error))? {
+            while due(self) {
+                self.system.sample_now(self.time, &self.state)?;
+                self.counters.samples += 1;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn system_error(&self, error: AnalysisError) -> IntegrateError {
+        IntegrateError::System { t: self.time, cause: Box::new(error) }
+    }
+
     /// Lets contacts that touch strike, close and open, before the first step and where one ended for them. `None`: on with the
     /// next step.
     pub(super) fn meet_contacts(&mut self) -> Result<Option<Status>, IntegrateError> {

@@ -120,9 +120,9 @@ pub struct Run<'a> {
     pub(super) time: f64,
     options: Options,
     /// All times at which samples are wanted, s.
-    sample_times: Vec<f64>,
+    pub(super) sample_times: Vec<f64>,
     /// Work of all integrations so far.
-    counters: integrate::Counters,
+    pub(super) counters: integrate::Counters,
     /// How the last one ended.
     outcome: Result<Status, IntegrateError>,
     /// The method does not go on from the start, or something has changed since.
@@ -230,15 +230,11 @@ impl<'a> Run<'a> {
 
     fn integrate(&mut self, to: f64) -> Result<Status, IntegrateError> {
         if self.interrupted {
-            let failed = |error: AnalysisError| IntegrateError::System { t: self.time, cause: Box::new(error) };
-            self.system.begin_anew(self.time, &self.state).map_err(failed)?;
+            let begun = self.system.begin_anew(self.time, &self.state);
+            begun.map_err(|error| self.system_error(error))?;
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }
-        // What the scene gives is seen before contacts strike at once.
-        while self.system.has_contacts() && self.sample_times.get(self.system.samples()) == Some(&self.time) {
-            self.system.sample_now(self.time, &self.state)?;
-            self.counters.samples += 1;
-        }
+        self.sample_before_contacts()?;
         loop {
             if self.system.has_contacts()
                 && let Some(ended) = self.meet_contacts()?
@@ -253,8 +249,10 @@ impl<'a> Run<'a> {
             self.options.steps_before += outcome.counters.steps + outcome.counters.rejected;
             self.counters += outcome.counters;
             match outcome.status {
-                Status::StoppedEarly { reason: StopReason::Event, .. } => {
-                    self.time = self.system.now();
+                Status::StoppedEarly { reason: StopReason::Event, t } => {
+                    // Beyond a jump of functions of time, where the last step ended before one.
+                    self.time = t;
+                    self.system.pass_to(t);
                     self.options.first_step = None;
                 }
                 status => return Ok(status),

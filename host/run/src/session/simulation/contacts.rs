@@ -183,6 +183,28 @@ impl Simulation<'_> {
         }
     }
 
+    /// Whether contacts that touch at a state approach.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn strikes_at(&mut self, t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        let (near, speed) = (self.near(), self.speed());
+        let Some(touch) = &mut self.touch else { return Ok(false) };
+        let gaps = touch.contacts.look(&inputs, &velocities(&self.layout, &inputs), self.formulation.sets())?;
+        Ok(gaps.iter().any(|gap| (gap.of_velocities || depth(gap) <= near) && gap.approaches(speed)))
+    }
+
+    /// How far contacts may be apart and touch, m.
+    fn near(&self) -> f64 {
+        (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length
+    }
+
+    /// The size of speeds, m/s.
+    fn speed(&self) -> f64 {
+        self.scales.speed_scale().max(self.scales.spin_scale() * self.scales.length)
+    }
+
     /// What happens to the contacts at an accepted state: impacts change its velocities. Gives those that are closed from here on.
     ///
     /// # Errors
@@ -211,11 +233,12 @@ impl Simulation<'_> {
 
     fn settle(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
         let length = self.scales.length;
-        let near = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * length;
+        let near = self.near();
         let mut strikes: Vec<crate::analysis::Strike> = Vec::new();
         for _ in 0..MOST_ROUNDS {
             let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
             let mut v = velocities(&self.layout, &inputs);
+            let speed = self.speed();
             let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
             let gaps = touch.contacts.look(&inputs, &v, self.formulation.sets())?;
             let touching: Vec<usize> =
@@ -224,7 +247,6 @@ impl Simulation<'_> {
                 self.report_events(t, &strikes, &[], 0.0)?;
                 return Ok(Vec::new());
             }
-            let speed = self.scales.speed_scale().max(self.scales.spin_scale() * length);
             let mut meeting = touch.contacts.meeting(&touching, &v)?;
             meeting.strike_all(speed);
             let jammed = (0..touching.len()).find(|k| !meeting.gives_way(*k));

@@ -64,6 +64,11 @@ impl<'a> Simulation<'a> {
         self.now
     }
 
+    /// Is at a later time, where nothing else has changed.
+    pub(in crate::session) fn pass_to(&mut self, t: f64) {
+        self.now = t;
+    }
+
     /// Is at another time.
     pub(in crate::session) fn set_now(&mut self, t: f64) {
         self.now = t;
