@@ -356,3 +356,65 @@ fn a_run_is_brought_back_with_its_contacts() {
     let of = |run: &odyn::session::Run<'_>| *run.samples().columns[0].last().unwrap();
     assert_eq!(of(&whole).to_bits(), of(&again).to_bits());
 }
+
+/// A ball on the floor, lifted by a force that jumps in time.
+const LIFTED: &str = r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+
+[simulation]
+gravity = [0, 0, -10]
+t_end = 1
+output_step = 0.05
+
+[[body]]
+name = "ball"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+
+[[joint]]
+name = "floor"
+type = "plane-contact"
+bodies = ["ground", "ball"]
+frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [0, 0, 0] }]
+
+[[force]]
+name = "lift"
+type = "vector-force"
+bodies = ["ground", "ball"]
+params.z = "15 * max(0, min(1, (t - 0.5) * 1e30)) - 30 * max(0, min(1, (t - 0.7) * 1e30))"
+
+[[output]]
+name = "z"
+quantity = "position"
+of = "ball"
+component = "z"
+
+[[output]]
+name = "N"
+quantity = "reaction_force"
+of = "floor"
+on = "ball"
+component = "z"
+"#;
+
+#[test]
+fn a_force_that_jumps_opens_a_contact_at_once() {
+    let report = every_way_agrees(LIFTED, 1e-10);
+    let kinds: Vec<EventKind> = report.events.iter().map(|event| event.kind).collect();
+    assert_eq!(kinds, [EventKind::Closes, EventKind::Opens, EventKind::Impact, EventKind::Closes]);
+    // Upwards with 5 m/s^2 for 0.2 s, then with -25 m/s^2.
+    let struck = 0.7 + (1.0 + 6.0_f64.sqrt()) / 25.0;
+    assert!((report.events[1].time - 0.5).abs() < 1e-12 && (report.events[2].time - struck).abs() < 1e-12);
+    for (t, z) in report.times.iter().zip(column(&report, "z")) {
+        let flown = t - 0.7;
+        let expected = match *t {
+            t if t <= 0.5 => 0.0,
+            t if t <= 0.7 => 2.5 * (t - 0.5).powi(2),
+            t if t < struck => 0.1 + flown - 12.5 * flown * flown,
+            _ => 0.0,
+        };
+        assert!((z - expected).abs() < 1e-13, "{t}: {z}, expected {expected}");
+    }
+    assert!((column(&report, "N").last().unwrap() - 25.0).abs() < 1e-12);
+}

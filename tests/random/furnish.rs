@@ -157,9 +157,20 @@ impl Mechanism {
                     if kind == 3 {
                         let radius = if random.chance(0.5) { 0.0 } else { random.decades(-2.0, -1.0) };
                         i.origin = j.origin - i.axes.column(2) * (radius + random.decades(-2.0, 0.0));
-                        let rough = ("rough", random.chance(0.3).to_string());
+                        let is_rough = random.chance(0.3);
+                        let rough = ("rough", is_rough.to_string());
                         mechanism.part("joint", "plane-contact", &bodies, &[i, j]).params =
                             vec![restitution, ("radius", number(radius)), rough];
+                        if !is_rough && random.chance(0.5) {
+                            let name = mechanism.parts.last().map(|part| part.name.clone());
+                            let friction = mechanism.part("force", "contact-friction", &[], &[]);
+                            friction.of = name;
+                            friction.params = vec![
+                                ("radius", number(radius)),
+                                ("mu", number(random.between(0.05, 0.4))),
+                                ("transition_speed", number(random.decades(-2.0, -1.0))),
+                            ];
+                        }
                     } else if apart > 0.1 {
                         let share = 0.5 * apart * random.between(0.5, 0.98);
                         mechanism.part("joint", "ball-contact", &bodies, &[i, j]).params =

@@ -6,6 +6,7 @@ pub mod beam;
 pub mod bump_stop;
 pub mod bushing;
 mod contact;
+pub mod contact_friction;
 mod deformation;
 pub mod drag;
 pub mod field;
@@ -32,6 +33,7 @@ element_api::export_plugin! {
         bushing::Bushing,
         field::Field,
         joint_friction::JointFriction,
+        contact_friction::ContactFriction,
         bump_stop::BumpStop,
         rotational_bump_stop::RotationalBumpStop,
         translational_actuator::TranslationalActuator,

@@ -16,7 +16,7 @@
 //! when the plane would have to pull.
 //!
 //! With `rough` the contact point does not slide while it is closed, nor during an impact: the limit of much friction. Otherwise
-//! the contact is smooth; a friction force that takes its reaction may be added.
+//! the contact is smooth; `contact-friction` takes its reaction and adds sliding friction.
 //!
 //! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Brogliato, Nonsmooth Mechanics, 2016.)
 //!

@@ -4,6 +4,7 @@ use element_api::testkit::{self, Probe, Random, Setting, on_common_axis};
 use element_api::{Reaction, Vec3};
 
 use super::{assert_close, ground, two_frames_turning_about_one_axis};
+use crate::contact_friction::ContactFriction;
 use crate::joint_friction::JointFriction;
 
 const ROTATION: &str = "kind = \"rotation\"\nmu = 0.1\nradius = 0.02\ntransition_speed = 0.01";
@@ -26,6 +27,29 @@ fn joint_friction_fulfils_the_contract() {
             setting
         });
     }
+}
+
+#[test]
+fn contact_friction_fulfils_the_contract() {
+    let params = "radius = 0.3\nmu = 0.4\ntransition_speed = 0.5";
+    testkit::check_force::<ContactFriction>(params);
+    testkit::check_internal::<ContactFriction>(params);
+}
+
+#[test]
+fn contact_friction_is_mu_times_the_normal_force_against_the_sliding() {
+    let probe = Probe::force::<ContactFriction>("radius = 0.5\nmu = 0.3\ntransition_speed = 0.01").expect("accepted");
+    let mut setting = Setting::at_rest(vec![ground(), on_common_axis(&ground(), 0.5, 0.0)]);
+    // The centre moves along x with 2, the contact point with 2 - 0.5 * 1.
+    setting.twists[1].velocity = Vec3::new(2.0, 0.0, 0.0);
+    setting.twists[1].angular_velocity = Vec3::new(0.0, 1.0, 7.0);
+    setting.reactions = vec![Reaction { force: Vec3::new(9.0, 9.0, 40.0), torque: Vec3::zeros() }];
+    let found = probe.force_values(&setting);
+    assert_close(found.forces[1].x, -0.3 * 40.0);
+    assert_close(found.forces[0].x, 0.3 * 40.0);
+    assert_close(found.torques[1].y, 0.5 * 0.3 * 40.0);
+    assert_close(found.channels[2], 1.5);
+    assert_close(found.dissipation.expect("given"), 0.3 * 40.0 * 1.5);
 }
 
 /// Frames at one place; the second turns and slides fast, and the joint pushes.

@@ -10,6 +10,7 @@ mod progressive_spring;
 mod propeller;
 mod rope;
 mod shaker;
+mod tether;
 mod thermostat;
 
 #[cfg(test)]
@@ -23,11 +24,12 @@ pub use progressive_spring::ProgressiveSpring;
 pub use propeller::Propeller;
 pub use rope::Rope;
 pub use shaker::Shaker;
+pub use tether::Tether;
 pub use thermostat::Thermostat;
 
 element_api::export_plugin! {
     about: "Elements that show one thing each",
-    joints: [Shaker, Differential],
+    joints: [Shaker, Differential, Tether],
     forces: [Maxwell, ProgressiveSpring, Rope, Propeller, Deadbeat],
     controls: [Lag, Thermostat],
 }

@@ -2,12 +2,13 @@
 
 use element_api::testkit::{check_control, check_force, check_joint};
 
-use crate::{Deadbeat, Differential, Lag, Maxwell, ProgressiveSpring, Propeller, Rope, Shaker, Thermostat};
+use crate::{Deadbeat, Differential, Lag, Maxwell, ProgressiveSpring, Propeller, Rope, Shaker, Tether, Thermostat};
 
 #[test]
 fn joints() {
     check_joint::<Shaker>("amplitude = 0.1\nfrequency = 0.2");
     check_joint::<Differential>("");
+    check_joint::<Tether>("length = 2.0\nrestitution = 0.5");
 }
 
 #[test]
