@@ -93,8 +93,8 @@ pub struct Meeting {
     pub work: f64,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
-    /// What each row's entry of Delassus' matrix would be if nothing else held the bodies.
-    free: Vec<f64>,
+    /// Whether the rows that always hold leave each row free.
+    free: Vec<bool>,
     /// Numbers of the rows among all.
     rows: Vec<usize>,
     /// Where each contact's rows begin; then their number.
@@ -140,12 +140,11 @@ impl Contacts {
         let gap = |contact: &Contact| {
             let row = contact.row;
             let entries = self.row(row);
-            let square: f64 = entries.iter().map(|(column, slope)| (slope * self.unit(*column)).powi(2)).sum();
             let rate: f64 = entries.iter().map(|(column, slope)| slope * velocities[*column]).sum();
             Gap {
                 value: self.rows.function(0)[row],
                 rate: rate + self.rows.function(1)[row],
-                size: if square > 0.0 { square.sqrt() } else { 1.0 },
+                size: self.size(&entries),
                 of_velocities: contact.of_velocities,
             }
         };
@@ -169,6 +168,12 @@ impl Contacts {
 
     fn unit(&self, column: usize) -> f64 {
         if column % 6 < 3 { 1.0 } else { 1.0 / self.length }
+    }
+
+    /// Length of the gradient of a row, rotations taken on the length of the scene.
+    fn size(&self, entries: &[(usize, f64)]) -> f64 {
+        let square: f64 = entries.iter().map(|(column, slope)| (slope * self.unit(*column)).powi(2)).sum();
+        if square > 0.0 { square.sqrt() } else { 1.0 }
     }
 
     /// The Jacobian of a row where it was evaluated last.
@@ -212,21 +217,10 @@ impl Contacts {
         let dot = |entries: &[(usize, f64)], v: &[f64]| entries.iter().map(|(c, slope)| slope * v[*c]).sum::<f64>();
         let delassus = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(&jacobian[i], &responses[j]));
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
-        let size = |entries: &Vec<(usize, f64)>| {
-            let square: f64 = entries.iter().map(|(column, slope)| (slope * self.unit(*column)).powi(2)).sum();
-            if square > 0.0 { square.sqrt() } else { 1.0 }
-        };
-        let mut inertias = vec![0.0; n];
-        for ((row, column), value) in self.structure.mass.iter().zip(&self.mass) {
-            if row == column {
-                inertias[*row] = *value;
-            }
-        }
-        let free = |entries: &Vec<(usize, f64)>| entries.iter().map(|(c, slope)| slope * slope / inertias[*c]).sum();
         Ok(Meeting {
+            free: self.free(&mut solver, &values, &jacobian)?,
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
-            sizes: jacobian.iter().map(size).collect(),
-            free: jacobian.iter().map(free).collect(),
+            sizes: jacobian.iter().map(|entries| self.size(entries)).collect(),
             impulses: DVector::zeros(rows.len()),
             touching: touching.to_vec(),
             strikes: Vec::new(),
@@ -240,6 +234,30 @@ impl Contacts {
             times,
             jacobian,
         })
+    }
+}
+
+impl Contacts {
+    /// Whether the rows that always hold leave these free: a question of geometry, so all bodies have the same mass here.
+    fn free(
+        &self,
+        solver: &mut SparseFirst,
+        values: &[f64],
+        rows: &[Vec<(usize, f64)>],
+    ) -> Result<Vec<bool>, AnalysisError> {
+        let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
+        solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
+        solver.refactor(values)?;
+        let (still, mut multipliers) = (vec![0.0; self.always.len()], vec![0.0; self.always.len()]);
+        let (mut load, mut response) = (vec![0.0; self.structure.n], vec![0.0; self.structure.n]);
+        let mut is_free = |entries: &Vec<(usize, f64)>| {
+            load.fill(0.0);
+            entries.iter().for_each(|(column, slope)| load[*column] = *slope);
+            solver.solve(&load, &still, &mut response, &mut multipliers)?;
+            let left: f64 = entries.iter().map(|(column, slope)| slope * response[*column]).sum();
+            Ok(left > RANK_TOLERANCE * self.size(entries).powi(2))
+        };
+        rows.iter().map(&mut is_free).collect()
     }
 }
 
@@ -275,8 +293,7 @@ impl Meeting {
     /// Whether anything gives way to the k-th of them: not where other rows determine how it moves.
     #[must_use]
     pub fn gives_way(&self, k: usize) -> bool {
-        let row = self.first[k];
-        self.delassus[(row, row)] > RANK_TOLERANCE * self.free[row]
+        self.free[self.first[k]]
     }
 
     /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds.
