@@ -134,7 +134,11 @@ enum {
     ODYN_OUT_SAMPLE_PERIOD = 14, /* 0; s, a constant: memory changes at its whole multiples only. Contract 1.2. */
     /* The row is unilateral: never negative, it only pushes; a constant, the coefficient of restitution. Contract 1.2. */
     ODYN_OUT_UNILATERAL = 15,
-    ODYN_OUT_STICKS_WITH = 16 /* The row holds only while that unilateral row is closed; a constant, its number. Contract 1.2. */
+    ODYN_OUT_STICKS_WITH = 16, /* The row holds only while that unilateral row is closed; a constant, its number. Contract 1.2. */
+    /* The row on velocities holds up to this limit, N or N m, and slides beyond; of one that sticks with a unilateral row a share
+       of that row's reaction. Contract 1.2. */
+    ODYN_OUT_LIMIT = 30,
+    ODYN_OUT_SLIDES_WITH = 31 /* The row and that one have one limit, a circle; a constant, its number. Contract 1.2. */
 };
 
 /* Continuation of a table outside its points, plus what it is between them (hosts of contract 1.0 know splines only). */
@@ -582,6 +586,14 @@ static inline void odyn_unilateral(odyn_tape o, uint32_t row, double restitution
 /* A row that holds only while the unilateral row `with` is closed. */
 static inline void odyn_sticks_with(odyn_tape o, uint32_t row, uint32_t with) {
     odyn_result(o, ODYN_OUT_STICKS_WITH, row, odyn_constant(o, (double)with));
+}
+/* A row on velocities that holds up to a limit, and slides beyond: dry friction, a brake, a clutch. */
+static inline void odyn_limit(odyn_tape o, uint32_t row, odyn_value limit) {
+    odyn_result(o, ODYN_OUT_LIMIT, row, limit);
+}
+/* A row with a limit, and the row `with` that shares it: friction in a plane. */
+static inline void odyn_slides_with(odyn_tape o, uint32_t row, uint32_t with) {
+    odyn_result(o, ODYN_OUT_SLIDES_WITH, row, odyn_constant(o, (double)with));
 }
 /* The element samples: its memory changes at the start and at whole multiples of the period only. */
 static inline void odyn_sample_period(odyn_tape o, double period) {

@@ -109,6 +109,26 @@ pub trait Constraint: Element {
         None
     }
 
+    /// `[record]` For a row on velocities that holds only up to a limit (dry friction, a brake, a clutch): that limit, N or N m, not
+    /// negative; positions, velocities and time may go into it. Of a row that sticks with a unilateral row it is the share of that row's
+    /// reaction, the coefficient of friction. While the row sticks, its reaction is what holds it; where that reaches the limit,
+    /// it begins to slide: then the reaction is as large as the limit, against the velocity that the row has, until that is zero.
+    /// In an impact a share of the unilateral row's impulse is the limit of the row's; no other impulse comes from it. `None`: the
+    /// row holds whatever it takes. The joint has no mobility. Not for opaque elements. Contract 1.2.
+    ///
+    /// Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), ch. 5 and 8.
+    fn limit<S: Scalar>(&self, row: usize, at: &Motion<'_, S>) -> Option<S> {
+        let _ = (row, at);
+        None
+    }
+
+    /// `[create]` For a row with a limit: another row, without one of its own, that shares it. Both together hold up to it, as a
+    /// vector, and slide against their velocity: friction in a plane. Contract 1.2.
+    fn slides_with(&self, row: usize) -> Option<usize> {
+        let _ = row;
+        None
+    }
+
     /// `[record; hot when opaque]` The joint coordinates, one per entry of [`Constraint::COORDINATES`].
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
         let _ = (at, out);

@@ -291,6 +291,11 @@ pub enum Role {
     Unilateral(u32),
     /// The row holds only while the unilateral row of this number is closed; a constant. Contract 1.2.
     SticksWith(u32),
+    /// The row holds up to this limit, N or N m, not negative; of a row that sticks with a unilateral row, up to this share of that
+    /// row's reaction. Beyond it slides. Contract 1.2.
+    Limit(u32),
+    /// The row and the row of this number have one limit, a circle; a constant. Contract 1.2.
+    SlidesWith(u32),
 }
 
 impl Role {
@@ -315,6 +320,8 @@ impl Role {
             Self::SamplePeriod => (14, 0),
             Self::Unilateral(k) => (15, k),
             Self::SticksWith(k) => (16, k),
+            Self::Limit(k) => (30, k),
+            Self::SlidesWith(k) => (31, k),
         }
     }
 
@@ -339,6 +346,8 @@ impl Role {
             14 if k == 0 => Self::SamplePeriod,
             15 => Self::Unilateral(k),
             16 => Self::SticksWith(k),
+            30 => Self::Limit(k),
+            31 => Self::SlidesWith(k),
             _ => return None,
         })
     }
@@ -361,6 +370,8 @@ impl Role {
             | Self::VelocityResidual(_)
             | Self::Unilateral(_)
             | Self::SticksWith(_)
+            | Self::Limit(_)
+            | Self::SlidesWith(_)
             | Self::Coordinate(_)
             | Self::PosePosition(_)
             | Self::PoseRotation(_) => kind == Kind::Joint,
@@ -473,6 +484,19 @@ impl Recording {
     #[must_use]
     pub fn sticks_with(&self, row: u32) -> Option<u32> {
         self.constant(Role::SticksWith(row)).map(|other| other as u32)
+    }
+
+    /// The other row of a pair that has one limit.
+    #[must_use]
+    pub fn slides_with(&self, row: u32) -> Option<u32> {
+        self.constant(Role::SlidesWith(row)).map(|other| other as u32)
+    }
+
+    /// Numbers that the host keeps between steps for the rows with a limit: into which direction each slides.
+    #[must_use]
+    pub fn sliding_directions(&self) -> usize {
+        self.outputs.iter().filter(|output| matches!(output.role, Role::Limit(_))).count()
+            + self.outputs.iter().filter(|output| matches!(output.role, Role::SlidesWith(_))).count()
     }
 
     /// An output that is a constant.

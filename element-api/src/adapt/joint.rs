@@ -170,8 +170,10 @@ impl<T: Constraint> ElementSet for JointSet<T> {
         let unilateral =
             used.clone().filter_map(|row| Some((Role::Unilateral(row as u32), entry.element.unilateral(row)?)));
         let sticking =
-            used.filter_map(|row| Some((Role::SticksWith(row as u32), entry.element.sticks_with(row)? as f64)));
-        let switching: Vec<(Role, f64)> = unilateral.chain(sticking).collect();
+            used.clone().filter_map(|row| Some((Role::SticksWith(row as u32), entry.element.sticks_with(row)? as f64)));
+        let sliding =
+            used.clone().filter_map(|row| Some((Role::SlidesWith(row as u32), entry.element.slides_with(row)? as f64)));
+        let switching: Vec<(Role, f64)> = unilateral.chain(sticking).chain(sliding).collect();
         if T::OPAQUE && !switching.is_empty() {
             let message = "has unilateral rows, which an opaque element cannot have: let it be recorded".into();
             return Err(Fault { instance, message });
@@ -186,9 +188,9 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             let mut values = Vec::new();
             entry.values(&given, &mut values);
             forgotten = entry.used().find(|k| values[*k].is_none());
-            let used = entry.used().map(|k| values[k]);
+            let found = entry.used().map(|k| values[k]);
             let mut results: Vec<(Role, Recorded)> =
-                roles.zip(used).filter_map(|(role, value)| Some((role, value?))).collect();
+                roles.zip(found).filter_map(|(role, value)| Some((role, value?))).collect();
             let first = T::ROWS.len();
             let mut rates = vec![None; T::VELOCITY_ROWS.len()];
             entry.element.velocity_residual(&given.motion(), &mut Values::new(&mut rates, "velocity row"));
@@ -199,6 +201,8 @@ impl<T: Constraint> ElementSet for JointSet<T> {
                 }
             }
             results.extend(switching.iter().map(|(role, value)| (*role, Recorded::from(*value))));
+            let limit = |row: usize| Some((Role::Limit(row as u32), entry.element.limit(row, &given.motion())?));
+            results.extend(used.clone().filter_map(limit));
             results.extend(angle_outputs(&given));
             if let Some(count) = T::MOBILITY {
                 let q: Vec<Recorded> = (0..count).map(|k| input(Input::Coordinate(k as u32))).collect();

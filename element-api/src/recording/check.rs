@@ -39,9 +39,12 @@ impl Recording {
                 return Err(format!("{:?} refers to operation {}, which does not exist", output.role, output.node));
             }
             let (index, count) = match output.role {
-                Role::Residual(k) | Role::VelocityResidual(k) | Role::Unilateral(k) | Role::SticksWith(k) => {
-                    (k, limits.rows)
-                }
+                Role::Residual(k)
+                | Role::VelocityResidual(k)
+                | Role::Unilateral(k)
+                | Role::SticksWith(k)
+                | Role::Limit(k)
+                | Role::SlidesWith(k) => (k, limits.rows),
                 Role::Force(k) | Role::Torque(k) => (k, 3 * limits.frames),
                 Role::Angle(k) => (k, limits.angles),
                 Role::Coordinate(k) => (k, limits.coordinates),
@@ -73,6 +76,7 @@ impl Recording {
         }
         self.check_degrees()?;
         self.check_unilateral(limits, &given)?;
+        self.check_limits(limits, &given)?;
         if given(Role::SamplePeriod) && !self.sample_period().is_some_and(|period| period > 0.0) {
             return Err("the sampling period is not a positive constant".into());
         }
@@ -101,6 +105,39 @@ impl Recording {
             }
             if sticking && (unilateral || !self.sticks_with(k).is_some_and(|with| found(Role::Unilateral(with)))) {
                 return Err(format!("row {k} does not stick with a unilateral row"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Rows that hold up to a limit.
+    fn check_limits(&self, limits: &Limits, given: &impl Fn(Role) -> bool) -> Result<(), String> {
+        for k in 0..limits.rows as u32 {
+            let (limited, paired) = (given(Role::Limit(k)), given(Role::SlidesWith(k)));
+            if limited && (!given(Role::VelocityResidual(k)) || given(Role::Unilateral(k))) {
+                return Err(format!("row {k} has a limit, but is not a row on velocities that holds both ways"));
+            }
+            if limited && limits.mobility > 0 {
+                return Err("a joint with rows that hold up to a limit has no coordinates of its own".into());
+            }
+            let with = self.slides_with(k);
+            let same = |with: u32| {
+                with != k
+                    && given(Role::VelocityResidual(with))
+                    && !given(Role::Limit(with))
+                    && !given(Role::SlidesWith(with))
+                    && !given(Role::Unilateral(with))
+                    && self.sticks_with(with) == self.sticks_with(k)
+            };
+            if paired && !(limited && with.is_some_and(same)) {
+                return Err(format!(
+                    "row {k} slides with another, but has no limit, or the other one is not a row on velocities without a \
+                     limit that sticks with the same row"
+                ));
+            }
+            let second = |other: u32| with.is_some() && other != k && self.slides_with(other) == with;
+            if (0..limits.rows as u32).any(second) {
+                return Err(format!("row {k} slides with a row that slides with another one"));
             }
         }
         Ok(())

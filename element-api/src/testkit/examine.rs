@@ -321,7 +321,9 @@ impl<'a> Examination<'a> {
                 | Role::VelocityResidual(_)
                 | Role::SamplePeriod
                 | Role::Unilateral(_)
-                | Role::SticksWith(_) => continue,
+                | Role::SticksWith(_)
+                | Role::Limit(_)
+                | Role::SlidesWith(_) => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

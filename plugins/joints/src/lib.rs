@@ -15,11 +15,13 @@
 pub mod ball_contact;
 pub mod bracket;
 pub mod cam;
+pub mod clutch;
 pub mod constant_velocity;
 pub mod coupler;
 pub mod cylindrical;
 pub mod displacement_driver;
 pub mod distance_rod;
+pub mod dry_friction;
 pub mod freewheel;
 pub mod gear;
 pub mod ground;
@@ -78,6 +80,8 @@ element_api::export_plugin! {
         translational_stop::TranslationalStop,
         rotational_stop::RotationalStop,
         freewheel::Freewheel,
+        clutch::Clutch,
+        dry_friction::DryFriction,
         rotation_driver::RotationDriver,
         displacement_driver::DisplacementDriver,
     ],

@@ -7,16 +7,22 @@
 //! | row | equation | |
 //! |---|---|---|
 //! | gap | z_i . d - r >= 0 | unilateral |
-//! | along x | x_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | while closed, if `rough` |
-//! | along y | y_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | while closed, if `rough` |
+//! | along x | x_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | while closed, if `rough`, or up to `mu` times the normal force |
+//! | along y | y_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | likewise |
 //!
 //! e = -r z_i leads from the centre to the contact. A ball that strikes with the normal velocity -v leaves with e v, e being the
 //! coefficient of restitution (Poisson's: e is the share of the impulse of compression that is given back, which is the same where
 //! nothing sticks). When what is left of its bouncing is lower than the tolerance of the run, it stays. The contact opens
 //! when the plane would have to pull.
 //!
-//! With `rough` the contact point does not slide while it is closed, nor during an impact: the limit of much friction. Otherwise
-//! the contact is smooth; `contact-friction` takes its reaction and adds sliding friction.
+//! With `mu` there is Coulomb friction: the contact point sticks as long as that takes no more than mu times the normal force, in any
+//! direction of the plane; where it would take more it slides, with exactly mu times the normal force against its velocity, until that is
+//! zero. Steps end where it begins to slide and to stick (`events.csv`). What sticks does not creep, and what rolls rolls exactly. In an
+//! impact the same law holds for the impulses and the velocities afterwards: that of friction is against the sliding that is left, if
+//! any is, and then mu times the normal impulse. Should this gain energy, less of the normal impulse is given back.
+//!
+//! With `rough` the contact point does not slide while it is closed, nor during an impact: the limit of much friction. Without either
+//! the contact is smooth; `contact-friction` takes its reaction and adds sliding friction of other laws.
 //!
 //! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Brogliato, Nonsmooth Mechanics, 2016.)
 //!
@@ -29,6 +35,9 @@
 //!
 //! A scene in which the ball starts inside the plane is refused. More contacts of one body than it has freedoms share its
 //! weight in a way that is not determined; then as many as are needed carry it.
+//!
+//! Where friction presses what slides into the plane the more, the more it is pressed, there may be no normal force, or several
+//! (Painleve's paradox): the run stops and says so.
 //!
 //! ## Example
 //!
@@ -80,11 +89,14 @@ pub struct PlaneContactParameters {
     /// The contact point does not slide while it is closed.
     #[param(default = false)]
     pub rough: bool,
+    /// Coefficient of friction; not given: smooth, or `rough`.
+    #[param(min = 0.0, example = 0.3)]
+    pub mu: Option<f64>,
 }
 
 impl Element for PlaneContact {
     const NAME: &'static str = "plane-contact";
-    const SUMMARY: &'static str = "a ball strikes a plane and rests on it, with restitution";
+    const SUMMARY: &'static str = "a ball strikes a plane, rests on it, sticks or slides, with restitution";
     const DOC: &'static str = doc_of(include_str!("plane_contact.rs"));
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new(
@@ -96,6 +108,9 @@ impl Element for PlaneContact {
     type Parameters = PlaneContactParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        if p.rough && p.mu.is_some() {
+            return Err(ParamError::new("mu", "a `rough` contact does not slide: leave out one of the two"));
+        }
         Ok(Self(p))
     }
 }
@@ -113,7 +128,15 @@ impl Constraint for PlaneContact {
     }
 
     fn uses_row(&self, row: usize) -> bool {
-        row == 0 || self.0.rough
+        row == 0 || self.0.rough || self.0.mu.is_some()
+    }
+
+    fn limit<S: Scalar>(&self, row: usize, _: &Motion<'_, S>) -> Option<S> {
+        self.0.mu.filter(|_| row == 1).map(S::from)
+    }
+
+    fn slides_with(&self, row: usize) -> Option<usize> {
+        (row == 1 && self.0.mu.is_some()).then_some(2)
     }
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {

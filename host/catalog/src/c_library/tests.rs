@@ -93,6 +93,8 @@ fn numbers_of_the_header_are_those_of_the_contract() {
         ("SAMPLE_PERIOD", Role::SamplePeriod),
         ("UNILATERAL", Role::Unilateral(0)),
         ("STICKS_WITH", Role::SticksWith(0)),
+        ("LIMIT", Role::Limit(0)),
+        ("SLIDES_WITH", Role::SlidesWith(0)),
     ] {
         expect(&format!("ODYN_OUT_{name}"), role.encode().0);
     }

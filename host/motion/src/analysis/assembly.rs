@@ -231,12 +231,10 @@ fn as_given(model: &Model, layout: &Layout) -> Vec<f64> {
 }
 
 fn load_discrete(model: &Model, layout: &Layout, inputs: &mut [f64]) {
-    let mut slot = layout.discrete_slot();
-    for element in &model.elements {
-        for value in &element.recording.initial_discrete {
-            inputs[slot] = *value;
-            slot += 1;
-        }
+    for (element, first) in model.elements.iter().zip(&layout.discrete_at) {
+        let slot = layout.discrete_slot() + first;
+        let values = &element.recording.initial_discrete;
+        inputs[slot..slot + values.len()].copy_from_slice(values);
     }
     for (k, input) in model.inputs.iter().enumerate() {
         inputs[layout.given_slot(k)] = input.value;

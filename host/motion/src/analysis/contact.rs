@@ -11,7 +11,11 @@
 //!   [`MOST_STRIKES`] ends without restitution, all at once.
 //! - **Which are closed**: p >= 0, w = A p + b >= 0, p w = 0, with b the accelerations c'' while all are open. By principal pivoting with
 //!   the least index (Murty 1974), which never closes a row that the closed ones imply.
+//! - **Friction**: see [`Grip`].
 
+mod friction;
+
+pub use friction::{Grip, Pattern};
 use nalgebra::{DMatrix, DVector};
 
 use super::constraints::{Constraints, mass_values};
@@ -20,7 +24,7 @@ use super::working::clusters;
 use crate::linalg::{Clusters, KktSolver, KktStructure, SparseFirst};
 use crate::model::Model;
 use crate::plan::{Layout, body_scales};
-use crate::program::{Contact, Equations, Sets};
+use crate::program::{Contact, Equations, Friction, Sets};
 
 /// Impacts one after the other at one instant.
 const MOST_STRIKES: usize = 2000;
@@ -34,6 +38,7 @@ const NO_SPEED: f64 = 1e-11;
 /// See the module documentation.
 pub struct Contacts {
     contacts: Vec<Contact>,
+    frictions: Vec<Friction>,
     /// Jacobian, values, derivatives by time and gammas of all rows of the scene.
     rows: Constraints,
     /// Those that always hold.
@@ -83,7 +88,10 @@ pub struct Strike {
 pub struct Meeting {
     /// Which they are.
     pub touching: Vec<usize>,
-    /// Their rates, and those of the rows that stick with them: each contact's row is followed by these.
+    /// What holds up to a limit there.
+    pub grips: Vec<Grip>,
+    /// Their rates, and those of the rows that stick with them: each contact's row is followed by these; then those of
+    /// friction.
     pub rates: DVector<f64>,
     /// Impulses so far.
     pub impulses: DVector<f64>,
@@ -125,6 +133,7 @@ impl Contacts {
             mass: mass_values(model),
             scales: body_scales(model, length),
             contacts: equations.contacts.clone(),
+            frictions: equations.frictions.clone(),
             rows,
             always,
             length,
@@ -183,11 +192,22 @@ impl Contacts {
         pattern[from..to].iter().zip(&self.rows.jacobian()[from..to]).map(|((_, c), slope)| (*c, *slope)).collect()
     }
 
-    /// Contacts that touch where [`Contacts::look`] looked last.
+    /// The frictions of the scene.
+    #[must_use]
+    pub fn frictions(&self) -> &[Friction] {
+        &self.frictions
+    }
+
+    /// Contacts that touch where [`Contacts::look`] looked last, and frictions with the limit of each, and whether it stuck.
     ///
     /// # Errors
     /// Rows that have no solution there.
-    pub fn meeting(&self, touching: &[usize], velocities: &[f64]) -> Result<Meeting, AnalysisError> {
+    pub fn meeting(
+        &self,
+        touching: &[usize],
+        limits: impl Fn(usize) -> (f64, bool),
+        velocities: &[f64],
+    ) -> Result<Meeting, AnalysisError> {
         let mut rows = Vec::new();
         let mut first = Vec::new();
         for contact in touching.iter().map(|k| &self.contacts[*k]) {
@@ -195,6 +215,17 @@ impl Contacts {
             rows.extend(contact.rows());
         }
         first.push(rows.len());
+        let mut grips = Vec::new();
+        for (number, friction) in self.frictions.iter().enumerate() {
+            let contact = friction.contact.map(|contact| touching.iter().position(|k| *k == contact));
+            if contact == Some(None) {
+                continue;
+            }
+            let (limit, stuck) = limits(number);
+            let own = rows.len()..rows.len() + friction.rows.len();
+            grips.push(Grip { number, limit, contact: contact.flatten(), stuck, rows: own.collect() });
+            rows.extend(&friction.rows);
+        }
         let n = self.structure.n;
         let values: Vec<f64> =
             self.always.iter().flat_map(|row| self.row(*row).into_iter().map(|(_, slope)| slope)).collect();
@@ -223,6 +254,7 @@ impl Contacts {
             sizes: jacobian.iter().map(|entries| self.size(entries)).collect(),
             impulses: DVector::zeros(rows.len()),
             touching: touching.to_vec(),
+            grips,
             strikes: Vec::new(),
             work: 0.0,
             rows,
@@ -305,20 +337,26 @@ impl Meeting {
                 relative(*a).total_cmp(&relative(*b))
             });
             match fastest {
-                Some(k) => self.strike(k),
+                Some(k) => self.strike(k, speed),
                 None => return,
             }
         }
         let all: Vec<usize> = (0..self.touching.len()).collect();
         let rates = self.rates.clone();
-        let limits: Vec<f64> = all.iter().map(|k| self.no_rate(*k, speed)).collect();
-        if let Some((_, impulses)) = self.complementary(&rates, &all, &limits) {
-            self.push(impulses);
+        let held = self.held_in_impact(&all);
+        if let Some(pattern) = self.complementary(&rates, &all, held, NO_SPEED * speed) {
+            self.push(pattern.forces);
         }
     }
 
     /// The impact of one contact.
-    fn strike(&mut self, k: usize) {
+    fn strike(&mut self, k: usize, speed: f64) {
+        if self.grips.iter().any(|grip| grip.contact == Some(k))
+            && let Some(impulses) = self.strike_with_friction(k, NO_SPEED * speed)
+        {
+            self.push(impulses);
+            return;
+        }
         let rows: Vec<usize> = (self.first[k]..self.first[k + 1]).collect();
         let with_others = self.compression(&rows);
         // Where what sticks would pull the contact together, nothing sticks.
@@ -354,16 +392,16 @@ impl Meeting {
         let before = self.rates.clone();
         self.rates += &self.delassus * &impulses;
         for k in 0..self.touching.len() {
-            let rows = self.first[k]..self.first[k + 1];
-            if rows.clone().all(|row| impulses[row] == 0.0) {
+            let rows = self.rows_with_friction(k);
+            if rows.iter().all(|row| impulses[*row] == 0.0) {
                 continue;
             }
             let mean = |row: usize| impulses[row] * 0.5 * (before[row] + self.rates[row]);
             // Round-off neither takes nor gives.
-            let lost = (0.0 - rows.clone().map(mean).sum::<f64>()).max(0.0);
-            self.work +=
-                rows.clone().map(|row| mean(row) + impulses[row] * (self.driven[row] - self.times[row])).sum::<f64>();
-            let normal = rows.start;
+            let lost = (0.0 - rows.iter().map(|row| mean(*row)).sum::<f64>()).max(0.0);
+            let work = |row: &usize| mean(*row) + impulses[*row] * (self.driven[*row] - self.times[*row]);
+            self.work += rows.iter().map(work).sum::<f64>();
+            let normal = rows[0];
             let contact = self.touching[k];
             match self.strikes.iter_mut().find(|strike| strike.contact == contact) {
                 Some(strike) => {
@@ -386,9 +424,11 @@ impl Meeting {
         self.impulses += impulses;
     }
 
-    /// Ends the motion of closed contacts (places among those that touch).
-    pub fn come_to_rest(&mut self, closed: &[usize]) {
-        let rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+    /// Ends the motion of closed contacts and of what sticks.
+    pub fn come_to_rest(&mut self, pattern: &Pattern) {
+        let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+        let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
+        rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
         let found = self.compression(&rows);
         let mut impulses = DVector::zeros(self.rows.len());
         rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
@@ -421,13 +461,14 @@ impl Meeting {
         of_rows: &DVector<f64>,
         [speed, acceleration, height]: [f64; 3],
         may_bounce: impl Fn(usize) -> bool,
-    ) -> Option<Vec<usize>> {
+    ) -> Option<Pattern> {
         let all = 0..self.touching.len();
+        let held = self.held(speed);
         let limits: Vec<f64> = all.clone().map(|k| self.no_acceleration(k, acceleration)).collect();
         let mut candidates: Vec<usize> = all.clone().filter(|k| self.stays(*k, speed)).collect();
         loop {
-            let (closed, p) = self.complementary(of_rows, &candidates, &limits)?;
-            let w = &self.delassus * &p + of_rows;
+            let pattern = self.complementary(of_rows, &candidates, held.clone(), NO_ACCELERATION * acceleration)?;
+            let w = &self.delassus * &pattern.forces + of_rows;
             let is_low = |k: usize| {
                 let (rate, row) = (self.rate(k), self.first[k]);
                 w[row] < -limits[k] && rate * rate <= -2.0 * w[row] * height * self.sizes[row]
@@ -437,53 +478,13 @@ impl Meeting {
             let low: Vec<usize> = low.collect();
             candidates.extend(low);
             if candidates.len() == count {
-                return Some(closed);
+                return Some(pattern);
             }
         }
-    }
-
-    /// w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is closed. A value of b
-    /// below the limit of its contact is none.
-    fn complementary(
-        &self,
-        b: &DVector<f64>,
-        candidates: &[usize],
-        limits: &[f64],
-    ) -> Option<(Vec<usize>, DVector<f64>)> {
-        let mut closed: Vec<usize> = Vec::new();
-        let most = 100 * (candidates.len() + 1);
-        for _ in 0..most {
-            let rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
-            let found = solve(&self.block(&rows), &DVector::from_fn(rows.len(), |i, _| -b[rows[i]]));
-            let mut p = DVector::zeros(self.rows.len());
-            rows.iter().zip(found.iter()).for_each(|(row, value)| p[*row] = *value);
-            let w = &self.delassus * &p + b;
-            let wrong = candidates.iter().copied().find(|k| {
-                let row = self.first[*k];
-                match closed.contains(k) {
-                    true => p[row] * self.delassus[(row, row)] < -limits[*k],
-                    false => w[row] < -limits[*k],
-                }
-            });
-            match wrong {
-                None => {
-                    closed.sort_unstable();
-                    return Some((closed, p));
-                }
-                Some(k) => match closed.iter().position(|one| *one == k) {
-                    Some(place) => {
-                        closed.remove(place);
-                    }
-                    None if !self.gives_way(k) => return None,
-                    None => closed.push(k),
-                },
-            }
-        }
-        None
     }
 }
 
-/// The smallest solution of a symmetric system that may be singular.
+/// The smallest solution of a system that may be singular.
 fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     if matrix.is_empty() {
         return DVector::zeros(0);

@@ -156,9 +156,24 @@ pub enum AnalysisError {
         /// Element and row.
         row: String,
     },
+    /// A limit that is not one.
+    #[error("the limit up to which `{row}` holds is {value:.3e} (SI units): it must not be negative")]
+    Limit {
+        /// Element and row.
+        row: String,
+        /// Its value.
+        value: f64,
+    },
+    /// Friction at a contact without a solution, or with several.
+    #[error("`{row}` slides with so much friction that its reaction has no value, or several (Painleve)")]
+    Paradox {
+        /// Element and row of the contact.
+        row: String,
+    },
     /// Impacts that do not come to an end, or contacts that are neither open nor closed.
     #[error(
-        "the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only push"
+        "the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only \
+         push and of rows that stick and slide"
     )]
     NotSettled {
         /// Elements and rows.

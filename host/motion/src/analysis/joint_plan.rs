@@ -110,7 +110,7 @@ impl JointPlan {
         let write = |tree: &SpanningTree| Chosen::best(equations, model, (layout, tree), assembly, t);
         let Some(mut chosen) = write(&tree)? else { return Ok(None) };
         // Reactions that forces depend on are those of rows that are solved for.
-        if folds && equations.contacts.is_empty() && !chosen.rows.is_empty() && !equations.needs_solution() {
+        if folds && !equations.switches_rows() && !chosen.rows.is_empty() && !equations.needs_solution() {
             let Chosen { equations: joint, rows, sizes, inputs, length, .. } = &chosen;
             tree.followers = followers(joint, (layout, &model.sets), (rows, sizes), inputs, *length)?;
             if !tree.followers.is_empty() {
@@ -153,7 +153,7 @@ impl Chosen {
         let choose = |joint: JointEquations| Self::new(equations, joint, model, (layout, tree), assembly, t);
         let plain = || JointEquations::build(equations, model, layout, tree);
         // Whichever contacts are closed, the coordinates and their axes are the same.
-        let may_turn = equations.contacts.is_empty();
+        let may_turn = !equations.switches_rows();
         let turned = if may_turn { JointEquations::build_turned(equations, model, layout, tree) } else { None };
         let was_turned = turned.is_some();
         let mut joint = turned.unwrap_or_else(plain);

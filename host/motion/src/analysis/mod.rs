@@ -26,6 +26,7 @@
 //! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
+//! | `contact/friction.rs` | rows that hold up to a limit: which stick, and where the others slide to |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
@@ -62,7 +63,7 @@ pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, a
 pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
-pub use contact::{Contacts, Gap as ContactGap, Meeting, Strike};
+pub use contact::{Contacts, Gap as ContactGap, Grip, Meeting, Pattern, Strike};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};

@@ -81,7 +81,7 @@ impl PreciseMotion {
         if !equations.graph.calls.is_empty() {
             return Err(NotPrecise::Opaque);
         }
-        if !equations.contacts.is_empty() {
+        if equations.switches_rows() {
             return Err(NotPrecise::Unilateral);
         }
         if layout.given_at > 0 {

@@ -18,7 +18,8 @@ pub struct Layout {
     pub states: usize,
     /// Number of multi-turn angle references.
     pub references: usize,
-    /// Number of what stays as it is during a step besides: discrete element states, then signals that are given from outside.
+    /// Number of what stays as it is during a step besides: discrete element states and directions of sliding of its rows, then signals
+    /// that are given from outside.
     pub discrete: usize,
     /// Number of discrete element states: the first of the signals from outside among them.
     pub given_at: usize,
@@ -56,7 +57,7 @@ impl Layout {
             layout.rows += element.rows.len();
             layout.states += element.recording.initial_states.len();
             layout.references += element.class.angles;
-            layout.discrete += element.recording.initial_discrete.len();
+            layout.discrete += element.recording.initial_discrete.len() + element.recording.sliding_directions();
         }
         layout.given_at = layout.discrete;
         layout.discrete += model.inputs.len();

@@ -18,7 +18,7 @@ pub struct Contact {
     pub restitution: f64,
     /// Whether it is a row on velocities.
     pub of_velocities: bool,
-    /// Rows that hold while it is closed.
+    /// Rows that hold while it is closed, whatever it takes.
     pub sticking: Vec<usize>,
 }
 
@@ -57,15 +57,22 @@ impl Equations {
         rate
     }
 
-    /// The same equations with these contacts closed, by their number, and the others open.
+    /// The same equations with these contacts closed, by their number, and the others open. Numbers behind those of contacts are of
+    /// frictions that stick.
     #[must_use]
     pub fn with_closed(&self, closed: &[usize]) -> Self {
         let mut equations = self.clone();
         equations.of_rows = OnceLock::new();
-        let open = self.contacts.iter().enumerate().filter(|(number, _)| !closed.contains(number));
-        equations.open = open.flat_map(|(_, contact)| contact.rows()).collect();
-        equations.open.sort_unstable();
+        equations.set_open(closed);
         equations
+    }
+
+    pub(super) fn set_open(&mut self, closed: &[usize]) {
+        let contacts = self.contacts.iter().map(|contact| contact.rows().collect());
+        let all = contacts.chain(self.frictions.iter().map(|friction| friction.rows.clone()));
+        let open = all.enumerate().filter(|(number, _)| !closed.contains(number));
+        self.open = open.flat_map(|(_, rows): (usize, Vec<usize>)| rows).collect();
+        self.open.sort_unstable();
     }
 
     /// The unilateral rows of a joint whose rows begin at `first`.
@@ -73,13 +80,16 @@ impl Equations {
         let recording = &element.recording;
         for (k, number) in element.rows.iter().enumerate() {
             let Some(restitution) = recording.restitution(*number as u32) else { continue };
-            let sticks = |other: &usize| recording.sticks_with(*other as u32) == Some(*number as u32);
+            let limited = |row: usize| {
+                let pair = |other: &&usize| recording.slides_with(**other as u32) == Some(row as u32);
+                recording.output(Role::Limit(row as u32)).is_some() || element.rows.iter().any(|other| pair(&other))
+            };
+            let sticks =
+                |other: &usize| recording.sticks_with(*other as u32) == Some(*number as u32) && !limited(*other);
             let others = element.rows.iter().enumerate().filter(|(_, other)| sticks(other));
             let sticking = others.map(|(k, _)| first + k).collect();
             let of_velocities = recording.output(Role::VelocityResidual(*number as u32)).is_some();
             self.contacts.push(Contact { row: first + k, restitution, of_velocities, sticking });
         }
-        self.open = self.contacts.iter().flat_map(|contact| contact.rows().collect::<Vec<_>>()).collect();
-        self.open.sort_unstable();
     }
 }

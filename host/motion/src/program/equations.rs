@@ -15,6 +15,7 @@ use super::contacts::Contact;
 use super::coupling::CoupledInput;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
+use super::sliding::Friction;
 use crate::model::{Body, Instance, Marker, Model};
 use crate::plan::Layout;
 
@@ -87,7 +88,9 @@ pub struct Equations {
     pub rows: Vec<Row>,
     /// Those of them that only push, in their order.
     pub contacts: Vec<Contact>,
-    /// The rows that are not enforced, ascending: those of contacts that are open.
+    /// Those of them that hold up to a limit, in their order.
+    pub frictions: Vec<Friction>,
+    /// The rows that are not enforced, ascending: those of contacts that are open, and of frictions that slide.
     pub(super) open: Vec<usize>,
     /// Right side Q of the equations of motion, six (seven) per body: applied and velocity-dependent forces.
     pub loads: Vec<Node>,
@@ -141,6 +144,7 @@ impl Equations {
             elements: vec![ElementEquations::default(); model.elements.len()],
             rows: Vec::with_capacity(layout.rows),
             contacts: Vec::new(),
+            frictions: Vec::new(),
             open: Vec::new(),
             coupling: Vec::new(),
             solved_in_rates: Vec::new(),
@@ -290,6 +294,7 @@ impl Equations {
         self.elements[index].coordinates = rows.split_off(element.rows.len());
         self.add_contacts(element, layout.row_at[index]);
         self.rows.extend(rows);
+        self.add_frictions(index, element, &values, layout);
     }
 
     /// Derivatives of recorded functions along each coordinate of the bodies they may depend on.

@@ -15,6 +15,7 @@
 //! | `equations.rs` | bodies and joints: rows, Jacobians, gamma, loads, energies |
 //! | `velocity_rows.rs` | rows on velocities |
 //! | `contacts.rs` | unilateral rows, and which rows are enforced |
+//! | `sliding.rs` | rows that hold up to a limit: friction |
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `joint.rs` | the equations of motion in the coordinates of joints |
@@ -43,6 +44,7 @@ mod projection;
 mod rate_sizes;
 mod reactions;
 mod sharp;
+mod sliding;
 mod spatial;
 mod switches;
 mod turned_rows;
@@ -66,6 +68,7 @@ pub use projection::Projecting;
 pub use rate_sizes::RateSizes;
 pub use reactions::{Reactions, Working};
 pub use sharp::{Knots, Sharp};
+pub use sliding::Friction;
 #[cfg(test)]
 pub use spatial::FAR;
 pub use switches::Switches;

@@ -212,7 +212,7 @@ impl Equations {
         let mut load = [zero; 7];
         for k in 0..rows {
             let row = layout.row_at[element] + k;
-            let multiplier = self.graph.input(layout.multiplier_slot() + row);
+            let multiplier = self.multiplier(row, layout);
             for (column, slope) in self.rows[row].jacobian.clone() {
                 if column / columns == body {
                     let product = self.graph.mul(slope, multiplier);

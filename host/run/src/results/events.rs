@@ -20,6 +20,10 @@ pub enum EventKind {
     Closes,
     /// A closed contact opens.
     Opens,
+    /// A row that holds up to a limit sticks from here on.
+    Sticks,
+    /// It begins to slide, or to slide the other way.
+    Slides,
 }
 
 impl EventKind {
@@ -30,6 +34,8 @@ impl EventKind {
             Self::Impact => "impact",
             Self::Closes => "closes",
             Self::Opens => "opens",
+            Self::Sticks => "sticks",
+            Self::Slides => "slides",
         }
     }
 }

@@ -83,7 +83,7 @@ impl Session {
     }
 
     /// Joint and row.
-    fn row_name(&self, row: usize) -> String {
+    pub(super) fn row_name(&self, row: usize) -> String {
         let (element, k) = self.plan.layout.element_of_row(row);
         self.model.elements[element].row_name(k)
     }

@@ -16,31 +16,39 @@ impl Session {
     /// # Errors
     /// Names the method or the engine.
     pub(super) fn contacts_fit(&self, fixed_step: bool) -> Result<(), SessionError> {
-        if self.equations.contacts.is_empty() {
-            return Ok(());
-        }
+        let Some(first) = self.equations.switching_rows().next() else { return Ok(()) };
         let engine = self.scene.simulation.engine.as_ref().filter(|engine| engine.value == "reference");
         let (what, help) = match (fixed_step, engine) {
             (true, _) => (
-                "steps of a fixed size cannot end where contacts close and open",
+                match self.equations.contacts.is_empty() {
+                    true => "steps of a fixed size cannot end where it begins to slide and to stick",
+                    false => "steps of a fixed size cannot end where contacts close and open",
+                },
                 "use a method that chooses its steps: auto",
             ),
+            (_, Some(_)) if self.equations.contacts.is_empty() => {
+                ("the engine `reference` knows no rows that slide", "use `auto`")
+            }
             (_, Some(_)) => ("the engine `reference` knows no unilateral rows", "use `auto`"),
             _ => return Ok(()),
         };
-        let (element, _) = self.plan.layout.element_of_row(self.equations.contacts[0].row);
+        let (element, _) = self.plan.layout.element_of_row(first);
         let name = &self.model.elements[element].name;
-        let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{name}` is unilateral: {what}"));
+        let is = if self.equations.contacts.is_empty() { "holds up to a limit" } else { "is unilateral" };
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{name}` {is}: {what}"));
         Err(SessionError::one(&self.scene.source, diagnostic.help(help)))
     }
 
     /// The unilateral rows, each with its element.
     pub(super) fn contact_names(&self) -> Vec<String> {
-        let name = |contact: &crate::program::Contact| {
-            let (element, k) = self.plan.layout.element_of_row(contact.row);
-            self.model.elements[element].row_name(k)
-        };
-        self.equations.contacts.iter().map(name).collect()
+        let rows = self.equations.contacts.iter().map(|contact| contact.row);
+        rows.map(|row| self.row_name(row)).collect()
+    }
+
+    /// The rows that hold up to a limit, each with its element.
+    pub(super) fn friction_names(&self) -> Vec<String> {
+        let frictions = self.equations.frictions.iter();
+        frictions.flat_map(|friction| &friction.rows).map(|row| self.row_name(*row)).collect()
     }
 
     /// Why contacts do not let a run start, with the place of the element.
@@ -138,7 +146,7 @@ impl Run<'_> {
             self.system.bring_to_rows(t, &mut self.state)?;
             match self.system.set_levels(t, &self.state)? {
                 None => return Ok(()),
-                Some(pulls) => closed.retain(|one| *one != pulls),
+                Some(pulls) => self.system.release(pulls, &mut closed),
             }
         }
     }

@@ -34,6 +34,8 @@ pub struct CheckReport {
     pub bodies: usize,
     /// Unilateral rows, each with its element: they are none of the rows below.
     pub contacts: Vec<String>,
+    /// The rows that hold up to a limit.
+    pub frictions: Vec<String>,
     /// Joints.
     pub joints: usize,
     /// Force elements.
@@ -112,6 +114,8 @@ pub struct PlanReport {
     pub bounded: String,
     /// Unilateral rows, each with its element.
     pub contacts: Vec<String>,
+    /// The rows that hold up to a limit.
+    pub frictions: Vec<String>,
     /// Elements that sample, each with its period.
     pub sampled: Vec<String>,
     /// Opaque elements, called at run time.
@@ -162,6 +166,7 @@ impl Session {
             forces: count(Kind::Force),
             rows: self.plan.rows.len(),
             contacts: self.contact_names(),
+            frictions: self.friction_names(),
             rank: self.plan.independent_rows.len(),
             mobility: self.plan.mobility,
             redundant_rows: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
@@ -340,6 +345,7 @@ impl Session {
             machine_code_time_s: maker.time(counts.operations),
             machine_code_pays_after: maker.runs_that_pay(counts.operations) as u64,
             contacts: self.contact_names(),
+            frictions: self.friction_names(),
             sampled: sampled.collect(),
             opaque: opaque
                 .map(|e| {
@@ -387,6 +393,11 @@ impl std::fmt::Display for CheckReport {
             let contacts: Vec<&str> = self.contacts.iter().map(String::as_str).collect();
             let rows = plural(contacts.len(), "unilateral row", "unilateral rows");
             writeln!(f, "besides {rows}, open until they touch: {}", some(&contacts))?;
+        }
+        if !self.frictions.is_empty() {
+            let frictions: Vec<&str> = self.frictions.iter().map(String::as_str).collect();
+            let rows = plural(frictions.len(), "row", "rows");
+            writeln!(f, "besides {rows} that hold up to a limit: {}", some(&frictions))?;
         }
         if self.redundant_rows.is_empty() {
             writeln!(f, "no redundant rows: every reaction is unique")?;
@@ -444,6 +455,14 @@ impl std::fmt::Display for PlanReport {
                 f,
                 "contacts: {}; steps end where they close and open, and rows are enforced while they are closed",
                 some(&contacts)
+            )?;
+        }
+        if !self.frictions.is_empty() {
+            let frictions: Vec<&str> = self.frictions.iter().map(String::as_str).collect();
+            writeln!(
+                f,
+                "friction: {}; steps end where they begin to slide and to stick, and rows are enforced while they stick",
+                some(&frictions)
             )?;
         }
         if !self.sampled.is_empty() {

@@ -101,7 +101,7 @@ impl Samplings {
     pub(super) fn go_on(session: &Session, path: &Path, kept: &Kept, summary: &Summary) -> Result<Self, ResultsError> {
         let mut samplings = session.no_samplings();
         samplings.folder = Some(Folder::go_on(path, &samplings.channels, session.shown.as_ref(), kept, summary)?);
-        if !session.equations.contacts.is_empty() {
+        if session.equations.switches_rows() {
             samplings.events.go_on(path, session.scene.units.factor(Dimension::TIME), session.begins.time)?;
         }
         let table = Table::read(&path.join(RESULTS_FILE))?;
@@ -138,7 +138,7 @@ impl Session {
             let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
             let folder = Folder::create(path, &time, &samplings.channels, self.shown.as_ref(), summary);
             samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
-            if !self.equations.contacts.is_empty() {
+            if self.equations.switches_rows() {
                 samplings.events.begin(path, unit).map_err(|e| self.files_error(&e))?;
             }
         }

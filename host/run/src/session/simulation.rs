@@ -2,6 +2,7 @@
 
 mod contacts;
 mod floor;
+mod frictions;
 mod memory;
 mod part;
 mod picture;

@@ -1,5 +1,6 @@
 //! Unilateral rows during a run: where steps must end, what happens there, and which rows are enforced from then on.
 
+use super::frictions::Sliding;
 use super::watch::RowValues;
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Constraints, ContactGap, Contacts, Counters, Formulation, Group};
@@ -29,7 +30,7 @@ const MOST_AT_ONCE: u32 = 50;
 
 /// The equations with a choice of closed contacts.
 pub(in crate::session) struct Mode {
-    /// Numbers of the contacts that are closed, ascending.
+    /// Numbers of the contacts that are closed, ascending; behind those of contacts, of frictions that stick.
     pub(in crate::session) closed: Vec<usize>,
     pub(in crate::session) formulation: Box<dyn Formulation>,
     pub(in crate::session) rows: Constraints,
@@ -37,8 +38,8 @@ pub(in crate::session) struct Mode {
 
 /// The contacts of a scene.
 pub(super) struct Touch {
-    contacts: Contacts,
-    /// Element and row of each.
+    pub(super) contacts: Contacts,
+    /// Element and row of each; then of each friction.
     names: Vec<(String, String)>,
     /// Those that are closed now, ascending.
     closed: Vec<usize>,
@@ -46,10 +47,12 @@ pub(super) struct Touch {
     told: Vec<usize>,
     /// Equations that were in use, and are not now, each with the values of its rows.
     others: Vec<(Mode, Option<RowValues>)>,
-    /// The value of each contact; of rows on velocities the rate.
+    /// The value of each contact; of rows on velocities the rate; of frictions the speed in the direction of sliding.
     open: Part,
-    /// The reaction of each.
+    /// The reaction of each; of frictions, how far it is from the limit.
     pressing: Part,
+    /// The limit of each friction.
+    pub(super) limits: Part,
     /// What each of these may not fall below, and what it is typically like.
     levels: Vec<f64>,
     sizes: Vec<f64>,
@@ -69,30 +72,35 @@ impl Touch {
         formulation: &dyn Formulation,
         length: f64,
     ) -> Result<Option<Self>, AnalysisError> {
-        if equations.contacts.is_empty() {
+        if !equations.switches_rows() {
             return Ok(None);
         }
         let contacts = equations.contacts.clone();
-        let values: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let mut values: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let frictions = equations.frictions.clone();
+        values.extend(frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
+        let reserves: Vec<Node> = frictions.iter().map(|friction| equations.reserve(friction, layout)).collect();
+        let limits: Vec<Node> = frictions.iter().map(|friction| friction.limit).collect();
         let g = &mut equations.graph;
         let reaction = |contact: &crate::program::Contact| {
             let multiplier = g.input(layout.multiplier_slot() + contact.row);
             g.neg(multiplier)
         };
-        let reactions: Vec<Node> = contacts.iter().map(reaction).collect();
-        let name = |contact: &crate::program::Contact| {
-            let (element, k) = layout.element_of_row(contact.row);
+        let reactions: Vec<Node> = contacts.iter().map(reaction).chain(reserves).collect();
+        let name = |row: usize| {
+            let (element, k) = layout.element_of_row(row);
             (model.elements[element].name.clone(), model.elements[element].row(k).to_string())
         };
         Ok(Some(Self {
-            names: contacts.iter().map(name).collect(),
+            names: equations.switching_rows().map(name).collect(),
             closed: Vec::new(),
             told: Vec::new(),
             others: Vec::new(),
             open: Part::near(formulation, equations, &values, layout),
             pressing: Part::near(formulation, equations, &reactions, layout),
-            levels: vec![0.0; contacts.len()],
-            sizes: vec![1.0; contacts.len()],
+            limits: Part::near(formulation, equations, &limits, layout),
+            levels: vec![0.0; values.len()],
+            sizes: vec![1.0; values.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
             gravity: model.gravity.norm(),
             met_at: f64::NAN,
@@ -106,14 +114,14 @@ impl Touch {
 
     /// The programs of its own and of equations that are not in use.
     pub(super) fn used(&mut self) -> Vec<crate::program::Used<'_>> {
-        let mut list: Vec<_> = self.open.used().chain(self.pressing.used()).collect();
+        let mut list: Vec<_> = self.open.used().chain(self.pressing.used()).chain(self.limits.used()).collect();
         for (mode, _) in &mut self.others {
             list.extend(mode.formulation.programs());
         }
         list
     }
 
-    fn name(&self, contact: usize) -> String {
+    pub(super) fn name(&self, contact: usize) -> String {
         let (element, row) = &self.names[contact];
         format!("{element}: {row}")
     }
@@ -147,7 +155,7 @@ impl Simulation<'_> {
     /// [`AnalysisError::Passed`].
     pub(super) fn watch_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
-        let values = touch.open.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+        let values = touch.open.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
         let (length, speed) = (self.scales.length, self.scales.speed_scale());
         for (k, (value, contact)) in values.iter().zip(touch.contacts.contacts()).enumerate() {
             let size = if contact.of_velocities { speed } else { length };
@@ -156,7 +164,12 @@ impl Simulation<'_> {
                 return Err(AnalysisError::Passed { row: touch.name(k), value });
             }
         }
-        Ok(())
+        let first = touch.first_friction();
+        let passed = (first..values.len()).find(|k| values[*k] < -PASSED * speed && !touch.closed.contains(k));
+        if let Some(k) = passed {
+            return Err(AnalysisError::Passed { row: touch.name(k), value: values[k] });
+        }
+        self.limits(t, state).map(|_| ())
     }
 
     /// Whether there are unilateral rows.
@@ -222,16 +235,19 @@ impl Simulation<'_> {
             let rows = (0..touch.names.len()).map(|k| touch.name(k)).collect::<Vec<_>>().join(", ");
             return Err(AnalysisError::NotSettled { rows });
         }
-        // Everything is said from where all contacts are open.
+        // Everything is said from where all contacts are open, and nothing slides.
+        let slid = self.sliding();
+        self.let_slide(&Sliding::new());
         self.adopt(&[], t, state)?;
-        let result = self.settle(t, state);
+        let result = self.settle(t, state, &slid);
         if result.is_err() {
+            self.let_slide(&slid);
             self.adopt(&before, t, state)?;
         }
         result
     }
 
-    fn settle(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
+    fn settle(&mut self, t: f64, state: &mut [f64], slid: &Sliding) -> Result<Vec<usize>, AnalysisError> {
         let length = self.scales.length;
         let near = self.near();
         let mut strikes: Vec<crate::analysis::Strike> = Vec::new();
@@ -239,15 +255,18 @@ impl Simulation<'_> {
             let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
             let mut v = velocities(&self.layout, &inputs);
             let speed = self.speed();
+            let limits = self.limits(t, state)?;
             let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
             let gaps = touch.contacts.look(&inputs, &v, self.formulation.sets())?;
             let touching: Vec<usize> =
                 (0..gaps.len()).filter(|k| gaps[*k].of_velocities || depth(&gaps[*k]) <= near).collect();
-            if touching.is_empty() {
-                self.report_events(t, &strikes, &[], 0.0)?;
+            let first = touch.first_friction();
+            let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
+            let mut meeting = touch.contacts.meeting(&touching, limit, &v)?;
+            if touching.is_empty() && meeting.grips.is_empty() {
+                self.report_events(t, &strikes, &[], (slid, &Sliding::new()), 0.0)?;
                 return Ok(Vec::new());
             }
-            let mut meeting = touch.contacts.meeting(&touching, &v)?;
             meeting.strike_all(speed);
             let jammed = (0..touching.len()).find(|k| !meeting.gives_way(*k));
             let jammed = jammed.map(|k| AnalysisError::Jammed { row: touch.name(touching[k]) });
@@ -266,16 +285,20 @@ impl Simulation<'_> {
             let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
             let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
             let height = self.tolerance.max(LOW) * length;
+            if let Some(k) = meeting.paradox(speed) {
+                return Err(AnalysisError::Paradox { row: touch.name(touching[k]) });
+            }
             let settled = meeting.closed(&accelerations, [speed, largest, height], |k| !gaps[k].of_velocities);
-            let closed = settled.ok_or_else(|| {
+            let pattern = settled.ok_or_else(|| {
                 if let Some(jammed) = jammed {
                     return jammed;
                 }
-                let rows = touching.iter().map(|k| touch.name(*k)).collect::<Vec<_>>().join(", ");
-                AnalysisError::NotSettled { rows }
+                let frictions = meeting.grips.iter().map(|grip| first + grip.number);
+                let rows = touching.iter().copied().chain(frictions).map(|k| touch.name(k));
+                AnalysisError::NotSettled { rows: rows.collect::<Vec<_>>().join(", ") }
             })?;
             let was = meeting.change();
-            meeting.come_to_rest(&closed);
+            meeting.come_to_rest(&pattern);
             v.iter_mut().zip(meeting.change().iter().zip(was)).for_each(|(v, (now, was))| *v += now - was);
             self.give_velocities(t, state, &v)?;
             if let Some(work) = state.last_mut() {
@@ -284,8 +307,11 @@ impl Simulation<'_> {
             self.audit.struck(0, meeting.strikes.iter().map(|strike| strike.lost).sum());
             strikes.append(&mut meeting.strikes);
             if (0..touching.len()).all(|k| !meeting.approaches(k, speed)) {
-                let closed: Vec<usize> = closed.iter().map(|k| touching[*k]).collect();
-                self.report_events(t, &strikes, &closed, speed)?;
+                let mut closed: Vec<usize> = pattern.closed.iter().map(|k| touching[*k]).collect();
+                closed.extend(pattern.sticking.iter().map(|number| first + number));
+                closed.sort_unstable();
+                self.let_slide(&pattern.sliding);
+                self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
                 return Ok(closed);
             }
         }
@@ -317,6 +343,7 @@ impl Simulation<'_> {
         t: f64,
         strikes: &[crate::analysis::Strike],
         closed: &[usize],
+        (slid, sliding): (&Sliding, &Sliding),
         speed: f64,
     ) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
@@ -332,8 +359,12 @@ impl Simulation<'_> {
             events.push(Event { rates, impulse, lost, ..event(EventKind::Impact, strike.contact) });
         }
         self.audit.struck(events.len() as u64, 0.0);
-        events.extend(closed.iter().filter(|k| !before.contains(k)).map(|k| event(EventKind::Closes, *k)));
-        events.extend(before.iter().filter(|k| !closed.contains(k)).map(|k| event(EventKind::Opens, *k)));
+        let first = touch.first_friction();
+        let now = |k: &&usize| **k < first;
+        events.extend(closed.iter().filter(now).filter(|k| !before.contains(k)).map(|k| event(EventKind::Closes, *k)));
+        events.extend(before.iter().filter(now).filter(|k| !closed.contains(k)).map(|k| event(EventKind::Opens, *k)));
+        let frictions = touch.frictions_told((&before, closed), (slid, sliding));
+        events.extend(frictions.into_iter().map(|(kind, k)| event(kind, k)));
         for event in events {
             self.rows_taken.sink().event(&event).map_err(|error| AnalysisError::Told { message: error.to_string() })?;
         }
@@ -443,12 +474,17 @@ impl Simulation<'_> {
         let Some(touch) = &mut self.touch else { return Ok(None) };
         let reactions = touch.closed.iter().map(|k| values[*k].abs());
         let largest = reactions.fold(0.0, f64::max);
-        let pulls = touch.closed.iter().copied().filter(|k| values[*k] < -PULLS * largest);
+        let first = touch.first_friction();
+        let pulls: Vec<usize> = touch.closed.iter().copied().filter(|k| values[*k] < -PULLS * largest).collect();
+        let pulls = pulls.into_iter();
         let worst = pulls.min_by(|a, b| values[*a].total_cmp(&values[*b]));
+        if let Some(k) = worst.filter(|k| *k >= first) {
+            return Err(AnalysisError::NotSettled { rows: touch.name(k) });
+        }
         for (k, value) in values.into_iter().enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
                 true => (if largest > 0.0 { largest } else { 1.0 }, NO_REACTION),
-                false if touch.contacts.contacts()[k].of_velocities => (speed, LEAST_TOUCHING),
+                false if k >= first || touch.contacts.contacts()[k].of_velocities => (speed, LEAST_TOUCHING),
                 // Wherever it starts, it may not get deeper.
                 false => (length, f64::NEG_INFINITY),
             };

@@ -1,0 +1,350 @@
+//! [`Grip`]: rows that hold up to a limit, among the contacts that touch: which of them stick, and where the others slide to.
+//!
+//! With p = -lambda what acts along a row, w its acceleration (in an impact: its rate afterwards) and b the limit: |p| <= b, and w = 0
+//! or p = -b w / |w|. A row that moves slides against its motion whatever w is. Of a contact b is mu times the normal reaction, in an
+//! impact mu times the normal impulse. All is found at once with the contacts that close, by principal pivoting with the least index
+//! (Murty 1974; Juedice & Pires 1994 for bounds on both sides): with limits that are known it comes to an end, as long as all rows
+//! give way independently; with limits that depend on reactions it may not, and then nothing is decided. What it finds meets all
+//! conditions. Where two rows share a limit, the direction of sliding is found by projection onto the circle.
+//!
+//! An impact with friction is compressed until the normal rate is zero, with the law of friction for the rates afterwards; then the
+//! impulse of restitution is added, with the law for the sum. Should that gain energy, less is given back. (Without restitution none
+//! can be gained: P . (u + u') / 2 = P . u' - P . A P / 2, and P . u' <= 0.)
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Meeting, NO_ACCELERATION, RANK_TOLERANCE, solve};
+
+/// Iterations for the direction of sliding in a plane, and how well it is known then.
+const MOST_TURNS: usize = 2000;
+const TURNED: f64 = 1e-14;
+/// Bisections of a restitution that gains energy.
+const MOST_HALVES: usize = 60;
+
+/// A row, or two with one limit, that holds up to it, at a position.
+#[derive(Debug, Clone)]
+pub struct Grip {
+    /// Its number among the frictions of the scene.
+    pub number: usize,
+    /// The limit, or the share of a contact's reaction.
+    pub limit: f64,
+    /// The contact, as a place among those that touch.
+    pub contact: Option<usize>,
+    /// Whether it stuck before: where its reaction is at the limit, it slides.
+    pub stuck: bool,
+    pub(super) rows: Vec<usize>,
+}
+
+/// What limits a row.
+#[derive(Debug, Clone, Copy)]
+enum Bound {
+    Known(f64),
+    /// A share of the reaction of a contact.
+    Share(f64, usize),
+}
+
+/// A grip that takes part in a decision.
+#[derive(Debug, Clone)]
+pub(super) struct Held {
+    grip: usize,
+    bound: Bound,
+    /// Whether it slides in a direction that is known.
+    moves: bool,
+    /// Where it slides; zero where it sticks.
+    direction: [f64; 2],
+}
+
+impl Held {
+    fn sticks(&self) -> bool {
+        self.direction == [0.0; 2]
+    }
+}
+
+/// What was decided.
+#[derive(Debug, Clone)]
+pub struct Pattern {
+    /// Contacts that are closed: places among those that touch.
+    pub closed: Vec<usize>,
+    /// Numbers of frictions that stick.
+    pub sticking: Vec<usize>,
+    /// Numbers of frictions that slide, and where to.
+    pub sliding: Vec<(usize, [f64; 2])>,
+    /// What acts along the rows.
+    pub(super) forces: DVector<f64>,
+}
+
+impl Meeting {
+    /// The rows of a contact, with those of its friction.
+    pub(super) fn rows_with_friction(&self, k: usize) -> Vec<usize> {
+        let grips = self.grips.iter().filter(|grip| grip.contact == Some(k));
+        (self.first[k]..self.first[k + 1]).chain(grips.flat_map(|grip| grip.rows.iter().copied())).collect()
+    }
+
+    /// A contact that stays and slides such that its normal reaction would push it open the less, the more it presses (Painleve): there
+    /// is no reaction, or there are several.
+    #[must_use]
+    pub fn paradox(&self, speed: f64) -> Option<usize> {
+        (0..self.touching.len()).filter(|k| self.stays(*k, speed)).find(|k| {
+            let normal = self.first[*k];
+            let own = self.grips.iter().filter(|grip| grip.contact == Some(*k));
+            let part = own.map(|grip| match self.moving(grip, speed) {
+                Some(direction) => grip.limit * dot(&grip.rows, direction, |row| self.delassus[(normal, row)]),
+                None => 0.0,
+            });
+            let (free, part) = (self.delassus[(normal, normal)], part.sum::<f64>());
+            part > 0.0 && free - part <= RANK_TOLERANCE * free
+        })
+    }
+
+    /// Where a grip slides to, if it moves.
+    fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
+        let rates = pair(&grip.rows, |row| self.rates[row]);
+        let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+        (norm(rates) > super::NO_SPEED * speed * size).then(|| unit(rates))
+    }
+
+    /// Those that take part in a decision about accelerations.
+    pub(super) fn held(&self, speed: f64) -> Vec<Held> {
+        let held = |(place, grip): (usize, &Grip)| {
+            let moving = self.moving(grip, speed);
+            Held {
+                grip: place,
+                bound: grip.contact.map_or(Bound::Known(grip.limit), |contact| Bound::Share(grip.limit, contact)),
+                moves: moving.is_some(),
+                direction: moving.unwrap_or([0.0; 2]),
+            }
+        };
+        self.grips.iter().enumerate().map(held).collect()
+    }
+
+    /// Those that take part in an impact of some contacts.
+    pub(super) fn held_in_impact(&self, contacts: &[usize]) -> Vec<Held> {
+        let all = self.grips.iter().enumerate();
+        let held = all.filter_map(|(place, grip)| {
+            let contact = grip.contact.filter(|contact| contacts.contains(contact))?;
+            let bound = Bound::Share(grip.limit, contact);
+            Some(Held { grip: place, bound, moves: false, direction: [0.0; 2] })
+        });
+        held.collect()
+    }
+
+    /// w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is closed; the law of
+    /// friction for what is held. What is smaller than `unit` times the size of a row is none.
+    pub(super) fn complementary(
+        &self,
+        b: &DVector<f64>,
+        candidates: &[usize],
+        mut held: Vec<Held>,
+        unit: f64,
+    ) -> Option<Pattern> {
+        let mut closed: Vec<usize> = Vec::new();
+        let most = 100 * (candidates.len() + held.len() + 1);
+        for _ in 0..most {
+            let p = self.forces(b, &closed, &mut held);
+            let w = &self.delassus * &p + b;
+            let wrong = candidates.iter().copied().find(|k| {
+                let row = self.first[*k];
+                let limit = unit * self.sizes[row];
+                match closed.contains(k) {
+                    true => p[row] * self.delassus[(row, row)] < -limit,
+                    false => w[row] < -limit,
+                }
+            });
+            if let Some(k) = wrong {
+                match closed.iter().position(|one| *one == k) {
+                    Some(place) => {
+                        closed.remove(place);
+                    }
+                    None if !self.gives_way(k) => return None,
+                    None => closed.push(k),
+                }
+                continue;
+            }
+            let wrong = held.iter().enumerate().find_map(|(place, one)| {
+                let change = self.change_of(one, &closed, (&p, &w), unit)?;
+                Some((place, change))
+            });
+            match wrong {
+                Some((place, direction)) => held[place].direction = direction,
+                None => {
+                    closed.sort_unstable();
+                    let acts = |one: &&Held| is_active(one, &closed);
+                    let active = held.iter().filter(acts);
+                    let (sticking, sliding): (Vec<&Held>, Vec<&Held>) = active.partition(|one| one.sticks());
+                    let number = |one: &Held| self.grips[one.grip].number;
+                    let sticking = sticking.into_iter().map(number).collect();
+                    let sliding = sliding.into_iter().map(|one| (number(one), one.direction)).collect();
+                    return Some(Pattern { closed, sticking, sliding, forces: p });
+                }
+            }
+        }
+        None
+    }
+
+    /// Where it slides instead, if what is assumed of it is wrong; zero: it sticks.
+    fn change_of(
+        &self,
+        one: &Held,
+        closed: &[usize],
+        (p, w): (&DVector<f64>, &DVector<f64>),
+        unit_of_w: f64,
+    ) -> Option<[f64; 2]> {
+        if one.moves || !is_active(one, closed) {
+            return None;
+        }
+        let grip = &self.grips[one.grip];
+        let (force, rate) = (pair(&grip.rows, |row| p[row]), pair(&grip.rows, |row| w[row]));
+        let bound = self.bound(one.bound, p);
+        let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
+        let (size, way) = (largest(&|row| self.sizes[row]), largest(&|row| self.delassus[(row, row)]));
+        let none = unit_of_w * size + NO_ACCELERATION * bound * way;
+        if one.sticks() {
+            let beyond = (norm(force) - bound) * way;
+            let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
+            return match slides {
+                true => Some(unit(force).map(|x| -x)),
+                // Others determine how it moves.
+                false if norm(rate) > 2.0 * none => Some(unit(rate)),
+                false => None,
+            };
+        }
+        let along = rate[0] * one.direction[0] + rate[1] * one.direction[1];
+        (along < -2.0 * none).then_some([0.0; 2])
+    }
+
+    fn bound(&self, bound: Bound, p: &DVector<f64>) -> f64 {
+        match bound {
+            Bound::Known(limit) => limit,
+            Bound::Share(share, contact) => share * p[self.first[contact]].max(0.0),
+        }
+    }
+
+    /// What acts along the rows, where some contacts are closed, and of what is held some stick and the others slide. Finds the
+    /// directions in planes of those that begin to.
+    fn forces(&self, b: &DVector<f64>, closed: &[usize], held: &mut [Held]) -> DVector<f64> {
+        let mut p = self.forces_for(b, closed, held);
+        for _ in 0..MOST_TURNS {
+            let w = &self.delassus * &p + b;
+            let mut turned = 0.0_f64;
+            for one in held.iter_mut() {
+                let grip = &self.grips[one.grip];
+                if one.moves || one.sticks() || grip.rows.len() < 2 || !is_active(one, closed) {
+                    continue;
+                }
+                let bound = self.bound(one.bound, &p);
+                let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
+                let rate = pair(&grip.rows, |row| w[row]);
+                let moved = [0, 1].map(|k| bound * one.direction[k] + rate[k] / way);
+                if norm(moved) > 0.0 && way > 0.0 {
+                    let direction = unit(moved);
+                    turned = turned.max(norm([0, 1].map(|k| direction[k] - one.direction[k])));
+                    one.direction = direction;
+                }
+            }
+            if turned == 0.0 {
+                break;
+            }
+            p = self.forces_for(b, closed, held);
+            if turned < TURNED {
+                break;
+            }
+        }
+        p
+    }
+
+    fn forces_for(&self, b: &DVector<f64>, closed: &[usize], held: &[Held]) -> DVector<f64> {
+        let mut rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+        let active = || held.iter().filter(|one| is_active(one, closed));
+        rows.extend(active().filter(|one| one.sticks()).flat_map(|one| self.grips[one.grip].rows.iter().copied()));
+        let mut p = DVector::zeros(self.rows.len());
+        let mut matrix = DMatrix::from_fn(rows.len(), rows.len(), |i, j| self.delassus[(rows[i], rows[j])]);
+        let sliding = || active().filter(|one| !one.sticks());
+        for one in sliding() {
+            let own = &self.grips[one.grip].rows;
+            match one.bound {
+                Bound::Known(limit) => {
+                    own.iter().zip(one.direction).for_each(|(row, direction)| p[*row] = -limit * direction);
+                }
+                Bound::Share(share, contact) => {
+                    let normal = rows.iter().position(|row| *row == self.first[contact]);
+                    for (i, j) in (0..rows.len()).filter_map(|i| Some((i, normal?))) {
+                        let drag = dot(own, one.direction, |row| self.delassus[(rows[i], row)]);
+                        matrix[(i, j)] -= share * drag;
+                    }
+                }
+            }
+        }
+        let known = &self.delassus * &p + b;
+        let found = solve(&matrix, &DVector::from_fn(rows.len(), |i, _| -known[rows[i]]));
+        rows.iter().zip(found.iter()).for_each(|(row, value)| p[*row] = *value);
+        for one in sliding() {
+            if let Bound::Share(share, contact) = one.bound {
+                let pressing = p[self.first[contact]];
+                let own = self.grips[one.grip].rows.iter();
+                own.zip(one.direction).for_each(|(row, direction)| p[*row] = -share * pressing * direction);
+            }
+        }
+        p
+    }
+
+    /// The impulses of an impact of one contact with friction; `unit` is the speed that is none.
+    pub(super) fn strike_with_friction(&self, k: usize, unit_of_rates: f64) -> Option<DVector<f64>> {
+        let held = self.held_in_impact(&[k]);
+        let compressed = self.complementary(&self.rates, &[k], held.clone(), 1e-3 * unit_of_rates)?.forces;
+        let normal = self.first[k];
+        let hard: Vec<usize> = (normal + 1..self.first[k + 1]).collect();
+        let with = |restitution: f64| {
+            let mut impulses = DVector::zeros(self.rows.len());
+            impulses[normal] = (1.0 + restitution) * compressed[normal];
+            let known = &self.delassus * &impulses + &self.rates;
+            let fixed = held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
+            // Rows that hold whatever it takes take part as contacts do whose rows are those alone.
+            let mut parts = self.complementary(&known, &[], fixed.collect(), 1e-3 * unit_of_rates)?.forces;
+            if !hard.is_empty() {
+                let rates = &self.delassus * &parts + &known;
+                let held = solve(&self.block(&hard), &DVector::from_fn(hard.len(), |i, _| -rates[hard[i]]));
+                hard.iter().zip(held.iter()).for_each(|(row, value)| parts[*row] += value);
+            }
+            Some(impulses + parts)
+        };
+        let gain = |impulses: &DVector<f64>| {
+            let after = &self.delassus * impulses + &self.rates;
+            0.5 * impulses.dot(&(after + &self.rates))
+        };
+        let whole = with(self.restitution[k])?;
+        if gain(&whole) <= 0.0 {
+            return Some(whole);
+        }
+        let (mut low, mut high) = (0.0, self.restitution[k]);
+        for _ in 0..MOST_HALVES {
+            let middle = 0.5 * (low + high);
+            if gain(&with(middle)?) <= 0.0 { low = middle } else { high = middle }
+        }
+        with(low)
+    }
+}
+
+/// Whether it acts: not where it is of a contact that is open.
+fn is_active(one: &Held, closed: &[usize]) -> bool {
+    match one.bound {
+        Bound::Known(_) => true,
+        Bound::Share(_, contact) => closed.contains(&contact),
+    }
+}
+
+fn pair(rows: &[usize], of: impl Fn(usize) -> f64) -> [f64; 2] {
+    [rows.first(), rows.get(1)].map(|row| row.map_or(0.0, |row| of(*row)))
+}
+
+fn dot(rows: &[usize], direction: [f64; 2], of: impl Fn(usize) -> f64) -> f64 {
+    rows.iter().zip(direction).map(|(row, direction)| of(*row) * direction).sum()
+}
+
+fn norm([x, y]: [f64; 2]) -> f64 {
+    x.hypot(y)
+}
+
+fn unit(v: [f64; 2]) -> [f64; 2] {
+    let size = norm(v);
+    v.map(|x| x / size)
+}

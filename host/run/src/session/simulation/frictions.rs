@@ -1,0 +1,87 @@
+//! Rows that hold up to a limit, during a run: into which direction each slides, which is kept with the discrete states.
+
+use super::Simulation;
+use super::contacts::Touch;
+use crate::analysis::AnalysisError;
+use crate::results::EventKind;
+
+/// Where some frictions slide to.
+pub(super) type Sliding = Vec<(usize, [f64; 2])>;
+
+impl Touch {
+    /// Number of the first friction, behind the contacts.
+    pub(super) fn first_friction(&self) -> usize {
+        self.contacts.contacts().len()
+    }
+
+    /// Those that slide with these discrete states.
+    pub(super) fn sliding(&self, discrete: &[f64]) -> Sliding {
+        let frictions = self.contacts.frictions().iter().enumerate();
+        let direction = |(number, friction): (usize, &crate::program::Friction)| {
+            let mut direction = [0.0; 2];
+            let own = discrete[friction.direction_at..].iter().take(friction.rows.len());
+            direction.iter_mut().zip(own).for_each(|(x, value)| *x = *value);
+            (direction != [0.0; 2]).then_some((number, direction))
+        };
+        frictions.filter_map(direction).collect()
+    }
+
+    /// What begins to slide or to stick: frictions by their numbers behind the contacts.
+    pub(super) fn frictions_told(
+        &self,
+        (before, closed): (&[usize], &[usize]),
+        (were, are): (&Sliding, &Sliding),
+    ) -> Vec<(EventKind, usize)> {
+        let first = self.first_friction();
+        let sticks = closed.iter().filter(|k| **k >= first && !before.contains(k)).map(|k| (EventKind::Sticks, *k));
+        let begins = |(number, [x, y]): &(usize, [f64; 2])| {
+            let was = were.iter().find(|(other, _)| other == number);
+            was.is_none_or(|(_, [u, v])| x * u + y * v < 0.0)
+        };
+        let slides = are.iter().filter(|one| begins(one)).map(|(number, _)| (EventKind::Slides, first + number));
+        sticks.chain(slides).collect()
+    }
+}
+
+impl Simulation<'_> {
+    /// Those that slide now.
+    pub(super) fn sliding(&self) -> Sliding {
+        self.touch.as_ref().map_or_else(Vec::new, |touch| touch.sliding(&self.discrete))
+    }
+
+    /// Lets these slide, and no others.
+    pub(super) fn let_slide(&mut self, sliding: &Sliding) {
+        let Some(touch) = &self.touch else { return };
+        if touch.contacts.frictions().is_empty() {
+            return;
+        }
+        for (number, friction) in touch.contacts.frictions().iter().enumerate() {
+            let direction = sliding.iter().find(|(other, _)| *other == number).map_or([0.0; 2], |(_, found)| *found);
+            let own = friction.direction_at..friction.direction_at + friction.rows.len();
+            self.discrete[own].iter_mut().zip(direction).for_each(|(slot, x)| *slot = x);
+        }
+        self.tell_discrete();
+    }
+
+    /// The limits of all of them at a state, or shares of the reactions of contacts.
+    pub(super) fn limits(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+        let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
+        let limits = touch.limits.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
+        match limits.iter().position(|limit| *limit < 0.0 || limit.is_nan()) {
+            None => Ok(limits),
+            Some(k) => Err(AnalysisError::Limit { row: touch.name(touch.first_friction() + k), value: limits[k] }),
+        }
+    }
+
+    /// A contact that was taken for closed is open: what depends on it neither sticks nor slides.
+    pub(in crate::session) fn release(&mut self, contact: usize, closed: &mut Vec<usize>) {
+        closed.retain(|one| *one != contact);
+        let mut sliding = self.sliding();
+        let Some(touch) = &self.touch else { return };
+        let first = touch.first_friction();
+        let of_contact = |number: usize| touch.contacts.frictions()[number].contact == Some(contact);
+        closed.retain(|one| *one < first || !of_contact(*one - first));
+        sliding.retain(|(number, _)| !of_contact(*number));
+        self.let_slide(&sliding);
+    }
+}

@@ -1,0 +1,122 @@
+//! A clutch that slips and locks: two bodies turn about an axis against each other, held together by a torque up to the clutch's capacity.
+//! With the ground as its first body it is a brake.
+//!
+//! ## Equations
+//!
+//! One row on velocities that holds up to a limit, the capacity C(t) >= 0, with the torque M on body `j`:
+//!
+//! | row | equation | |
+//! |---|---|---|
+//! | spin | w = z_i . (omega_j - omega_i) = 0 | as long as |M| <= C(t) |
+//!
+//! While the clutch is locked M is what holds it. Where that reaches C it begins to slip, and while it slips M = -C(t) w / |w|, until w is zero:
+//! then it locks again, or slips the other way, whichever the torques of the instant ask for. Steps end where that happens
+//! (`events.csv`); what is locked does not creep. The heat is C |w|.
+//!
+//! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 5.)
+//!
+//! ## Signs
+//!
+//! The reaction torque on body `j` is M, positive about z_i: it drives the second body along with the first.
+//!
+//! ## Singular cases
+//!
+//! Other rotations are free: a joint has to keep the axes together. A capacity that becomes negative ends the run with an error. An
+//! impact elsewhere lets it slip: in no time its torque gives no impulse.
+//!
+//! ## Example
+//!
+//! Two discs that a clutch brings to one speed:
+//!
+//! ```toml
+//! [plugins]
+//! libraries = ["odyn-joints"]
+//!
+//! [simulation]
+//! t_end = 2
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "driving"
+//! mass = 1
+//! inertia = [0.1, 0.1, 0.2]
+//! angular_velocity = [0, 0, 30]
+//!
+//! [[body]]
+//! name = "driven"
+//! mass = 1
+//! inertia = [0.1, 0.1, 0.1]
+//!
+//! [[joint]]
+//! name = "first_bearing"
+//! type = "revolute"
+//! bodies = ["ground", "driving"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//!
+//! [[joint]]
+//! name = "second_bearing"
+//! type = "revolute"
+//! bodies = ["ground", "driven"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//!
+//! [[joint]]
+//! name = "clutch"
+//! type = "clutch"
+//! bodies = ["driving", "driven"]
+//! point = [0, 0, 0]
+//! axis = [0, 0, 1]
+//! params.capacity = "5 * min(t, 1)"
+//!
+//! [[output]]
+//! name = "torque"
+//! quantity = "reaction_torque"
+//! of = "clutch"
+//! on = "driven"
+//! component = "z"
+//! ```
+
+use element_api::prelude::*;
+
+/// The joint.
+#[derive(Debug, Clone)]
+pub struct Clutch(ClutchParameters);
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Parameters)]
+pub struct ClutchParameters {
+    /// The largest torque that it transmits, over time.
+    #[param(unit = "s -> N m", variable = "t")]
+    pub capacity: Function,
+}
+
+impl Element for Clutch {
+    const NAME: &'static str = "clutch";
+    const SUMMARY: &'static str = "transmits a torque up to its capacity: slips, and locks";
+    const DOC: &'static str = doc_of(include_str!("clutch.rs"));
+    const FRAMES: &'static [FrameSpec] = &[
+        FrameSpec::new("i", "on the first body; its z axis is the axis of rotation"),
+        FrameSpec::new("j", "on the second body"),
+    ];
+    type Parameters = ClutchParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        Ok(Self(p))
+    }
+}
+
+impl Constraint for Clutch {
+    const ROWS: &'static [&'static str] = &[];
+    const VELOCITY_ROWS: &'static [&'static str] = &["spin"];
+
+    fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {}
+
+    fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        rows.push(at.spin_about_z(0, 1));
+    }
+
+    fn limit<S: Scalar>(&self, _: usize, at: &Motion<'_, S>) -> Option<S> {
+        Some(self.0.capacity.at(at.time()))
+    }
+}
