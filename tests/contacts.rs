@@ -418,3 +418,54 @@ fn a_force_that_jumps_opens_a_contact_at_once() {
     }
     assert!((column(&report, "N").last().unwrap() - 25.0).abs() < 1e-12);
 }
+
+/// A table of 10 kg on legs at these places, half a metre below its centre, which slides along x.
+fn table(legs: &[[f64; 2]], spin: f64, leg: &str) -> String {
+    let mut text = format!(
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 0.1\noutput_step = 0.01\n\
+         [[body]]\nname = \"table\"\nmass = 10\ninertia = [1, 1, 1.5]\nposition = [0, 0, 0.5]\nvelocity = [1, 0, 0]\n\
+         angular_velocity = [0, 0, {spin:?}]\n"
+    );
+    for (k, [x, y]) in legs.iter().enumerate() {
+        text += &format!(
+            "[[joint]]\nname = \"leg_{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"table\"]\n\
+             frames = [{{ position = [0, 0, 0] }}, {{ position = [{x:?}, {y:?}, -0.5] }}]\n{leg}\n\
+             [[output]]\nname = \"n_{k}\"\nquantity = \"reaction_force\"\nof = \"leg_{k}\"\non = \"table\"\ncomponent = \"z\"\n"
+        );
+    }
+    text
+}
+
+const FOUR: [[f64; 2]; 4] = [[-0.5, -0.4], [0.5, -0.4], [0.5, 0.4], [-0.5, 0.4]];
+
+#[test]
+fn loads_of_four_legs_are_not_unique_and_the_report_says_so() {
+    for sets in [&[][..], &["simulation.formulation=\"cartesian\""]] {
+        let scratch = Scratch::new();
+        let report = try_run(&table(&FOUR, 0.0, ""), sets, Some(scratch.path())).unwrap();
+        assert_eq!(report.exit_code(), 0, "{}", report.summary.reason);
+        assert!(report.channels.iter().all(|channel| !channel.unique));
+        assert_eq!(report.summary.not_unique.len(), 4);
+        assert!(report.summary.warnings[0].starts_with("ODY0506: reactions of `leg_0`, `leg_1`, `leg_2`, `leg_3`"));
+        let sum: f64 = report.columns.iter().map(|column| column.last().unwrap()).sum();
+        assert!((sum - 98.1).abs() < 1e-10);
+        let columns = fs::read_to_string(scratch.path().join("channels.json")).unwrap();
+        assert_eq!(columns.matches("\"unique\": false").count(), 4);
+    }
+    let report = run(&table(&FOUR[..3], 0.0, ""), &[]);
+    // The centre is over the edge between two legs: the third carries nothing, all are determined.
+    assert!(report.channels.iter().all(|channel| channel.unique) && report.summary.warnings.is_empty());
+}
+
+#[test]
+fn a_motion_that_depends_on_loads_that_are_not_unique_is_suspect() {
+    let friction = "params.mu = 0.3";
+    // The friction of a table that slides without turning does not depend on how its legs share the weight.
+    let sliding = run(&table(&FOUR, 0.0, friction), &[]);
+    assert_eq!(sliding.summary.not_unique.len(), 4);
+    let turning = try_run(&table(&FOUR, 2.0, friction), &[], None).unwrap();
+    assert_eq!(turning.exit_code(), 7);
+    assert!(turning.summary.reason.contains("loads of `leg_0`"), "{}", turning.summary.reason);
+    let three = run(&table(&[[-0.5, -0.4], [0.5, -0.4], [0.0, 0.5]], 2.0, friction), &[]);
+    assert!(three.summary.not_unique.is_empty() && three.summary.warnings.is_empty());
+}

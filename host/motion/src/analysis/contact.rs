@@ -14,8 +14,10 @@
 //! - **Friction**: see [`Grip`].
 
 mod friction;
+mod indeterminate;
 
 pub use friction::{Grip, Pattern};
+pub use indeterminate::Indeterminate;
 use nalgebra::{DMatrix, DVector};
 
 use super::constraints::{Constraints, mass_values};
@@ -101,8 +103,8 @@ pub struct Meeting {
     pub work: f64,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
-    /// Whether the rows that always hold leave each row free.
-    free: Vec<bool>,
+    /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
+    geometry: DMatrix<f64>,
     /// Numbers of the rows among all.
     rows: Vec<usize>,
     /// Where each contact's rows begin; then their number.
@@ -249,7 +251,7 @@ impl Contacts {
         let delassus = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(&jacobian[i], &responses[j]));
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
         Ok(Meeting {
-            free: self.free(&mut solver, &values, &jacobian)?,
+            geometry: self.geometry(&mut solver, &values, &jacobian)?,
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
             sizes: jacobian.iter().map(|entries| self.size(entries)).collect(),
             impulses: DVector::zeros(rows.len()),
@@ -270,26 +272,29 @@ impl Contacts {
 }
 
 impl Contacts {
-    /// Whether the rows that always hold leave these free: a question of geometry, so all bodies have the same mass here.
-    fn free(
+    /// See [`Meeting::geometry`].
+    fn geometry(
         &self,
         solver: &mut SparseFirst,
         values: &[f64],
         rows: &[Vec<(usize, f64)>],
-    ) -> Result<Vec<bool>, AnalysisError> {
+    ) -> Result<DMatrix<f64>, AnalysisError> {
         let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
         solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
         solver.refactor(values)?;
         let (still, mut multipliers) = (vec![0.0; self.always.len()], vec![0.0; self.always.len()]);
-        let (mut load, mut response) = (vec![0.0; self.structure.n], vec![0.0; self.structure.n]);
-        let mut is_free = |entries: &Vec<(usize, f64)>| {
+        let mut load = vec![0.0; self.structure.n];
+        let mut matrix = DMatrix::zeros(rows.len(), rows.len());
+        for (j, entries) in rows.iter().enumerate() {
+            let mut response = vec![0.0; self.structure.n];
             load.fill(0.0);
             entries.iter().for_each(|(column, slope)| load[*column] = *slope);
             solver.solve(&load, &still, &mut response, &mut multipliers)?;
-            let left: f64 = entries.iter().map(|(column, slope)| slope * response[*column]).sum();
-            Ok(left > RANK_TOLERANCE * self.size(entries).powi(2))
-        };
-        rows.iter().map(&mut is_free).collect()
+            for (i, entries) in rows.iter().enumerate() {
+                matrix[(i, j)] = entries.iter().map(|(column, slope)| slope * response[*column]).sum();
+            }
+        }
+        Ok(matrix)
     }
 }
 
@@ -325,7 +330,8 @@ impl Meeting {
     /// Whether anything gives way to the k-th of them: not where other rows determine how it moves.
     #[must_use]
     pub fn gives_way(&self, k: usize) -> bool {
-        self.free[self.first[k]]
+        let row = self.first[k];
+        self.geometry[(row, row)] > RANK_TOLERANCE * self.sizes[row].powi(2)
     }
 
     /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds.

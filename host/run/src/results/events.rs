@@ -24,6 +24,10 @@ pub enum EventKind {
     Sticks,
     /// It begins to slide, or to slide the other way.
     Slides,
+    /// From here on rigid bodies do not determine its reaction. Told once.
+    Indeterminate,
+    /// From here on it slides with a limit that depends on such a reaction, and the motion on it. Told once.
+    Ambiguous,
 }
 
 impl EventKind {
@@ -36,6 +40,8 @@ impl EventKind {
             Self::Opens => "opens",
             Self::Sticks => "sticks",
             Self::Slides => "slides",
+            Self::Indeterminate => "indeterminate",
+            Self::Ambiguous => "ambiguous",
         }
     }
 }
@@ -112,6 +118,33 @@ impl Events {
         lines.sort_by(|a, b| time(a).partial_cmp(&time(b)).unwrap_or(std::cmp::Ordering::Equal));
         let text: String = std::iter::once(HEADER).chain(lines).map(|line| format!("{line}\n")).collect();
         super::replace(path, text.as_bytes(), false)
+    }
+
+    /// Elements that something happened to, each with the first time, s: also what a run that is continued has in its file.
+    ///
+    /// # Errors
+    /// [`ResultsError::Read`].
+    pub fn first(&self, kind: EventKind) -> Result<Vec<(String, f64)>, ResultsError> {
+        let mut found: Vec<(String, f64)> = Vec::new();
+        let mut take = |element: &str, time: f64| match found.iter_mut().find(|(name, _)| name == element) {
+            Some((_, first)) => *first = first.min(time),
+            None => found.push((element.into(), time)),
+        };
+        if let Some(path) = &self.file {
+            let failed = |error: csv::Error| ResultsError::Read { path: path.clone(), cause: error.into() };
+            let mut lines = csv::Reader::from_path(path).map_err(failed)?;
+            for line in lines.records() {
+                let line = line.map_err(failed)?;
+                let time = line.get(0).and_then(|word| word.parse::<f64>().ok());
+                if let (Some(time), Some(element), true) = (time, line.get(1), line.get(2) == Some(kind.name())) {
+                    take(element, time * self.unit);
+                }
+            }
+        } else {
+            let own = self.list.iter().filter(|event| event.kind == kind);
+            own.for_each(|event| take(&event.element, event.time));
+        }
+        Ok(found)
     }
 
     /// Takes one more.

@@ -67,6 +67,14 @@ impl Folder {
         Ok(Self { path: path.to_path_buf(), table, motion })
     }
 
+    /// Writes the metadata of the columns anew.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn write_channels(&self, time: &ChannelInfo, channels: &[ChannelInfo]) -> Result<(), ResultsError> {
+        channels::write(&self.path.join(CHANNELS_FILE), time, channels)
+    }
+
     /// Continues in the folder of a run that was ended, with what was `kept` of its files.
     ///
     /// # Errors

@@ -78,13 +78,14 @@ impl Session {
             [] => session.judge(summary),
             islands => session.judge_apart(summary, islands),
         }
+        let judged = session.judge_contacts(summary, &mut samplings);
         let checks = session.evaluate(summary, &samplings);
         summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();
         let closed = samplings.close(folder, summary, end.state.as_ref().ok());
         if let Some(error) = end.failed {
             return Err(error);
         }
-        closed.map_err(|error| session.files_error(&error))?;
+        judged.and(closed).map_err(|error| session.files_error(&error))?;
         Ok(samplings.report(end.summary, checks))
     }
 }

@@ -2,9 +2,12 @@
 
 use super::opened::Session;
 use super::options::DEFAULT_METHOD;
+use super::samplings::Samplings;
 use crate::diagnostics::{Code, codes};
-use crate::results::{Audit, AuditLimits, Excess, Measure, Remedy, Summary, significant};
+use crate::model::Quantity;
+use crate::results::{Audit, AuditLimits, EventKind, Excess, Measure, Remedy, ResultsError, Summary, significant};
 use crate::scene::{AuditTolerance, Dimension};
+use element_api::descriptor::Kind;
 
 impl Session {
     /// What the audit may find: as asked for, else what belongs to the tolerance; `None` where it is not to be judged.
@@ -42,6 +45,59 @@ impl Session {
             let (session, part) = islands.iter().find(|(_, part)| found(part))?;
             session.blamed(excess.measure, &part.audit)
         });
+    }
+
+    /// Notes what contacts left open: outputs that are not unique, and a motion that depends on such reactions.
+    pub(super) fn judge_contacts(&self, summary: &mut Summary, samplings: &mut Samplings) -> Result<(), ResultsError> {
+        if !self.equations.switches_rows() {
+            return Ok(());
+        }
+        let open = samplings.events.first(EventKind::Indeterminate)?;
+        let Some(since) = open.iter().map(|(_, time)| *time).reduce(f64::min) else { return Ok(()) };
+        let is_open = |element: usize| open.iter().any(|(name, _)| *name == self.model.elements[element].name);
+        for (info, channel) in samplings.channels.iter_mut().zip(&self.model.channels) {
+            if let Quantity::Load { element, .. } = &channel.quantity
+                && is_open(*element)
+                && info.unique
+            {
+                info.unique = false;
+                summary.not_unique.push(info.name.clone());
+            }
+        }
+        let units = &self.scene.units;
+        let at = |time: f64| {
+            format!("t = {} {}", significant(time / units.factor(Dimension::TIME), 6), units.label(Dimension::TIME))
+        };
+        samplings.write_channels(&self.scene.units)?;
+        let in_quotes = |of: &[(String, f64)]| -> String {
+            of.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        };
+        summary.warnings.push(format!(
+            "{}: reactions of {} are not unique from {} on: more contacts are closed than rigid bodies determine the loads of; sums \
+             over them are unique",
+            codes::REACTIONS_NOT_UNIQUE,
+            in_quotes(&open),
+            at(since)
+        ));
+        if summary.audit_limits.is_none() {
+            return Ok(());
+        }
+        let mut moved = samplings.events.first(EventKind::Ambiguous)?;
+        for element in self.model.elements.iter().filter(|element| element.class.kind == Kind::Force) {
+            if element.joints.iter().any(|joint| is_open(*joint)) {
+                moved.push((element.name.clone(), since));
+            }
+        }
+        if let Some(time) = moved.iter().map(|(_, time)| *time).reduce(f64::min) {
+            let reason = format!(
+                "loads of {} depend on reactions of contacts that rigid bodies do not determine (from {} on), and the motion with them: \
+                 one of many is computed; let three points carry instead of four, or give the contacts stiffness (`bump-stop`)",
+                in_quotes(&moved),
+                at(time)
+            );
+            summary.suspect(codes::REACTION_NOT_UNIQUE, &reason);
+        }
+        Ok(())
     }
 
     /// The row, or the body, where a measure of this scene's audit is worst.

@@ -383,10 +383,12 @@ impl<'a> Run<'a> {
         summary.wall_time_s = session.load_time + session.compile_time + ended.integration_time;
         let failed = session.conclude(&mut summary, ended.outcome, &mut None);
         session.judge(&mut summary);
-        let samplings = match rows {
+        let mut samplings = match rows {
             Rows::Kept(samplings) => *samplings,
             Rows::Sent(_) => session.no_samplings(),
         };
+        let judged = session.judge_contacts(&mut summary, &mut samplings);
+        judged.map_err(|error| session.files_error(&error))?;
         let checks = session.evaluate(&mut summary, &samplings);
         failed.map_or(Ok(samplings.report(summary, checks)), Err)
     }

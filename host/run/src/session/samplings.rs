@@ -10,7 +10,7 @@ use super::sink::Sink;
 use crate::results::{
     ChannelInfo, CheckResult, Event, Events, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table,
 };
-use crate::scene::{Dimension, SampleTime, Simulation};
+use crate::scene::{Dimension, SampleTime, Simulation, UnitSystem};
 
 /// The samples of a run, where they go.
 pub(super) struct Samplings {
@@ -61,6 +61,11 @@ impl Samplings {
         let Some(folder) = &mut self.folder else { return Ok(()) };
         let written = folder.row(time, values);
         self.told(written)
+    }
+
+    /// Writes what is known of the columns by now, if there are files.
+    pub(super) fn write_channels(&self, units: &UnitSystem) -> Result<(), ResultsError> {
+        self.folder.as_ref().map_or(Ok(()), |folder| folder.write_channels(&time_column(units), &self.channels))
     }
 
     /// Keeps an error that ends the run.
@@ -134,8 +139,8 @@ impl Session {
     pub(super) fn samplings(&self, folder: Option<&Path>, summary: &Summary) -> Result<Samplings, SessionError> {
         let mut samplings = self.no_samplings();
         if let Some(path) = folder {
-            let unit = self.scene.units.factor(Dimension::TIME);
-            let time = ChannelInfo::time(&self.scene.units.label(Dimension::TIME), unit);
+            let time = time_column(&self.scene.units);
+            let unit = time.factor;
             let folder = Folder::create(path, &time, &samplings.channels, self.shown.as_ref(), summary);
             samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
             if self.equations.switches_rows() {
@@ -166,6 +171,11 @@ impl Session {
             channels,
         }
     }
+}
+
+/// The first column.
+fn time_column(units: &UnitSystem) -> ChannelInfo {
+    ChannelInfo::time(&units.label(Dimension::TIME), units.factor(Dimension::TIME))
 }
 
 /// Where the rows of a run go.

@@ -3,6 +3,7 @@
 mod contacts;
 mod floor;
 mod frictions;
+mod indeterminate;
 mod memory;
 mod part;
 mod picture;

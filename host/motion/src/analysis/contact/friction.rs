@@ -297,7 +297,8 @@ impl Meeting {
             let mut impulses = DVector::zeros(self.rows.len());
             impulses[normal] = (1.0 + restitution) * compressed[normal];
             let known = &self.delassus * &impulses + &self.rates;
-            let fixed = held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
+            let fixed =
+                held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
             // Rows that hold whatever it takes take part as contacts do whose rows are those alone.
             let mut parts = self.complementary(&known, &[], fixed.collect(), 1e-3 * unit_of_rates)?.forces;
             if !hard.is_empty() {

@@ -121,6 +121,12 @@ impl Touch {
         list
     }
 
+    /// Something that happened to a contact, or a friction behind the contacts.
+    pub(super) fn event(&self, time: f64, kind: EventKind, k: usize) -> Event {
+        let (element, row) = self.names[k].clone();
+        Event { time, element, row, kind, rates: [0.0; 2], impulse: 0.0, lost: 0.0 }
+    }
+
     pub(super) fn name(&self, contact: usize) -> String {
         let (element, row) = &self.names[contact];
         format!("{element}: {row}")
@@ -311,7 +317,11 @@ impl Simulation<'_> {
                 closed.extend(pattern.sticking.iter().map(|number| first + number));
                 closed.sort_unstable();
                 self.let_slide(&pattern.sliding);
+                let changed = self.closed_contacts() != closed || *slid != pattern.sliding;
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
+                if changed && let Some(open) = meeting.indeterminate(&pattern, &accelerations, [speed, largest]) {
+                    self.report_indeterminate(t, &touching, &open)?;
+                }
                 return Ok(closed);
             }
         }
@@ -348,10 +358,7 @@ impl Simulation<'_> {
     ) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let before = std::mem::replace(&mut touch.told, closed.to_vec());
-        let event = |kind: EventKind, k: usize| {
-            let (element, row) = touch.names[k].clone();
-            Event { time: t, element, row, kind, rates: [0.0; 2], impulse: 0.0, lost: 0.0 }
-        };
+        let event = |kind: EventKind, k: usize| touch.event(t, kind, k);
         let mut events = Vec::new();
         for strike in strikes.iter().filter(|strike| strike.rates[0] < -TOUCHING * TOUCHING * TOUCHING * speed) {
             let rates = strike.rates;
@@ -365,10 +372,7 @@ impl Simulation<'_> {
         events.extend(before.iter().filter(now).filter(|k| !closed.contains(k)).map(|k| event(EventKind::Opens, *k)));
         let frictions = touch.frictions_told((&before, closed), (slid, sliding));
         events.extend(frictions.into_iter().map(|(kind, k)| event(kind, k)));
-        for event in events {
-            self.rows_taken.sink().event(&event).map_err(|error| AnalysisError::Told { message: error.to_string() })?;
-        }
-        Ok(())
+        self.send(&events)
     }
 
     /// Those that are closed.

@@ -1,0 +1,114 @@
+//! [`Indeterminate`]: reactions of contacts that rigid bodies leave open.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::{Meeting, Pattern, RANK_TOLERANCE, solve};
+
+/// Share of a row in reactions that balance each other above which it takes part.
+const TAKES_PART: f64 = 1e-6;
+/// Share of what friction could change of the motion above which it does.
+const MOVES: f64 = 1e-9;
+
+/// More contacts touch, or stick, than the motion determines the reactions of: reactions that balance each other may be added.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Indeterminate {
+    /// Contacts with such reactions: places among those that touch.
+    pub contacts: Vec<usize>,
+    /// Numbers of frictions that stick with such reactions.
+    pub frictions: Vec<usize>,
+    /// Numbers of frictions that slide, whose limits depend on these reactions, where the motion depends on them, too.
+    pub moving: Vec<usize>,
+}
+
+impl Meeting {
+    /// What the pattern leaves open, where rows have these accelerations while all contacts are open, and speeds and accelerations are
+    /// of these sizes. A table on four legs is the example.
+    ///
+    /// The rows that hold are dependent where their Delassus matrix is singular; its null vectors are reactions in balance. They
+    /// can be added to the pattern's unless contacts without reaction would have to push and to pull for that.
+    #[must_use]
+    pub fn indeterminate(
+        &self,
+        pattern: &Pattern,
+        of_rows: &DVector<f64>,
+        [speed, acceleration]: [f64; 2],
+    ) -> Option<Indeterminate> {
+        let w = &self.delassus * &pattern.forces + of_rows;
+        let silent = |k: &usize| {
+            let accelerates = w[self.first[*k]].abs() > self.no_acceleration(*k, acceleration);
+            !pattern.closed.contains(k) && self.stays(*k, speed) && self.gives_way(*k) && !accelerates
+        };
+        let silent = (0..self.touching.len()).filter(silent);
+        let contacts: Vec<usize> = pattern.closed.iter().copied().chain(silent).collect();
+        let sticking = || self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
+        let mut rows: Vec<usize> = contacts.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+        rows.extend(sticking().flat_map(|grip| grip.rows.iter().copied()));
+        let largest = rows.iter().fold(0.0_f64, |most, row| most.max(pattern.forces[*row].abs()));
+        if rows.is_empty() || largest == 0.0 {
+            return None;
+        }
+        let balanced = self.balanced(&rows);
+        if let [one] = balanced.as_slice() {
+            let idle = contacts.iter().filter_map(|k| {
+                let place = rows.iter().position(|row| *row == self.first[*k])?;
+                (pattern.forces[self.first[*k]] <= TAKES_PART * largest).then_some(one[place])
+            });
+            let size = one.amax();
+            let signs: Vec<bool> = idle.filter(|x| x.abs() > TAKES_PART * size).map(|x| x > 0.0).collect();
+            if signs.iter().any(|sign| *sign != signs[0]) {
+                return None;
+            }
+        }
+        let takes_part = |row: &usize| {
+            let place = rows.iter().position(|one| one == row);
+            place.is_some_and(|place| balanced.iter().any(|one| one[place].abs() > TAKES_PART * one.amax()))
+        };
+        let open = |k: &usize| (self.first[*k]..self.first[k + 1]).any(|row| takes_part(&row));
+        let found = Indeterminate {
+            contacts: contacts.iter().copied().filter(open).collect(),
+            frictions: sticking().filter(|grip| grip.rows.iter().any(takes_part)).map(|grip| grip.number).collect(),
+            moving: self.moved_by(&balanced, &rows, pattern),
+        };
+        (!found.contacts.is_empty() || !found.frictions.is_empty()).then_some(found)
+    }
+
+    /// Reactions of rows that are in balance with each other: a basis.
+    fn balanced(&self, rows: &[usize]) -> Vec<DVector<f64>> {
+        let scale: Vec<f64> = rows.iter().map(|row| 1.0 / self.sizes[*row]).collect();
+        let entry = |i: usize, j: usize| scale[i] * self.geometry[(rows[i], rows[j])] * scale[j];
+        let matrix = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (entry(i, j) + entry(j, i)));
+        let found = SymmetricEigen::new(matrix);
+        let least = RANK_TOLERANCE * found.eigenvalues.max();
+        let null = (0..rows.len()).filter(|k| found.eigenvalues[*k] <= least);
+        null.map(|k| DVector::from_fn(rows.len(), |i, _| scale[i] * found.eigenvectors[(i, k)])).collect()
+    }
+
+    /// Frictions that slide whose change with reactions in balance changes the motion while the rows hold.
+    fn moved_by(&self, balanced: &[DVector<f64>], rows: &[usize], pattern: &Pattern) -> Vec<usize> {
+        let mut moving = Vec::new();
+        for one in balanced {
+            let mut change = DVector::zeros(self.rows.len());
+            let mut taking = Vec::new();
+            for (number, direction) in &pattern.sliding {
+                let grip = self.grips.iter().find(|grip| grip.number == *number);
+                let Some((grip, contact)) = grip.and_then(|grip| Some((grip, grip.contact?))) else { continue };
+                let Some(place) = rows.iter().position(|row| *row == self.first[contact]) else { continue };
+                if one[place].abs() > TAKES_PART * one.amax() {
+                    taking.push(*number);
+                    let parts = grip.rows.iter().zip(direction);
+                    parts.for_each(|(row, along)| change[*row] = -grip.limit * one[place] * along);
+                }
+            }
+            let pushed = &self.delassus * &change;
+            let held = solve(&self.block(rows), &DVector::from_fn(rows.len(), |i, _| pushed[rows[i]]));
+            let absorbed: f64 = rows.iter().zip(held.iter()).map(|(row, force)| force * pushed[*row]).sum();
+            let apart: f64 = (0..self.rows.len()).map(|i| change[i].powi(2) * self.delassus[(i, i)]).sum();
+            if change.dot(&pushed) - absorbed > MOVES * apart {
+                moving.extend(taking);
+            }
+        }
+        moving.sort_unstable();
+        moving.dedup();
+        moving
+    }
+}
