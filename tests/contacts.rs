@@ -167,7 +167,8 @@ fn a_rocking_block_loses_what_housner_says() {
         assert!(pair[0].rates[1].abs() < 1e-12);
     }
     // Each time one corner closes, the other opens.
-    let switches = report.events.iter().filter(|event| event.kind != EventKind::Impact && event.time > 0.0);
+    let switch = |event: &&Event| matches!(event.kind, EventKind::Closes | EventKind::Opens) && event.time > 0.0;
+    let switches = report.events.iter().filter(switch);
     assert_eq!(switches.count(), 2 * all.len());
 }
 
@@ -446,7 +447,7 @@ fn loads_of_four_legs_are_not_unique_and_the_report_says_so() {
         assert_eq!(report.exit_code(), 0, "{}", report.summary.reason);
         assert!(report.channels.iter().all(|channel| !channel.unique));
         assert_eq!(report.summary.not_unique.len(), 4);
-        assert!(report.summary.warnings[0].starts_with("ODY0506: reactions of `leg_0`, `leg_1`, `leg_2`, `leg_3`"));
+        assert!(report.summary.warnings[0].contains("`n_0`, `n_1`, `n_2`, `n_3` not unique"));
         let sum: f64 = report.columns.iter().map(|column| column.last().unwrap()).sum();
         assert!((sum - 98.1).abs() < 1e-10);
         let columns = fs::read_to_string(scratch.path().join("channels.json")).unwrap();

@@ -17,7 +17,7 @@ mod friction;
 mod indeterminate;
 
 pub use friction::{Grip, Pattern};
-pub use indeterminate::Indeterminate;
+pub use indeterminate::{Holder, Indeterminate};
 use nalgebra::{DMatrix, DVector};
 
 use super::constraints::{Constraints, mass_values};

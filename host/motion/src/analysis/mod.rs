@@ -63,7 +63,7 @@ pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, a
 pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
-pub use contact::{Contacts, Gap as ContactGap, Grip, Indeterminate, Meeting, Pattern, Strike};
+pub use contact::{Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meeting, Pattern, Strike};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};

@@ -24,7 +24,7 @@ pub enum EventKind {
     Sticks,
     /// It begins to slide, or to slide the other way.
     Slides,
-    /// From here on rigid bodies do not determine its reaction. Told once.
+    /// From here on rigid bodies do not determine its reaction; the row says which part. Told once.
     Indeterminate,
     /// From here on it slides with a limit that depends on such a reaction, and the motion on it. Told once.
     Ambiguous,
@@ -120,15 +120,15 @@ impl Events {
         super::replace(path, text.as_bytes(), false)
     }
 
-    /// Elements that something happened to, each with the first time, s: also what a run that is continued has in its file.
+    /// Elements and rows that something happened to, each with the first time, s: also what a run that is continued has in its file.
     ///
     /// # Errors
     /// [`ResultsError::Read`].
-    pub fn first(&self, kind: EventKind) -> Result<Vec<(String, f64)>, ResultsError> {
-        let mut found: Vec<(String, f64)> = Vec::new();
-        let mut take = |element: &str, time: f64| match found.iter_mut().find(|(name, _)| name == element) {
+    pub fn first(&self, kind: EventKind) -> Result<Vec<([String; 2], f64)>, ResultsError> {
+        let mut found: Vec<([String; 2], f64)> = Vec::new();
+        let mut take = |what: [&str; 2], time: f64| match found.iter_mut().find(|(names, _)| *names == what) {
             Some((_, first)) => *first = first.min(time),
-            None => found.push((element.into(), time)),
+            None => found.push((what.map(String::from), time)),
         };
         if let Some(path) = &self.file {
             let failed = |error: csv::Error| ResultsError::Read { path: path.clone(), cause: error.into() };
@@ -136,13 +136,15 @@ impl Events {
             for line in lines.records() {
                 let line = line.map_err(failed)?;
                 let time = line.get(0).and_then(|word| word.parse::<f64>().ok());
-                if let (Some(time), Some(element), true) = (time, line.get(1), line.get(2) == Some(kind.name())) {
-                    take(element, time * self.unit);
+                if let (Some(time), Some(element), Some(row)) = (time, line.get(1), line.get(3))
+                    && line.get(2) == Some(kind.name())
+                {
+                    take([element, row], time * self.unit);
                 }
             }
         } else {
             let own = self.list.iter().filter(|event| event.kind == kind);
-            own.for_each(|event| take(&event.element, event.time));
+            own.for_each(|event| take([&event.element, &event.row], event.time));
         }
         Ok(found)
     }

@@ -116,6 +116,9 @@ pub struct Carried {
     /// Contacts that were closed.
     #[serde(default)]
     pub(super) closed: Vec<usize>,
+    /// Reactions of contacts that were told to be indeterminate.
+    #[serde(default)]
+    pub(super) open_loads: Vec<usize>,
 }
 
 impl Origin {

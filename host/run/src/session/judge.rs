@@ -4,7 +4,7 @@ use super::opened::Session;
 use super::options::DEFAULT_METHOD;
 use super::samplings::Samplings;
 use crate::diagnostics::{Code, codes};
-use crate::model::Quantity;
+use crate::model::{Axes, Quantity};
 use crate::results::{Audit, AuditLimits, EventKind, Excess, Measure, Remedy, ResultsError, Summary, significant};
 use crate::scene::{AuditTolerance, Dimension};
 use element_api::descriptor::Kind;
@@ -53,46 +53,64 @@ impl Session {
             return Ok(());
         }
         let open = samplings.events.first(EventKind::Indeterminate)?;
-        let Some(since) = open.iter().map(|(_, time)| *time).reduce(f64::min) else { return Ok(()) };
-        let is_open = |element: usize| open.iter().any(|(name, _)| *name == self.model.elements[element].name);
+        if open.is_empty() {
+            return Ok(());
+        }
+        // When the first of these parts of a load was open; all where no part is named.
+        let since = |element: usize, part: Option<&str>| {
+            let is_it = |[name, row]: &[String; 2]| {
+                *name == self.model.elements[element].name && part.is_none_or(|part| row.starts_with(part))
+            };
+            open.iter().filter(|(names, _)| is_it(names)).map(|(_, time)| *time).reduce(f64::min)
+        };
+        let (mut outputs, mut from) = (Vec::new(), f64::INFINITY);
         for (info, channel) in samplings.channels.iter_mut().zip(&self.model.channels) {
-            if let Quantity::Load { element, .. } = &channel.quantity
-                && is_open(*element)
+            let Quantity::Load { element, torque, axes, component, .. } = &channel.quantity else { continue };
+            let part = match (torque, axes) {
+                (true, _) => "torque",
+                (false, Axes::Ground) => ["force x", "force y", "force z"][*component],
+                (false, _) => "force",
+            };
+            if let Some(time) = since(*element, Some(part))
                 && info.unique
             {
                 info.unique = false;
-                summary.not_unique.push(info.name.clone());
+                outputs.push(info.name.clone());
+                from = from.min(time);
             }
         }
         let units = &self.scene.units;
         let at = |time: f64| {
             format!("t = {} {}", significant(time / units.factor(Dimension::TIME), 6), units.label(Dimension::TIME))
         };
-        samplings.write_channels(&self.scene.units)?;
-        let in_quotes = |of: &[(String, f64)]| -> String {
-            of.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-        };
-        summary.warnings.push(format!(
-            "{}: reactions of {} are not unique from {} on: more contacts are closed than rigid bodies determine the loads of; sums \
-             over them are unique",
-            codes::REACTIONS_NOT_UNIQUE,
-            in_quotes(&open),
-            at(since)
-        ));
+        let in_quotes = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        if !outputs.is_empty() {
+            samplings.write_channels(units)?;
+            summary.warnings.push(format!(
+                "{}: more contacts are closed from {} on than rigid bodies determine the loads of: {} not unique; sums over the \
+                 contacts are",
+                codes::REACTIONS_NOT_UNIQUE,
+                at(from),
+                in_quotes(&outputs)
+            ));
+            summary.not_unique.append(&mut outputs);
+        }
         if summary.audit_limits.is_none() {
             return Ok(());
         }
-        let mut moved = samplings.events.first(EventKind::Ambiguous)?;
+        let moved = samplings.events.first(EventKind::Ambiguous)?;
+        let mut moved: Vec<(String, f64)> = moved.into_iter().map(|([name, _], time)| (name, time)).collect();
         for element in self.model.elements.iter().filter(|element| element.class.kind == Kind::Force) {
-            if element.joints.iter().any(|joint| is_open(*joint)) {
-                moved.push((element.name.clone(), since));
-            }
+            let since = element.joints.iter().filter_map(|joint| since(*joint, None)).reduce(f64::min);
+            moved.extend(since.map(|time| (element.name.clone(), time)));
         }
         if let Some(time) = moved.iter().map(|(_, time)| *time).reduce(f64::min) {
+            let mut names: Vec<String> = moved.into_iter().map(|(name, _)| name).collect();
+            names.dedup();
             let reason = format!(
                 "loads of {} depend on reactions of contacts that rigid bodies do not determine (from {} on), and the motion with them: \
                  one of many is computed; let three points carry instead of four, or give the contacts stiffness (`bump-stop`)",
-                in_quotes(&moved),
+                in_quotes(&names),
                 at(time)
             );
             summary.suspect(codes::REACTION_NOT_UNIQUE, &reason);

@@ -97,7 +97,7 @@ impl Meeting {
     }
 
     /// Where a grip slides to, if it moves.
-    fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
+    pub(super) fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
         let rates = pair(&grip.rows, |row| self.rates[row]);
         let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
         (norm(rates) > super::NO_SPEED * speed * size).then(|| unit(rates))

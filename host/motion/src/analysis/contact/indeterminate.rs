@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::{Meeting, Pattern, RANK_TOLERANCE, solve};
+use super::{Grip, Meeting, Pattern, RANK_TOLERANCE, solve};
 
 /// Share of a row in reactions that balance each other above which it takes part.
 const TAKES_PART: f64 = 1e-6;
@@ -12,12 +12,19 @@ const MOVES: f64 = 1e-9;
 /// More contacts touch, or stick, than the motion determines the reactions of: reactions that balance each other may be added.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Indeterminate {
-    /// Contacts with such reactions: places among those that touch.
-    pub contacts: Vec<usize>,
-    /// Numbers of frictions that stick with such reactions.
-    pub frictions: Vec<usize>,
+    /// What is open of whose load: the components of its force, ground directions, then its torque.
+    pub loads: Vec<(Holder, [bool; 4])>,
     /// Numbers of frictions that slide, whose limits depend on these reactions, where the motion depends on them, too.
     pub moving: Vec<usize>,
+}
+
+/// Whose rows hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Holder {
+    /// A contact: a place among those that touch.
+    Contact(usize),
+    /// A friction: its number.
+    Friction(usize),
 }
 
 impl Meeting {
@@ -59,17 +66,35 @@ impl Meeting {
                 return None;
             }
         }
-        let takes_part = |row: &usize| {
-            let place = rows.iter().position(|one| one == row);
-            place.is_some_and(|place| balanced.iter().any(|one| one[place].abs() > TAKES_PART * one.amax()))
+        let contacts = contacts.iter().map(|k| (Holder::Contact(*k), (self.first[*k]..self.first[k + 1]).collect()));
+        let frictions = sticking().map(|grip| (Holder::Friction(grip.number), grip.rows.clone()));
+        let all: Vec<(Holder, Vec<usize>)> = contacts.chain(frictions).collect();
+        let open = |(holder, own): &(Holder, Vec<usize>)| {
+            let mut open = [false; 4];
+            balanced.iter().for_each(|one| self.mark(&mut open, one, &rows, own));
+            open.contains(&true).then_some((*holder, open))
         };
-        let open = |k: &usize| (self.first[*k]..self.first[k + 1]).any(|row| takes_part(&row));
-        let found = Indeterminate {
-            contacts: contacts.iter().copied().filter(open).collect(),
-            frictions: sticking().filter(|grip| grip.rows.iter().any(takes_part)).map(|grip| grip.number).collect(),
-            moving: self.moved_by(&balanced, &rows, pattern),
-        };
-        (!found.contacts.is_empty() || !found.frictions.is_empty()).then_some(found)
+        let loads: Vec<_> = all.iter().filter_map(open).collect();
+        let moving = self.moved_by(&balanced, &rows, |grip| {
+            let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
+            found.map(|(_, direction)| *direction).or_else(|| self.moving(grip, speed))
+        });
+        (!loads.is_empty()).then_some(Indeterminate { loads, moving })
+    }
+
+    /// Marks the components of the force of some rows, and its torque, that reactions in balance change.
+    fn mark(&self, open: &mut [bool; 4], one: &DVector<f64>, rows: &[usize], own: &[usize]) {
+        let largest = one.amax();
+        // On one of the bodies; on the other the opposite acts.
+        let body = |row: usize| self.jacobian[row].first().map(|(column, _)| column / 6);
+        let mut load = [0.0; 6];
+        for row in own {
+            let Some(place) = rows.iter().position(|other| other == row) else { continue };
+            open[3] |= (one[place] * self.sizes[*row]).abs() > TAKES_PART * largest;
+            let entries = self.jacobian[*row].iter().filter(|(column, _)| Some(column / 6) == body(*row));
+            entries.for_each(|(column, slope)| load[column % 6] += slope * one[place]);
+        }
+        open.iter_mut().zip(&load[..3]).for_each(|(open, part)| *open |= part.abs() > TAKES_PART * largest);
     }
 
     /// Reactions of rows that are in balance with each other: a basis.
@@ -84,17 +109,21 @@ impl Meeting {
     }
 
     /// Frictions that slide whose change with reactions in balance changes the motion while the rows hold.
-    fn moved_by(&self, balanced: &[DVector<f64>], rows: &[usize], pattern: &Pattern) -> Vec<usize> {
+    fn moved_by(
+        &self,
+        balanced: &[DVector<f64>],
+        rows: &[usize],
+        direction: impl Fn(&Grip) -> Option<[f64; 2]>,
+    ) -> Vec<usize> {
         let mut moving = Vec::new();
         for one in balanced {
             let mut change = DVector::zeros(self.rows.len());
             let mut taking = Vec::new();
-            for (number, direction) in &pattern.sliding {
-                let grip = self.grips.iter().find(|grip| grip.number == *number);
-                let Some((grip, contact)) = grip.and_then(|grip| Some((grip, grip.contact?))) else { continue };
-                let Some(place) = rows.iter().position(|row| *row == self.first[contact]) else { continue };
+            for grip in &self.grips {
+                let normal = grip.contact.and_then(|k| rows.iter().position(|row| *row == self.first[k]));
+                let (Some(place), Some(direction)) = (normal, direction(grip)) else { continue };
                 if one[place].abs() > TAKES_PART * one.amax() {
-                    taking.push(*number);
+                    taking.push(grip.number);
                     let parts = grip.rows.iter().zip(direction);
                     parts.for_each(|(row, along)| change[*row] = -grip.limit * one[place] * along);
                 }

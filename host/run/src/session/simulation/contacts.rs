@@ -45,6 +45,8 @@ pub(super) struct Touch {
     closed: Vec<usize>,
     /// Those that were closed when events were told last.
     told: Vec<usize>,
+    /// Loads that were told to be open: see [`Simulation::open_loads`].
+    pub(super) open_loads: Vec<usize>,
     /// Equations that were in use, and are not now, each with the values of its rows.
     others: Vec<(Mode, Option<RowValues>)>,
     /// The value of each contact; of rows on velocities the rate; of frictions the speed in the direction of sliding.
@@ -95,6 +97,7 @@ impl Touch {
             names: equations.switching_rows().map(name).collect(),
             closed: Vec::new(),
             told: Vec::new(),
+            open_loads: Vec::new(),
             others: Vec::new(),
             open: Part::near(formulation, equations, &values, layout),
             pressing: Part::near(formulation, equations, &reactions, layout),
@@ -317,9 +320,8 @@ impl Simulation<'_> {
                 closed.extend(pattern.sticking.iter().map(|number| first + number));
                 closed.sort_unstable();
                 self.let_slide(&pattern.sliding);
-                let changed = self.closed_contacts() != closed || *slid != pattern.sliding;
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
-                if changed && let Some(open) = meeting.indeterminate(&pattern, &accelerations, [speed, largest]) {
+                if let Some(open) = meeting.indeterminate(&pattern, &accelerations, [speed, largest]) {
                     self.report_indeterminate(t, &touching, &open)?;
                 }
                 return Ok(closed);

@@ -1,25 +1,54 @@
 //! Contacts whose reactions rigid bodies do not determine, during a run: events that say so.
 
 use super::Simulation;
-use crate::analysis::{AnalysisError, Indeterminate};
+use crate::analysis::{AnalysisError, Holder, Indeterminate};
 use crate::results::{Event, EventKind};
 
+/// What is told: components of the force, ground directions; the torque; that the motion depends on it.
+const WORDS: [&str; 5] = ["force x", "force y", "force z", "torque", ""];
+
 impl Simulation<'_> {
-    /// Tells what is open from here on; `touching`: the contacts that the places of `open` are among.
+    /// Tells what is open from here on, once of each; `touching`: the contacts that the places of `open` are among.
     pub(super) fn report_indeterminate(
         &mut self,
         t: f64,
         touching: &[usize],
         open: &Indeterminate,
     ) -> Result<(), AnalysisError> {
-        let Some(touch) = &self.touch else { return Ok(()) };
+        let Some(touch) = &mut self.touch else { return Ok(()) };
         let first = touch.first_friction();
-        let frictions = open.frictions.iter().map(|number| first + number);
-        let all = open.contacts.iter().map(|place| touching[*place]).chain(frictions);
-        let mut events: Vec<Event> = all.map(|k| touch.event(t, EventKind::Indeterminate, k)).collect();
-        let moving = open.moving.iter().map(|number| first + number);
-        events.extend(moving.map(|k| touch.event(t, EventKind::Ambiguous, k)));
+        let mut news = Vec::new();
+        for (holder, parts) in &open.loads {
+            let k = match holder {
+                Holder::Contact(place) => touching[*place],
+                Holder::Friction(number) => first + number,
+            };
+            news.extend((0..parts.len()).filter(|part| parts[*part]).map(|part| k * WORDS.len() + part));
+        }
+        news.extend(open.moving.iter().map(|number| (first + number) * WORDS.len() + WORDS.len() - 1));
+        news.retain(|one| !touch.open_loads.contains(one));
+        let event = |code: &usize| {
+            let (k, part) = (code / WORDS.len(), code % WORDS.len());
+            match WORDS[part] {
+                "" => touch.event(t, EventKind::Ambiguous, k),
+                word => Event { row: word.into(), ..touch.event(t, EventKind::Indeterminate, k) },
+            }
+        };
+        let events: Vec<Event> = news.iter().map(event).collect();
+        touch.open_loads.append(&mut news);
         self.send(&events)
+    }
+
+    /// What was told of it.
+    pub(in crate::session) fn open_loads(&self) -> &[usize] {
+        self.touch.as_ref().map_or(&[], |touch| &touch.open_loads)
+    }
+
+    /// What was told where the run was left.
+    pub(in crate::session) fn open_loads_were(&mut self, told: &[usize]) {
+        if let Some(touch) = &mut self.touch {
+            touch.open_loads = told.to_vec();
+        }
     }
 
     /// Gives events to whoever takes the results.

@@ -17,6 +17,7 @@ impl<'a> Simulation<'a> {
         self.state_sizes.copy_from_slice(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
         self.contacts_were(&carried.closed);
+        self.open_loads_were(&carried.open_loads);
     }
 
     /// See [`Simulation::carry_on`].
@@ -31,6 +32,7 @@ impl<'a> Simulation<'a> {
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
+            open_loads: self.open_loads().to_vec(),
         }
     }
 
@@ -99,6 +101,7 @@ impl<'a> Simulation<'a> {
         self.state_sizes.copy_from_slice(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed);
+        self.open_loads_were(&saved.carried.open_loads);
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);
