@@ -138,6 +138,13 @@ impl Meeting {
         unit: f64,
     ) -> Option<Pattern> {
         let mut closed: Vec<usize> = Vec::new();
+        // From all that slides: then no row sticks that those that stick already hold.
+        for one in held.iter_mut().filter(|one| !one.moves) {
+            let rows = &self.grips[one.grip].rows;
+            let tends = pair(rows, |row| b[row]);
+            let size = rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+            one.direction = if norm(tends) > unit * size { self::unit(tends) } else { [0.0; 2] };
+        }
         let most = 100 * (candidates.len() + held.len() + 1);
         for _ in 0..most {
             let p = self.forces(b, &closed, &mut held);
@@ -297,7 +304,8 @@ impl Meeting {
             let mut impulses = DVector::zeros(self.rows.len());
             impulses[normal] = (1.0 + restitution) * compressed[normal];
             let known = &self.delassus * &impulses + &self.rates;
-            let fixed = held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
+            let fixed =
+                held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
             // Rows that hold whatever it takes take part as contacts do whose rows are those alone.
             let mut parts = self.complementary(&known, &[], fixed.collect(), 1e-3 * unit_of_rates)?.forces;
             if !hard.is_empty() {

@@ -1,7 +1,7 @@
 //! Rows that hold up to a limit, during a run: into which direction each slides, which is kept with the discrete states.
 
-use super::Simulation;
 use super::contacts::Touch;
+use super::{Heat, Simulation};
 use crate::analysis::AnalysisError;
 use crate::results::EventKind;
 
@@ -63,6 +63,21 @@ impl Simulation<'_> {
         self.tell_discrete();
     }
 
+    /// The heat of sliding jumps where it begins and ends.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn heat_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let slides = self.touch.as_ref().is_some_and(|touch| !touch.contacts.frictions().is_empty());
+        if slides && self.heat == Heat::Watched {
+            let found = self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+            let heat = found[2..].iter().sum();
+            self.audit.heat_jumps();
+            self.audit.heating(t, heat);
+        }
+        Ok(())
+    }
+
     /// The limits of all of them at a state, or shares of the reactions of contacts.
     pub(super) fn limits(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
@@ -73,15 +88,37 @@ impl Simulation<'_> {
         }
     }
 
-    /// A contact that was taken for closed is open: what depends on it neither sticks nor slides.
-    pub(in crate::session) fn release(&mut self, contact: usize, closed: &mut Vec<usize>) {
+    /// A contact that was taken for closed is open: what depends on it neither sticks nor slides. Of rows that stick together, and whose
+    /// shares rigid bodies do not determine, one that was given too large a share takes what it can.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn release(
+        &mut self,
+        contact: usize,
+        closed: &mut Vec<usize>,
+        t: f64,
+        state: &[f64],
+    ) -> Result<(), AnalysisError> {
         closed.retain(|one| *one != contact);
         let mut sliding = self.sliding();
-        let Some(touch) = &self.touch else { return };
+        let inputs = self.formulation.observe(t, state, true)?.inputs;
+        let Some(touch) = &self.touch else { return Ok(()) };
         let first = touch.first_friction();
+        if let Some(number) = contact.checked_sub(first) {
+            let rows = &touch.contacts.frictions()[number].rows;
+            let mut direction = [0.0; 2];
+            let multipliers = rows.iter().map(|row| inputs[self.layout.multiplier_slot() + row]);
+            direction.iter_mut().zip(multipliers).for_each(|(x, value)| *x = value);
+            let size = direction[0].hypot(direction[1]);
+            sliding.push((number, direction.map(|x| x / size)));
+            self.let_slide(&sliding);
+            return Ok(());
+        }
         let of_contact = |number: usize| touch.contacts.frictions()[number].contact == Some(contact);
         closed.retain(|one| *one < first || !of_contact(*one - first));
         sliding.retain(|(number, _)| !of_contact(*number));
         self.let_slide(&sliding);
+        Ok(())
     }
 }
