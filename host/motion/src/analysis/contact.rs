@@ -218,7 +218,15 @@ impl Contacts {
             }
             let (limit, stuck) = limits(number);
             let own = rows.len()..rows.len() + friction.rows.len();
-            grips.push(Grip { number, limit, contact: contact.flatten(), stuck, rows: own.collect() });
+            grips.push(Grip {
+                number,
+                limit,
+                contact: contact.flatten(),
+                stuck,
+                rows: own.collect(),
+                only: None,
+                fixed: false,
+            });
             rows.extend(&friction.rows);
         }
         let n = self.structure.n;
@@ -254,10 +262,12 @@ impl Contacts {
             }
         }
         let free = |entries: &Vec<(usize, f64)>| entries.iter().map(|(c, slope)| slope * slope / inertias[*c]).sum();
+        let free: Vec<f64> = jacobian.iter().map(free).collect();
+        grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&delassus, &free));
         Ok(Meeting {
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
             sizes: jacobian.iter().map(size).collect(),
-            free: jacobian.iter().map(free).collect(),
+            free,
             impulses: DVector::zeros(rows.len()),
             touching: touching.to_vec(),
             grips,

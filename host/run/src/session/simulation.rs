@@ -3,6 +3,7 @@
 mod contacts;
 mod floor;
 mod frictions;
+mod levels;
 mod memory;
 mod part;
 mod picture;

@@ -5,6 +5,12 @@ use super::{Heat, Simulation};
 use crate::analysis::AnalysisError;
 use crate::results::EventKind;
 
+/// Speed in a plane below which its direction is left as it was, in tolerances.
+const NO_DIRECTION: f64 = 10.0;
+
+/// Share of the speeds in a scene that is a motion.
+const STIRS: f64 = 1e-6;
+
 /// Where some frictions slide to.
 pub(super) type Sliding = Vec<(usize, [f64; 2])>;
 
@@ -51,6 +57,7 @@ impl Simulation<'_> {
 
     /// Lets these slide, and no others.
     pub(super) fn let_slide(&mut self, sliding: &Sliding) {
+        let still = NO_DIRECTION * self.tolerance * self.speed();
         let Some(touch) = &self.touch else { return };
         if touch.contacts.frictions().is_empty() {
             return;
@@ -58,9 +65,35 @@ impl Simulation<'_> {
         for (number, friction) in touch.contacts.frictions().iter().enumerate() {
             let direction = sliding.iter().find(|(other, _)| *other == number).map_or([0.0; 2], |(_, found)| *found);
             let own = friction.direction_at..friction.direction_at + friction.rows.len();
+            let behind = own.end;
             self.discrete[own].iter_mut().zip(direction).for_each(|(slot, x)| *slot = x);
+            if friction.rows.len() > 1 {
+                self.discrete[behind] = still;
+            }
         }
         self.tell_discrete();
+    }
+
+    /// Fails where a row that neither sticks nor slides moves after all.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Stirs`]; see [`AnalysisError`].
+    pub(super) fn watch_idle(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let speed = self.speed();
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        if touch.idle.is_empty() {
+            return Ok(());
+        }
+        let rates = touch.rates.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
+        let mut first = 0;
+        for (number, friction) in touch.contacts.frictions().iter().enumerate() {
+            let own = &rates[first..first + friction.rows.len()];
+            first += friction.rows.len();
+            if touch.idle.contains(&number) && own.iter().any(|rate| rate.abs() > STIRS * speed) {
+                return Err(AnalysisError::Stirs { row: touch.name(touch.first_friction() + number) });
+            }
+        }
+        Ok(())
     }
 
     /// The heat of sliding jumps where it begins and ends.
@@ -81,6 +114,9 @@ impl Simulation<'_> {
     /// The limits of all of them at a state, or shares of the reactions of contacts.
     pub(super) fn limits(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
+        if touch.contacts.frictions().is_empty() {
+            return Ok(Vec::new());
+        }
         let limits = touch.limits.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
         match limits.iter().position(|limit| *limit < 0.0 || limit.is_nan()) {
             None => Ok(limits),
@@ -102,10 +138,10 @@ impl Simulation<'_> {
     ) -> Result<(), AnalysisError> {
         closed.retain(|one| *one != contact);
         let mut sliding = self.sliding();
-        let inputs = self.formulation.observe(t, state, true)?.inputs;
         let Some(touch) = &self.touch else { return Ok(()) };
         let first = touch.first_friction();
         if let Some(number) = contact.checked_sub(first) {
+            let inputs = self.formulation.observe(t, state, true)?.inputs;
             let rows = &touch.contacts.frictions()[number].rows;
             let mut direction = [0.0; 2];
             let multipliers = rows.iter().map(|row| inputs[self.layout.multiplier_slot() + row]);
