@@ -9,7 +9,7 @@ use odyn::session::{RunReport, Session};
 use crate::support::{Scratch, column, difference, options};
 
 /// Runs the text of a scene; a folder, where its results go.
-fn try_run(text: &str, sets: &[&str], folder: Option<&Path>) -> Result<RunReport, String> {
+pub(crate) fn try_run(text: &str, sets: &[&str], folder: Option<&Path>) -> Result<RunReport, String> {
     let scratch = Scratch::new();
     let path = scratch.file("scene.toml", text);
     let session = Session::open(&path, &options(sets, &[])).map_err(|error| error.to_string())?;
@@ -17,7 +17,7 @@ fn try_run(text: &str, sets: &[&str], folder: Option<&Path>) -> Result<RunReport
 }
 
 #[track_caller]
-fn run(text: &str, sets: &[&str]) -> RunReport {
+pub(crate) fn run(text: &str, sets: &[&str]) -> RunReport {
     let report = try_run(text, sets, None).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(report.exit_code(), 0, "{} {:?}", report.summary.reason, report.summary.audit);
     report
@@ -29,7 +29,7 @@ fn impacts(report: &RunReport) -> Vec<&Event> {
 
 /// All ways that choose their steps agree on what happens, and when, and on the motion.
 #[track_caller]
-fn every_way_agrees(text: &str, tolerance: f64) -> RunReport {
+pub(crate) fn every_way_agrees(text: &str, tolerance: f64) -> RunReport {
     let first = run(text, &[]);
     assert!(!first.events.is_empty());
     for sets in [

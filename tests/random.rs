@@ -21,6 +21,7 @@ mod furnish;
 mod mechanism;
 mod numbers;
 mod relation;
+mod rubbing;
 mod text;
 
 use std::cell::{Cell, RefCell};
@@ -169,7 +170,8 @@ fn differential(count: u64, draw: fn(u64, Style) -> Mechanism) {
 fn all_standard_elements_are_drawn() {
     let draw = |seed| {
         let style = STYLES[(seed % 3) as usize];
-        [Mechanism::furnished(seed, style).parts, Mechanism::striking(seed, style).parts].concat()
+        let made = [Mechanism::furnished, Mechanism::striking, Mechanism::rubbing];
+        made.map(|make| make(seed, style).parts).concat()
     };
     let drawn: BTreeSet<&str> = (1..2000).flat_map(draw).map(|part| part.kind).collect();
     for library in [odyn_joints::library(), odyn_forces::library(), odyn_controls::library()] {
@@ -192,6 +194,11 @@ fn every_way_of_running_a_scene_agrees() {
 #[test]
 fn every_way_of_running_a_scene_with_contacts_agrees() {
     differential(60, Mechanism::striking);
+}
+
+#[test]
+fn every_way_of_running_a_scene_with_friction_agrees() {
+    differential(60, Mechanism::rubbing);
 }
 
 /// Checks the scenes of a folder below `tests`; tells all that fail.

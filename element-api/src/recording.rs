@@ -291,8 +291,7 @@ pub enum Role {
     Unilateral(u32),
     /// The row holds only while the unilateral row of this number is closed; a constant. Contract 1.2.
     SticksWith(u32),
-    /// The row holds up to this limit, N or N m, not negative; of a row that sticks with a unilateral row, up to this share of that
-    /// row's reaction. Beyond it slides. Contract 1.2.
+    /// The row holds up to this limit, N or N m, or up to this share of the row that it sticks with. Contract 1.2.
     Limit(u32),
     /// The row and the row of this number have one limit, a circle; a constant. Contract 1.2.
     SlidesWith(u32),
@@ -484,19 +483,6 @@ impl Recording {
     #[must_use]
     pub fn sticks_with(&self, row: u32) -> Option<u32> {
         self.constant(Role::SticksWith(row)).map(|other| other as u32)
-    }
-
-    /// The other row of a pair that has one limit.
-    #[must_use]
-    pub fn slides_with(&self, row: u32) -> Option<u32> {
-        self.constant(Role::SlidesWith(row)).map(|other| other as u32)
-    }
-
-    /// Numbers that the host keeps between steps for the rows with a limit: into which direction each slides.
-    #[must_use]
-    pub fn sliding_directions(&self) -> usize {
-        self.outputs.iter().filter(|output| matches!(output.role, Role::Limit(_))).count()
-            + self.outputs.iter().filter(|output| matches!(output.role, Role::SlidesWith(_))).count()
     }
 
     /// An output that is a constant.

@@ -53,7 +53,7 @@ fn points(random: &mut Random, argument: f64, size: f64) -> String {
 }
 
 /// A function of time of this size: waves, ramps, pulses, steps, curves.
-fn of_time(random: &mut Random, size: f64) -> String {
+pub(super) fn of_time(random: &mut Random, size: f64) -> String {
     let (pace, at) = (random.decades(0.0, 1.5), random.between(0.1, 0.9) * DURATION);
     let width = DURATION * random.decades(-2.0, -0.7);
     match random.below(7) {
@@ -231,14 +231,14 @@ impl Mechanism {
     }
 
     /// The lightest of the bodies, and the smallest of their moments of inertia.
-    fn lightest(&self, bodies: &[Option<usize>]) -> (f64, f64) {
+    pub(super) fn lightest(&self, bodies: &[Option<usize>]) -> (f64, f64) {
         let least =
             |size: &dyn Fn(Option<usize>) -> f64| bodies.iter().fold(f64::INFINITY, |least, b| least.min(size(*b)));
         (least(&|body| self.mass(body)), least(&|body| self.moment(body)))
     }
 
     /// One of the joints of the tree of a kind.
-    fn one_of(&self, kind: &str, random: &mut Random) -> Option<Part> {
+    pub(super) fn one_of(&self, kind: &str, random: &mut Random) -> Option<Part> {
         let found: Vec<&Part> = self.parts.iter().filter(|part| part.carries && part.kind == kind).collect();
         (!found.is_empty()).then(|| found[random.below(found.len())].clone())
     }

@@ -110,6 +110,20 @@ impl Recording {
         Ok(())
     }
 
+    /// The other row of a pair that has one limit.
+    #[must_use]
+    pub fn slides_with(&self, row: u32) -> Option<u32> {
+        self.constant(Role::SlidesWith(row)).map(|other| other as u32)
+    }
+
+    /// Numbers that the host keeps between steps for the rows with a limit: into which direction each slides; of pairs also the
+    /// speed below which a direction is none.
+    #[must_use]
+    pub fn sliding_numbers(&self) -> usize {
+        let count = |role: &dyn Fn(Role) -> bool| self.outputs.iter().filter(|output| role(output.role)).count();
+        count(&|role| matches!(role, Role::Limit(_))) + 2 * count(&|role| matches!(role, Role::SlidesWith(_)))
+    }
+
     /// Rows that hold up to a limit.
     fn check_limits(&self, limits: &Limits, given: &impl Fn(Role) -> bool) -> Result<(), String> {
         for k in 0..limits.rows as u32 {

@@ -225,7 +225,15 @@ impl Contacts {
             }
             let (limit, stuck) = limits(number);
             let own = rows.len()..rows.len() + friction.rows.len();
-            grips.push(Grip { number, limit, contact: contact.flatten(), stuck, rows: own.collect() });
+            grips.push(Grip {
+                number,
+                limit,
+                contact: contact.flatten(),
+                stuck,
+                rows: own.collect(),
+                only: None,
+                fixed: false,
+            });
             rows.extend(&friction.rows);
         }
         let n = self.structure.n;
@@ -250,10 +258,13 @@ impl Contacts {
         let dot = |entries: &[(usize, f64)], v: &[f64]| entries.iter().map(|(c, slope)| slope * v[*c]).sum::<f64>();
         let delassus = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(&jacobian[i], &responses[j]));
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
+        let geometry = self.geometry(&mut solver, &values, &jacobian)?;
+        let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
+        grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&geometry, &sizes));
         Ok(Meeting {
-            geometry: self.geometry(&mut solver, &values, &jacobian)?,
+            geometry,
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
-            sizes: jacobian.iter().map(|entries| self.size(entries)).collect(),
+            sizes,
             impulses: DVector::zeros(rows.len()),
             touching: touching.to_vec(),
             grips,

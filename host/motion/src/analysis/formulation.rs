@@ -164,6 +164,15 @@ pub enum AnalysisError {
         /// Its value.
         value: f64,
     },
+    /// A row that stood still without a share of the forces has begun to move.
+    #[error(
+        "`{row}` stood still, with other joints and drivers determining how it moves, so that what it holds is not determined; now it \
+         moves: start it with an acceleration, or give what drives it some elasticity"
+    )]
+    Stirs {
+        /// Element and row.
+        row: String,
+    },
     /// Friction at a contact without a solution, or with several.
     #[error("`{row}` slides with so much friction that its reaction has no value, or several (Painleve)")]
     Paradox {

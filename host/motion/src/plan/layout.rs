@@ -57,7 +57,7 @@ impl Layout {
             layout.rows += element.rows.len();
             layout.states += element.recording.initial_states.len();
             layout.references += element.class.angles;
-            layout.discrete += element.recording.initial_discrete.len() + element.recording.sliding_directions();
+            layout.discrete += element.recording.initial_discrete.len() + element.recording.sliding_numbers();
         }
         layout.given_at = layout.discrete;
         layout.discrete += model.inputs.len();

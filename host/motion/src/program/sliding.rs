@@ -3,10 +3,10 @@
 //! With the limit b, the velocity v of the row, and the direction d into which it slides, which is kept between steps, the row's
 //! multiplier while it slides is b e, and the loads are -Phi_q^T b e: e = d of a single row. Of two rows in a plane e is along v,
 //!
-//! e = (d + r d') / sqrt(1 + r^2),   r = (d' . v) (d . v) / ((d . v)^2 + [`STILL`]^2),   d' across d
+//! e = (d + r d') / sqrt(1 + r^2),   r = (d' . v) (d . v) / ((d . v)^2 + s^2),   d' across d
 //!
 //! the same for v and -v, so that the equations are smooth where the sliding comes to its end: steps end there. After every step
-//! d is what e was. Where d is zero, nothing slides.
+//! d is what e was. Where d is zero, nothing slides. s is a speed as small as the errors of velocities, kept behind d.
 
 use element_api::recording::Role;
 use odyn_graph::Node;
@@ -15,8 +15,6 @@ use super::equations::Equations;
 use crate::model::Instance;
 use crate::plan::Layout;
 
-/// Speed below which sliding in a plane has the direction of the step before, m/s or rad/s.
-const STILL: f64 = 1e-12;
 /// Keeps the direction zero where nothing slides.
 const NOTHING: f64 = 1e-300;
 
@@ -29,10 +27,10 @@ pub struct Friction {
     pub limit: Node,
     /// The number of that contact.
     pub contact: Option<usize>,
-    /// Where the direction of each row is among the discrete states.
+    /// Where the direction of each row is among the discrete states; behind those of two rows, the speed below which it is none.
     pub direction_at: usize,
     /// Rates of the rows.
-    rates: Vec<Node>,
+    pub rates: Vec<Node>,
     /// What they have as multipliers while they slide.
     multipliers: Vec<Node>,
 }
@@ -113,7 +111,7 @@ impl Equations {
                 self.row_rate(&row)
             });
             let rates: Vec<Node> = rates.collect();
-            let (limit, count) = (*limit, rows.len());
+            let (limit, count) = (*limit, if rows.len() > 1 { 3 } else { 1 });
             let friction = Friction { rows, limit, contact, direction_at, rates, multipliers: Vec::new() };
             direction_at += count;
             self.slide(friction, layout);
@@ -142,6 +140,10 @@ impl Equations {
             self.next_discrete[friction.direction_at + k] = direction;
             friction.multipliers.push(multiplier);
         }
+        if friction.rows.len() > 1 {
+            let still = friction.direction_at + 2;
+            self.next_discrete[still] = self.graph.input(layout.discrete_slot() + still);
+        }
         self.power = self.graph.sub(self.power, heat);
         self.power = self.graph.add(self.power, driven);
         self.dissipation.push(heat);
@@ -163,12 +165,13 @@ impl Equations {
         let along = sum(g, [d, v], [e, w]);
         let minus = g.neg(e);
         let across = sum(g, [d, w], [minus, v]);
-        let still = g.constant(STILL * STILL);
-        let square = g.mul(along, along);
-        let square = g.add(square, still);
+        let still = g.input(first + 2);
+        let nothing = g.constant(NOTHING);
+        let square = sum(g, [along, along], [still, still]);
+        let square = g.add(square, nothing);
         let product = g.mul(across, along);
         let r = g.div(product, square);
-        let (one, nothing) = (g.constant(1.0), g.constant(NOTHING));
+        let one = g.constant(1.0);
         let length = sum(g, [d, d], [e, e]);
         let longer = sum(g, [r, r], [one, one]);
         let size = sum(g, [length, longer], [nothing, one]);

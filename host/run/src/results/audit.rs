@@ -257,6 +257,11 @@ impl Audit {
         self.work_in = self.work + self.dissipated + self.lost_in_impacts;
     }
 
+    /// From here on the power that is turned into heat is another one. [`Audit::heating`] follows.
+    pub fn heat_jumps(&mut self) {
+        self.heat.known = 0;
+    }
+
     /// Takes impacts, with the energy lost in them, J.
     pub fn struck(&mut self, impacts: u64, lost: f64) {
         self.impacts += impacts;

@@ -10,7 +10,7 @@ use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range;
 use crate::plan::Layout;
-use crate::program::{Contact, Equations, Expr, Node, Ranges, Sharp, Switches};
+use crate::program::{Contact, Equations, Expr, Friction, Node, Ranges, Sharp, Switches};
 
 /// See the module documentation.
 pub(super) struct Guarded {
@@ -70,6 +70,8 @@ pub(super) struct Watching {
     pub(super) rows: Vec<(Node, f64)>,
     /// Unilateral rows.
     pub(super) contacts: Vec<Contact>,
+    /// Rows that hold up to a limit.
+    pub(super) frictions: Vec<Friction>,
 }
 
 impl Watching {
@@ -136,7 +138,8 @@ impl Watching {
         let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
         let rows = self.rows.iter().map(|(node, limit)| (*node, Guard::Bound(*limit)));
         // No step is to open and close one again unnoticed.
-        let gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let mut gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        gaps.extend(self.frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
         let gaps = gaps.into_iter().map(|node| (node, Guard::Switch));
         let all: Vec<(Node, Guard)> = switches.chain(features).chain(rows).chain(gaps).collect();
         let known: Vec<(Node, Guard)> =

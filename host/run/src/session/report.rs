@@ -372,6 +372,10 @@ impl Session {
     }
 }
 
+fn all(names: &[String]) -> String {
+    some(&names.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
 impl std::fmt::Display for CheckReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(
@@ -390,14 +394,12 @@ impl std::fmt::Display for CheckReport {
             self.rank
         )?;
         if !self.contacts.is_empty() {
-            let contacts: Vec<&str> = self.contacts.iter().map(String::as_str).collect();
-            let rows = plural(contacts.len(), "unilateral row", "unilateral rows");
-            writeln!(f, "besides {rows}, open until they touch: {}", some(&contacts))?;
+            let rows = plural(self.contacts.len(), "unilateral row", "unilateral rows");
+            writeln!(f, "besides {rows}, open until they touch: {}", all(&self.contacts))?;
         }
         if !self.frictions.is_empty() {
-            let frictions: Vec<&str> = self.frictions.iter().map(String::as_str).collect();
-            let rows = plural(frictions.len(), "row", "rows");
-            writeln!(f, "besides {rows} that hold up to a limit: {}", some(&frictions))?;
+            let rows = plural(self.frictions.len(), "row", "rows");
+            writeln!(f, "besides {rows} that hold up to a limit: {}", all(&self.frictions))?;
         }
         if self.redundant_rows.is_empty() {
             writeln!(f, "no redundant rows: every reaction is unique")?;
@@ -450,19 +452,17 @@ impl std::fmt::Display for PlanReport {
             if MachineCode::can_assemble() { "made before the first step" } else { "until then interpreted" }
         )?;
         if !self.contacts.is_empty() {
-            let contacts: Vec<&str> = self.contacts.iter().map(String::as_str).collect();
             writeln!(
                 f,
                 "contacts: {}; steps end where they close and open, and rows are enforced while they are closed",
-                some(&contacts)
+                all(&self.contacts)
             )?;
         }
         if !self.frictions.is_empty() {
-            let frictions: Vec<&str> = self.frictions.iter().map(String::as_str).collect();
             writeln!(
                 f,
                 "friction: {}; steps end where they begin to slide and to stick, and rows are enforced while they stick",
-                some(&frictions)
+                all(&self.frictions)
             )?;
         }
         if !self.sampled.is_empty() {

@@ -4,6 +4,7 @@ mod contacts;
 mod floor;
 mod frictions;
 mod indeterminate;
+mod levels;
 mod memory;
 mod part;
 mod picture;

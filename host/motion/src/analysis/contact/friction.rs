@@ -33,6 +33,36 @@ pub struct Grip {
     /// Whether it stuck before: where its reaction is at the limit, it slides.
     pub stuck: bool,
     pub(super) rows: Vec<usize>,
+    /// The only direction in which other rows let it move, if there is but one of two.
+    pub(super) only: Option<[f64; 2]>,
+    /// Whether other rows determine how it moves. What it takes up is not determined where it stands still: nothing.
+    pub(super) fixed: bool,
+}
+
+impl Grip {
+    /// Takes note of where geometry lets it move: see [`Meeting::geometry`]; `sizes` are those of the rows.
+    pub(super) fn look(&mut self, geometry: &DMatrix<f64>, sizes: &[f64]) {
+        let most = self.rows.iter().fold(0.0_f64, |most, row| most.max(sizes[*row].powi(2)));
+        let [xx, yy] = pair(&self.rows, |row| geometry[(row, row)]);
+        let xy = if let [x, y] = self.rows[..] { geometry[(x, y)] } else { 0.0 };
+        let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+        self.fixed = mean + half <= RANK_TOLERANCE * most;
+        if self.rows.len() == 2 && !self.fixed && mean - half <= RANK_TOLERANCE * most {
+            let angle = 0.5 * xy.atan2(0.5 * (xx - yy));
+            self.only = Some([angle.cos(), angle.sin()]);
+        }
+    }
+
+    /// What of a vector in the plane is in directions that others leave free.
+    fn free(&self, v: [f64; 2]) -> [f64; 2] {
+        match self.only {
+            None => v,
+            Some([x, y]) => {
+                let along = v[0] * x + v[1] * y;
+                [along * x, along * y]
+            }
+        }
+    }
 }
 
 /// What limits a row.
@@ -98,7 +128,7 @@ impl Meeting {
 
     /// Where a grip slides to, if it moves.
     pub(super) fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
-        let rates = pair(&grip.rows, |row| self.rates[row]);
+        let rates = grip.free(pair(&grip.rows, |row| self.rates[row]));
         let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
         (norm(rates) > super::NO_SPEED * speed * size).then(|| unit(rates))
     }
@@ -138,6 +168,16 @@ impl Meeting {
         unit: f64,
     ) -> Option<Pattern> {
         let mut closed: Vec<usize> = Vec::new();
+        // From all that slides: then no row sticks that those that stick already hold.
+        for one in held.iter_mut().filter(|one| !one.moves) {
+            let grip = &self.grips[one.grip];
+            let rows = &grip.rows;
+            let tends = grip.free(pair(rows, |row| b[row]));
+            let size = rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+            one.direction = if norm(tends) > unit * size { self::unit(tends) } else { [0.0; 2] };
+            one.moves = grip.fixed && norm(tends) > unit * size;
+        }
+        held.retain(|one| one.moves || !self.grips[one.grip].fixed);
         let most = 100 * (candidates.len() + held.len() + 1);
         for _ in 0..most {
             let p = self.forces(b, &closed, &mut held);
@@ -202,9 +242,8 @@ impl Meeting {
             let beyond = (norm(force) - bound) * way;
             let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
             return match slides {
-                true => Some(unit(force).map(|x| -x)),
-                // Others determine how it moves.
-                false if norm(rate) > 2.0 * none => Some(unit(rate)),
+                true if norm(grip.free(force)) > 0.0 => Some(unit(grip.free(force)).map(|x| -x)),
+                true => None,
                 false => None,
             };
         }
@@ -233,10 +272,10 @@ impl Meeting {
                 }
                 let bound = self.bound(one.bound, &p);
                 let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
-                let rate = pair(&grip.rows, |row| w[row]);
+                let rate = grip.free(pair(&grip.rows, |row| w[row]));
                 let moved = [0, 1].map(|k| bound * one.direction[k] + rate[k] / way);
                 if norm(moved) > 0.0 && way > 0.0 {
-                    let direction = unit(moved);
+                    let direction = unit(grip.free(moved));
                     turned = turned.max(norm([0, 1].map(|k| direction[k] - one.direction[k])));
                     one.direction = direction;
                 }

@@ -12,7 +12,7 @@ use crate::results::{Event, EventKind};
 /// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
 const TOUCHING: f64 = 1e-3;
 /// The same where the tolerance is smaller: round-off of positions.
-const LEAST_TOUCHING: f64 = 1e-12;
+pub(super) const LEAST_TOUCHING: f64 = 1e-12;
 /// Height below which bouncing is none, as a share of the size of the scene, where the tolerance is smaller.
 const LOW: f64 = 1e-10;
 /// How deep a contact may be at the start, as a share of the size of the scene.
@@ -21,10 +21,6 @@ const DEEP: f64 = 1e-9;
 const PASSED: f64 = 1e-6;
 /// Rounds of impacts and contacts that close at one instant.
 const MOST_ROUNDS: usize = 50;
-/// Share of the reactions of closed contacts below which one is none.
-const NO_REACTION: f64 = 1e-9;
-/// The same above which a closed contact that pulls is open.
-const PULLS: f64 = 1e-6;
 /// Instants with events that follow each other without time going on.
 const MOST_AT_ONCE: u32 = 50;
 
@@ -42,7 +38,7 @@ pub(super) struct Touch {
     /// Element and row of each; then of each friction.
     names: Vec<(String, String)>,
     /// Those that are closed now, ascending.
-    closed: Vec<usize>,
+    pub(super) closed: Vec<usize>,
     /// Those that were closed when events were told last.
     told: Vec<usize>,
     /// Loads that were told to be open: see [`Simulation::open_loads`].
@@ -55,9 +51,13 @@ pub(super) struct Touch {
     pressing: Part,
     /// The limit of each friction.
     pub(super) limits: Part,
+    /// The rates of their rows.
+    pub(super) rates: Part,
+    /// Those that neither stick nor slide, since others determine how they move.
+    pub(super) idle: Vec<usize>,
     /// What each of these may not fall below, and what it is typically like.
-    levels: Vec<f64>,
-    sizes: Vec<f64>,
+    pub(super) levels: Vec<f64>,
+    pub(super) sizes: Vec<f64>,
     /// Size of gravity, m/s^2.
     gravity: f64,
     /// Time of the last event, and how many there were before it at the same time.
@@ -82,6 +82,7 @@ impl Touch {
         let frictions = equations.frictions.clone();
         values.extend(frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
         let reserves: Vec<Node> = frictions.iter().map(|friction| equations.reserve(friction, layout)).collect();
+        let rates: Vec<Node> = frictions.iter().flat_map(|friction| friction.rates.iter().copied()).collect();
         let limits: Vec<Node> = frictions.iter().map(|friction| friction.limit).collect();
         let g = &mut equations.graph;
         let reaction = |contact: &crate::program::Contact| {
@@ -102,6 +103,8 @@ impl Touch {
             open: Part::near(formulation, equations, &values, layout),
             pressing: Part::near(formulation, equations, &reactions, layout),
             limits: Part::near(formulation, equations, &limits, layout),
+            rates: Part::near(formulation, equations, &rates, layout),
+            idle: Vec::new(),
             levels: vec![0.0; values.len()],
             sizes: vec![1.0; values.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
@@ -117,7 +120,8 @@ impl Touch {
 
     /// The programs of its own and of equations that are not in use.
     pub(super) fn used(&mut self) -> Vec<crate::program::Used<'_>> {
-        let mut list: Vec<_> = self.open.used().chain(self.pressing.used()).chain(self.limits.used()).collect();
+        let mut list: Vec<_> =
+            self.open.used().chain(self.pressing.used()).chain(self.limits.used()).chain(self.rates.used()).collect();
         for (mode, _) in &mut self.others {
             list.extend(mode.formulation.programs());
         }
@@ -178,7 +182,8 @@ impl Simulation<'_> {
         if let Some(k) = passed {
             return Err(AnalysisError::Passed { row: touch.name(k), value: values[k] });
         }
-        self.limits(t, state).map(|_| ())
+        self.limits(t, state)?;
+        self.watch_idle(t, state)
     }
 
     /// Whether there are unilateral rows.
@@ -223,7 +228,7 @@ impl Simulation<'_> {
     }
 
     /// The size of speeds, m/s.
-    fn speed(&self) -> f64 {
+    pub(super) fn speed(&self) -> f64 {
         self.scales.speed_scale().max(self.scales.spin_scale() * self.scales.length)
     }
 
@@ -319,6 +324,15 @@ impl Simulation<'_> {
                 let mut closed: Vec<usize> = pattern.closed.iter().map(|k| touching[*k]).collect();
                 closed.extend(pattern.sticking.iter().map(|number| first + number));
                 closed.sort_unstable();
+                let is_idle = |grip: &&crate::analysis::Grip| {
+                    let acts = grip.contact.is_none_or(|contact| pattern.closed.contains(&contact));
+                    let slides = pattern.sliding.iter().any(|(number, _)| *number == grip.number);
+                    acts && !slides && !pattern.sticking.contains(&grip.number)
+                };
+                let idle = meeting.grips.iter().filter(is_idle).map(|grip| grip.number).collect();
+                if let Some(touch) = &mut self.touch {
+                    touch.idle = idle;
+                }
                 self.let_slide(&pattern.sliding);
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
                 if let Some(open) = meeting.indeterminate(&pattern, &accelerations, [speed, largest]) {
@@ -463,41 +477,6 @@ impl Simulation<'_> {
         self.change(mode, None, &working);
         self.watch_rows_left_out(equations, t, state)?;
         Ok(())
-    }
-
-    /// Sets what the contacts may not fall below from here on. Gives closed ones that pull, the worst first: they are open after all.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    pub(in crate::session) fn set_levels(&mut self, t: f64, state: &[f64]) -> Result<Option<usize>, AnalysisError> {
-        let mut values = vec![0.0; self.stop_count()];
-        if let Some(touch) = &mut self.touch {
-            touch.levels.fill(0.0);
-            touch.sizes.fill(1.0);
-        }
-        self.stop_values(t, state, &mut values)?;
-        let (length, speed) = (self.scales.length, self.scales.speed_scale());
-        let Some(touch) = &mut self.touch else { return Ok(None) };
-        let reactions = touch.closed.iter().map(|k| values[*k].abs());
-        let largest = reactions.fold(0.0, f64::max);
-        let first = touch.first_friction();
-        let pulls: Vec<usize> = touch.closed.iter().copied().filter(|k| values[*k] < -PULLS * largest).collect();
-        let pulls = pulls.into_iter();
-        let worst = pulls.min_by(|a, b| values[*a].total_cmp(&values[*b]));
-        if let Some(k) = worst.filter(|k| *k >= first) {
-            return Err(AnalysisError::NotSettled { rows: touch.name(k) });
-        }
-        for (k, value) in values.into_iter().enumerate() {
-            let (size, noise) = match touch.closed.contains(&k) {
-                true => (if largest > 0.0 { largest } else { 1.0 }, NO_REACTION),
-                false if k >= first || touch.contacts.contacts()[k].of_velocities => (speed, LEAST_TOUCHING),
-                // Wherever it starts, it may not get deeper.
-                false => (length, f64::NEG_INFINITY),
-            };
-            touch.sizes[k] = size;
-            touch.levels[k] = if value > noise * size { 0.0 } else { value.min(0.0) - noise * size };
-        }
-        Ok(worst)
     }
 }
 

@@ -1,9 +1,15 @@
 //! Rows that hold up to a limit, during a run: into which direction each slides, which is kept with the discrete states.
 
-use super::Simulation;
 use super::contacts::Touch;
+use super::{Heat, Simulation};
 use crate::analysis::AnalysisError;
 use crate::results::EventKind;
+
+/// Speed in a plane below which its direction is left as it was, in tolerances.
+const NO_DIRECTION: f64 = 10.0;
+
+/// Share of the speeds in a scene that is a motion.
+const STIRS: f64 = 1e-6;
 
 /// Where some frictions slide to.
 pub(super) type Sliding = Vec<(usize, [f64; 2])>;
@@ -51,6 +57,7 @@ impl Simulation<'_> {
 
     /// Lets these slide, and no others.
     pub(super) fn let_slide(&mut self, sliding: &Sliding) {
+        let still = NO_DIRECTION * self.tolerance * self.speed();
         let Some(touch) = &self.touch else { return };
         if touch.contacts.frictions().is_empty() {
             return;
@@ -58,14 +65,58 @@ impl Simulation<'_> {
         for (number, friction) in touch.contacts.frictions().iter().enumerate() {
             let direction = sliding.iter().find(|(other, _)| *other == number).map_or([0.0; 2], |(_, found)| *found);
             let own = friction.direction_at..friction.direction_at + friction.rows.len();
+            let behind = own.end;
             self.discrete[own].iter_mut().zip(direction).for_each(|(slot, x)| *slot = x);
+            if friction.rows.len() > 1 {
+                self.discrete[behind] = still;
+            }
         }
         self.tell_discrete();
+    }
+
+    /// Fails where a row that neither sticks nor slides moves after all.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Stirs`]; see [`AnalysisError`].
+    pub(super) fn watch_idle(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let speed = self.speed();
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        if touch.idle.is_empty() {
+            return Ok(());
+        }
+        let rates = touch.rates.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
+        let mut first = 0;
+        for (number, friction) in touch.contacts.frictions().iter().enumerate() {
+            let own = &rates[first..first + friction.rows.len()];
+            first += friction.rows.len();
+            if touch.idle.contains(&number) && own.iter().any(|rate| rate.abs() > STIRS * speed) {
+                return Err(AnalysisError::Stirs { row: touch.name(touch.first_friction() + number) });
+            }
+        }
+        Ok(())
+    }
+
+    /// The heat of sliding jumps where it begins and ends.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn heat_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let slides = self.touch.as_ref().is_some_and(|touch| !touch.contacts.frictions().is_empty());
+        if slides && self.heat == Heat::Watched {
+            let found = self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+            let heat = found[2..].iter().sum();
+            self.audit.heat_jumps();
+            self.audit.heating(t, heat);
+        }
+        Ok(())
     }
 
     /// The limits of all of them at a state, or shares of the reactions of contacts.
     pub(super) fn limits(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
+        if touch.contacts.frictions().is_empty() {
+            return Ok(Vec::new());
+        }
         let limits = touch.limits.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
         match limits.iter().position(|limit| *limit < 0.0 || limit.is_nan()) {
             None => Ok(limits),
@@ -73,15 +124,37 @@ impl Simulation<'_> {
         }
     }
 
-    /// A contact that was taken for closed is open: what depends on it neither sticks nor slides.
-    pub(in crate::session) fn release(&mut self, contact: usize, closed: &mut Vec<usize>) {
+    /// A contact that was taken for closed is open: what depends on it neither sticks nor slides. Of rows that stick together, and whose
+    /// shares rigid bodies do not determine, one that was given too large a share takes what it can.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn release(
+        &mut self,
+        contact: usize,
+        closed: &mut Vec<usize>,
+        t: f64,
+        state: &[f64],
+    ) -> Result<(), AnalysisError> {
         closed.retain(|one| *one != contact);
         let mut sliding = self.sliding();
-        let Some(touch) = &self.touch else { return };
+        let Some(touch) = &self.touch else { return Ok(()) };
         let first = touch.first_friction();
+        if let Some(number) = contact.checked_sub(first) {
+            let inputs = self.formulation.observe(t, state, true)?.inputs;
+            let rows = &touch.contacts.frictions()[number].rows;
+            let mut direction = [0.0; 2];
+            let multipliers = rows.iter().map(|row| inputs[self.layout.multiplier_slot() + row]);
+            direction.iter_mut().zip(multipliers).for_each(|(x, value)| *x = value);
+            let size = direction[0].hypot(direction[1]);
+            sliding.push((number, direction.map(|x| x / size)));
+            self.let_slide(&sliding);
+            return Ok(());
+        }
         let of_contact = |number: usize| touch.contacts.frictions()[number].contact == Some(contact);
         closed.retain(|one| *one < first || !of_contact(*one - first));
         sliding.retain(|(number, _)| !of_contact(*number));
         self.let_slide(&sliding);
+        Ok(())
     }
 }
