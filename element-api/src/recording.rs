@@ -291,6 +291,8 @@ pub enum Role {
     Unilateral(u32),
     /// The row holds only while the unilateral row of this number is closed; a constant. Contract 1.2.
     SticksWith(u32),
+    /// Margin of a check, positive while all is well. Contract 1.2.
+    Check(u32),
 }
 
 impl Role {
@@ -315,6 +317,7 @@ impl Role {
             Self::SamplePeriod => (14, 0),
             Self::Unilateral(k) => (15, k),
             Self::SticksWith(k) => (16, k),
+            Self::Check(k) => (25, k),
         }
     }
 
@@ -339,6 +342,7 @@ impl Role {
             14 if k == 0 => Self::SamplePeriod,
             15 => Self::Unilateral(k),
             16 => Self::SticksWith(k),
+            25 => Self::Check(k),
             _ => return None,
         })
     }
@@ -369,6 +373,7 @@ impl Role {
             | Self::NextDiscrete(_)
             | Self::SamplePeriod
             | Self::Channel(_)
+            | Self::Check(_)
             | Self::Potential
             | Self::Dissipation => kind != Kind::Joint,
             Self::Angle(_) | Self::Signal(_) => true,
@@ -414,6 +419,8 @@ pub struct Limits {
     pub inputs: usize,
     /// Number of joints whose reactions are taken.
     pub joints: usize,
+    /// Number of checks.
+    pub checks: usize,
 }
 
 /// Largest number of operations the host accepts from one element instance.

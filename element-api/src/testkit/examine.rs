@@ -321,7 +321,8 @@ impl<'a> Examination<'a> {
                 | Role::VelocityResidual(_)
                 | Role::SamplePeriod
                 | Role::Unilateral(_)
-                | Role::SticksWith(_) => continue,
+                | Role::SticksWith(_)
+                | Role::Check(_) => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

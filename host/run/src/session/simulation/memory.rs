@@ -17,6 +17,9 @@ impl<'a> Simulation<'a> {
         self.state_sizes.copy_from_slice(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
         self.contacts_were(&carried.closed);
+        if let Some(margins) = &mut self.margins {
+            margins.carry_on(&carried.margins);
+        }
     }
 
     /// See [`Simulation::carry_on`].
@@ -31,6 +34,7 @@ impl<'a> Simulation<'a> {
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
+            margins: self.margins.as_ref().map(|margins| margins.found().to_vec()).unwrap_or_default(),
         }
     }
 
