@@ -6,6 +6,8 @@
 //! columns, `speed [rpm]` with the unit of plain numbers below. Without `columns`, a file of two columns is a curve; of more, a grid
 //! with the values of y in its first line and those of x in its first column.
 
+use super::dimension::Dimension;
+use super::quantity::Quantity;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::units::parse_unit;
 use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
@@ -144,7 +146,7 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Vec<(Spanned<String>,
 fn grid(name: &str, lines: Vec<[RawValue; 3]>, place: &RawValue) -> Found<Vec<(Spanned<String>, RawValue)>> {
     let plain = |raw: &RawValue| match &raw.kind {
         RawKind::Number(value) => *value,
-        RawKind::Text(text) => text.split_whitespace().next().and_then(|word| word.parse().ok()).unwrap_or(f64::NAN),
+        RawKind::Quantity(quantity) => quantity.si,
         _ => f64::NAN,
     };
     let axis = |k: usize| {
@@ -260,8 +262,13 @@ fn number(field: &Field, unit: &str) -> Found<RawValue> {
     let kind = match unit {
         "" => RawKind::Number(number),
         // A quantity, so that it is refused where another dimension belongs.
-        "1" => RawKind::Text(format!("{number:e} m/m")),
-        unit => RawKind::Text(format!("{number:e} {unit}")),
+        "1" => RawKind::Quantity(Quantity::derived(number, Dimension::DIMENSIONLESS)),
+        unit => {
+            let unreadable = |_| Box::new(wrong(format!("the unit `{unit}` can't be read"), field.span.clone()));
+            let (dimension, factor) = parse_unit(unit).map_err(unreadable)?;
+            let quantity = Quantity::derived(number * factor, dimension);
+            RawKind::Quantity(Quantity { cycles: unit.contains("Hz"), ..quantity })
+        }
     };
     Ok(RawValue { span: field.span.clone(), kind })
 }

@@ -33,7 +33,9 @@ pub(super) struct Wanted<'a> {
 /// Reads a function. The error is `None` if its cause is reported elsewhere.
 pub(super) fn read(raw: &RawValue, wanted: Wanted<'_>, scope: &Scope<'_>) -> Result<Value, Option<Diagnostic>> {
     match &raw.kind {
-        RawKind::Number(_) | RawKind::Integer(_) => scope.quantity(raw, wanted.value).map(Value::Float),
+        RawKind::Number(_) | RawKind::Integer(_) | RawKind::Quantity(_) => {
+            scope.quantity(raw, wanted.value).map(Value::Float)
+        }
         RawKind::Text(text) => translate(text, wanted, scope)
             .map_err(|error| (!error.reported).then(|| expression_diagnostic(&error, raw, scope.source))),
         RawKind::Array(items) => points(raw, items, wanted, scope, LEAST_POINTS),

@@ -16,7 +16,7 @@ const FORM: &str =
 pub(super) fn read(
     raw: &RawValue,
     name: &str,
-    [x, y, z]: [Dimension; 3],
+    [x, y, z]: [Option<Dimension>; 3],
     scope: &Scope<'_>,
 ) -> Result<Value, Option<Diagnostic>> {
     let Some(table) = raw.as_table() else {
@@ -47,7 +47,7 @@ pub(super) fn read(
                 items.len(),
             )));
         }
-        let row = items.iter().map(|item| scope.quantity(item, z).map(Value::Float));
+        let row = items.iter().map(|item| quantity(item, z, scope).map(Value::Float));
         values.push(Value::Array(row.collect::<Result<_, _>>()?));
     }
     let mut entries = toml::Table::new();
@@ -71,7 +71,7 @@ fn axis(
     raw: &RawValue,
     table: &RawTable,
     key: &str,
-    dimension: Dimension,
+    dimension: Option<Dimension>,
     scope: &Scope<'_>,
 ) -> Result<Vec<Value>, Option<Diagnostic>> {
     let list = needed(raw, table, key)?;
@@ -83,7 +83,7 @@ fn axis(
     let mut found = Vec::with_capacity(items.len());
     let mut last = f64::NEG_INFINITY;
     for item in items {
-        let value = scope.quantity(item, dimension)?;
+        let value = quantity(item, dimension, scope)?;
         if value <= last {
             let wrong = Diagnostic::error(codes::OUT_OF_RANGE, format!("the values of {key} of a grid must increase"));
             return Err(Some(wrong.at(item.span.clone(), "not above the one before")));
@@ -92,6 +92,14 @@ fn axis(
         found.push(Value::Float(value));
     }
     Ok(found)
+}
+
+/// A value in SI; without a dimension, of any, where a plain number is SI.
+fn quantity(raw: &RawValue, dimension: Option<Dimension>, scope: &Scope<'_>) -> Result<f64, Option<Diagnostic>> {
+    match dimension {
+        Some(dimension) => scope.quantity(raw, dimension),
+        None => scope.any_quantity(raw).map(|quantity| quantity.si),
+    }
 }
 
 fn needed<'t>(raw: &RawValue, table: &'t RawTable, key: &str) -> Result<&'t RawValue, Option<Diagnostic>> {

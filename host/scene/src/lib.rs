@@ -347,7 +347,7 @@ impl Scene {
     }
 
     /// A function of two variables as `element_api::Surface` reads it, in SI: a table with `x`, `y`, `z`, and `interpolation` where the
-    /// scene names one. `dimensions` are those of x, y and z; `name` is that of the parameter, for messages.
+    /// scene names one. `dimensions` are those of x, y and z, where they are not any; `name` is that of the parameter, for messages.
     ///
     /// # Errors
     /// The value is no such table, arguments don't increase, or lengths don't fit.
@@ -355,7 +355,7 @@ impl Scene {
         &self,
         raw: &RawValue,
         name: &str,
-        dimensions: [Dimension; 3],
+        dimensions: [Option<Dimension>; 3],
     ) -> Result<toml::Value, Box<Diagnostic>> {
         let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
         grid::read(raw, name, dimensions, &scope).map_err(|diagnostic| {

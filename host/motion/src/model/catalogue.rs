@@ -3,7 +3,7 @@
 use element_api::params::{ParamKind, ParamSpec};
 
 use crate::diagnostics::{Diagnostic, codes, help_for};
-use crate::scene::{RawKind, RawTable, RawValue};
+use crate::scene::{Quantity, RawKind, RawTable, RawValue, parse_unit};
 
 /// The key of a scene that picks a row.
 pub(super) const USE: &str = "use";
@@ -90,10 +90,11 @@ pub(super) fn is_offered(specs: &[ParamSpec], catalog: &str) -> bool {
 
 /// The row that was meant, else those that begin alike, else some of them.
 fn nearest(name: &str, known: &[&str]) -> Option<String> {
+    const FEWEST: usize = 3;
     const SHOWN: usize = 8;
     let alike = (1..=name.len()).rev().filter_map(|n| name.get(..n)).find_map(|start| {
         let list: Vec<&str> = known.iter().copied().filter(|row| row.starts_with(start)).take(SHOWN).collect();
-        (!list.is_empty()).then_some(list)
+        (list.len() >= FEWEST.min(known.len())).then_some(list)
     });
     match alike {
         Some(list) => Some(format!("the nearest are {}; `odyn elements describe` shows all", list.join(", "))),
@@ -109,10 +110,10 @@ fn value(spec: &ParamSpec, unit: &str, field: &str) -> Option<RawKind> {
             let unit = if unit.is_empty() { spec.unit.as_str() } else { unit };
             let number = number()?;
             if unit.is_empty() || unit == "1" {
-                RawKind::Number(number)
-            } else {
-                RawKind::Text(format!("{number:e} {unit}"))
+                return Some(RawKind::Number(number));
             }
+            let (dimension, factor) = parse_unit(unit).ok()?;
+            RawKind::Quantity(Quantity::derived(number * factor, dimension))
         }
         ParamKind::Integer => RawKind::Integer(field.parse().ok()?),
         ParamKind::Boolean => RawKind::Bool(field.parse().ok()?),

@@ -149,8 +149,9 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
         ParamKind::Surface => {
             let (arguments, value) = spec.unit.split_once("->").unwrap_or(("", spec.unit.as_str()));
             let (x, y) = arguments.split_once(',').unwrap_or((arguments, ""));
-            let dimensions = [dimension_of(x.trim())?, dimension_of(y.trim())?, dimension_of(value.trim())?];
-            let surface = scene.surface(raw, &spec.name, dimensions)?;
+            // A unit that is not named is any, as for numbers.
+            let of = |unit: &str| (!unit.trim().is_empty()).then(|| dimension_of(unit)).transpose();
+            let surface = scene.surface(raw, &spec.name, [of(x)?, of(y)?, of(value)?])?;
             let all = surface.get("z").and_then(toml::Value::as_array).into_iter().flatten();
             let all = all.filter_map(toml::Value::as_array).flatten().filter_map(toml::Value::as_float);
             if !all.into_iter().all(|value| spec.contains(value)) { Err(out_of_range(raw, spec)) } else { Ok(surface) }
