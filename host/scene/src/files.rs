@@ -19,7 +19,9 @@ const KEYS: [&str; 3] = ["file", "columns", "units"];
 const LONGEST: u64 = 16 << 20;
 
 /// Replaces the files that parameters of elements name by what is in them.
-pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut Vec<Diagnostic>) {
+/// Gives the names of the files.
+pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut Vec<Diagnostic>) -> Vec<String> {
+    let mut files = Vec::new();
     for kind in ["joint", "force", "control"] {
         let Some(RawKind::Array(records)) = root.get_mut(kind).map(|raw| &mut raw.kind) else { continue };
         for record in records {
@@ -27,9 +29,8 @@ pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut
             let Some(RawKind::Table(params)) = record.get_mut("params").map(|raw| &mut raw.kind) else { continue };
             for (_, value) in &mut params.entries {
                 let RawKind::Table(table) = &mut value.kind else { continue };
-                if table.get("file").is_none() {
-                    continue;
-                }
+                let Some(file) = table.get("file") else { continue };
+                files.extend(file.as_text().map(ToOwned::to_owned));
                 match entries(table, source) {
                     Ok(found) => {
                         table.entries.retain(|(key, _)| !KEYS.contains(&key.value.as_str()));
@@ -43,6 +44,7 @@ pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut
             }
         }
     }
+    files
 }
 
 type Found<T> = Result<T, Box<Diagnostic>>;

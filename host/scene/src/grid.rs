@@ -24,6 +24,13 @@ pub(super) fn read(
         let found = format!("this is {}", raw.kind.describe());
         return Err(Some(Diagnostic::error(codes::WRONG_TYPE, message).at(raw.span.clone(), found).help(FORM)));
     };
+    if table.get("points").is_some() {
+        let message = "a function of two variables cannot be given by the points of a curve";
+        let wrong =
+            Diagnostic::error(codes::UNKNOWN_KEY, message).at(raw.span.clone(), "this has values over one argument");
+        let help = "of a file, name three columns: `columns = [\"speed\", \"throttle\", \"torque\"]`";
+        return Err(Some(wrong.help(FORM).help(help)));
+    }
     if let Some((key, _)) = table.entries.iter().find(|(key, _)| !KEYS.contains(&key.value.as_str())) {
         let unknown = Diagnostic::error(codes::UNKNOWN_KEY, format!("unknown key `{}` in a grid", key.value));
         return Err(Some(unknown.at(key.span.clone(), "").help_if(help_for(&key.value, KEYS, "keys")).help(FORM)));

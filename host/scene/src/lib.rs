@@ -211,13 +211,14 @@ impl Document {
     pub fn scene(self, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
         let Self { mut source, mut root, mut diagnostics } = self;
         overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
-        files::expand(&mut root, &mut source, &mut diagnostics);
+        let files = files::expand(&mut root, &mut source, &mut diagnostics);
         let parts = read_parts(&root, &source, diagnostics);
         let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
             return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
         };
         let scene = Scene {
             source,
+            files,
             title: parts.title,
             units: parts.units,
             parameters: parts.parameters,

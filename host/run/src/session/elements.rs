@@ -47,12 +47,16 @@ impl Session {
                 WatchedValue::Grid(k) => {
                     let grid = &instance.grids[k];
                     let (factor, _) = self.unit_of(&grid.unit);
-                    record.grids.push(GridRange {
+                    let range = GridRange {
                         parameter: grid.parameter.clone(),
                         argument: self.range(grid.axis, &grid.unit, seen),
                         grid: grid.bounds.map(|bound| bound / factor),
                         first: seen.first.map(|t| t / self.unit_of_time()),
-                    });
+                    };
+                    // Computed twice by the element, it is the same argument.
+                    if !record.grids.contains(&range) {
+                        record.grids.push(range);
+                    }
                 }
             }
         }
