@@ -63,6 +63,7 @@ mod hostile;
 mod interleaved;
 mod judged;
 mod limit;
+mod margins;
 mod masses;
 mod methods;
 mod motion;

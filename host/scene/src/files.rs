@@ -51,14 +51,14 @@ type Found<T> = Result<T, Box<Diagnostic>>;
 
 /// A field of a file: its text without blanks and quotes, and where it stands.
 #[derive(Clone)]
-struct Field {
+struct Cell {
     text: String,
     span: Range<usize>,
 }
 
 /// A column: its name, and what follows plain numbers in it.
 struct Column {
-    name: Field,
+    name: Cell,
     unit: String,
 }
 
@@ -122,7 +122,7 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Vec<(Spanned<String>,
     for column in chosen.iter().map(|k| &columns[*k]) {
         checked_unit(column.unit.clone(), column.name.span.clone())?;
     }
-    let cell = |line: &Vec<Field>, k: usize| number(&line[k], &columns[k].unit);
+    let cell = |line: &Vec<Cell>, k: usize| number(&line[k], &columns[k].unit);
     match chosen[..] {
         [x, y] => {
             let pairs = lines.iter().map(|line| {
@@ -181,8 +181,8 @@ fn grid(name: &str, lines: Vec<[RawValue; 3]>, place: &RawValue) -> Found<Vec<(S
 
 /// The grid of a file that has y in its first line and x in its first column.
 fn matrix(
-    head: &[Field],
-    lines: &[Vec<Field>],
+    head: &[Cell],
+    lines: &[Vec<Cell>],
     units: Option<Vec<(String, Range<usize>)>>,
 ) -> Found<Vec<(Spanned<String>, RawValue)>> {
     let corner = RawValue { span: head[0].span.clone(), kind: RawKind::Bool(true) };
@@ -247,14 +247,14 @@ fn checked_unit(unit: String, span: Range<usize>) -> Found<String> {
 }
 
 /// `speed [rpm]`
-fn column(field: Field) -> Column {
+fn column(field: Cell) -> Column {
     let parts = field.text.strip_suffix(']').and_then(|text| text.split_once('['));
     let (name, unit) = parts.map_or((field.text.as_str(), ""), |(name, unit)| (name.trim(), unit.trim()));
-    Column { name: Field { text: name.to_owned(), span: field.span.clone() }, unit: unit.to_owned() }
+    Column { name: Cell { text: name.to_owned(), span: field.span.clone() }, unit: unit.to_owned() }
 }
 
 /// A number with the unit of its column, as a scene would have it.
-fn number(field: &Field, unit: &str) -> Found<RawValue> {
+fn number(field: &Cell, unit: &str) -> Found<RawValue> {
     let number = field.text.parse::<f64>().ok().filter(|number| number.is_finite());
     let Some(number) = number else {
         let what =
@@ -276,9 +276,9 @@ fn number(field: &Field, unit: &str) -> Found<RawValue> {
 }
 
 /// The fields of all lines that are not empty and no remarks.
-fn fields(text: &str, start: usize) -> Vec<Vec<Field>> {
+fn fields(text: &str, start: usize) -> Vec<Vec<Cell>> {
     let mut at = 0;
-    let mut found: Vec<Vec<Field>> = Vec::new();
+    let mut found: Vec<Vec<Cell>> = Vec::new();
     let mut mark = None;
     for line in text.split_inclusive('\n') {
         let from = at;
@@ -296,7 +296,7 @@ fn fields(text: &str, start: usize) -> Vec<Vec<Field>> {
             let offset = begin + (trimmed.as_ptr() as usize - field.as_ptr() as usize);
             begin += field.len() + mark.len_utf8();
             let text = trimmed.trim_matches('"').trim().to_owned();
-            list.push(Field { text, span: start + offset..start + offset + trimmed.len() });
+            list.push(Cell { text, span: start + offset..start + offset + trimmed.len() });
         }
         found.push(list);
     }

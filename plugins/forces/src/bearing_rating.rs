@@ -18,8 +18,7 @@
 //! ## Signs
 //! `load` is P and `static_load` P0, not negative; `turns` and `life_used` count from the start, in either direction.
 //!
-//! ## Checks
-//! Margins are positive while all is well: S0 C0 / P0 is judged as C0 / `static_safety` - P0; (2) holds up to P = C / 2; the speed is judged
+//! Margins of its checks are positive while all is well: the static load as C0 / `static_safety` - P0; (2) holds up to P = C / 2; the speed is judged
 //! as `limiting_speed` - |w|. Torques across the axis are not looked at: one bearing carries none. Shared between redundant joints, a
 //! reaction is not unique, and neither is what is told here (ODY0322).
 //!

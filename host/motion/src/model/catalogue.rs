@@ -88,17 +88,16 @@ pub(super) fn is_offered(specs: &[ParamSpec], catalog: &str) -> bool {
     !catalog.is_empty() && !specs.iter().any(|spec| spec.name == USE)
 }
 
-/// The row that was meant, else those that begin alike, else some of them.
+/// Those that begin most alike, else some of them.
 fn nearest(name: &str, known: &[&str]) -> Option<String> {
-    const FEWEST: usize = 3;
-    const SHOWN: usize = 8;
-    let alike = (1..=name.len()).rev().filter_map(|n| name.get(..n)).find_map(|start| {
-        let list: Vec<&str> = known.iter().copied().filter(|row| row.starts_with(start)).take(SHOWN).collect();
-        (list.len() >= FEWEST.min(known.len())).then_some(list)
-    });
-    match alike {
-        Some(list) => Some(format!("the nearest are {}; `odyn elements describe` shows all", list.join(", "))),
-        None => help_for(name, known, "rows"),
+    const SHOWN: usize = 5;
+    let alike = |row: &str| row.chars().zip(name.chars()).take_while(|(a, b)| a == b).count();
+    let mut list: Vec<&str> = known.iter().copied().filter(|row| alike(row) > 0).collect();
+    list.sort_by_key(|row| std::cmp::Reverse(alike(row)));
+    list.truncate(SHOWN);
+    match list.is_empty() {
+        true => help_for(name, known, "rows"),
+        false => Some(format!("the nearest are {}; `odyn elements describe` shows all", list.join(", "))),
     }
 }
 
