@@ -48,6 +48,10 @@ pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut
 }
 
 type Found<T> = Result<T, Box<Diagnostic>>;
+/// Texts of a list, with their places.
+type Texts = Vec<(String, Range<usize>)>;
+/// Keys with their values.
+type Entries = Vec<(Spanned<String>, RawValue)>;
 
 /// A field of a file: its text without blanks and quotes, and where it stands.
 #[derive(Clone)]
@@ -67,7 +71,7 @@ fn wrong(message: impl Into<String>, span: Range<usize>) -> Diagnostic {
 }
 
 /// What stands for `file`: `points`, or `x`, `y` and `z`.
-fn entries(table: &RawTable, source: &mut Source) -> Found<Vec<(Spanned<String>, RawValue)>> {
+fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
     let place = table.get("file").expect("the caller has seen it");
     for key in ["points", "x", "y", "z"] {
         if let Some((key, _)) = table.entry(key) {
@@ -145,7 +149,7 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Vec<(Spanned<String>,
 }
 
 /// The grid of lines `x, y, z` in any order.
-fn grid(name: &str, lines: Vec<[RawValue; 3]>, place: &RawValue) -> Found<Vec<(Spanned<String>, RawValue)>> {
+fn grid(name: &str, lines: Vec<[RawValue; 3]>, place: &RawValue) -> Found<Entries> {
     let plain = |raw: &RawValue| match &raw.kind {
         RawKind::Number(value) => *value,
         RawKind::Quantity(quantity) => quantity.si,
@@ -180,11 +184,7 @@ fn grid(name: &str, lines: Vec<[RawValue; 3]>, place: &RawValue) -> Found<Vec<(S
 }
 
 /// The grid of a file that has y in its first line and x in its first column.
-fn matrix(
-    head: &[Cell],
-    lines: &[Vec<Cell>],
-    units: Option<Vec<(String, Range<usize>)>>,
-) -> Found<Vec<(Spanned<String>, RawValue)>> {
+fn matrix(head: &[Cell], lines: &[Vec<Cell>], units: Option<Texts>) -> Found<Entries> {
     let corner = RawValue { span: head[0].span.clone(), kind: RawKind::Bool(true) };
     let units = match units {
         None => [const { String::new() }; 3],
@@ -224,7 +224,7 @@ fn check_count(units: &[(String, Range<usize>)], wanted: usize, place: &RawValue
 }
 
 /// A key with a list of texts.
-fn texts(table: &RawTable, key: &str) -> Found<Option<Vec<(String, Range<usize>)>>> {
+fn texts(table: &RawTable, key: &str) -> Found<Option<Texts>> {
     let Some(raw) = table.get(key) else { return Ok(None) };
     let items = raw.as_array().unwrap_or(std::slice::from_ref(raw));
     let text = |item: &RawValue| {
