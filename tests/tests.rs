@@ -65,6 +65,7 @@ mod hostile;
 mod interleaved;
 mod judged;
 mod limit;
+mod margins;
 mod masses;
 mod methods;
 mod motion;

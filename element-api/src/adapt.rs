@@ -44,6 +44,7 @@ pub fn force<T: Force>() -> Box<dyn ElementClass> {
     let mut descriptor = describe::<T>(Kind::Force, T::CHANNELS, T::STATES);
     descriptor.inputs = inputs(T::INPUTS);
     descriptor.joints = frames(T::JOINTS);
+    descriptor.checks = named(T::CHECKS);
     Box::new(Class::<T, ActingSet<T, AsForce>> { descriptor, marker: PhantomData })
 }
 
@@ -52,13 +53,11 @@ pub fn force<T: Force>() -> Box<dyn ElementClass> {
 pub fn control<T: Control>() -> Box<dyn ElementClass> {
     let mut descriptor = describe::<T>(Kind::Control, T::OUTPUTS, T::STATES);
     descriptor.inputs = inputs(T::INPUTS);
+    descriptor.checks = named(T::CHECKS);
     Box::new(Class::<T, ActingSet<T, AsControl>> { descriptor, marker: PhantomData })
 }
 
 fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelSpec]) -> Descriptor {
-    let named = |list: &[ChannelSpec]| -> Vec<Named> {
-        list.iter().map(|c| Named { name: c.name.into(), unit: c.unit.into(), doc: c.doc.into() }).collect()
-    };
     Descriptor {
         name: T::NAME.into(),
         kind,
@@ -77,7 +76,14 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         states: named(states),
         params: T::Parameters::specs(),
         exempt: T::EXEMPT.iter().map(|(check, reason)| ((*check).into(), (*reason).into())).collect(),
+        checks: Vec::new(),
+        catalog: T::CATALOG.into(),
+        report: T::REPORT.into(),
     }
+}
+
+fn named(list: &[ChannelSpec]) -> Vec<Named> {
+    list.iter().map(|c| Named { name: c.name.into(), unit: c.unit.into(), doc: c.doc.into() }).collect()
 }
 
 fn frames(list: &[FrameSpec]) -> Vec<Named> {

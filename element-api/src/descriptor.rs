@@ -129,6 +129,15 @@ pub struct Descriptor {
     /// Names of checks of the test kit that do not apply, with the reasons. Contract 1.2.
     #[serde(default)]
     pub exempt: Vec<(String, String)>,
+    /// Conditions under which it may be used: name, unit of the margin, what is wrong where it is negative. Contract 1.2.
+    #[serde(default)]
+    pub checks: Vec<Named>,
+    /// Rows of recommended parameters, CSV; may be empty. Contract 1.2.
+    #[serde(default)]
+    pub catalog: String,
+    /// What reports say of an instance, Markdown; may be empty. Contract 1.2.
+    #[serde(default)]
+    pub report: String,
 }
 
 impl Descriptor {
@@ -148,7 +157,11 @@ impl Descriptor {
             ("joints", self.joints.len()),
             ("states", self.states.len()),
             ("exemptions", self.exempt.len()),
+            ("checks", self.checks.len()),
         ];
+        if self.opaque && !self.checks.is_empty() {
+            return Err(format!("`{}` is opaque and declares checks, which only recorded elements have", self.name));
+        }
         match sizes.iter().find(|(_, count)| *count > MOST) {
             Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),
             None => Ok(()),
@@ -172,6 +185,7 @@ impl Descriptor {
             channels,
             inputs: self.inputs.len(),
             joints: self.joints.len(),
+            checks: if self.kind == Kind::Joint || self.opaque { 0 } else { self.checks.len() },
         }
     }
 }

@@ -30,6 +30,14 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// Checks of the test kit that do not apply to it, each with the reason:
     /// `&[("frame-invariance", "a field of the world")]`. `odyn plugin check` calls them exempt and prints the reason. Contract 1.2.
     const EXEMPT: &'static [(&'static str, &'static str)] = &[];
+    /// Rows of recommended parameters that a scene picks with `params = { use = "ROW" }`: CSV, usually `include_str!("sizes.csv")`.
+    /// The first column names the rows, the others are named in the first line as parameters of type number, whole number, flag or text,
+    /// with a unit where they have one: `size,bore [mm],rating [kN]`. Columns of other names are for the reader alone; lines that begin
+    /// with `#` are remarks. What the scene itself gives wins over the row, the row over defaults. Contract 1.2.
+    const CATALOG: &'static str = "";
+    /// What reports say of an instance, Markdown: a section of its own, followed by the extremes of its channels and its checks. Empty:
+    /// there is one where the element has checks. Contract 1.2.
+    const REPORT: &'static str = "";
     /// What a scene tells it.
     type Parameters: Parameters;
 
@@ -161,6 +169,15 @@ pub trait Force: Element {
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let _ = (at, out);
     }
+    /// Conditions under which it may be used; name, unit of the margin, and what is wrong where it is negative, in words that follow the
+    /// name of an instance ("is loaded beyond its static rating"). Not for opaque elements. Contract 1.2.
+    const CHECKS: &'static [ChannelSpec] = &[];
+    /// `[record]` The margin of each of [`Force::CHECKS`]: positive while all is well. The host looks at it at accepted steps and at samples;
+    /// where it was negative the run ends with a warning that has the first time, and the smallest margin with its time. The motion
+    /// does not depend on it.
+    fn checks<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
     /// `[record; hot when opaque]` Potential energy V, J, if the force (or its conservative part) has one.
     ///
     /// An element that gives V or [`Force::dissipation`] D tells with them where all power of its wrench goes: along any motion,
@@ -221,6 +238,13 @@ pub trait Control: Element {
 
     /// `[record; hot when opaque]` The signals it gives, one per entry of [`Control::OUTPUTS`].
     fn outputs<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>);
+
+    /// Conditions under which it may be used: see [`Force::CHECKS`]. Contract 1.2.
+    const CHECKS: &'static [ChannelSpec] = &[];
+    /// `[record]` The margin of each of [`Control::CHECKS`]: see [`Force::checks`].
+    fn checks<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
 
     /// `[create]` Values of the states at the start. Their number may depend on the parameters; the first ones have the
     /// names of [`Control::STATES`].

@@ -67,7 +67,8 @@ pub struct ParamSpec {
     /// What kind of value is expected.
     pub kind: ParamKind,
     /// Unit of the values the plugin receives (SI), for example `"N/m"`; its dimension is what scenes are checked
-    /// against; empty: any. For a curve or function, `"rad/s -> N m"`: unit of the argument, arrow, unit of the value.
+    /// against; empty: any. For a curve or function, `"rad/s -> N m"`: unit of the argument, arrow, unit of the value; for a
+    /// surface, `"rad/s, 1 -> N m"`.
     pub unit: String,
     /// One sentence for the user.
     pub doc: String,
@@ -216,6 +217,8 @@ pub enum ParamKind {
     Curve,
     /// A function of one variable: see [`crate::Function`].
     Function,
+    /// A function of two variables, given on a grid: see [`crate::Surface`]. Contract 1.2.
+    Surface,
 }
 
 impl ParamKind {
@@ -231,6 +234,7 @@ impl ParamKind {
             Self::List => "list of numbers",
             Self::Curve => "list of [argument, value] pairs",
             Self::Function => "number, expression or list of [argument, value] pairs",
+            Self::Surface => "grid `{ x = [...], y = [...], z = [[...], ...] }`",
         }
     }
 }

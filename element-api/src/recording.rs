@@ -295,6 +295,8 @@ pub enum Role {
     Limit(u32),
     /// The row and the row of this number have one limit, a circle; a constant. Contract 1.2.
     SlidesWith(u32),
+    /// Margin of a check, positive while all is well. Contract 1.2.
+    Check(u32),
 }
 
 impl Role {
@@ -321,6 +323,7 @@ impl Role {
             Self::SticksWith(k) => (16, k),
             Self::Limit(k) => (30, k),
             Self::SlidesWith(k) => (31, k),
+            Self::Check(k) => (25, k),
         }
     }
 
@@ -347,6 +350,7 @@ impl Role {
             16 => Self::SticksWith(k),
             30 => Self::Limit(k),
             31 => Self::SlidesWith(k),
+            25 => Self::Check(k),
             _ => return None,
         })
     }
@@ -379,6 +383,7 @@ impl Role {
             | Self::NextDiscrete(_)
             | Self::SamplePeriod
             | Self::Channel(_)
+            | Self::Check(_)
             | Self::Potential
             | Self::Dissipation => kind != Kind::Joint,
             Self::Angle(_) | Self::Signal(_) => true,
@@ -424,6 +429,8 @@ pub struct Limits {
     pub inputs: usize,
     /// Number of joints whose reactions are taken.
     pub joints: usize,
+    /// Number of checks.
+    pub checks: usize,
 }
 
 /// Largest number of operations the host accepts from one element instance.

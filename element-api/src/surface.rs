@@ -1,11 +1,15 @@
 //! [`Surface`]: a function of two variables given on a grid.
 
-use crate::params::ParamError;
+use crate::params::{ParamError, ParamKind, ParamType};
 use crate::scalar::Scalar;
 use crate::table::{Interpolation, Outside, Table};
 
 /// A function of two variables through the values on a grid, held outside of it (at the nearest point of the grid's
 /// rectangle).
+///
+/// As a parameter, a scene gives it as `{ x = [...], y = [...], z = [[...], ...], interpolation = "linear" }` with one list in `z` per
+/// value of x, or from a file: `{ file = "map.csv" }`. Where the scene names no interpolation, it is as for [`crate::Function`].
+/// The host warns when a run leaves the grid. Contract 1.2.
 ///
 /// It is a sum of products f(x, y) = sum over k of a_k(x) b_k(y) of [`Table`]s, so that it is recorded like any equation. An
 /// evaluation looks up twice (`monotone`: four times) as many tables as there are values of y: let y be the variable with
@@ -27,6 +31,11 @@ use crate::table::{Interpolation, Outside, Table};
 pub struct Surface {
     /// Factors of x and of y.
     terms: Vec<[Table; 2]>,
+    /// Arguments and values as they were given.
+    x: Vec<f64>,
+    y: Vec<f64>,
+    values: Vec<f64>,
+    interpolation: Interpolation,
 }
 
 /// Values on a grid, x first: `z(i, j)` at `x[i]`, `y[j]`.
@@ -80,13 +89,49 @@ impl Surface {
                 })
                 .collect::<Result<_, ParamError>>()?,
         };
-        Ok(Self { terms })
+        Ok(Self { terms, x: x.to_vec(), y: y.to_vec(), values: values.to_vec(), interpolation })
     }
 
     /// The value at (x, y).
     #[must_use]
     pub fn at<S: Scalar>(&self, x: S, y: S) -> S {
         self.terms.iter().fold(S::zero(), |sum, [a, b]| sum + x.lookup(a) * y.lookup(b))
+    }
+}
+
+impl ParamType for Surface {
+    const KIND: ParamKind = ParamKind::Surface;
+
+    fn read_value(value: &toml::Value) -> Option<Self> {
+        Self::read_named(value, "").ok()
+    }
+
+    fn read_named(value: &toml::Value, name: &str) -> Result<Self, ParamError> {
+        let about = |error: ParamError| {
+            let of = if error.path.is_empty() { String::new() } else { format!("`{}` ", error.path) };
+            ParamError::new(name, format!("{of}{}", error.message))
+        };
+        let list = |key: &str| value.get(key).and_then(Vec::<f64>::read_value);
+        let rows = || value.get("z")?.as_array()?.iter().map(Vec::<f64>::read_value).collect::<Option<Vec<_>>>();
+        let (Some(x), Some(y), Some(z)) = (list("x"), list("y"), rows()) else {
+            return Err(ParamError::new(name, format!("must be a {}", Self::KIND.text())));
+        };
+        if z.len() != x.len() || z.iter().any(|row| row.len() != y.len()) {
+            let message = format!("needs in `z` {} lists of {} numbers, one per value of x", x.len(), y.len());
+            return Err(ParamError::new(name, message));
+        }
+        let interpolation = value.as_table().map_or(Ok(None), Interpolation::of).map_err(about)?.unwrap_or_default();
+        Self::through(&x, &y, &z.concat(), interpolation).map_err(about)
+    }
+
+    fn write(&self) -> toml::Value {
+        let rows = self.values.chunks(self.y.len().max(1)).map(|row| row.to_vec().write());
+        let mut entry = toml::Table::new();
+        entry.insert("x".into(), self.x.write());
+        entry.insert("y".into(), self.y.write());
+        entry.insert("z".into(), toml::Value::Array(rows.collect()));
+        entry.insert("interpolation".into(), self.interpolation.name().into());
+        toml::Value::Table(entry)
     }
 }
 

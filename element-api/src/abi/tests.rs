@@ -321,7 +321,18 @@ fn instances_that_do_not_exist_are_not_asked_for() {
 
 fn limits() -> Limits {
     let kind = crate::Kind::Joint;
-    Limits { kind, frames: 2, rows: 1, angles: 0, coordinates: 0, mobility: 0, channels: 0, inputs: 0, joints: 0 }
+    Limits {
+        kind,
+        frames: 2,
+        rows: 1,
+        angles: 0,
+        coordinates: 0,
+        mobility: 0,
+        channels: 0,
+        inputs: 0,
+        joints: 0,
+        checks: 0,
+    }
 }
 
 fn raw() -> RecordingV1 {

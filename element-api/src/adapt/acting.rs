@@ -9,6 +9,7 @@ trait Acting<T: Element>: 'static {
     const INPUTS: usize;
     const JOINTS: usize;
     const CHANNELS: &'static [ChannelSpec];
+    const CHECKS: &'static [ChannelSpec];
     fn initial_states(element: &T) -> Vec<f64>;
     fn initial_memory(element: &T) -> Vec<f64>;
     fn sample_period(element: &T) -> Option<f64>;
@@ -17,6 +18,7 @@ trait Acting<T: Element>: 'static {
     fn next_memory<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
     fn channels<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
     fn energies<S: Scalar>(element: &T, at: &Motion<'_, S>) -> [Option<S>; 2];
+    fn checks<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
 }
 
 pub(super) struct AsForce;
@@ -26,6 +28,7 @@ impl<T: Force> Acting<T> for AsForce {
     const INPUTS: usize = T::INPUTS.len();
     const JOINTS: usize = T::JOINTS.len();
     const CHANNELS: &'static [ChannelSpec] = T::CHANNELS;
+    const CHECKS: &'static [ChannelSpec] = T::CHECKS;
     fn initial_states(element: &T) -> Vec<f64> {
         element.initial_states()
     }
@@ -50,6 +53,9 @@ impl<T: Force> Acting<T> for AsForce {
     fn energies<S: Scalar>(element: &T, at: &Motion<'_, S>) -> [Option<S>; 2] {
         [element.potential(at), element.dissipation(at)]
     }
+    fn checks<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        element.checks(at, out);
+    }
 }
 
 pub(super) struct AsControl;
@@ -59,6 +65,7 @@ impl<T: Control> Acting<T> for AsControl {
     const INPUTS: usize = T::INPUTS.len();
     const JOINTS: usize = 0;
     const CHANNELS: &'static [ChannelSpec] = T::OUTPUTS;
+    const CHECKS: &'static [ChannelSpec] = T::CHECKS;
     fn initial_states(element: &T) -> Vec<f64> {
         element.initial_states()
     }
@@ -80,6 +87,9 @@ impl<T: Control> Acting<T> for AsControl {
     }
     fn energies<S: Scalar>(_: &T, _: &Motion<'_, S>) -> [Option<S>; 2] {
         [None, None]
+    }
+    fn checks<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        element.checks(at, out);
     }
 }
 
@@ -178,10 +188,16 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
                 results.extend(numbered(flat(&found.forces), Role::Force));
                 results.extend(numbered(flat(&found.torques), Role::Torque));
             }
+            let mut checks = Vec::new();
+            if !T::OPAQUE {
+                unset(&mut checks, K::CHECKS.len());
+                K::checks(&entry.element, &given.motion(), &mut Values::new(&mut checks, "check"));
+            }
             for (list, role, what) in [
                 (&found.rates, Role::StateRate as fn(u32) -> Role, "the rate of state"),
                 (&found.memory, Role::NextDiscrete, "discrete state"),
                 (&found.channels, Role::Channel, "channel"),
+                (&checks, Role::Check, "check"),
             ] {
                 if let (Some(k), None) = (list.iter().position(Option::is_none), &forgotten) {
                     forgotten = Some((what, k));
@@ -197,6 +213,7 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
         if let Some((what, k)) = forgotten {
             let name = match what {
                 "channel" => format!("`{}`", K::CHANNELS[k].name),
+                "check" => format!("`{}`", K::CHECKS[k].name),
                 _ => k.to_string(),
             };
             return Err(Fault { instance, message: format!("declares {what} {name}, but does not give it") });

@@ -51,6 +51,7 @@ impl Recording {
                 Role::StateRate(k) => (k, self.initial_states.len()),
                 Role::NextDiscrete(k) => (k, self.initial_discrete.len()),
                 Role::Channel(k) => (k, limits.channels),
+                Role::Check(k) => (k, limits.checks),
                 Role::PosePosition(k) => (k, 3),
                 Role::PoseRotation(k) => (k, 9),
                 Role::Signal(_) => return Err("signals are reserved for a later version".into()),

@@ -323,7 +323,8 @@ impl<'a> Examination<'a> {
                 | Role::Unilateral(_)
                 | Role::SticksWith(_)
                 | Role::Limit(_)
-                | Role::SlidesWith(_) => continue,
+                | Role::SlidesWith(_)
+                | Role::Check(_) => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

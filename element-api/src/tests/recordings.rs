@@ -110,6 +110,8 @@ fn operations_inputs_and_roles_survive_their_encoding() {
     }
     assert_eq!(codes, (0..17).collect::<Vec<u32>>());
     assert_eq!(Role::decode(17, 0), None);
+    assert_eq!(Role::Check(2).encode(), (25, 2));
+    assert_eq!(Role::decode(25, 2), Some(Role::Check(2)));
 }
 
 /// The recording with its numbers taken out; their counts remain.

@@ -137,3 +137,25 @@ fn grids_that_make_no_function_are_refused() {
         assert!(error.path == path && error.message.contains(words), "{error}");
     }
 }
+
+#[test]
+fn surfaces_are_read_from_what_scenes_give() {
+    use crate::params::ParamType;
+    let (x, y, values) = ([0.0, 1.0, 3.0], [-1.0, 2.0], [1.0, 2.0, 4.0, -3.0, 0.5, 7.0]);
+    for kind in KINDS {
+        let surface = Surface::through(&x, &y, &values, kind).expect("sound");
+        let written = surface.write();
+        assert_eq!(written["z"][1][0].as_float(), Some(4.0));
+        assert_eq!(Surface::read_named(&written, "map"), Ok(surface));
+    }
+    for (text, words) in [
+        ("p = 3", "must be a grid"),
+        ("p = { x = [0, 1], y = [0, 1], z = [[0, 1]] }", "needs in `z` 2 lists of 2 numbers"),
+        ("p = { x = [0, 1], y = [1, 1], z = [[0, 1], [0, 1]] }", "`y` arguments must increase"),
+        ("p = { x = [0, 1], y = [0, 1], z = [[0, 1], [0, 1]], interpolation = \"steps\" }", "not joined by steps"),
+    ] {
+        let table: toml::Table = text.parse().expect("TOML");
+        let error = Surface::read_named(&table["p"], "p").expect_err(text);
+        assert!(error.path == "p" && error.message.contains(words), "{text}: {error}");
+    }
+}

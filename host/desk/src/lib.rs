@@ -17,6 +17,7 @@
 //! | `../page/` | the scripts; third parties' are bundled with them when the crate is built, if npm is there |
 
 mod curves;
+mod elements;
 mod pack;
 pub mod page;
 mod report;

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::curves::curves;
+use crate::elements;
 use crate::pack::pack;
 use crate::page::html::{escape, page_with};
 use crate::results::ResultsError;
@@ -92,6 +93,9 @@ pub fn report(sources: &[Source], scripts: Scripts) -> String {
     body.push_str("</div></section>\n");
     if bundle.is_some() {
         body.push_str("<section><h2>Table</h2>\n<div id=\"table\"></div></section>\n");
+    }
+    for source in sources {
+        body.push_str(&elements::sections(source, several));
     }
     for source in sources {
         body.push_str(&sections::details(source, several));

@@ -186,3 +186,35 @@ fn a_hundred_bodies_over_two_thousand_samples_stay_below_eight_megabytes() {
     let page = report(&[read(&folder.0)], Scripts::BuiltIn);
     assert!(page.len() < 8_000_000, "{} bytes", page.len());
 }
+
+#[test]
+fn elements_have_sections_whose_texts_only_speak() {
+    let folder = run("elements");
+    let elements = r#""elements": [{"element": "main <b>", "type": "bearing", "library": "strangers",
+        "text": "A **bearing** <script>alert(1)</script> [by us](javascript:alert(2)) and [there](https://example.org/a:b) ![p](https://example.org/p.png)",
+        "values": [{"name": "load", "unit": "N", "smallest": 1.5, "smallest_at": 0.0, "largest": null, "largest_at": 2.0}],
+        "checks": [
+            {"name": "static", "words": "is <i>overloaded</i>", "holds": false, "margin": -3.5, "unit": "N", "at": 2.0, "first": 1.25, "unique": true},
+            {"name": "speed", "words": "is too fast", "holds": true, "margin": 7.5, "unit": "rad/s", "at": 0.5, "unique": false}]}],"#;
+    folder.write("summary.json", SUMMARY.replacen('{', &format!("{{{elements}"), 1));
+    let page = report(&[read(&folder.0)], Scripts::Without);
+    for there in [
+        "<code>main &lt;b&gt;</code>",
+        "<strong>bearing</strong>",
+        "&lt;script&gt;alert(1)&lt;/script&gt;",
+        "<a href=\"https://example.org/a:b\">there</a>",
+        "is &lt;i&gt;overloaded&lt;/i&gt;",
+        ">-3.5<",
+        ">1.25 ms<",
+        "does not hold",
+        "holds, from a reaction that is not unique",
+        "&ndash;",
+    ] {
+        assert!(page.contains(there), "{there} is not in the page");
+    }
+    for missing in ["javascript:", "<script>alert", "p.png", "is too fast"] {
+        assert!(!page.contains(missing), "{missing} is in the page");
+    }
+    // Without, there is no section.
+    assert!(!report(&[read(&run("no-elements").0)], Scripts::Without).contains("smallest margin"));
+}

@@ -123,6 +123,8 @@ table! {
         "The file doesn't exist, may not be read, or is not UTF-8 text. Save it as UTF-8.";
     BAD_SUITE = "ODY0119", Scene, "the stress suite cannot be understood",
         "A suite is a TOML file of `[[trial]]`s, each with a name of its own, a scene, and one of `bounds`, `refused` and `stopped`. What a trial is compared with (`equals`) stands before it. The comment at the head of `scenes/stress/suite.toml` tells all keys.";
+    BAD_TABLE_FILE = "ODY0120", Scene, "file of a curve or grid that cannot be used",
+        "A parameter is given by a file, `{ file = \"motor.csv\" }`, relative to the folder of the scene. It is a table of numbers between commas, semicolons or tabs, whose first line names the columns, with a unit where the numbers are not in the scene's: `speed [rpm], torque [N m]`. A curve takes two columns (`columns = [\"speed\", \"torque\"]`), a grid three, with one line for each pair of arguments; without `columns`, a grid has the values of y in its first line and those of x in its first column. Lines that begin with `#` are remarks.";
 
     UNKNOWN_UNIT = "ODY0201", Scene, "unknown unit",
         "Known are m, g, t, s, min, h, N, J, W, Pa, bar, Hz, rad, deg, turn, rev, rpm, in, ft, lbm, lbf, % and 1, those of the metric system with the prefixes p n u m c d k M G T. Products are written with a blank: `N m`, not `Nm`.";
@@ -201,6 +203,8 @@ table! {
         "An `[[input]]` is a signal that a program changes while the scene runs, but no element has it among its `inputs` and no output reports it, so that changing it changes nothing. Name it where it was meant: `inputs.torque = \"push\"` of a force or control element, or an output of the quantity `input`; or take it away.";
     BAD_MESH = "ODY0327", Scene, "mesh that cannot be read",
         "The file of a shape is missing, is neither STL (binary or text) nor OBJ, is damaged, or has no triangles. Its place is relative to the folder of the scene; `unit` tells what its numbers are: `[[body.shape]]` with `kind = \"mesh\"`, `file = \"parts/rod.stl\"`, `unit = \"mm\"`.";
+    NOT_IN_CATALOG = "ODY0330", Scene, "no such row in the element's catalogue",
+        "`params = { use = \"6204\" }` takes recommended parameters from a row of the catalogue that the element's library brings along; `odyn elements describe` shows it. What the scene gives itself wins over the row.";
 
     PLUGIN_NOT_FOUND = "ODY0401", Plugin, "plugin library not found",
         "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries.";
@@ -291,6 +295,10 @@ table! {
         "`--digits` solved the equations of the scene once more, by power series of high order in numbers of twice the digits, and held the outputs against that. From a time on, which is told for each output, the two have no digit in common; or the more precise computation could not go on. The motion is so sensitive (chaotic) that the round-off of doubles, or of the start itself, grows to its whole size; or it comes to a position where the equations have no solution; or it is so stiff or switches so often that power series take too many steps. A smaller tolerance moves that time; where `start` (in `summary.json`) is as large, nothing does. Before that time, results hold. It changes neither status nor exit code.";
     DIGITS_ESTIMATED = "ODY0707", Audit, "digits of doubles only",
         "`--digits` could not compute the scene with more digits than those of doubles, for the reason told: an opaque element, whose equations are called and not recorded; discrete states that elements change between steps; forces that depend on reactions or accelerations; outputs or forces that need Euler parameters or coordinates that joints do not have; a start next to a singular position. Instead the scene was computed once more in doubles, by another method, in other coordinates where there are any, and at a much smaller tolerance. What is told is the difference of the two: an estimate, which round-off that both share escapes.";
+    ELEMENT_CHECK = "ODY0750", Audit, "element used beyond what it is made for",
+        "An element's library tells under which conditions it may be used, and one of them did not hold during the run, at accepted steps or samples: a bearing is loaded beyond its rating, a motor turns too fast. The words are the library's. The motion is computed as if nothing had happened, and the status of the run does not change; choose another size, or see what loads it. `summary.json` has all margins under `elements`.";
+    LEFT_GRID = "ODY0751", Audit, "arguments outside of a grid",
+        "A parameter is given by values on a grid, and the run asked for values outside of it, where the nearest value on its edge is held. Give values for the whole range, or see why the run leaves it.";
 
     CANNOT_WRITE = "ODY0801", Files, "results cannot be written",
         "The folder doesn't exist, may not be written, or the disk is full.";

@@ -33,7 +33,9 @@ pub(super) struct Wanted<'a> {
 /// Reads a function. The error is `None` if its cause is reported elsewhere.
 pub(super) fn read(raw: &RawValue, wanted: Wanted<'_>, scope: &Scope<'_>) -> Result<Value, Option<Diagnostic>> {
     match &raw.kind {
-        RawKind::Number(_) | RawKind::Integer(_) => scope.quantity(raw, wanted.value).map(Value::Float),
+        RawKind::Number(_) | RawKind::Integer(_) | RawKind::Quantity(_) => {
+            scope.quantity(raw, wanted.value).map(Value::Float)
+        }
         RawKind::Text(text) => translate(text, wanted, scope)
             .map_err(|error| (!error.reported).then(|| expression_diagnostic(&error, raw, scope.source))),
         RawKind::Array(items) => points(raw, items, wanted, scope, LEAST_POINTS),
@@ -72,6 +74,13 @@ fn table_of_points(
     scope: &Scope<'_>,
 ) -> Result<Value, Option<Diagnostic>> {
     if let Some((key, _)) = table.entries.iter().find(|(key, _)| !keys.contains(&key.value.as_str())) {
+        if table.get("points").is_none() && table.get("z").is_some() {
+            return Err(Some(
+                Diagnostic::error(codes::UNKNOWN_KEY, "a function of one variable cannot be given by a grid")
+                    .at(raw.span.clone(), "this has values over two arguments")
+                    .help("of a file, name the columns of the argument and the value: `columns = [\"speed\", \"torque\"]`"),
+            ));
+        }
         return Err(Some(
             Diagnostic::error(codes::UNKNOWN_KEY, format!("unknown key `{}` in a function", key.value))
                 .at(key.span.clone(), "")
@@ -112,7 +121,7 @@ fn table_of_points(
 }
 
 /// One of the words for what is between points.
-fn interpolation(raw: &RawValue) -> Result<Interpolation, Option<Diagnostic>> {
+pub(super) fn interpolation(raw: &RawValue) -> Result<Interpolation, Option<Diagnostic>> {
     let words: Vec<&str> = Interpolation::ALL.iter().map(|(word, _)| *word).collect();
     let wrong = |code, message: String| Some(Diagnostic::error(code, message).at(raw.span.clone(), ""));
     let Some(word) = raw.as_text() else {

@@ -3,7 +3,7 @@
 //! - **Takes**: a TOML text and the `--set` texts of the command line.
 //! - **Gives**: a [`Scene`] with units converted to SI, expressions computed, directions normalised, and a byte range
 //!   wherever a later room may have to point; or all mistakes of the text at once.
-//! - **May touch**: the scene file ([`read`]) and nothing else.
+//! - **May touch**: the scene file ([`read`]) and the files of curves and grids that it names, nothing else.
 //! - **Must not know**: plugins (types and parameters of elements are passed on as written), bodies by index,
 //!   mathematics beyond arithmetic and rotations.
 //!
@@ -62,8 +62,10 @@ mod bodies;
 mod dimension;
 mod elements;
 mod expression;
+mod files;
 mod formula;
 mod function;
+mod grid;
 mod inputs;
 mod outputs;
 mod overrides;
@@ -209,12 +211,14 @@ impl Document {
     pub fn scene(self, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
         let Self { mut source, mut root, mut diagnostics } = self;
         overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
+        let files = files::expand(&mut root, &mut source, &mut diagnostics);
         let parts = read_parts(&root, &source, diagnostics);
         let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
             return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
         };
         let scene = Scene {
             source,
+            files,
             title: parts.title,
             units: parts.units,
             parameters: parts.parameters,
@@ -339,6 +343,23 @@ impl Scene {
     ) -> Result<toml::Value, Box<Diagnostic>> {
         let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
         function::read(raw, function::Wanted { variable, argument, value }, &scope).map_err(|diagnostic| {
+            Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
+        })
+    }
+
+    /// A function of two variables as `element_api::Surface` reads it, in SI: a table with `x`, `y`, `z`, and `interpolation` where the
+    /// scene names one. `dimensions` are those of x, y and z, where they are not any; `name` is that of the parameter, for messages.
+    ///
+    /// # Errors
+    /// The value is no such table, arguments don't increase, or lengths don't fit.
+    pub fn surface(
+        &self,
+        raw: &RawValue,
+        name: &str,
+        dimensions: [Option<Dimension>; 3],
+    ) -> Result<toml::Value, Box<Diagnostic>> {
+        let scope = Scope { source: &self.source, units: &self.units, parameters: &self.parameters };
+        grid::read(raw, name, dimensions, &scope).map_err(|diagnostic| {
             Box::new(diagnostic.expect("the parameters of a scene that was accepted have values"))
         })
     }

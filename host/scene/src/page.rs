@@ -17,7 +17,7 @@ key may stand that is not here.
 
 In the column *value*, a name of a physical quantity (length, time, moment of inertia) is a number in the scene's units, or a
 text with a unit or an expression: `0.4`, `\"40 cm\"`, `\"2 * crank.radius\"`. *Plain number* is the same without a unit,
-*quantity* one whose kind depends on the place, and `3 × length` a list of three. *Function* and *points* are those of
+*quantity* one whose kind depends on the place, and `3 × length` a list of three. *Function*, *points* and *grid* are those of
 [Functions and signals](functions.md). [Units and expressions](units.md) tells more.
 ";
 
@@ -143,8 +143,13 @@ fn kind_and_default(value: &Value) -> String {
 fn kind(value: &Value) -> String {
     let choices = ["anyOf", "oneOf"].into_iter().find_map(|word| value[word].as_array());
     if let Some(choices) = choices {
-        if choices.iter().any(|choice| choice["properties"]["points"].is_object()) {
-            return if choices.len() > 2 { "function".to_owned() } else { "points".to_owned() };
+        let is_table_of = |key: &str| choices.iter().any(|choice| choice["properties"][key].is_object());
+        if is_table_of("points") {
+            let number = choices.iter().any(|choice| choice["properties"].is_null() && choice["items"].is_null());
+            return if number { "function".to_owned() } else { "points".to_owned() };
+        }
+        if is_table_of("z") {
+            return "grid".to_owned();
         }
         let mut words: Vec<String> = choices.iter().map(kind).collect();
         words.dedup();

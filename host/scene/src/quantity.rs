@@ -27,7 +27,8 @@ impl Quantity {
     }
 
     /// A value with a dimension to which a unit has contributed.
-    pub(super) fn derived(si: f64, dimension: Dimension) -> Self {
+    #[must_use]
+    pub fn derived(si: f64, dimension: Dimension) -> Self {
         Quantity { si, dimension, plain: false, cycles: false }
     }
 

@@ -1,5 +1,6 @@
 //! Values as written: TOML with byte ranges, before anything is known of their meaning.
 
+use super::quantity::Quantity;
 use odyn_diagnostics::{Diagnostic, Source, codes};
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -41,6 +42,8 @@ pub enum RawKind {
     Integer(i64),
     /// `true` or `false`.
     Bool(bool),
+    /// A number with a unit, of a file.
+    Quantity(Quantity),
     /// A text, which may be an expression.
     Text(String),
     /// A list.
@@ -65,6 +68,7 @@ impl RawKind {
             RawKind::Number(_) => "a number",
             RawKind::Integer(_) => "a whole number",
             RawKind::Bool(_) => "true or false",
+            RawKind::Quantity(_) => "a quantity",
             RawKind::Text(_) => "a text",
             RawKind::Array(_) => "a list",
             RawKind::Table(_) => "a table",

@@ -27,6 +27,10 @@ impl Scope<'_> {
         let number = match &raw.kind {
             RawKind::Number(value) => *value,
             RawKind::Integer(value) => *value as f64,
+            RawKind::Quantity(quantity) => {
+                let si = quantity.expect(expected, self.units, 0..0);
+                return si.map_err(|error| Some(expression_diagnostic(&error, raw, self.source)));
+            }
             RawKind::Text(text) => return self.text(text, raw, expected),
             other => {
                 let found = other.describe();
@@ -49,6 +53,7 @@ impl Scope<'_> {
         match &raw.kind {
             RawKind::Number(value) => Ok(Quantity::number(*value)),
             RawKind::Integer(value) => Ok(Quantity::number(*value as f64)),
+            RawKind::Quantity(quantity) => Ok(*quantity),
             RawKind::Text(text) => self
                 .evaluated(text)
                 .map_err(|error| (!error.reported).then(|| expression_diagnostic(&error, raw, self.source))),

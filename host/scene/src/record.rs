@@ -16,6 +16,8 @@ use std::path::PathBuf;
 pub struct Scene {
     /// The text that all spans point into.
     pub source: Source,
+    /// Files of curves and grids, as named in the scene.
+    pub files: Vec<String>,
     /// Title for reports; may be empty.
     pub title: String,
     /// Units of plain numbers and of results.

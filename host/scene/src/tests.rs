@@ -1,6 +1,7 @@
 //! Tests of the room, one drawer per subject.
 
 mod expressions;
+mod files;
 mod functions;
 mod hostile;
 mod inputs;

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use odyn::catalog::{Catalog, CatalogError, ElementHandle, Manifest, SearchPath};
 use odyn::diagnostics::suggest;
+use odyn::model::Catalogue;
 
 use super::args::{DescribeArgs, PlacesArgs};
 use super::exit;
@@ -116,10 +117,16 @@ pub(super) fn description_json(element: &ElementHandle) -> String {
         channels: &'a [Named],
         states: &'a [Named],
         params: &'a [ParamSpec],
+        #[serde(skip_serializing_if = "<[_]>::is_empty")]
+        checks: &'a [Named],
+        #[serde(skip_serializing_if = "str::is_empty")]
+        catalog: &'a str,
+        #[serde(skip_serializing_if = "str::is_empty")]
+        report: &'a str,
     }
     let Descriptor { kind, summary, opaque, frames, rows, inputs, joints, channels, states, params, .. } =
         element.descriptor();
-    let Descriptor { angles, mobility, turns_freely, .. } = element.descriptor();
+    let Descriptor { angles, mobility, turns_freely, checks, catalog, report, .. } = element.descriptor();
     let descriptor = Flat {
         kind: kind.word(),
         summary,
@@ -135,6 +142,9 @@ pub(super) fn description_json(element: &ElementHandle) -> String {
         channels,
         states,
         params,
+        checks,
+        catalog,
+        report,
     };
     let (library, version) = (&element.library.package, &element.library.version);
     terminal::json(&Described { name: element.full_name(), library, version, descriptor })
@@ -167,6 +177,11 @@ pub(super) fn description(element: &ElementHandle) -> String {
     section(&mut text, channels, descriptor.channels.iter().map(named));
     section(&mut text, "states", descriptor.states.iter().map(named));
     section(&mut text, "parameters", descriptor.params.iter().map(parameter));
+    section(&mut text, "checks", descriptor.checks.iter().map(named));
+    text.push_str(&catalogue(&descriptor.catalog));
+    if !descriptor.report.is_empty() {
+        text.push_str(&format!("in reports:\n  {}\n", descriptor.report.replace('\n', "\n  ")));
+    }
     if let Some(mobility) = descriptor.mobility {
         let free = if descriptor.turns_freely { ", and turns freely" } else { "" };
         text.push_str(&format!("joint coordinates of its own: {mobility}{free}\n"));
@@ -175,6 +190,27 @@ pub(super) fn description(element: &ElementHandle) -> String {
         text.push_str("called at run time: its equations are not compiled into the scene's\n");
     }
     text
+}
+
+/// The rows of a catalogue under the names of its columns; nothing without one.
+fn catalogue(text: &str) -> String {
+    let catalogue = match Catalogue::read(text) {
+        Ok(Some(catalogue)) => catalogue,
+        Ok(None) => return String::new(),
+        Err(problem) => return format!("catalogue: cannot be used: {problem}\n"),
+    };
+    let head = catalogue.columns.into_iter();
+    let head = head.map(|(name, unit)| if unit.is_empty() { name } else { format!("{name} [{unit}]") }).collect();
+    let lines: Vec<Vec<String>> = std::iter::once(head).chain(catalogue.rows).collect();
+    let width = |k: usize| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..lines[0].len()).map(width).collect();
+    let mut out = "catalogue, `params = { use = \"...\" }`:\n".to_owned();
+    for line in &lines {
+        let cells = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+        out.push_str(format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end());
+        out.push('\n');
+    }
+    out
 }
 
 /// A heading and aligned pairs; nothing without pairs.

@@ -99,6 +99,7 @@ fn value(param: &ParamSpec) -> String {
         ParamKind::Vector => "[0, 0, 1]".into(),
         ParamKind::List => format!("[{number}]"),
         ParamKind::Curve => "[[0, 0], [1, 1]]".into(),
+        ParamKind::Surface => format!("{{ x = [0, 1], y = [0, 1], z = [[{number}, {number}], [{number}, {number}]] }}"),
         ParamKind::Function => format!("\"{}\"", if param.variable.is_empty() { "x" } else { &param.variable }),
     }
 }

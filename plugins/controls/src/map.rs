@@ -18,10 +18,11 @@
 //! b (for `monotone` twice as many), so let b be the input with fewer.
 //!
 //! ## Signs
-//! The value is passed on as it is. Arguments and values are in SI units.
+//! The value is passed on as it is. Arguments and values are in SI units; in `grid`, numbers may have units, and a file may give them:
+//! `params.grid = { file = "engine.csv" }`.
 //!
 //! ## Singular cases
-//! Where the inputs leave the grid, slopes jump to zero; those of `linear` jump at every line of the grid.
+//! A run that leaves `grid` ends with a warning (ODY0751). Where the inputs leave the grid, slopes jump to zero; those of `linear` jump at every line of the grid.
 //!
 //! ## Example
 //! ```toml
@@ -53,12 +54,12 @@
 //! name = "engine"
 //! type = "map"
 //! inputs = { a = "speed.output", b = "throttle.output" }
-//! params.a = [100, 200, 300]
-//! params.b = [0, 0.5, 1]
-//! params.values = [
-//!     -10, 60, 80,
-//!     -15, 75, 110,
-//!     -25, 55, 100,
+//! params.grid.x = [100, 200, 300]
+//! params.grid.y = [0, 0.5, 1]
+//! params.grid.z = [
+//!     [-10, 60, 80],
+//!     [-15, 75, 110],
+//!     [-25, 55, 100],
 //! ]
 //!
 //! [[output]]
@@ -68,7 +69,6 @@
 //! channel = "output"
 //! ```
 
-use element_api::Surface;
 use element_api::prelude::*;
 
 /// The element.
@@ -80,16 +80,19 @@ pub struct Map {
 /// What a scene tells it.
 #[derive(Debug, Clone, Parameters)]
 pub struct MapParameters {
+    /// The function on a grid: x is the first input, y the second. Numbers without units are in SI. Or `a`, `b` and `values`.
+    #[param(unit = "")]
+    pub grid: Option<Surface>,
     /// Values of the first input at which the grid has lines, increasing, in SI units.
     #[param(unit = "1")]
-    pub a: Vec<f64>,
+    pub a: Option<Vec<f64>>,
     /// Values of the second input at which the grid has lines, increasing, in SI units.
     #[param(unit = "1")]
-    pub b: Vec<f64>,
+    pub b: Option<Vec<f64>>,
     /// Values of the output, in SI units: all of the first `a` in the order of `b`, then all of the second, and so on.
     #[param(unit = "1")]
-    pub values: Vec<f64>,
-    /// What the function is between the points of the grid.
+    pub values: Option<Vec<f64>>,
+    /// What the function is between the points of `a` and `b`; `grid` has a key of its own.
     #[param(choices = ["monotone", "linear", "spline"], default = "monotone")]
     pub interpolation: String,
 }
@@ -102,8 +105,16 @@ impl Element for Map {
     type Parameters = MapParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        let (a, b, values) = match (p.grid, p.a, p.b, p.values) {
+            (Some(surface), None, None, None) => return Ok(Self { surface }),
+            (None, Some(a), Some(b), Some(values)) => (a, b, values),
+            (Some(_), ..) => {
+                return Err(ParamError::new("grid", "is given besides `a`, `b` or `values`: leave these out"));
+            }
+            _ => return Err(ParamError::new("grid", "is missing: give it, or all of `a`, `b` and `values`")),
+        };
         let interpolation = p.interpolation.parse().unwrap_or_default();
-        let surface = Surface::through(&p.a, &p.b, &p.values, interpolation).map_err(|error| {
+        let surface = Surface::through(&a, &b, &values, interpolation).map_err(|error| {
             let path = match error.path.as_str() {
                 "x" => "a",
                 "y" => "b",

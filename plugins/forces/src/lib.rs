@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod beam;
+pub mod bearing_rating;
 pub mod bump_stop;
 pub mod bushing;
 mod contact;
@@ -41,6 +42,7 @@ element_api::export_plugin! {
         vector_force::VectorForce,
         vector_torque::VectorTorque,
         drag::Drag,
+        bearing_rating::BearingRating,
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
     ],

@@ -5,12 +5,12 @@
 //! With the multi-turn angle phi of frame j against frame i about z and omega = z_i . (omega_j - omega_i),
 //!
 //! ```text
-//! T = A(t) + B(phi) + C(omega) + g s                                        (1)
+//! T = A(t) + B(phi) + C(omega) + g s + M(omega, u)                           (1)
 //! torque on j: T z_i      torque on i: -T z_i                               (2)
 //! ```
 //!
 //! (Newton's third law; A, B, C are `of_time`, `of_angle`, `of_speed`, each zero where it is not given, s is the input
-//! `signal`, g the `gain`.) The power T omega is integrated as work done on the scene.
+//! `signal`, g the `gain`; M is the `map` of a motor, u the input `command`, as a throttle.) The power T omega is integrated as work done on the scene.
 //!
 //! ## Signs
 //! A positive torque turns body j towards larger angles.
@@ -77,6 +77,9 @@ pub struct RotationalActuatorParameters {
     /// Torque over the angular velocity.
     #[param(unit = "rad/s -> N m", variable = "omega")]
     pub of_speed: Option<Function>,
+    /// Torque over angular velocity (x) and the input `command` (y), held outside of the grid.
+    #[param(unit = "rad/s, -> N m")]
+    pub map: Option<Surface>,
     /// Torque per unit (SI) of the signal.
     #[param(unit = "N m", default = 1.0)]
     pub gain: f64,
@@ -106,12 +109,15 @@ impl RotationalActuator {
             + value(&self.0.of_angle, angle)
             + value(&self.0.of_speed, at.spin_about_z(0, 1))
             + at.inputs[0] * self.0.gain
+            + self.0.map.as_ref().map_or_else(S::zero, |map| map.at(at.spin_about_z(0, 1), at.inputs[1]))
     }
 }
 
 impl Force for RotationalActuator {
-    const INPUTS: &'static [InputSpec] =
-        &[InputSpec::optional("signal", "", 0.0, "times `gain` it is added to the torque")];
+    const INPUTS: &'static [InputSpec] = &[
+        InputSpec::optional("signal", "", 0.0, "times `gain` it is added to the torque"),
+        InputSpec::optional("command", "", 0.0, "second argument of `map`"),
+    ];
     const CHANNELS: &'static [ChannelSpec] = &[
         ChannelSpec::new("torque", "N m", "positive when it turns the second body towards larger angles"),
         ChannelSpec::new("angle", "rad", "rotation of the second body about z, counted over many turns"),

@@ -131,6 +131,9 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         states: Vec::new(),
         params: Vec::new(),
         exempt: Vec::new(),
+        checks: Vec::new(),
+        catalog: String::new(),
+        report: String::new(),
     }
 }
 

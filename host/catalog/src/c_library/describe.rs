@@ -138,6 +138,10 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         states: named(element.states, element.state_count, "states")?,
         params,
         exempt: texts(element.exempt, element.exempt_count, "exemptions")?,
+        // Elements in C have none of these.
+        checks: Vec::new(),
+        catalog: String::new(),
+        report: String::new(),
         name: name.clone(),
     })
 }

@@ -101,11 +101,26 @@ pub fn markdown(text: &str, lower: usize) -> String {
         }
         Event::End(TagEnd::Heading(level)) => Event::End(TagEnd::Heading(lowered(level, lower))),
         Event::Html(text) | Event::InlineHtml(text) => Event::Text(text),
+        // Of a library's text: nothing that acts when it is clicked, nothing that is fetched.
+        Event::Start(Tag::Link { link_type, dest_url, title, id }) => {
+            let harmless = dest_url.starts_with('#') || is_page(&dest_url);
+            let dest_url = if harmless { dest_url } else { "#".into() };
+            Event::Start(Tag::Link { link_type, dest_url, title, id })
+        }
+        Event::Start(Tag::Image { link_type, title, id, .. }) => {
+            Event::Start(Tag::Image { link_type, dest_url: "".into(), title, id })
+        }
         other => other,
     });
     let mut out = String::new();
     html::push_html(&mut out, moved);
     out
+}
+
+/// Whether an address leads to a page, not to a script.
+fn is_page(address: &str) -> bool {
+    let scheme = address.split(['/', '?', '#']).next().and_then(|start| start.split_once(':'));
+    scheme.is_none_or(|(scheme, _)| ["http", "https", "mailto"].iter().any(|one| scheme.eq_ignore_ascii_case(one)))
 }
 
 fn lowered(level: HeadingLevel, by: usize) -> HeadingLevel {

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::bodies::{Bodies, Target, quoted};
 use super::types::{Instance, Marker, rotation};
-use super::{parameters, tables};
+use super::{margins, parameters, tables};
 use crate::catalog::{Catalog, ElementHandle, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
@@ -37,7 +37,14 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             .collect();
         let Some(handle) = handle else { continue };
         let class = handle.descriptor();
-        let table = parameters::resolve(scene, record, &class.params, &record.type_name.value, class.kind, found);
+        let table = parameters::resolve(
+            scene,
+            record,
+            (&class.params, &class.catalog),
+            &record.type_name.value,
+            class.kind,
+            found,
+        );
         let joints = elements.joints_of(record, &handle, found);
         if joints.len() < record.joints.len() {
             continue;
@@ -374,6 +381,7 @@ impl Elements {
         if rows.is_empty() && class.kind == Kind::Joint {
             return Err(misbehaved("it has no constraint row".into()));
         }
+        let grids = margins::grids(class, table, &recording);
         Ok(Instance {
             name: record.name.value.clone(),
             class: Arc::clone(&self.classes[set]),
@@ -385,6 +393,7 @@ impl Elements {
             rows,
             inputs: Vec::new(),
             joints,
+            grids,
         })
     }
 }

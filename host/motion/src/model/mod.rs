@@ -11,15 +11,19 @@
 //! | `types.rs` | the model |
 //! | `bodies.rs` | masses and inertias, fixed bodies |
 //! | `elements.rs` | markers, creation and recording of elements |
+//! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
+//! | `margins.rs` | what is looked at while a scene runs: checks of elements, arguments of grids |
 //! | `channels.rs` | the words of requested outputs |
 //! | `picture.rs` | what a picture of the motion is made of |
 //! | `schema.rs` | what elements add to the JSON schema of scenes |
 
 mod bodies;
+mod catalogue;
 mod channels;
 mod elements;
+mod margins;
 mod parameters;
 mod picture;
 pub mod schema;
@@ -36,11 +40,13 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
+pub use catalogue::Catalogue;
+pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
 pub use types::{
-    Axes, Body, Channel, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, euler_parameters, rotation,
-    skew,
+    Axes, Body, Channel, GridUse, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, euler_parameters,
+    rotation, skew,
 };
 
 /// A model and what the user should know about it.

@@ -5,26 +5,37 @@ use element_api::{Interpolation, Kind};
 use std::ops::Range;
 
 use super::bodies::quoted;
+use super::catalogue;
 use crate::diagnostics::{Diagnostic, codes, help_for, suggest};
 use crate::scene::{Dimension, ElementRecord, RawKind, RawTable, RawValue, Scene, parse_unit};
 
-/// The table that the plugin receives. Mistakes are added to `found`; the table is then incomplete.
+/// The table that the plugin receives: what the scene gives, else what the row of the element's catalogue has that it picks, else
+/// defaults. Mistakes are added to `found`; the table is then incomplete.
 pub fn resolve(
     scene: &Scene,
     record: &ElementRecord,
-    specs: &[ParamSpec],
+    (specs, catalog): (&[ParamSpec], &str),
     type_name: &str,
     kind: Kind,
     found: &mut Vec<Diagnostic>,
 ) -> Table {
     let mut table = Table::new();
     for (key, _) in &record.params.entries {
-        if !specs.iter().any(|spec| spec.name == key.value) {
+        let picks_row = key.value == catalogue::USE && catalogue::is_offered(specs, catalog);
+        if !picks_row && !specs.iter().any(|spec| spec.name == key.value) {
             found.push(unknown(&key.value, key.span.clone(), specs, type_name));
         }
     }
+    let row = match catalogue::chosen(&record.params, specs, catalog, type_name) {
+        Ok(row) => row,
+        Err(diagnostic) => {
+            found.push(*diagnostic);
+            return table;
+        }
+    };
+    let of_row = |name: &str| row.iter().find(|(column, _)| column == name).map(|(_, value)| value);
     for spec in specs {
-        let value = match record.params.get(&spec.name) {
+        let value = match record.params.get(&spec.name).or_else(|| of_row(&spec.name)) {
             Some(raw) => match convert(scene, raw, spec) {
                 Ok(value) => with_interpolation(value, spec, kind),
                 Err(diagnostic) => {
@@ -135,6 +146,16 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
             check_function_range(&function, raw, spec)?;
             Ok(function)
         }
+        ParamKind::Surface => {
+            let (arguments, value) = spec.unit.split_once("->").unwrap_or(("", spec.unit.as_str()));
+            let (x, y) = arguments.split_once(',').unwrap_or((arguments, ""));
+            // A unit that is not named is any, as for numbers.
+            let of = |unit: &str| (!unit.trim().is_empty()).then(|| dimension_of(unit)).transpose();
+            let surface = scene.surface(raw, &spec.name, [of(x)?, of(y)?, of(value)?])?;
+            let all = surface.get("z").and_then(toml::Value::as_array).into_iter().flatten();
+            let all = all.filter_map(toml::Value::as_array).flatten().filter_map(toml::Value::as_float);
+            if !all.into_iter().all(|value| spec.contains(value)) { Err(out_of_range(raw, spec)) } else { Ok(surface) }
+        }
         ParamKind::Curve => {
             let (argument, value) = spec.unit.split_once("->").unwrap_or(("1", spec.unit.as_str()));
             let (argument, value) = (dimension_of(argument.trim())?, dimension_of(value.trim())?);
@@ -164,7 +185,7 @@ fn with_interpolation(value: toml::Value, spec: &ParamSpec, kind: Kind) -> toml:
     let default = if kind == Kind::Joint { Interpolation::Spline } else { Interpolation::Monotone };
     let mut table = match value {
         toml::Value::Array(_) if spec.kind == ParamKind::Function => Table::from_iter([("points".to_owned(), value)]),
-        toml::Value::Table(table) if table.contains_key("points") => table,
+        toml::Value::Table(table) if table.contains_key("points") || spec.kind == ParamKind::Surface => table,
         other => return other,
     };
     table.entry("interpolation").or_insert_with(|| default.name().into());

@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 
 use element_api::params::{ParamKind, ParamSpec};
-use element_api::{Interpolation, Kind};
+use element_api::{Descriptor, Interpolation, Kind};
 use serde_json::{Map, Value, json};
 
+use super::catalogue::{self, Catalogue};
 use super::channels::QUANTITIES;
 use super::parameters::{dimension_of, variable};
 use crate::catalog::{Catalog, ElementHandle};
@@ -72,14 +73,18 @@ fn of_element(element: &ElementHandle) -> Value {
     let descriptor = element.descriptor();
     let mut properties = Map::new();
     let mut required: Vec<&str> = Vec::new();
-    let parameters = descriptor.params.iter().map(|spec| (spec.name.clone(), parameter(spec)));
+    let row = rows_of(descriptor).map(|schema| (catalogue::USE.to_owned(), schema));
+    let parameters = descriptor.params.iter().map(|spec| (spec.name.clone(), parameter(spec))).chain(row.clone());
     let needed: Vec<&str> =
         descriptor.params.iter().filter(|s| !s.optional && s.default.is_none()).map(|s| s.name.as_str()).collect();
+    // A row may have any of them.
+    let needed = if row.is_some() { Vec::new() } else { needed };
     if !needed.is_empty() {
         required.push("params");
     }
     let parameters = Value::Object(parameters.collect());
     let order: Vec<&str> = descriptor.params.iter().map(|spec| spec.name.as_str()).collect();
+    let order: Vec<&str> = row.iter().map(|_| catalogue::USE).chain(order).collect();
     properties.insert("params".into(), closed(parameters, &order, &needed));
     if descriptor.kind != Kind::Joint {
         let inputs = descriptor.inputs.iter().map(|input| {
@@ -103,6 +108,15 @@ fn of_element(element: &ElementHandle) -> Value {
         .insert("bodies".into(), json!({ "minItems": frames, "maxItems": frames, "description": each.join("\n\n") }));
     properties.insert("frames".into(), json!({ "minItems": frames, "maxItems": frames }));
     json!({ "properties": properties, "required": required })
+}
+
+/// The rows of a catalogue.
+fn rows_of(descriptor: &Descriptor) -> Option<Value> {
+    let offered = catalogue::is_offered(&descriptor.params, &descriptor.catalog);
+    let rows = Catalogue::read(&descriptor.catalog).ok().flatten().filter(|_| offered)?.rows;
+    let mut schema = one_of(rows.iter().map(|row| (row[0].as_str(), "")));
+    schema["description"] = "Row of the catalogue with recommended parameters; what is given beside it wins.".into();
+    Some(schema)
 }
 
 /// A table with these keys and no others.
@@ -159,13 +173,20 @@ pub(super) fn parameter(spec: &ParamSpec) -> Value {
                 &["points", "interpolation"],
                 &["points"],
             );
-            json!({ "anyOf": [pairs(), table] })
+            json!({ "anyOf": [pairs(), table, from_file(json!({ "interpolation": interpolation() }))] })
         }
         ParamKind::Function => {
-            let flag = json!({ "type": "boolean", "default": false });
-            let entries = json!({ "points": pairs(), "interpolation": interpolation(), "periodic": flag });
+            let flag = || json!({ "type": "boolean", "default": false });
+            let entries = json!({ "points": pairs(), "interpolation": interpolation(), "periodic": flag() });
             let table = closed(entries, &["points", "interpolation", "periodic"], &["points"]);
-            json!({ "anyOf": [quantity(), pairs(), table] })
+            json!({ "anyOf": [quantity(), pairs(), table, from_file(json!({ "interpolation": interpolation(), "periodic": flag() }))] })
+        }
+        ParamKind::Surface => {
+            let list = || json!({ "type": "array", "items": quantity(), "minItems": 2 });
+            let rows = json!({ "type": "array", "items": list(), "description": "Values, one list per value of x." });
+            let entries = json!({ "x": list(), "y": list(), "z": rows, "interpolation": interpolation() });
+            let table = closed(entries, &["x", "y", "z", "interpolation"], &["x", "y", "z"]);
+            json!({ "anyOf": [table, from_file(json!({ "interpolation": interpolation() }))] })
         }
     };
     schema["description"] = sentence(spec).into();
@@ -177,6 +198,15 @@ pub(super) fn parameter(spec: &ParamSpec) -> Value {
         schema["default"] = default;
     }
     schema
+}
+
+/// A table whose points are in a file.
+fn from_file(mut entries: Value) -> Value {
+    let texts = |what: &str| json!({ "type": "array", "items": { "type": "string" }, "description": what });
+    entries["file"] = json!({ "type": "string", "description": "CSV file, relative to the folder of the scene." });
+    entries["columns"] = texts("Names of its columns: arguments, then the value. Left out: the first two, or a grid.");
+    entries["units"] = texts("Units of arguments and value, where the first line of the file does not name them.");
+    closed(entries, &["file", "columns", "units", "interpolation", "periodic"], &["file"])
 }
 
 fn number(spec: &ParamSpec) -> Value {

@@ -121,6 +121,23 @@ pub struct Instance {
     pub inputs: Vec<Source>,
     /// The joints whose reactions it takes, as indices of elements.
     pub joints: Vec<usize>,
+    /// How it looks up the grids that the scene gave it.
+    pub grids: Vec<GridUse>,
+}
+
+/// An argument with which an element looks up a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridUse {
+    /// Name of the parameter.
+    pub parameter: String,
+    /// `x` or `y`.
+    pub axis: &'static str,
+    /// SI unit of the argument; may be empty.
+    pub unit: String,
+    /// The operation of the recording that computes it.
+    pub argument: u32,
+    /// First and last value of the grid.
+    pub bounds: [f64; 2],
 }
 
 /// What is connected to a signal input.

@@ -25,6 +25,8 @@ pub struct Undetermined {
     pub load: bool,
     /// Its channels.
     pub channels: Vec<bool>,
+    /// Margins of its checks.
+    pub checks: Vec<bool>,
 }
 
 /// A force and a torque that a null vector puts on the body of a frame, ground axes.
@@ -53,14 +55,14 @@ pub(super) fn undetermined(
             if directions.is_empty() {
                 continue;
             }
-            let (load, channels) = if instance.class.opaque {
-                (!instance.markers.is_empty(), vec![true; instance.class.channels.len()])
+            let (load, channels, checks) = if instance.class.opaque {
+                (!instance.markers.is_empty(), vec![true; instance.class.channels.len()], Vec::new())
             } else {
                 effect(instance, rotations, directions)
             };
             found.retain(|known| known.element != element);
-            if load || channels.contains(&true) {
-                found.push(Undetermined { element, load, channels });
+            if load || channels.contains(&true) || checks.contains(&true) {
+                found.push(Undetermined { element, load, channels, checks });
             }
         }
         found.sort_by_key(|known| known.element);
@@ -109,8 +111,9 @@ fn effect(
     instance: &Instance,
     rotations: &[Matrix3<f64>],
     mut directions: Vec<Vec<(Input, f64)>>,
-) -> (bool, Vec<bool>) {
+) -> (bool, Vec<bool>, Vec<bool>) {
     let (mut load, mut channels) = (false, vec![false; instance.class.channels.len()]);
+    let mut checks = vec![false; instance.class.checks.len()];
     let mut states: Vec<Input> = Vec::new();
     while let Some(direction) = directions.pop() {
         for role in changed(instance, rotations, &direction) {
@@ -123,6 +126,10 @@ fn effect(
                     channels[k as usize] = true;
                     continue;
                 }
+                Role::Check(k) => {
+                    checks[k as usize] = true;
+                    continue;
+                }
                 Role::StateRate(k) => Input::State(k),
                 Role::NextDiscrete(k) => Input::Discrete(k),
                 _ => continue,
@@ -133,7 +140,7 @@ fn effect(
             }
         }
     }
-    (load, channels)
+    (load, channels, checks)
 }
 
 /// Results that change along a direction, by more than round-off of what a change in any direction does to them.

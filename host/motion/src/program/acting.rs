@@ -125,6 +125,14 @@ impl Equations {
             let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
             self.elements[index].channels.push(node);
         }
+        for k in 0..element.class.checks.len() {
+            let node = self.role(index, Role::Check(k as u32), imports).unwrap_or(missing);
+            self.elements[index].checks.push(node);
+        }
+        for grid in &element.grids {
+            let node = self.operation(index, grid.argument, imports);
+            self.elements[index].grids.push(node);
+        }
         for k in 0..element.recording.initial_states.len() {
             let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
             self.state_rates[layout.state_at[index] + k] = node;

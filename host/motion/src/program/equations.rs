@@ -73,6 +73,10 @@ pub struct ElementEquations {
     pub loads: Vec<FrameLoad>,
     /// Reported values of a force element.
     pub channels: Vec<Node>,
+    /// Margins of its checks.
+    pub checks: Vec<Node>,
+    /// Arguments of its grids.
+    pub grids: Vec<Node>,
 }
 
 /// The scene as a graph, with the nodes that mean something.

@@ -7,7 +7,7 @@ use odyn_graph::{Expr, Node, V3};
 
 use super::equations::{Equations, Form, Row};
 use super::kinematics::{dot4, g_matrix, transposed};
-use crate::model::{Axes, Level, Model, Quantity, Shown};
+use crate::model::{Axes, Level, Model, Quantity, Shown, Watched, WatchedValue};
 use crate::plan::Layout;
 
 impl Equations {
@@ -58,6 +58,17 @@ impl Equations {
         }
     }
 
+    /// The node of a value that is looked at, SI.
+    #[must_use]
+    pub fn watched(&self, watched: &Watched) -> Node {
+        let element = &self.elements[watched.element];
+        match watched.value {
+            WatchedValue::Channel(k) => element.channels[k],
+            WatchedValue::Check(k) => element.checks[k],
+            WatchedValue::Grid(k) => element.grids[k],
+        }
+    }
+
     /// The angle references that the equations, memories between steps or requested quantities depend on, ascending: how often
     /// the other angles have turned is of no consequence.
     pub fn counted_angles(&mut self, model: &Model, layout: &Layout) -> Vec<usize> {
@@ -66,6 +77,7 @@ impl Equations {
         }
         let mut roots: Vec<Node> =
             model.channels.iter().map(|channel| self.observe(&channel.quantity, model, layout)).collect();
+        roots.extend(model.watched().iter().map(|watched| self.watched(watched)));
         roots.extend([self.kinetic, self.potential, self.power]);
         let lists = [&self.loads, &self.state_rates, &self.next_discrete, &self.dissipation, &self.supplied];
         roots.extend(lists.into_iter().flatten());

@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use crate::diagnostics::{shown, shown_on_one_line};
+use crate::diagnostics::{Code, codes, shown, shown_on_one_line};
 
 use super::text::{Side, aligned, count, duration, significant};
 use super::{
     AuditLimits, CHANNELS_FILE, CheckResult, FigureResult, Measure, RESULTS_FILE, SUMMARY_FILE, Status, Summary,
 };
 
+/// Warnings that come at the end of a run.
+const ELEMENT_CODES: [Code; 2] = [codes::ELEMENT_CHECK, codes::LEFT_GRID];
 /// Said of a failed check.
 const FAILED: &str = "FAILED";
 /// Said of an audit that found too much.
@@ -25,6 +27,7 @@ pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
     out.push_str(&audit(summary));
     out.push_str(&figures(&summary.figures));
     out.push_str(&checks(&summary.checks));
+    out.push_str(&elements(summary));
     if let Some(verified) = &summary.verified {
         out.push_str(&verified.report(&summary.time_unit));
     }
@@ -220,6 +223,20 @@ fn checks(checks: &[CheckResult]) -> String {
         }
     }
     aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left, Side::Left], &rows) + &problems
+}
+
+/// What elements have to say of how they were used; nothing where all is well.
+fn elements(summary: &Summary) -> String {
+    let mut lines = String::new();
+    let said = |warning: &&String| ELEMENT_CODES.iter().any(|code| warning.starts_with(code.code));
+    let all: Vec<&String> = summary.warnings.iter().filter(said).collect();
+    for warning in all.iter().take(MOST_NAMES) {
+        lines.push_str(&format!("warning: {}\n", shown_on_one_line(warning)));
+    }
+    match all.len().saturating_sub(MOST_NAMES) {
+        0 => lines,
+        more => lines + &format!("  and {more} more of them (`warnings` in {SUMMARY_FILE})\n"),
+    }
 }
 
 /// Counters and times.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 
 use super::text::significant;
-use super::{Audit, AuditLimits, CheckResult, Digits, Recoveries, Remedy, ResultsError, Verified};
+use super::{Audit, AuditLimits, CheckResult, Digits, ElementRecord, Recoveries, Remedy, ResultsError, Verified};
 use crate::diagnostics::Code;
 
 /// How a run stands.
@@ -163,6 +163,9 @@ pub struct Summary {
     pub figures: Vec<FigureResult>,
     /// Checks of the scene, without their samples.
     pub checks: Vec<CheckResult>,
+    /// What elements themselves have to say, and how far their conditions held.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<ElementRecord>,
     /// Libraries whose elements were used.
     pub libraries: Vec<LibraryUsed>,
     /// Warnings, one line each.

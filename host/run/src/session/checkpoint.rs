@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::options::RunOptions;
 use super::restart::{Format, Restart};
+use super::simulation::Extremes;
 use crate::catalog::{LibraryInfo, sha256};
 use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, Summary, Written, seal, unseal};
@@ -119,6 +120,9 @@ pub struct Carried {
     /// Reactions of contacts that were told to be indeterminate.
     #[serde(default)]
     pub(super) open_loads: Vec<usize>,
+    /// What was seen of what elements want looked at.
+    #[serde(default)]
+    pub(super) margins: Vec<Extremes>,
 }
 
 impl Origin {

@@ -353,6 +353,7 @@ impl Session {
         summary.machine_code_time_s = parts.iter().map(|part| part.machine_code_time_s).sum();
         summary.machine_code_from = first(|part| part.machine_code_from);
         summary.stiff_from = first(|part| part.stiff_from);
+        summary.elements = parts.iter().flat_map(|part| part.elements.iter().cloned()).collect();
         summary.audit = Audit::together(parts.iter().map(|part| &part.audit));
         let islands = self.plan.topology.islands.iter().zip(parts).map(|(island, own)| IslandWork {
             bodies: island.bodies.iter().map(|body| self.model.bodies[*body].name.clone()).collect(),

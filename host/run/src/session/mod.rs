@@ -40,6 +40,7 @@
 //! | `summary.rs` | what is known before a run, what was done, and how it ended |
 //! | `figures.rs`, `checks.rs` | the figures and checks of a scene on its samples |
 //! | `judge.rs` | whether the audit lets the results pass |
+//! | `elements.rs` | what elements say of a run, and how far their conditions held |
 //! | `culprit.rs` | which element gives what is not a number |
 //! | `outcome.rs` | what a run gives |
 //! | `sharper.rs` | the same run by another method, at a tenth of the tolerance |
@@ -59,6 +60,7 @@ mod crew;
 mod culprit;
 mod decide;
 mod digits;
+mod elements;
 mod error;
 mod figures;
 mod formulation;

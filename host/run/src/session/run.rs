@@ -383,6 +383,7 @@ impl<'a> Run<'a> {
         summary.wall_time_s = session.load_time + session.compile_time + ended.integration_time;
         let failed = session.conclude(&mut summary, ended.outcome, &mut None);
         session.judge(&mut summary);
+        session.warn_of_elements(&mut summary);
         let mut samplings = match rows {
             Rows::Kept(samplings) => *samplings,
             Rows::Sent(_) => session.no_samplings(),

@@ -123,7 +123,8 @@ fn note_skips(savings: &mut Savings, scene: &Scene, model: &Model, equations: &E
         savings.skip("iterations between forces and reactions", "no force depends on a reaction or an acceleration");
         savings.saving("2 or more solutions per evaluation");
     }
-    let dynamics = model.channels.iter().any(|channel| needs_solver(&channel.quantity, model));
+    let dynamics = model.channels.iter().any(|channel| needs_solver(&channel.quantity, model))
+        || taken_reactions(model).next().is_some();
     if !dynamics && !model.channels.is_empty() {
         savings.skip("accelerations and reactions at output times", "no output asks for them");
         savings.saving(plural(scene.simulation.sample_times(&scene.units).len(), "solution", "solutions"));
@@ -185,10 +186,17 @@ fn asked_reactions(model: &Model) -> usize {
             Quantity::Load { element, .. } if model.elements[*element].class.kind == Kind::Joint => Some(*element),
             _ => None,
         })
+        .chain(taken_reactions(model))
         .collect();
     joints.sort_unstable();
     joints.dedup();
     joints.len()
+}
+
+/// The joints whose reactions elements take that are looked at while the scene runs.
+fn taken_reactions(model: &Model) -> impl Iterator<Item = usize> {
+    let of = |watched: crate::model::Watched| model.elements[watched.element].joints.clone();
+    model.watched().into_iter().flat_map(of)
 }
 
 /// Whether a quantity needs accelerations or multipliers.

@@ -5,6 +5,7 @@ mod floor;
 mod frictions;
 mod indeterminate;
 mod levels;
+mod margins;
 mod memory;
 mod part;
 mod picture;
@@ -14,6 +15,8 @@ mod watch;
 pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
 use self::floor::Floor;
+pub(super) use self::margins::Extremes;
+use self::margins::Margins;
 use self::part::Part;
 use self::picture::Picture;
 use self::watch::RowValues;
@@ -92,6 +95,8 @@ pub(super) struct Simulation<'a> {
     switches: Option<Part>,
     /// Unilateral rows, if there are any.
     touch: Option<Touch>,
+    /// What elements want looked at, if any do.
+    margins: Option<Margins>,
     /// What is watched throughout every step.
     guarded: Option<Guarded>,
     /// The same at a state, where ranges cannot be had: switches and functions, and turns.
@@ -189,6 +194,7 @@ impl<'a> Simulation<'a> {
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
+            margins: Margins::new(equations, model, layout, formulation.as_ref()),
             guarded: None,
             looks: [None, None],
             report,
@@ -377,6 +383,7 @@ impl<'a> Simulation<'a> {
         list.extend(self.energy.used().chain(self.report.used().map(Used::by_samples)).chain(self.accept.used()));
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
+        list.extend(self.margins.iter_mut().flat_map(Margins::used));
         list.extend(self.touch.iter_mut().flat_map(Touch::used));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),

@@ -35,6 +35,7 @@ impl Session {
     pub(super) fn note_work(&self, summary: &mut Summary, ended: &Ended, goes_on: bool) {
         let counters = &ended.counters;
         summary.audit = ended.audit;
+        summary.elements = self.element_records(&ended.carried.margins);
         summary.evaluations = counters.evaluations;
         summary.factorisations = counters.factorisations;
         summary.position_corrections = counters.position_corrections;

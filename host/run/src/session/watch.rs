@@ -20,6 +20,8 @@ pub struct Watched {
     options: RunOptions,
     /// The libraries that the scene names, as it was when it could last be read, and where they are looked for.
     libraries: Vec<Request>,
+    /// Files of curves and grids.
+    files: Vec<PathBuf>,
     search: SearchPath,
     /// What the last run used.
     used: Vec<Seen>,
@@ -48,6 +50,7 @@ impl Watched {
             scene: scene.to_path_buf(),
             options: options.clone(),
             libraries: Vec::new(),
+            files: Vec::new(),
             search: SearchPath::default(),
             used: Vec::new(),
             last: Vec::new(),
@@ -111,6 +114,7 @@ impl Watched {
         if let Ok((scene, _)) = read(&self.scene, &self.options.overrides) {
             self.search = search_path(&scene, &self.scene, &self.options.plugins);
             self.libraries = requests(&scene);
+            self.files = scene.files.iter().map(|file| scene.source.beside(file)).collect();
         }
     }
 
@@ -119,7 +123,9 @@ impl Watched {
         let named =
             |request: &Request| (self.search.find(request).unwrap_or_else(|_| request.name.clone().into()), true);
         let files = self.options.plugins.iter().filter(|path| path.is_file()).map(|path| (path.clone(), true));
-        let all = std::iter::once((self.scene.clone(), false)).chain(self.libraries.iter().map(named)).chain(files);
+        let points = self.files.iter().map(|path| (path.clone(), false));
+        let all = std::iter::once((self.scene.clone(), false));
+        let all = all.chain(self.libraries.iter().map(named)).chain(files).chain(points);
         let mut seen: Vec<Seen> = Vec::new();
         for (path, is_library) in all {
             if seen.iter().any(|known| known.path == path) {

@@ -5,6 +5,7 @@ use element_api::documentation::manual_page;
 use element_api::params::ParamSpec;
 
 use super::{INDEX_FILE, Manual, case};
+use crate::model::Catalogue;
 use crate::page::html::{self, Side, code, escape, markdown, table};
 use crate::verification::Element;
 
@@ -64,7 +65,21 @@ fn tables(descriptor: &Descriptor) -> String {
     };
     section(channels, named(&descriptor.channels));
     section("States", named(&descriptor.states));
+    section("Checks", named(&descriptor.checks));
+    section("Catalogue", catalogue(&descriptor.catalog));
     out
+}
+
+/// The rows of recommended parameters.
+fn catalogue(text: &str) -> String {
+    let Ok(Some(Catalogue { columns, rows })) = Catalogue::read(text) else { return String::new() };
+    let names: Vec<String> = columns
+        .into_iter()
+        .map(|(name, unit)| if unit.is_empty() { name } else { format!("{name} [{unit}]") })
+        .collect();
+    let head: Vec<(&str, Side)> = names.iter().map(|name| (name.as_str(), Side::Left)).collect();
+    let rows: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|cell| escape(cell)).collect()).collect();
+    table(&head, &rows)
 }
 
 const MEANING: (&str, Side) = ("meaning", Side::Left);

@@ -35,6 +35,9 @@ fn element(name: &str, kind: Kind) -> Element {
                 ParamSpec::new::<String>("mode", "", "Which way.").choices(&["up", "down"]).default_value("up".into()),
             ],
             exempt: Vec::new(),
+        checks: Vec::new(),
+        catalog: String::new(),
+        report: String::new(),
         },
     }
 }

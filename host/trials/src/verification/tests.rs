@@ -115,6 +115,9 @@ fn element(name: &str) -> Element {
         states: Vec::new(),
         params: Vec::new(),
         exempt: Vec::new(),
+        checks: Vec::new(),
+        catalog: String::new(),
+        report: String::new(),
     };
     Element { name: name.into(), library: library.into(), version: "1".into(), descriptor }
 }

@@ -164,8 +164,14 @@ fn resolve(descriptor: &Descriptor, written: &Table) -> Result<Table, BadValues>
         .map_err(|rejected| BadValues { diagnostics: rejected.diagnostics, source: rejected.source })?;
     let mut found = Vec::new();
     let record = scene.elements.first().expect("the text has one element");
-    let table =
-        model::resolve_parameters(&scene, record, &descriptor.params, &descriptor.name, descriptor.kind, &mut found);
+    let table = model::resolve_parameters(
+        &scene,
+        record,
+        (&descriptor.params, &descriptor.catalog),
+        &descriptor.name,
+        descriptor.kind,
+        &mut found,
+    );
     if found.is_empty() { Ok(table) } else { Err(BadValues { diagnostics: found, source: scene.source }) }
 }
 
@@ -186,6 +192,12 @@ fn sensible(spec: &ParamSpec) -> toml::Value {
             // It ends as it begins, in case it is periodic.
             let point = |x: f64| list(&[toml::Value::Float(x), number.clone()]);
             list(&[point(0.0), point(1.0), point(2.0)])
+        }
+        ParamKind::Surface => {
+            let axis = list(&[0.0, 1.0].map(toml::Value::Float));
+            let row = list(&[number.clone(), number]);
+            let entries = [("x", axis.clone()), ("y", axis), ("z", list(&[row.clone(), row]))];
+            toml::Value::Table(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
         }
     }
 }

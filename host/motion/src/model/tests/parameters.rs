@@ -127,7 +127,7 @@ fn function(value: &str, spec: &ParamSpec) -> (Option<toml::Value>, Vec<(Code, S
     let table = crate::model::parameters::resolve(
         &scene,
         &scene.elements[0],
-        std::slice::from_ref(spec),
+        (std::slice::from_ref(spec), ""),
         "t",
         Kind::Force,
         &mut found,

@@ -18,6 +18,9 @@ impl<'a> Simulation<'a> {
         self.audit = Audit::from(&carried.audit);
         self.contacts_were(&carried.closed);
         self.open_loads_were(&carried.open_loads);
+        if let Some(margins) = &mut self.margins {
+            margins.carry_on(&carried.margins);
+        }
     }
 
     /// See [`Simulation::carry_on`].
@@ -33,6 +36,7 @@ impl<'a> Simulation<'a> {
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
             open_loads: self.open_loads().to_vec(),
+            margins: self.margins.as_ref().map(|margins| margins.found().to_vec()).unwrap_or_default(),
         }
     }
 

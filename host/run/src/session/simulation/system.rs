@@ -100,6 +100,7 @@ impl Simulation<'_> {
             self.check_rows_left_out(t, state).map_err(failure)?;
         }
         self.report.at(self.formulation.as_mut(), &mut self.observed, t, state).map_err(failure)?;
+        self.look_at_margins(t, state).map_err(failure)?;
         let Imbalance { share, body } = self.report.imbalance;
         self.audit.imbalance(t, share, body);
         let number = self.samples;

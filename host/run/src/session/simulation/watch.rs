@@ -58,7 +58,13 @@ impl Simulation<'_> {
         inputs.extend_from_slice(self.formulation.observe(t, state, false)?.inputs);
         let result = self.watch_inputs(&inputs, state);
         self.observed = inputs;
-        result
+        result.and_then(|()| self.look_at_margins(t, state))
+    }
+
+    /// What elements want looked at, at an accepted state or a sample.
+    pub(super) fn look_at_margins(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let Some(margins) = &mut self.margins else { return Ok(()) };
+        margins.look(self.formulation.as_mut(), &mut self.observed, t, state)
     }
 
     fn watch_inputs(&mut self, inputs: &[f64], state: &[f64]) -> Result<(), AnalysisError> {

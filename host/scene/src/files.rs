@@ -1,0 +1,316 @@
+//! Curves and grids from files: `params.torque = { file = "motor.csv", columns = ["speed", "throttle", "torque"] }` becomes what it
+//! would be with the numbers of the file written in the scene. The text of the file is added to the source, so that mistakes point
+//! into it and everything that depends on the text of a scene depends on it too.
+//!
+//! A file is CSV: fields between commas, semicolons or tabs, lines that begin with `#` are remarks, the first other line names the
+//! columns, `speed [rpm]` with the unit of plain numbers below. Without `columns`, a file of two columns is a curve; of more, a grid
+//! with the values of y in its first line and those of x in its first column.
+
+use super::dimension::Dimension;
+use super::quantity::Quantity;
+use super::raw::{RawKind, RawTable, RawValue, Spanned};
+use super::units::parse_unit;
+use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
+use std::io::Read;
+use std::ops::Range;
+
+const KEYS: [&str; 3] = ["file", "columns", "units"];
+/// Longest file that is read, bytes.
+const LONGEST: u64 = 16 << 20;
+
+/// Replaces the files that parameters of elements name by what is in them.
+/// Gives the names of the files.
+pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut Vec<Diagnostic>) -> Vec<String> {
+    let mut files = Vec::new();
+    for kind in ["joint", "force", "control"] {
+        let Some(RawKind::Array(records)) = root.get_mut(kind).map(|raw| &mut raw.kind) else { continue };
+        for record in records {
+            let RawKind::Table(record) = &mut record.kind else { continue };
+            let Some(RawKind::Table(params)) = record.get_mut("params").map(|raw| &mut raw.kind) else { continue };
+            for (_, value) in &mut params.entries {
+                let RawKind::Table(table) = &mut value.kind else { continue };
+                let Some(file) = table.get("file") else { continue };
+                files.extend(file.as_text().map(ToOwned::to_owned));
+                match entries(table, source) {
+                    Ok(found) => {
+                        table.entries.retain(|(key, _)| !KEYS.contains(&key.value.as_str()));
+                        table.entries.extend(found);
+                    }
+                    Err(diagnostic) => {
+                        diagnostics.push(*diagnostic);
+                        *value = RawValue { span: value.span.clone(), kind: RawKind::Number(0.0) };
+                    }
+                }
+            }
+        }
+    }
+    files
+}
+
+type Found<T> = Result<T, Box<Diagnostic>>;
+/// Texts of a list, with their places.
+type Texts = Vec<(String, Range<usize>)>;
+/// Keys with their values.
+type Entries = Vec<(Spanned<String>, RawValue)>;
+
+/// A field of a file: its text without blanks and quotes, and where it stands.
+#[derive(Clone)]
+struct Cell {
+    text: String,
+    span: Range<usize>,
+}
+
+/// A column: its name, and what follows plain numbers in it.
+struct Column {
+    name: Cell,
+    unit: String,
+}
+
+fn wrong(message: impl Into<String>, span: Range<usize>) -> Diagnostic {
+    Diagnostic::error(codes::BAD_TABLE_FILE, message).at(span, "")
+}
+
+/// What stands for `file`: `points`, or `x`, `y` and `z`.
+fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
+    let place = table.get("file").expect("the caller has seen it");
+    for key in ["points", "x", "y", "z"] {
+        if let Some((key, _)) = table.entry(key) {
+            let message = format!("`file` and `{}` cannot be given together", key.value);
+            return Err(Box::new(Diagnostic::error(codes::CONFLICTING_KEYS, message).at(key.span.clone(), "")));
+        }
+    }
+    let Some(name) = place.as_text() else {
+        let message = format!("`file` must be a text, found {}", place.kind.describe());
+        return Err(Box::new(Diagnostic::error(codes::WRONG_TYPE, message).at(place.span.clone(), "")));
+    };
+    let text = read(name, source).map_err(|problem| Box::new(wrong(problem, place.span.clone())))?;
+    let start = source.add(name, text.as_str());
+    let mut lines = fields(&text, start);
+    let empty = || Box::new(wrong(format!("`{name}` has no line with the names of its columns"), place.span.clone()));
+    if lines.is_empty() {
+        return Err(empty());
+    }
+    let head = lines.remove(0);
+    if lines.is_empty() {
+        return Err(Box::new(wrong(format!("`{name}` has no numbers"), head[0].span.clone())));
+    }
+    if let Some(line) = lines.iter().find(|line| line.len() != head.len()) {
+        let message = format!("this line has {} fields, the first one has {}", line.len(), head.len());
+        return Err(Box::new(wrong(message, line[0].span.clone())));
+    }
+    let units = texts(table, "units")?;
+    let wanted = texts(table, "columns")?;
+    if wanted.is_none() && head.len() > 2 {
+        return matrix(&head, &lines, units);
+    }
+    let mut columns: Vec<Column> = head.into_iter().map(column).collect();
+    let chosen: Vec<usize> = match &wanted {
+        None => (0..columns.len()).collect(),
+        Some(names) => {
+            let known: Vec<&str> = columns.iter().map(|column| column.name.text.as_str()).collect();
+            let place = |(wanted, span): &(String, Range<usize>)| {
+                known.iter().position(|name| name == wanted).ok_or_else(|| {
+                    let missing = wrong(format!("`{name}` has no column `{wanted}`"), span.clone());
+                    Box::new(missing.help_if(help_for(wanted, &known, "columns")))
+                })
+            };
+            names.iter().map(place).collect::<Found<_>>()?
+        }
+    };
+    if let Some(units) = units {
+        check_count(&units, chosen.len(), place)?;
+        for (column, (unit, span)) in chosen.iter().zip(units) {
+            columns[*column].unit = checked_unit(unit, span)?;
+        }
+    }
+    for column in chosen.iter().map(|k| &columns[*k]) {
+        checked_unit(column.unit.clone(), column.name.span.clone())?;
+    }
+    let cell = |line: &Vec<Cell>, k: usize| number(&line[k], &columns[k].unit);
+    match chosen[..] {
+        [x, y] => {
+            let pairs = lines.iter().map(|line| {
+                let span = line[x].span.start..line[y].span.end.max(line[x].span.end);
+                Ok(RawValue { span, kind: RawKind::Array(vec![cell(line, x)?, cell(line, y)?]) })
+            });
+            let pairs = pairs.collect::<Found<Vec<_>>>()?;
+            Ok(vec![entry("points", pairs, place)])
+        }
+        [x, y, z] => {
+            let cells = lines.iter().map(|line| Ok([cell(line, x)?, cell(line, y)?, cell(line, z)?]));
+            grid(name, cells.collect::<Found<Vec<_>>>()?, place)
+        }
+        _ => {
+            let message = format!("a curve needs two columns and a grid three, found {}", chosen.len());
+            let help = "name them: `columns = [\"speed\", \"torque\"]`, the arguments first";
+            Err(Box::new(wrong(message, place.span.clone()).help(help)))
+        }
+    }
+}
+
+/// The grid of lines `x, y, z` in any order.
+fn grid(name: &str, lines: Vec<[RawValue; 3]>, place: &RawValue) -> Found<Entries> {
+    let plain = |raw: &RawValue| match &raw.kind {
+        RawKind::Number(value) => *value,
+        RawKind::Quantity(quantity) => quantity.si,
+        _ => f64::NAN,
+    };
+    let axis = |k: usize| {
+        let mut all: Vec<&RawValue> = lines.iter().map(|line| &line[k]).collect();
+        all.sort_by(|a, b| plain(a).total_cmp(&plain(b)));
+        all.dedup_by(|a, b| plain(a) == plain(b));
+        all.into_iter().cloned().collect::<Vec<RawValue>>()
+    };
+    let (x, y) = (axis(0), axis(1));
+    let find = |list: &[RawValue], raw: &RawValue| list.iter().position(|one| plain(one) == plain(raw));
+    let mut values: Vec<Vec<Option<RawValue>>> = vec![vec![None; y.len()]; x.len()];
+    for line in &lines {
+        let (Some(i), Some(j)) = (find(&x, &line[0]), find(&y, &line[1])) else { continue };
+        if values[i][j].replace(line[2].clone()).is_some() {
+            let message = format!("the point {}, {} is there twice", plain(&line[0]), plain(&line[1]));
+            return Err(Box::new(wrong(message, line[0].span.clone())));
+        }
+    }
+    let mut rows = Vec::with_capacity(x.len());
+    for (i, row) in values.into_iter().enumerate() {
+        if let Some(j) = row.iter().position(Option::is_none) {
+            let message =
+                format!("`{name}` has no value at {}, {}: a grid needs one at all pairs", plain(&x[i]), plain(&y[j]));
+            return Err(Box::new(wrong(message, place.span.clone())));
+        }
+        rows.push(RawValue { span: place.span.clone(), kind: RawKind::Array(row.into_iter().flatten().collect()) });
+    }
+    Ok(vec![entry("x", x, place), entry("y", y, place), entry("z", rows, place)])
+}
+
+/// The grid of a file that has y in its first line and x in its first column.
+fn matrix(head: &[Cell], lines: &[Vec<Cell>], units: Option<Texts>) -> Found<Entries> {
+    let corner = RawValue { span: head[0].span.clone(), kind: RawKind::Bool(true) };
+    let units = match units {
+        None => [const { String::new() }; 3],
+        Some(units) => {
+            check_count(&units, 3, &corner)?;
+            let checked = units.into_iter().map(|(unit, span)| checked_unit(unit, span));
+            let list = checked.collect::<Found<Vec<String>>>()?;
+            <[String; 3]>::try_from(list).unwrap_or_default()
+        }
+    };
+    let y = head[1..].iter().map(|field| {
+        let hint = "without `columns`, the first line has the values of y and the first column those of x; \
+                    otherwise name the columns, the arguments first";
+        number(field, &units[1]).map_err(|diagnostic| Box::new(diagnostic.help(hint)))
+    });
+    let y = y.collect::<Found<Vec<_>>>()?;
+    let x = lines.iter().map(|line| number(&line[0], &units[0])).collect::<Found<Vec<_>>>()?;
+    let rows = lines.iter().map(|line| {
+        let row = line[1..].iter().map(|field| number(field, &units[2])).collect::<Found<Vec<_>>>()?;
+        Ok(RawValue { span: line[0].span.clone(), kind: RawKind::Array(row) })
+    });
+    let rows = rows.collect::<Found<Vec<_>>>()?;
+    Ok(vec![entry("x", x, &corner), entry("y", y, &corner), entry("z", rows, &corner)])
+}
+
+fn entry(key: &str, items: Vec<RawValue>, place: &RawValue) -> (Spanned<String>, RawValue) {
+    let span = place.span.clone();
+    (Spanned::new(key.to_owned(), span.clone()), RawValue { span, kind: RawKind::Array(items) })
+}
+
+fn check_count(units: &[(String, Range<usize>)], wanted: usize, place: &RawValue) -> Found<()> {
+    if units.len() == wanted {
+        return Ok(());
+    }
+    let span = units.first().map_or(place.span.clone(), |(_, span)| span.clone());
+    Err(Box::new(wrong(format!("`units` needs {wanted} units, found {}", units.len()), span)))
+}
+
+/// A key with a list of texts.
+fn texts(table: &RawTable, key: &str) -> Found<Option<Texts>> {
+    let Some(raw) = table.get(key) else { return Ok(None) };
+    let items = raw.as_array().unwrap_or(std::slice::from_ref(raw));
+    let text = |item: &RawValue| {
+        item.as_text().map(|text| (text.to_owned(), item.span.clone())).ok_or_else(|| {
+            let message = format!("`{key}` must be a list of texts, found {}", item.kind.describe());
+            Box::new(Diagnostic::error(codes::WRONG_TYPE, message).at(item.span.clone(), ""))
+        })
+    };
+    items.iter().map(text).collect::<Found<_>>().map(Some)
+}
+
+fn checked_unit(unit: String, span: Range<usize>) -> Found<String> {
+    if !unit.is_empty()
+        && unit != "1"
+        && let Err(error) = parse_unit(&unit)
+    {
+        return Err(Box::new(wrong(format!("the unit `{unit}` can't be read: {}", error.message), span)));
+    }
+    Ok(unit)
+}
+
+/// `speed [rpm]`
+fn column(field: Cell) -> Column {
+    let parts = field.text.strip_suffix(']').and_then(|text| text.split_once('['));
+    let (name, unit) = parts.map_or((field.text.as_str(), ""), |(name, unit)| (name.trim(), unit.trim()));
+    Column { name: Cell { text: name.to_owned(), span: field.span.clone() }, unit: unit.to_owned() }
+}
+
+/// A number with the unit of its column, as a scene would have it.
+fn number(field: &Cell, unit: &str) -> Found<RawValue> {
+    let number = field.text.parse::<f64>().ok().filter(|number| number.is_finite());
+    let Some(number) = number else {
+        let what =
+            if field.text.is_empty() { "this field is empty".into() } else { format!("`{}` is no number", field.text) };
+        return Err(Box::new(wrong(what, field.span.clone())));
+    };
+    let kind = match unit {
+        "" => RawKind::Number(number),
+        // A quantity, so that it is refused where another dimension belongs.
+        "1" => RawKind::Quantity(Quantity::derived(number, Dimension::DIMENSIONLESS)),
+        unit => {
+            let unreadable = |_| Box::new(wrong(format!("the unit `{unit}` can't be read"), field.span.clone()));
+            let (dimension, factor) = parse_unit(unit).map_err(unreadable)?;
+            let quantity = Quantity::derived(number * factor, dimension);
+            RawKind::Quantity(Quantity { cycles: unit.contains("Hz"), ..quantity })
+        }
+    };
+    Ok(RawValue { span: field.span.clone(), kind })
+}
+
+/// The fields of all lines that are not empty and no remarks.
+fn fields(text: &str, start: usize) -> Vec<Vec<Cell>> {
+    let mut at = 0;
+    let mut found: Vec<Vec<Cell>> = Vec::new();
+    let mut mark = None;
+    for line in text.split_inclusive('\n') {
+        let from = at;
+        at += line.len();
+        // What some programs write in front of UTF-8.
+        let content = line.trim_start_matches('\u{feff}').trim();
+        if content.is_empty() || content.starts_with('#') {
+            continue;
+        }
+        let mark = *mark.get_or_insert_with(|| [';', '\t'].into_iter().find(|c| line.contains(*c)).unwrap_or(','));
+        let mut begin = from;
+        let mut list = Vec::new();
+        for field in line.split(mark) {
+            let trimmed = field.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+            let offset = begin + (trimmed.as_ptr() as usize - field.as_ptr() as usize);
+            begin += field.len() + mark.len_utf8();
+            let text = trimmed.trim_matches('"').trim().to_owned();
+            list.push(Cell { text, span: start + offset..start + offset + trimmed.len() });
+        }
+        found.push(list);
+    }
+    found
+}
+
+fn read(name: &str, source: &Source) -> Result<String, String> {
+    let path = source.beside(name);
+    let shown = path.display();
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(&path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+    file.map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(format!("`{shown}` is longer than {} MB", LONGEST >> 20));
+    }
+    String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text"))
+}
