@@ -129,6 +129,9 @@ pub struct Descriptor {
     /// Names of checks of the test kit that do not apply, with the reasons. Contract 1.2.
     #[serde(default)]
     pub exempt: Vec<(String, String)>,
+    /// Names of the internal unknowns; an instance may have more. Contract 1.2.
+    #[serde(default)]
+    pub unknowns: Vec<Named>,
 }
 
 impl Descriptor {
@@ -148,6 +151,7 @@ impl Descriptor {
             ("joints", self.joints.len()),
             ("states", self.states.len()),
             ("exemptions", self.exempt.len()),
+            ("unknowns", self.unknowns.len()),
         ];
         match sizes.iter().find(|(_, count)| *count > MOST) {
             Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),

@@ -321,7 +321,9 @@ impl<'a> Examination<'a> {
                 | Role::VelocityResidual(_)
                 | Role::SamplePeriod
                 | Role::Unilateral(_)
-                | Role::SticksWith(_) => continue,
+                | Role::SticksWith(_)
+                | Role::Guess(_) => continue,
+                Role::Condition(_) if self.probe.descriptor.kind == Kind::Joint => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

@@ -10,6 +10,7 @@ pub mod contact_friction;
 mod deformation;
 pub mod drag;
 pub mod field;
+pub mod hydraulic_damper;
 pub mod joint_friction;
 mod matrix;
 pub mod point_gravity;
@@ -41,6 +42,7 @@ element_api::export_plugin! {
         vector_force::VectorForce,
         vector_torque::VectorTorque,
         drag::Drag,
+        hydraulic_damper::HydraulicDamper,
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
     ],

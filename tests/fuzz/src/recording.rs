@@ -131,6 +131,7 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         states: Vec::new(),
         params: Vec::new(),
         exempt: Vec::new(),
+        unknowns: Vec::new(),
     }
 }
 

@@ -27,6 +27,7 @@
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
+//! | `unknowns.rs` | values of internal unknowns at the start |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -53,6 +54,7 @@ mod precise_state;
 mod reference;
 mod scales;
 mod solved;
+mod unknowns;
 mod working;
 
 #[cfg(test)]
@@ -71,4 +73,5 @@ pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use solved::SolvedProgram;
+pub use unknowns::{determinant, unknown_name};
 pub use working::{WorkingForm, WorkingParts, sparse_engine};

@@ -123,6 +123,7 @@ fn effect(
                     channels[k as usize] = true;
                     continue;
                 }
+                Role::Condition(k) => Input::Unknown(k),
                 Role::StateRate(k) => Input::State(k),
                 Role::NextDiscrete(k) => Input::Discrete(k),
                 _ => continue,

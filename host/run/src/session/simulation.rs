@@ -6,6 +6,7 @@ mod memory;
 mod part;
 mod picture;
 mod system;
+mod unknowns;
 mod watch;
 
 pub(super) use self::contacts::Mode;
@@ -13,6 +14,7 @@ use self::contacts::Touch;
 use self::floor::Floor;
 use self::part::Part;
 use self::picture::Picture;
+use self::unknowns::Tracked;
 use self::watch::RowValues;
 use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
@@ -89,6 +91,8 @@ pub(super) struct Simulation<'a> {
     switches: Option<Part>,
     /// Unilateral rows, if there are any.
     touch: Option<Touch>,
+    /// Internal unknowns, if there are any.
+    unknowns: Option<Tracked>,
     /// What is watched throughout every step.
     guarded: Option<Guarded>,
     /// The same at a state, where ranges cannot be had: switches and functions, and turns.
@@ -186,6 +190,7 @@ impl<'a> Simulation<'a> {
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
+            unknowns: Tracked::new(equations, model, layout, formulation.as_ref()),
             guarded: None,
             looks: [None, None],
             report,
@@ -374,6 +379,7 @@ impl<'a> Simulation<'a> {
         list.extend(self.energy.used().chain(self.report.used().map(Used::by_samples)).chain(self.accept.used()));
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
+        list.extend(self.unknowns.iter_mut().flat_map(Tracked::used));
         list.extend(self.touch.iter_mut().flat_map(Touch::used));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),

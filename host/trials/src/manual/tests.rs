@@ -35,6 +35,7 @@ fn element(name: &str, kind: Kind) -> Element {
                 ParamSpec::new::<String>("mode", "", "Which way.").choices(&["up", "down"]).default_value("up".into()),
             ],
             exempt: Vec::new(),
+            unknowns: Vec::new(),
         },
     }
 }

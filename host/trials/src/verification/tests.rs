@@ -115,6 +115,7 @@ fn element(name: &str) -> Element {
         states: Vec::new(),
         params: Vec::new(),
         exempt: Vec::new(),
+        unknowns: Vec::new(),
     };
     Element { name: name.into(), library: library.into(), version: "1".into(), descriptor }
 }
