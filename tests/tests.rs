@@ -84,6 +84,7 @@ mod stress;
 mod stubborn;
 mod study;
 mod support;
+mod unknowns;
 mod verification;
 mod versions;
 mod workshop;

@@ -75,6 +75,7 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         channels: named(channels),
         states: named(states),
         params: T::Parameters::specs(),
+        unknowns: named(T::UNKNOWNS),
         exempt: T::EXEMPT.iter().map(|(check, reason)| ((*check).into(), (*reason).into())).collect(),
         checks: Vec::new(),
         catalog: T::CATALOG.into(),
@@ -119,6 +120,7 @@ struct Given<S> {
     time: S,
     references: Vec<S>,
     states: Vec<S>,
+    unknowns: Vec<S>,
     memory: Vec<S>,
     signals: Vec<S>,
     reactions: Vec<Reaction<S>>,
@@ -134,6 +136,7 @@ impl<S: Scalar> Given<S> {
             time: S::zero(),
             references: Vec::new(),
             states: Vec::new(),
+            unknowns: Vec::new(),
             memory: Vec::new(),
             signals: Vec::new(),
             reactions: Vec::new(),
@@ -143,7 +146,13 @@ impl<S: Scalar> Given<S> {
         }
     }
     fn configuration(&self) -> Configuration<'_, S> {
-        Configuration { frames: &self.frames, time: self.time, references: &self.references, angles: &self.angles }
+        Configuration {
+            frames: &self.frames,
+            time: self.time,
+            unknowns: &self.unknowns,
+            references: &self.references,
+            angles: &self.angles,
+        }
     }
     fn motion(&self) -> Motion<'_, S> {
         Motion {
@@ -153,6 +162,13 @@ impl<S: Scalar> Given<S> {
             memory: &self.memory,
             inputs: &self.signals,
             reactions: &self.reactions,
+        }
+    }
+    /// Plain numbers have the unknowns behind the states, the last one first.
+    fn take_unknowns(&mut self, count: usize) {
+        self.unknowns.clear();
+        for _ in 0..count {
+            self.unknowns.extend(self.states.pop());
         }
     }
     fn forget_angles(&mut self, count: usize) {
@@ -174,7 +190,7 @@ fn unset<S: Clone>(list: &mut Vec<Option<S>>, count: usize) {
 }
 
 /// All inputs written down on the tape. Those that no equation uses are dead operations; the host drops them.
-fn recorded_inputs(layout: &Layout) -> Given<Recorded> {
+fn recorded_inputs(layout: &Layout, unknowns: usize) -> Given<Recorded> {
     let list = |count: usize, kind: fn(u32) -> Input| (0..count).map(|k| input(kind(k as u32))).collect();
     let vector = |index: u32, make: fn(u32, u32) -> Input| Vec3::from_fn(|row, _| input(make(index, row as u32)));
     let frames = (0..layout.frames as u32)
@@ -200,7 +216,8 @@ fn recorded_inputs(layout: &Layout) -> Given<Recorded> {
     Given {
         time: input(Input::Time),
         references: list(layout.angles, Input::AngleReference),
-        states: list(layout.states, Input::State),
+        states: list(layout.states - unknowns, Input::State),
+        unknowns: list(unknowns, Input::Unknown),
         memory: list(layout.memory, Input::Discrete),
         signals: list(layout.signals, Input::Signal),
         reactions,
@@ -216,7 +233,7 @@ fn angle_outputs(given: &Given<Recorded>) -> impl Iterator<Item = (Role, Recorde
 }
 
 /// Reads an instance's part of a batch.
-fn read_inputs(layout: &Layout, numbers: &[f64], given: &mut Given<f64>) {
+fn read_inputs(layout: &Layout, unknowns: usize, numbers: &[f64], given: &mut Given<f64>) {
     let (lists, frames) = numbers.split_at(layout.frames_at());
     let (head, reactions) = lists.split_at(lists.len() - 6 * layout.joints);
     let vector = |from: &[f64]| Vec3::new(from[0], from[1], from[2]);
@@ -248,6 +265,7 @@ fn read_inputs(layout: &Layout, numbers: &[f64], given: &mut Given<f64>) {
             .chunks_exact(18)
             .map(|part| Twist { velocity: vector(&part[12..]), angular_velocity: vector(&part[15..]) }),
     );
+    given.take_unknowns(unknowns);
     given.forget_angles(layout.angles);
 }
 
@@ -305,6 +323,43 @@ fn same_layout(instance: usize, expected: &Layout, found: &Layout) -> Result<(),
 
 fn unknown_memory(instance: usize) -> impl FnOnce(String) -> Fault {
     move |message| Fault { instance, message }
+}
+
+/// The conditions on an element's unknowns, as far as the author gives them.
+fn conditions<T: Element, S: Scalar>(element: &T, unknowns: usize, given: &Given<S>) -> Vec<Option<S>> {
+    let mut values = Vec::new();
+    unset(&mut values, unknowns);
+    element.conditions(&given.motion(), &mut Values::new(&mut values, "condition"));
+    values
+}
+
+/// What a recording has of the unknowns: conditions, the last one first, and starting guesses.
+///
+/// # Errors
+/// The first condition that is not given, in words.
+fn unknown_outputs<T: Element>(
+    element: &T,
+    guesses: &[f64],
+    given: &Given<Recorded>,
+) -> Result<Vec<(Role, Recorded)>, String> {
+    let found = conditions(element, guesses.len(), given);
+    if let Some(k) = found.iter().position(Option::is_none) {
+        return Err(format!("declares {} internal unknowns, but does not give condition {k}", guesses.len()));
+    }
+    let numbered = found.into_iter().enumerate().rev();
+    let mut outputs: Vec<(Role, Recorded)> =
+        numbered.filter_map(|(k, value)| Some((Role::Condition(k as u32), value?))).collect();
+    outputs.extend(guesses.iter().enumerate().map(|(k, guess)| (Role::Guess(k as u32), Recorded::from(*guess))));
+    Ok(outputs)
+}
+
+/// What opaque elements cannot have.
+fn refuse_opaque_unknowns(instance: usize, opaque: bool, unknowns: usize) -> Result<(), Fault> {
+    if opaque && unknowns > 0 {
+        let message = "has internal unknowns, which an opaque element cannot have: let it be recorded".into();
+        return Err(Fault { instance, message });
+    }
+    Ok(())
 }
 
 /// The recording of an opaque element: which results it gives, all referring to a single dummy operation.

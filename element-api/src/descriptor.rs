@@ -138,6 +138,9 @@ pub struct Descriptor {
     /// What reports say of an instance, Markdown; may be empty. Contract 1.2.
     #[serde(default)]
     pub report: String,
+    /// Names of the internal unknowns; an instance may have more. Contract 1.2.
+    #[serde(default)]
+    pub unknowns: Vec<Named>,
 }
 
 impl Descriptor {
@@ -158,6 +161,7 @@ impl Descriptor {
             ("states", self.states.len()),
             ("exemptions", self.exempt.len()),
             ("checks", self.checks.len()),
+            ("unknowns", self.unknowns.len()),
         ];
         if self.opaque && !self.checks.is_empty() {
             return Err(format!("`{}` is opaque and declares checks, which only recorded elements have", self.name));

@@ -38,6 +38,9 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// What reports say of an instance, Markdown: a section of its own, followed by the extremes of its channels and its checks. Empty:
     /// there is one where the element has checks. Contract 1.2.
     const REPORT: &'static str = "";
+    /// Names and units of internal unknowns y (a pressure between two orifices, the place of a contact on a curve), which follow from
+    /// as many [`Element::conditions`] at every instant. At most eight. Not for opaque elements. Contract 1.2.
+    const UNKNOWNS: &'static [ChannelSpec] = &[];
     /// What a scene tells it.
     type Parameters: Parameters;
 
@@ -46,6 +49,23 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// # Errors
     /// What a range alone can't say, by parameter name.
     fn new(parameters: Self::Parameters) -> Result<Self, ParamError>;
+
+    /// `[create]` Where the search for the unknowns begins at the start, one per unknown, SI. Of several solutions the one that is
+    /// found from there is followed through the run. Their number may depend on the parameters; the first ones have the names of
+    /// [`Element::UNKNOWNS`]. Contract 1.2.
+    fn initial_unknowns(&self) -> Vec<f64> {
+        vec![0.0; Self::UNKNOWNS.len()]
+    }
+    /// `[record]` The conditions g = 0 that [`Motion::unknowns`] are found from, as many as there are unknowns. They may depend on
+    /// frames, time, states, memory, signals and, of force and control elements, velocities; not on reactions or accelerations.
+    /// Their matrix of derivatives with respect to the unknowns must be regular: where it becomes singular (a branch of solutions
+    /// ends or divides), the run stops and says so.
+    ///
+    /// The host takes the derivatives of the unknowns from the implicit function theorem, dy = -g_y^-1 (g_q dq + g_t dt), so that
+    /// Jacobians and accelerations are exact (Griewank & Walther, Evaluating Derivatives (2008), section 15.1). Contract 1.2.
+    fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
 
     /// `[between steps]` For opaque elements with a memory of their own: the step that ended here was accepted. The only
     /// place where memory may change; evaluations also happen for steps that are rejected later.
@@ -280,6 +300,8 @@ pub struct Configuration<'a, S> {
     pub frames: &'a [Frame<S>],
     /// Time, s.
     pub time: S,
+    /// The element's internal unknowns.
+    pub(crate) unknowns: &'a [S],
     /// Reference of each multi-turn angle, rad.
     pub(crate) references: &'a [S],
     /// Each multi-turn angle as the equations last computed it; the host takes the next references from here.
@@ -296,6 +318,12 @@ impl<S: Scalar> Configuration<'_, S> {
     #[must_use]
     pub fn time(&self) -> S {
         self.time
+    }
+
+    /// The element's internal unknowns, see [`Element::UNKNOWNS`].
+    #[must_use]
+    pub fn unknowns(&self) -> &[S] {
+        self.unknowns
     }
 
     /// The angle of the point (`cos`, `sin`) in rad, continuous over any number of turns. `k` numbers the element's
@@ -364,6 +392,11 @@ impl<S: Scalar> Motion<'_, S> {
     #[must_use]
     pub fn time(&self) -> S {
         self.configuration.time
+    }
+    /// The element's internal unknowns, see [`Element::UNKNOWNS`].
+    #[must_use]
+    pub fn unknowns(&self) -> &[S] {
+        self.configuration.unknowns
     }
     /// [`Configuration::angle`].
     ///

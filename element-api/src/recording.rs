@@ -4,6 +4,7 @@
 //! the operations and are not folded, so two instances of one element that differ only in numbers record the same list.
 
 mod check;
+mod read;
 
 use serde::{Deserialize, Serialize};
 
@@ -202,6 +203,8 @@ pub enum Input {
         /// Which component.
         component: u32,
     },
+    /// Internal unknown of the element. Contract 1.2.
+    Unknown(u32),
 }
 
 impl Input {
@@ -219,6 +222,7 @@ impl Input {
             Self::Coordinate(k) => (9, k),
             Self::ReactionForce { joint, component } => (10, 3 * joint + component),
             Self::ReactionTorque { joint, component } => (11, 3 * joint + component),
+            Self::Unknown(k) => (12, k),
         }
     }
 
@@ -237,6 +241,7 @@ impl Input {
             9 => Self::Coordinate(index),
             10 => Self::ReactionForce { joint: frame, component },
             11 => Self::ReactionTorque { joint: frame, component },
+            12 => Self::Unknown(index),
             _ => return None,
         })
     }
@@ -297,6 +302,10 @@ pub enum Role {
     SlidesWith(u32),
     /// Margin of a check, positive while all is well. Contract 1.2.
     Check(u32),
+    /// Condition on the internal unknowns: zero. Contract 1.2.
+    Condition(u32),
+    /// Starting guess of an internal unknown; a constant. Contract 1.2.
+    Guess(u32),
 }
 
 impl Role {
@@ -324,6 +333,8 @@ impl Role {
             Self::Limit(k) => (30, k),
             Self::SlidesWith(k) => (31, k),
             Self::Check(k) => (25, k),
+            Self::Condition(k) => (17, k),
+            Self::Guess(k) => (18, k),
         }
     }
 
@@ -351,6 +362,8 @@ impl Role {
             30 => Self::Limit(k),
             31 => Self::SlidesWith(k),
             25 => Self::Check(k),
+            17 => Self::Condition(k),
+            18 => Self::Guess(k),
             _ => return None,
         })
     }
@@ -386,7 +399,7 @@ impl Role {
             | Self::Check(_)
             | Self::Potential
             | Self::Dissipation => kind != Kind::Joint,
-            Self::Angle(_) | Self::Signal(_) => true,
+            Self::Angle(_) | Self::Signal(_) | Self::Condition(_) | Self::Guess(_) => true,
         }
     }
 }
@@ -433,75 +446,7 @@ pub struct Limits {
     pub checks: usize,
 }
 
+/// Largest number of internal unknowns of one element instance: they are eliminated by determinants.
+pub const MOST_UNKNOWNS: usize = 8;
 /// Largest number of operations the host accepts from one element instance.
 pub const MOST_OPS: usize = 4_000_000;
-
-impl Recording {
-    /// Carries out the operations one by one, in the plainest way, and gives the results with their meaning. With a
-    /// [`Jet`](crate::Jet) as scalar it differentiates the equations. Runs make programs instead.
-    ///
-    /// # Panics
-    /// When the recording refers to something that is not there; [`Recording::check`] finds that beforehand.
-    #[must_use]
-    pub fn evaluate<S: Scalar>(&self, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
-        let mut values: Vec<S> = Vec::with_capacity(self.ops.len());
-        for raw in &self.ops {
-            let op = Op::decode(*raw).expect("known operation");
-            let v = |k: u32| values[k as usize];
-            let constant = |k: u32| self.constants[k as usize];
-            let value = match op {
-                Op::Constant(k) => S::from(constant(k)),
-                Op::Input(input) => read(input),
-                Op::Add(a, b) => v(a) + v(b),
-                Op::Sub(a, b) => v(a) - v(b),
-                Op::Mul(a, b) => v(a) * v(b),
-                Op::Div(a, b) => v(a) / v(b),
-                Op::Neg(a) => -v(a),
-                Op::Sqrt(a) => v(a).sqrt(),
-                Op::Sin(a) => v(a).sin(),
-                Op::Cos(a) => v(a).cos(),
-                Op::Atan2(a, b) => v(a).atan2(v(b)),
-                Op::Exp(a) => v(a).exp(),
-                Op::Ln(a) => v(a).ln(),
-                Op::Tanh(a) => v(a).tanh(),
-                Op::Powi(a, n) => v(a).powi(n),
-                Op::Powf(a, k) => v(a).powf(constant(k)),
-                Op::Select(a, b, x, y) => S::select(v(a), v(b), v(x), v(y)),
-                Op::Table(table, a) => v(a).lookup(&self.tables[table as usize]),
-            };
-            values.push(value);
-        }
-        self.outputs.iter().map(|output| (output.role, values[output.node as usize])).collect()
-    }
-
-    /// The period of an element that samples, s.
-    #[must_use]
-    pub fn sample_period(&self) -> Option<f64> {
-        self.constant(Role::SamplePeriod)
-    }
-
-    /// The coefficient of restitution of a unilateral row.
-    #[must_use]
-    pub fn restitution(&self, row: u32) -> Option<f64> {
-        self.constant(Role::Unilateral(row))
-    }
-
-    /// The unilateral row that a row holds with.
-    #[must_use]
-    pub fn sticks_with(&self, row: u32) -> Option<u32> {
-        self.constant(Role::SticksWith(row)).map(|other| other as u32)
-    }
-
-    /// An output that is a constant.
-    fn constant(&self, role: Role) -> Option<f64> {
-        let op = self.ops.get(self.output(role)? as usize)?;
-        let Some(Op::Constant(k)) = Op::decode(*op) else { return None };
-        self.constants.get(k as usize).copied()
-    }
-
-    /// The operation behind an output, if the element gives it.
-    #[must_use]
-    pub fn output(&self, role: Role) -> Option<u32> {
-        self.outputs.iter().find(|o| o.role == role).map(|o| o.node)
-    }
-}

@@ -95,6 +95,8 @@ impl<T: Control> Acting<T> for AsControl {
 
 struct ActingEntry<T> {
     element: T,
+    /// Starting guesses of the internal unknowns.
+    guesses: Vec<f64>,
     layout: Layout,
 }
 
@@ -130,7 +132,12 @@ impl<S: Scalar> Found<S> {
         unset(&mut self.channels, entry.layout.values);
         let (forces, torques) = (&mut self.forces[..], &mut self.torques[..]);
         K::wrench(&entry.element, &at, &mut Wrenches { frames: &given.frames, forces, torques });
-        K::rates(&entry.element, &at, &mut Values::new(&mut self.rates, "rate"));
+        let (rates, unknowns) = self.rates.split_at_mut(entry.layout.states - entry.guesses.len());
+        K::rates(&entry.element, &at, &mut Values::new(rates, "rate"));
+        if !unknowns.is_empty() {
+            let found = conditions(&entry.element, unknowns.len(), given);
+            unknowns.iter_mut().rev().zip(found).for_each(|(slot, value)| *slot = value);
+        }
         K::next_memory(&entry.element, &at, &mut Values::new(&mut self.memory, "discrete state"));
         K::channels(&entry.element, &at, &mut Values::new(&mut self.channels, "channel"));
         self.energies = K::energies(&entry.element, &at);
@@ -159,24 +166,27 @@ impl<T, K> Default for ActingSet<T, K> {
 impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
         let element: T = create(params)?;
+        let guesses = element.initial_unknowns();
         let layout = Layout {
             frames: T::FRAMES.len(),
             angles: T::ANGLES,
-            states: K::initial_states(&element).len(),
+            states: K::initial_states(&element).len() + guesses.len(),
             memory: K::initial_memory(&element).len(),
             signals: K::INPUTS,
             joints: K::JOINTS,
             values: K::CHANNELS.len(),
         };
-        self.instances.push(ActingEntry { element, layout });
+        self.instances.push(ActingEntry { element, guesses, layout });
         Ok(self.instances.len() - 1)
     }
 
     fn record(&self, instance: usize) -> Result<Recording, Fault> {
         let entry = &self.instances[instance];
         let mut forgotten = None;
+        refuse_opaque_unknowns(instance, T::OPAQUE, entry.guesses.len())?;
+        let mut missing = None;
         let mut recording = record(|| {
-            let given = recorded_inputs(&entry.layout);
+            let given = recorded_inputs(&entry.layout, entry.guesses.len());
             let mut found = Found::empty();
             found.evaluate::<T, K>(entry, &given);
             let mut results: Vec<(Role, Recorded)> = Vec::new();
@@ -199,10 +209,18 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
                 (&found.channels, Role::Channel, "channel"),
                 (&checks, Role::Check, "check"),
             ] {
+                let of_states = matches!(role(0), Role::StateRate(_));
+                let list = &list[..list.len() - if of_states { entry.guesses.len() } else { 0 }];
                 if let (Some(k), None) = (list.iter().position(Option::is_none), &forgotten) {
                     forgotten = Some((what, k));
                 }
                 results.extend(list.iter().enumerate().filter_map(|(k, value)| Some((role(k as u32), (*value)?))));
+                if of_states && !entry.guesses.is_empty() {
+                    match unknown_outputs(&entry.element, &entry.guesses, &given) {
+                        Ok(outputs) => results.extend(outputs),
+                        Err(message) => missing = Some(message),
+                    }
+                }
             }
             results.extend(found.energies[0].map(|v| (Role::Potential, v)));
             results.extend(found.energies[1].map(|v| (Role::Dissipation, v)));
@@ -210,6 +228,9 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             results.extend(K::sample_period(&entry.element).map(|period| (Role::SamplePeriod, Recorded::from(period))));
             results
         });
+        if let Some(message) = missing {
+            return Err(Fault { instance, message });
+        }
         if let Some((what, k)) = forgotten {
             let name = match what {
                 "channel" => format!("`{}`", K::CHANNELS[k].name),
@@ -239,7 +260,7 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
         each_instance(batch, self.instances.len(), layout.force_results(), &layout, out, |k, numbers, results| {
             let entry = &self.instances[k];
             same_layout(k, &layout, &entry.layout)?;
-            read_inputs(&layout, numbers, given);
+            read_inputs(&layout, entry.guesses.len(), numbers, given);
             found.evaluate::<T, K>(entry, given);
             let loads = found.forces.iter().chain(&found.torques).flat_map(|v| v.iter().copied());
             let lists = [&found.rates, &found.memory, &found.channels].into_iter().flatten();
@@ -255,7 +276,7 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault> {
         let entry = &mut self.instances[instance];
         let given = &mut self.scratch.borrow_mut().given;
-        read_inputs(&entry.layout, inputs, given);
+        read_inputs(&entry.layout, entry.guesses.len(), inputs, given);
         entry.element.accept(&given.motion());
         Ok(())
     }

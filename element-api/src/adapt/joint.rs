@@ -6,6 +6,8 @@ use super::*;
 struct JointEntry<T> {
     element: T,
     rows: Vec<usize>,
+    /// Starting guesses of the internal unknowns.
+    guesses: Vec<f64>,
     layout: Layout,
 }
 
@@ -54,7 +56,7 @@ impl<T: Constraint> JointEntry<T> {
     fn evaluate(&self, numbers: &[f64], jacobian: bool, second: bool, scratch: &mut JointScratch, out: &mut [f64]) {
         let JointScratch { plain, moved, rates, values, jets } = scratch;
         let (count, frames) = (self.layout.values, self.layout.frames);
-        read_inputs(&self.layout, numbers, plain);
+        read_inputs(&self.layout, self.guesses.len(), numbers, plain);
         self.values(plain, values);
         // A row the author forgot is NaN.
         for (slot, k) in out.iter_mut().zip(self.used()) {
@@ -137,6 +139,7 @@ fn move_along(plain: &Given<f64>, rates: &[FrameRates], time_rate: f64, moved: &
     });
     refill(&mut moved.frames, frames);
     moved.time = Jet::new(plain.time, time_rate, 0.0);
+    refill(&mut moved.unknowns, plain.unknowns.iter().map(|x| Jet::from(*x)));
     refill(&mut moved.references, plain.references.iter().map(|x| Jet::from(*x)));
     moved.forget_angles(plain.angles.len());
 }
@@ -145,16 +148,17 @@ impl<T: Constraint> ElementSet for JointSet<T> {
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
         let element: T = create(params)?;
         let rows: Vec<usize> = (0..T::ROWS.len()).filter(|row| element.uses_row(*row)).collect();
+        let guesses = element.initial_unknowns();
         let layout = Layout {
             frames: T::FRAMES.len(),
             angles: T::ANGLES,
-            states: 0,
+            states: guesses.len(),
             memory: 0,
             signals: 0,
             joints: 0,
             values: rows.len() + T::COORDINATES.len(),
         };
-        self.instances.push(JointEntry { element, rows, layout });
+        self.instances.push(JointEntry { element, rows, guesses, layout });
         Ok(self.instances.len() - 1)
     }
 
@@ -162,6 +166,7 @@ impl<T: Constraint> ElementSet for JointSet<T> {
         let entry = &self.instances[instance];
         let coordinates = || (0..T::COORDINATES.len()).map(|k| Role::Coordinate(k as u32));
         let roles = entry.rows.iter().map(|row| Role::Residual(*row as u32)).chain(coordinates());
+        refuse_opaque_unknowns(instance, T::OPAQUE, entry.guesses.len())?;
         if T::OPAQUE && !T::VELOCITY_ROWS.is_empty() {
             let message = "has velocity rows, which an opaque element cannot have: let it be recorded".into();
             return Err(Fault { instance, message });
@@ -183,8 +188,9 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             return Ok(announce(roles.chain(angles), Vec::new(), Vec::new()));
         }
         let (mut forgotten, mut forgotten_rate) = (None, None);
+        let mut missing = None;
         let recording = record(|| {
-            let given = recorded_inputs(&entry.layout);
+            let given = recorded_inputs(&entry.layout, entry.guesses.len());
             let mut values = Vec::new();
             entry.values(&given, &mut values);
             forgotten = entry.used().find(|k| values[*k].is_none());
@@ -203,6 +209,10 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             results.extend(switching.iter().map(|(role, value)| (*role, Recorded::from(*value))));
             let limit = |row: usize| Some((Role::Limit(row as u32), entry.element.limit(row, &given.motion())?));
             results.extend(used.clone().filter_map(limit));
+            match unknown_outputs(&entry.element, &entry.guesses, &given) {
+                Ok(outputs) => results.extend(outputs),
+                Err(message) => missing = Some(message),
+            }
             results.extend(angle_outputs(&given));
             if let Some(count) = T::MOBILITY {
                 let q: Vec<Recorded> = (0..count).map(|k| input(Input::Coordinate(k as u32))).collect();
@@ -216,6 +226,9 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             }
             results
         });
+        if let Some(message) = missing {
+            return Err(Fault { instance, message });
+        }
         let message = match forgotten.map(|k| (k, T::ROWS.get(k))) {
             None => match forgotten_rate {
                 None => return Ok(recording),
@@ -244,7 +257,7 @@ impl<T: Constraint> ElementSet for JointSet<T> {
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault> {
         let entry = &mut self.instances[instance];
         let plain = &mut self.scratch.borrow_mut().plain;
-        read_inputs(&entry.layout, inputs, plain);
+        read_inputs(&entry.layout, entry.guesses.len(), inputs, plain);
         entry.element.accept(&plain.motion());
         Ok(())
     }

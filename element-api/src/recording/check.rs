@@ -34,6 +34,7 @@ impl Recording {
             let op = Op::decode(*raw).ok_or_else(|| format!("operation {k} has the unknown code {}", raw.code))?;
             self.check_op(k, op, limits)?;
         }
+        let unknowns = self.unknowns();
         for output in &self.outputs {
             if output.node as usize >= self.ops.len() {
                 return Err(format!("{:?} refers to operation {}, which does not exist", output.role, output.node));
@@ -55,6 +56,7 @@ impl Recording {
                 Role::PosePosition(k) => (k, 3),
                 Role::PoseRotation(k) => (k, 9),
                 Role::Signal(_) => return Err("signals are reserved for a later version".into()),
+                Role::Condition(k) | Role::Guess(k) => (k, unknowns),
                 Role::Potential | Role::Dissipation | Role::SamplePeriod => (0, 1),
             };
             if index as usize >= count {
@@ -75,7 +77,8 @@ impl Recording {
         {
             return Err(format!("row {k} is given both as a row on positions and as one on velocities"));
         }
-        self.check_degrees()?;
+        self.check_unknowns(limits, &given)?;
+        self.check_degrees(limits.kind)?;
         self.check_unilateral(limits, &given)?;
         self.check_limits(limits, &given)?;
         if given(Role::SamplePeriod) && !self.sample_period().is_some_and(|period| period > 0.0) {
@@ -85,6 +88,41 @@ impl Recording {
             return Err(format!("state {k} has no rate"));
         }
         Ok(())
+    }
+
+    /// Internal unknowns, and the conditions that they are found from.
+    fn check_unknowns(&self, limits: &Limits, given: &impl Fn(Role) -> bool) -> Result<(), String> {
+        let count = self.unknowns();
+        if count > MOST_UNKNOWNS {
+            return Err(format!("{count} internal unknowns; at most {MOST_UNKNOWNS} are accepted of one element"));
+        }
+        if count > 0 && limits.mobility > 0 {
+            return Err("a joint with internal unknowns has no coordinates of its own that make up for its rows".into());
+        }
+        if let Some(k) = (0..count as u32).find(|k| !given(Role::Condition(*k))) {
+            return Err(format!("condition {k} on the internal unknowns is not given: there are as many as unknowns"));
+        }
+        if let Some(k) = self.guesses().iter().position(|guess| !guess.is_finite()) {
+            return Err(format!("the starting guess of unknown {k} is not a constant"));
+        }
+        // What depends on a reaction, or on a coordinate that only a mobility has.
+        let mut solved: Vec<bool> = Vec::with_capacity(self.ops.len());
+        for op in self.ops.iter().filter_map(|raw| Op::decode(*raw)) {
+            let of_solution = |input| {
+                matches!(input, Input::ReactionForce { .. } | Input::ReactionTorque { .. } | Input::Coordinate(_))
+            };
+            let is_solved = match op {
+                Op::Input(input) => of_solution(input),
+                op => op.operands().any(|a| solved[a as usize]),
+            };
+            solved.push(is_solved);
+        }
+        match self.outputs.iter().find(|o| matches!(o.role, Role::Condition(_)) && solved[o.node as usize]) {
+            Some(output) => {
+                Err(format!("{:?} depends on a reaction, which is found only after the unknowns", output.role))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Unilateral rows, and rows that stick with them.
@@ -109,12 +147,6 @@ impl Recording {
             }
         }
         Ok(())
-    }
-
-    /// The other row of a pair that has one limit.
-    #[must_use]
-    pub fn slides_with(&self, row: u32) -> Option<u32> {
-        self.constant(Role::SlidesWith(row)).map(|other| other as u32)
     }
 
     /// Numbers that the host keeps between steps for the rows with a limit: into which direction each slides; of pairs also the
@@ -158,9 +190,17 @@ impl Recording {
         Ok(())
     }
 
-    /// Rows on positions must not depend on velocities, rows on velocities must be linear in them.
-    fn check_degrees(&self) -> Result<(), String> {
-        let rows = || self.outputs.iter().filter(|o| matches!(o.role, Role::Residual(_) | Role::VelocityResidual(_)));
+    /// Rows on positions, and conditions on unknowns that rows may use, must not depend on velocities; rows on velocities must be
+    /// linear in them.
+    fn check_degrees(&self, kind: Kind) -> Result<(), String> {
+        let rows = || {
+            let looked_at = |role| match role {
+                Role::Residual(_) | Role::VelocityResidual(_) => true,
+                Role::Condition(_) => kind == Kind::Joint,
+                _ => false,
+            };
+            self.outputs.iter().filter(move |o| looked_at(o.role))
+        };
         if rows().next().is_none() {
             return Ok(());
         }
@@ -187,6 +227,9 @@ impl Recording {
                 (Role::Residual(k), 1..) => {
                     return Err(format!("row {k} depends on velocities: give it as a velocity row"));
                 }
+                (Role::Condition(k), 1..) => {
+                    return Err(format!("condition {k} on the unknowns of a joint depends on velocities"));
+                }
                 (Role::VelocityResidual(k), NOT_LINEAR..) => {
                     return Err(format!("velocity row {k} is not linear in velocities"));
                 }
@@ -208,6 +251,7 @@ impl Recording {
             Op::Table(table, _) => inside(table, self.tables.len(), "table"),
             Op::Input(input) => match input {
                 Input::AngleReference(i) => inside(i, limits.angles, "angle"),
+                Input::Unknown(i) => inside(i, self.unknowns(), "internal unknown"),
                 Input::State(i) => inside(i, self.initial_states.len(), "state"),
                 Input::Discrete(i) => inside(i, self.initial_discrete.len(), "discrete state"),
                 Input::Coordinate(i) => inside(i, limits.mobility, "joint coordinate"),

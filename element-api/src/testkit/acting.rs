@@ -115,6 +115,11 @@ fn frame_invariance(x: &mut Examination<'_>, setting: &Setting) {
 /// The rule of [`crate::Force::potential`]: power of the loads = -dV/dt - dissipation, along the motion, the element's own states
 /// moving at their rates, time and signals held.
 fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
+    if x.probe.recording.unknowns() > 0 {
+        // Its loads are those of the motion only where the unknowns meet their conditions, which they do in a run: the energy
+        // balance there looks at it.
+        return;
+    }
     let found = results(x, setting);
     let powers = setting.twists.iter().zip(found.forces.iter().zip(&found.torques));
     let power: f64 = powers.map(|(t, (f, m))| f.dot(&t.velocity) + m.dot(&t.angular_velocity)).sum();
@@ -187,6 +192,11 @@ pub(super) fn value_name(probe: &Probe, k: usize) -> String {
         return format!("the rate of state {name}");
     }
     k -= states;
+    let unknowns = probe.recording.unknowns();
+    if k < unknowns {
+        return format!("condition {}", unknowns - 1 - k);
+    }
+    k -= unknowns;
     let memory = probe.recording.initial_discrete.len();
     if k < memory {
         return format!("discrete state {k}");

@@ -324,7 +324,9 @@ impl<'a> Examination<'a> {
                 | Role::SticksWith(_)
                 | Role::Limit(_)
                 | Role::SlidesWith(_)
-                | Role::Check(_) => continue,
+                | Role::Check(_)
+                | Role::Guess(_) => continue,
+                Role::Condition(_) if self.probe.descriptor.kind == Kind::Joint => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

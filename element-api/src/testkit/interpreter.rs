@@ -19,5 +19,13 @@ pub fn interpret(recording: &Recording, setting: &Setting, coordinates: &[f64]) 
 /// As [`interpret`].
 #[must_use]
 pub fn interpret_with<S: Scalar>(recording: &Recording, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
-    recording.evaluate(read)
+    let mut results = recording.evaluate(read);
+    // Conditions on unknowns lie behind the rates of states among plain numbers, the last one first.
+    let conditions = if recording.unknowns() > 0 { &mut results[..] } else { &mut [] };
+    conditions.sort_by_key(|(role, _)| match role {
+        Role::Force(_) | Role::Torque(_) | Role::StateRate(_) => (0, 0),
+        Role::Condition(k) => (1, u32::MAX - k),
+        _ => (2, 0),
+    });
+    results
 }

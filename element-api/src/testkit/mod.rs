@@ -300,6 +300,8 @@ impl Probe {
         setting.reactions.resize(self.descriptor.joints.len(), nothing);
         setting.references = vec![0.0; self.descriptor.angles];
         setting.states = self.recording.initial_states.clone();
+        // Plain numbers have the unknowns behind the states, the last one first.
+        setting.states.extend(self.recording.guesses().into_iter().rev());
         setting.memory = self.recording.initial_discrete.clone();
         self.refer(setting);
     }
@@ -327,7 +329,7 @@ impl Probe {
         Layout {
             frames: self.descriptor.frames.len(),
             angles: self.descriptor.angles,
-            states: self.recording.initial_states.len(),
+            states: self.recording.initial_states.len() + self.recording.unknowns(),
             memory: self.recording.initial_discrete.len(),
             signals: self.descriptor.inputs.len(),
             joints: self.descriptor.joints.len(),

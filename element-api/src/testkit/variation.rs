@@ -118,6 +118,8 @@ impl Variation {
                 (self.is(Self::Reaction(joint as usize, 3 + component as usize)), 0.0)
             }
             Input::AngleReference(_) | Input::Discrete(_) | Input::Coordinate(_) => (0.0, 0.0),
+            // It counts as a state.
+            Input::Unknown(k) => (self.is(Self::State(setting.states.len() - 1 - k as usize)), 0.0),
         };
         Jet::new(value, first, second)
     }
@@ -165,6 +167,8 @@ impl Setting {
             }
             Input::AngleReference(k) => self.references[k as usize],
             Input::State(k) => self.states[k as usize],
+            // Behind the states, the last one first.
+            Input::Unknown(k) => self.states[self.states.len() - 1 - k as usize],
             Input::Discrete(k) => self.memory[k as usize],
             Input::Signal(k) => self.signals[k as usize],
             Input::ReactionForce { joint, component } => self.reactions[joint as usize].force[component as usize],

@@ -17,6 +17,7 @@ mod strands;
 mod surfaces;
 mod tables;
 mod unilateral;
+mod unknowns;
 mod vocabulary;
 
 use crate::prelude::*;

@@ -82,7 +82,7 @@ fn forces_at_points_do_the_work_of_velocities_there() {
         let frames = [random.frame(), random.frame()];
         let twists: [Twist<f64>; 2] = [random.twist(), random.twist()];
         let (point, force): (Vec3<f64>, Vec3<f64>) = (random.vector(2.0), random.vector(3.0));
-        let configuration = Configuration { frames: &frames, time: 0.5, references: &[], angles: &[] };
+        let configuration = Configuration { frames: &frames, time: 0.5, unknowns: &[], references: &[], angles: &[] };
         let at = Motion { configuration, twists: &twists, states: &[], memory: &[], inputs: &[], reactions: &[] };
         let given = |give: &dyn Fn(&mut Wrenches<'_, f64>)| {
             let (mut forces, mut torques) = ([Vec3::zeros(); 2], [Vec3::zeros(); 2]);

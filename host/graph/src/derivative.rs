@@ -3,6 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
+use super::solved::follow_solved;
 
 /// Nodes whose derivative is given: the direction of differentiation. Whatever does not depend on them is constant.
 pub type Seeds = FxHashMap<Node, Node>;
@@ -19,10 +20,13 @@ pub struct Below {
 const NOWHERE: u32 = u32::MAX;
 
 impl Below {
-    /// Everything that `outputs` depend on; what `stop` says is listed but not entered.
+    /// Everything that `outputs` depend on; what `stop` says is listed but not entered, nor are unknowns that are found from
+    /// conditions.
     #[must_use]
     pub fn new(graph: &Graph, outputs: &[Node], stop: impl Fn(Node) -> bool) -> Self {
-        let nodes = graph.ancestors(outputs, stop);
+        let mut solved: Vec<Node> = graph.solved.iter().flat_map(|solved| solved.unknowns.iter().copied()).collect();
+        solved.sort_unstable();
+        let nodes = graph.ancestors(outputs, |node| solved.binary_search(&node).is_ok() || stop(node));
         let operands = nodes.iter().map(|node| {
             let (mut places, mut count) = ([NOWHERE; 4], 0);
             // Opaque results are differentiated by whoever knows what they mean.
@@ -43,7 +47,7 @@ impl Below {
         self.place(node).is_some()
     }
 
-    fn place(&self, node: Node) -> Option<usize> {
+    pub(super) fn place(&self, node: Node) -> Option<usize> {
         self.nodes.binary_search(&node).ok()
     }
 }
@@ -55,7 +59,8 @@ pub fn derivatives(graph: &mut Graph, outputs: &[Node], seeds: &Seeds) -> Vec<No
     derivatives_among(graph, &below, outputs, seeds)
 }
 
-/// The same with all nodes that may depend on the seeds at hand.
+/// The same with all nodes that may depend on the seeds at hand. Of unknowns that are found from conditions, the derivatives are
+/// those of the implicit function.
 pub fn derivatives_among(graph: &mut Graph, below: &Below, outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
     let zero = graph.constant(0.0);
     let mut found = vec![zero; below.nodes.len()];
@@ -65,6 +70,7 @@ pub fn derivatives_among(graph: &mut Graph, below: &Below, outputs: &[Node], see
             (found[place], is_seed[place]) = (*seed, true);
         }
     }
+    follow_solved(graph, below, seeds, &mut found, &mut is_seed);
     for (place, node) in below.nodes.iter().enumerate().filter(|(place, _)| !is_seed[*place]) {
         let slopes = below.operands[place].map(|at| found.get(at as usize).copied().unwrap_or(zero));
         if slopes != [zero; 4] {

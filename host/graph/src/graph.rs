@@ -5,6 +5,8 @@ use std::hash::BuildHasher;
 use element_api::Table;
 use rustc_hash::FxBuildHasher;
 
+use super::solved::Solved;
+
 /// A value in the graph. Operands of a node always have smaller numbers than the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Node(
@@ -110,6 +112,8 @@ pub struct Graph {
     pub tables: Vec<Table>,
     /// Calls that nodes refer to.
     pub calls: Vec<Call>,
+    /// Unknowns that are found from conditions, in an order in which each depends on earlier ones only.
+    pub solved: Vec<Solved>,
     /// How many operations were asked for, before simplification.
     pub requested: usize,
 }

@@ -17,6 +17,7 @@ mod ranges;
 mod series;
 #[cfg(feature = "jit")]
 mod shared;
+mod solved;
 mod tangents;
 mod tape;
 mod turn;

@@ -11,6 +11,7 @@ pub mod contact_friction;
 mod deformation;
 pub mod drag;
 pub mod field;
+pub mod hydraulic_damper;
 pub mod joint_friction;
 mod matrix;
 pub mod point_gravity;
@@ -43,6 +44,7 @@ element_api::export_plugin! {
         vector_torque::VectorTorque,
         drag::Drag,
         bearing_rating::BearingRating,
+        hydraulic_damper::HydraulicDamper,
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
     ],

@@ -22,6 +22,7 @@ pub mod cylindrical;
 pub mod displacement_driver;
 pub mod distance_rod;
 pub mod dry_friction;
+pub mod ellipse_contact;
 pub mod freewheel;
 pub mod gear;
 pub mod ground;
@@ -59,6 +60,7 @@ element_api::export_plugin! {
         point_on_line::PointOnLine,
         point_on_curve::PointOnCurve,
         cam::Cam,
+        ellipse_contact::EllipseContact,
         revolute::Revolute,
         cylindrical::Cylindrical,
         translational::Translational,

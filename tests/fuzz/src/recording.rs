@@ -134,6 +134,7 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         checks: Vec::new(),
         catalog: String::new(),
         report: String::new(),
+        unknowns: Vec::new(),
     }
 }
 

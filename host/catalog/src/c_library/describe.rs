@@ -137,6 +137,7 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         channels: named(element.channels, element.channel_count, "channels")?,
         states: named(element.states, element.state_count, "states")?,
         params,
+        unknowns: Vec::new(),
         exempt: texts(element.exempt, element.exempt_count, "exemptions")?,
         // Elements in C have none of these.
         checks: Vec::new(),

@@ -69,8 +69,8 @@ impl Recorded<'_> {
 
     fn run<S: Scalar>(&self, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
         self.recording.evaluate(|input| match input {
-            // The pose of a mobility is no result here.
-            Input::Coordinate(_) => S::zero(),
+            // The pose of a mobility is no result here, and unknowns are refused.
+            Input::Coordinate(_) | Input::Unknown(_) => S::zero(),
             input => read(input),
         })
     }
@@ -84,7 +84,7 @@ impl Recorded<'_> {
         let joint = |joint: u32| signals + l.signals + 6 * joint as usize;
         let frame = |frame: u32, at: u32| l.frames_at() + 18 * frame as usize + at as usize;
         match input {
-            Input::Time | Input::Coordinate(_) => 0,
+            Input::Time | Input::Coordinate(_) | Input::Unknown(_) => 0,
             Input::AngleReference(k) => 1 + k as usize,
             Input::State(k) => states + k as usize,
             Input::Discrete(k) => memory + k as usize,

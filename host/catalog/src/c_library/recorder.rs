@@ -75,6 +75,9 @@ pub fn take_down(subject: &Subject<'_>) -> Result<Recording, String> {
     recording.initial_states = subject.states.to_vec();
     recording.initial_discrete = subject.memory.to_vec();
     recording.check(&subject.descriptor.limits())?;
+    if recording.unknowns() > 0 {
+        return Err("has internal unknowns, which only elements in Rust can have".into());
+    }
     Ok(recording)
 }
 

@@ -11,6 +11,7 @@ use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::motion::move_body;
 use super::scales::{AT_REST, CONTRADICTION, Scales};
+use super::unknowns::{Unknowns, unknown_name};
 use super::working::{BODY_STATES, clusters};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
@@ -145,7 +146,14 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     let mut inputs = vec![0.0; layout.inputs()];
     load_discrete(model, layout, &mut inputs);
     let given = state.clone();
-    let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length) {
+    if let Some(element) = equations.unknowns_of_solution(layout) {
+        let element = &model.elements[element];
+        let why = "its conditions depend on an acceleration or a reaction by way of a signal, and these are found only after it";
+        let unknown = unknown_name(&element.class, 0);
+        return Err(AnalysisError::Unsolved { element: element.name.clone(), unknown, why }.into());
+    }
+    let mut unknowns = Unknowns::new(equations, model, layout);
+    let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length, &mut unknowns) {
         Err(AssemblyError::Impossible { rows: left }) => {
             let mut rows = Constraints::of_positions(equations)?;
             let found = conflict(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
@@ -161,9 +169,12 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
     };
     load(layout, t, &state, &mut inputs);
     let references = references(equations, model, layout, &inputs)?;
+    let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
+    layout.write_discrete(&mut inputs, &references, &discrete);
+    unknowns.solve(&mut inputs, model, false)?;
+    take_unknowns(layout, &inputs, &mut state);
     let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
     scales.grow(&state, layout.bodies);
-    let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
     Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses, chosen, given_speed })
 }
 
@@ -198,7 +209,8 @@ pub fn ahead(
             move_body(pose, &step);
         }
         let mut inputs = start_inputs(layout, t + s, &place);
-        match positions(equations, model, layout, t + s, &mut place.working, &mut inputs, length) {
+        let mut unknowns = Unknowns::new(equations, model, layout);
+        match positions(equations, model, layout, t + s, &mut place.working, &mut inputs, length, &mut unknowns) {
             Ok(_) => return Ok(Some((t + s, place))),
             Err(AssemblyError::Analysis(error)) => return Err(error),
             Err(_) => {}
@@ -225,6 +237,7 @@ fn as_given(model: &Model, layout: &Layout) -> Vec<f64> {
     }
     for element in &model.elements {
         state.extend(&element.recording.initial_states);
+        state.extend(element.recording.guesses());
     }
     state.push(0.0);
     state
@@ -262,7 +275,11 @@ fn positions(
     state: &mut [f64],
     inputs: &mut [f64],
     length: f64,
+    unknowns: &mut Unknowns,
 ) -> Result<usize, AssemblyError> {
+    load(layout, t, state, inputs);
+    unknowns.solve(inputs, model, true)?;
+    take_unknowns(layout, inputs, state);
     let mut rows = Constraints::of_positions(equations)?;
     if rows.rows.is_empty() {
         return Ok(0);
@@ -299,6 +316,12 @@ fn positions(
                 let d: Vec<f64> = step[6 * body..6 * body + 6].iter().map(|x| factor * x).collect();
                 move_body(&mut trial[BODY_STATES * body..BODY_STATES * body + 7], &d);
             }
+            load(layout, t, &trial, inputs);
+            if unknowns.solve(inputs, model, true).is_err() {
+                factor *= 0.5;
+                continue;
+            }
+            take_unknowns(layout, inputs, &mut trial);
             let violation = evaluate(&mut rows, model, layout, t, &trial, inputs, length)?;
             if violation < best {
                 state.copy_from_slice(&trial);
@@ -325,6 +348,12 @@ fn positions(
     }
     // Some rows are left to the others: what the conflict is, is found in another way.
     Err(AssemblyError::Impossible { rows: Measure::new(&rows).gaps(&rows, model, layout, length) })
+}
+
+/// Carries the values of unknowns and states that are among the inputs.
+fn take_unknowns(layout: &Layout, inputs: &[f64], state: &mut [f64]) {
+    let (from, slot) = (BODY_STATES * layout.bodies, layout.state_slot());
+    state[from..from + layout.states].copy_from_slice(&inputs[slot..slot + layout.states]);
 }
 
 /// Largest violation at a state, m.

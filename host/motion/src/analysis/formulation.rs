@@ -126,6 +126,16 @@ pub enum AnalysisError {
     /// What was asked for lies next to a position where the constraints lose rank, and is interpolated instead.
     #[error("the constraints lose rank there (singular position)")]
     NextToSingular,
+    /// Internal unknowns that no values were found for.
+    #[error("`{element}`: its internal unknown `{unknown}` is not found: {why}")]
+    Unsolved {
+        /// The element's name.
+        element: String,
+        /// The unknown's name, or its number.
+        unknown: String,
+        /// Why.
+        why: &'static str,
+    },
     /// Whoever takes the results of a run refuses them.
     #[error("{message}")]
     Told {

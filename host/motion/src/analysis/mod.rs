@@ -28,6 +28,7 @@
 //! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
 //! | `contact/friction.rs` | rows that hold up to a limit: which stick, and where the others slide to |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
+//! | `unknowns.rs` | values of internal unknowns at the start |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -54,6 +55,7 @@ mod precise_state;
 mod reference;
 mod scales;
 mod solved;
+mod unknowns;
 mod working;
 
 #[cfg(test)]
@@ -72,4 +74,5 @@ pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use solved::SolvedProgram;
+pub use unknowns::{determinant, unknown_name};
 pub use working::{WorkingForm, WorkingParts, sparse_engine};

@@ -1,7 +1,7 @@
 //! What is connected to the signal inputs of force and control elements.
 
-use element_api::Kind;
 use element_api::recording::{Input, Op, Role};
+use element_api::{Kind, Recording};
 use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
@@ -257,10 +257,16 @@ fn signals_of(instance: &Instance, role: Role) -> Vec<usize> {
     }
     let recording = &instance.recording;
     let Some(wanted) = recording.output(role) else { return Vec::new() };
-    let mut needed = vec![false; wanted as usize + 1];
-    needed[wanted as usize] = true;
+    let mut needed = vec![false; recording.ops.len()];
+    needed.iter_mut().skip(wanted as usize).take(1).for_each(|needed| *needed = true);
+    if takes_unknowns(recording, wanted) {
+        // They depend on all their conditions.
+        for condition in (0..recording.unknowns() as u32).filter_map(|k| recording.output(Role::Condition(k))) {
+            needed.iter_mut().skip(condition as usize).take(1).for_each(|needed| *needed = true);
+        }
+    }
     let mut signals = Vec::new();
-    for k in (0..=wanted as usize).rev().filter(|k| recording.ops.get(*k).is_some()) {
+    for k in (0..recording.ops.len()).rev() {
         if !needed[k] {
             continue;
         }
@@ -273,6 +279,22 @@ fn signals_of(instance: &Instance, role: Role) -> Vec<usize> {
     signals.sort_unstable();
     signals.dedup();
     signals
+}
+
+/// Whether an operation depends on internal unknowns.
+fn takes_unknowns(recording: &Recording, wanted: u32) -> bool {
+    if recording.unknowns() == 0 {
+        return false;
+    }
+    let mut takes = vec![false; recording.ops.len()];
+    for (k, raw) in recording.ops.iter().enumerate() {
+        takes[k] = match Op::decode(*raw) {
+            Some(Op::Input(Input::Unknown(_))) => true,
+            Some(op) => op.operands().any(|a| takes.get(a as usize).copied().unwrap_or(false)),
+            None => false,
+        };
+    }
+    takes.get(wanted as usize).copied().unwrap_or(false)
 }
 
 /// The results of elements that a quantity is made of.

@@ -14,7 +14,7 @@ pub struct Layout {
     pub bodies: usize,
     /// Number of constraint rows.
     pub rows: usize,
-    /// Number of continuous element states.
+    /// Number of continuous element states, carried values of internal unknowns among them.
     pub states: usize,
     /// Number of multi-turn angle references.
     pub references: usize,
@@ -25,6 +25,8 @@ pub struct Layout {
     pub given_at: usize,
     /// First row of each element.
     pub row_at: Vec<usize>,
+    /// First carried value of each element's internal unknowns among the states, behind its own states.
+    pub unknown_at: Vec<usize>,
     /// First continuous state of each element.
     pub state_at: Vec<usize>,
     /// First angle reference of each element.
@@ -46,6 +48,7 @@ impl Layout {
             given_at: 0,
             row_at: Vec::new(),
             state_at: Vec::new(),
+            unknown_at: Vec::new(),
             reference_at: Vec::new(),
             discrete_at: Vec::new(),
         };
@@ -56,6 +59,8 @@ impl Layout {
             layout.discrete_at.push(layout.discrete);
             layout.rows += element.rows.len();
             layout.states += element.recording.initial_states.len();
+            layout.unknown_at.push(layout.states);
+            layout.states += element.recording.unknowns();
             layout.references += element.class.angles;
             layout.discrete += element.recording.initial_discrete.len() + element.recording.sliding_numbers();
         }
@@ -80,6 +85,12 @@ impl Layout {
     #[must_use]
     pub fn states_of(&self, element: usize) -> Range<usize> {
         range(&self.state_at, element, self.states)
+    }
+
+    /// The element that a continuous state belongs to.
+    #[must_use]
+    pub fn element_of_state(&self, state: usize) -> usize {
+        self.state_at.partition_point(|first| *first <= state) - 1
     }
 
     /// The angle references of an element.

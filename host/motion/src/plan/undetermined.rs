@@ -130,6 +130,7 @@ fn effect(
                     checks[k as usize] = true;
                     continue;
                 }
+                Role::Condition(k) => Input::Unknown(k),
                 Role::StateRate(k) => Input::State(k),
                 Role::NextDiscrete(k) => Input::Discrete(k),
                 _ => continue,

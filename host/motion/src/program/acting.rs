@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 use super::equations::{Equations, FrameLoad, own_input};
 use super::kinematics::FrameNodes;
 use super::opaque::{call_inputs, opaque_results};
+use super::unknowns;
 use crate::model::{Model, Quantity, Source};
 use crate::plan::Layout;
 
@@ -137,6 +138,7 @@ impl Equations {
             let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
             self.state_rates[layout.state_at[index] + k] = node;
         }
+        self.add_unknowns_of(index, imports);
         for k in 0..element.recording.initial_discrete.len() {
             let node = self.role(index, Role::NextDiscrete(k as u32), imports).unwrap_or(missing);
             self.next_discrete[layout.discrete_at[index] + k] = node;
@@ -234,6 +236,18 @@ impl Equations {
         imports.elements[element].nodes[wanted as usize].expect("written down above")
     }
 
+    /// Writes down the internal unknowns of an element, if it has some and they are not there yet.
+    fn add_unknowns_of(&mut self, element: usize, imports: &mut Imports<'_>) {
+        let recording = &imports.model.elements[element].recording;
+        let slot = imports.layout.state_slot() + imports.layout.unknown_at[element];
+        if recording.unknowns() == 0 || self.graph.unknown_at(slot).is_some() {
+            return;
+        }
+        let inputs = unknowns::inputs_of_conditions(recording);
+        let given = inputs.into_iter().map(|input| (input, self.input_node(element, input, imports))).collect();
+        unknowns::add(&mut self.graph, recording, slot, imports.elements[element].first_table, &given);
+    }
+
     fn input_node(&mut self, element: usize, input: Input, imports: &mut Imports<'_>) -> Node {
         let instance = &imports.model.elements[element];
         match input {
@@ -246,6 +260,10 @@ impl Equations {
             }
             Input::ReactionTorque { joint, component } => {
                 self.joint_reaction(instance.joints[joint as usize], imports).1[component as usize]
+            }
+            Input::Unknown(_) => {
+                self.add_unknowns_of(element, imports);
+                own_input(&mut self.graph, input, element, &imports.elements[element].frames, imports.layout)
             }
             own => own_input(&mut self.graph, own, element, &imports.elements[element].frames, imports.layout),
         }

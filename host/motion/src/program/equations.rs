@@ -170,6 +170,7 @@ impl Equations {
         }
         // Force and control elements may ask for reactions and for each other's results.
         let stored = equations.add_acting_elements(model, layout);
+        equations.add_rates_of_unknowns(layout);
         equations.add_explicit_power(layout, &stored);
         equations.find_coupling(layout);
         equations
@@ -429,6 +430,7 @@ impl Equations {
             let call = self.add_call(element, arguments);
             (opaque_results(&mut self.graph, element, call), Some(call))
         } else {
+            self.add_unknowns_of_joint(index, element, frames, layout);
             let nodes = import(&mut self.graph, recording, provide);
             (recording.outputs.iter().map(|o| (o.role, nodes[o.node as usize])).collect(), None)
         };
@@ -452,6 +454,10 @@ pub(super) fn own_input(g: &mut Graph, input: Input, index: usize, frames: &[Fra
         Input::AngularVelocity { frame, component } => frames[frame as usize].angular_velocity[component as usize],
         Input::AngleReference(k) => g.input(layout.reference_slot() + layout.reference_at[index] + k as usize),
         Input::State(k) => g.input(layout.state_slot() + layout.state_at[index] + k as usize),
+        Input::Unknown(k) => {
+            let missing = g.constant(f64::NAN);
+            g.unknown_at(layout.state_slot() + layout.unknown_at[index] + k as usize).unwrap_or(missing)
+        }
         Input::Discrete(k) => g.input(layout.discrete_slot() + layout.discrete_at[index] + k as usize),
         Input::Coordinate(_) | Input::Signal(_) | Input::ReactionForce { .. } | Input::ReactionTorque { .. } => {
             g.constant(0.0)

@@ -28,6 +28,7 @@
 //! | `rate_sizes.rs` | what the rates of element states are made of |
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
+//! | `unknowns.rs` | internal unknowns of elements |
 //! | `sharp.rs` | functions of time, and functions that rise and fall on a short stretch |
 
 mod acting;
@@ -48,6 +49,7 @@ mod sliding;
 mod spatial;
 mod switches;
 mod turned_rows;
+mod unknowns;
 mod velocity_rows;
 
 #[cfg(test)]
@@ -55,7 +57,7 @@ mod tests;
 
 pub use odyn_graph::{
     Call, Elimination, Expr, Graph, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets, SharedCode,
-    Tangents, Used, Workspace, condense, costs, derivatives, import,
+    Solved, Tangents, Used, Workspace, condense, costs, derivatives, import,
 };
 
 pub use articulated::Articulated;

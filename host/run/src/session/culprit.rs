@@ -1,6 +1,8 @@
 //! Which element gives what is not a number, and by which operation.
 
 use super::opened::Session;
+use super::run::Run;
+use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::model::Body;
 use crate::program::{Equations, Expr, Node, Program};
 use crate::results::significant;
@@ -117,5 +119,18 @@ impl Session {
             text.contains(['(', '/', '^']).then(|| format!("`{} = {text:?}`", key.value))
         });
         texts.collect()
+    }
+}
+
+impl Run<'_> {
+    /// See [`super::summary::Ended::lost_unknown`].
+    pub(super) fn lost_unknown(&self, outcome: &Result<Status, IntegrateError>) -> Option<String> {
+        match outcome {
+            Ok(
+                Status::StoppedEarly { reason: StopReason::Requested | StopReason::StepLimit { .. }, .. }
+                | Status::Completed,
+            ) => None,
+            _ => self.system.lost_unknown(),
+        }
     }
 }

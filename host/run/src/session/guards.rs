@@ -145,12 +145,15 @@ impl Watching {
         let known: Vec<(Node, Guard)> =
             all.iter().filter(|(node, _)| is_of_motion(equations, layout, *node)).cloned().collect();
         let is_partial = known.len() < all.len();
+        let known = of_carried(equations, known);
         let g = &mut equations.graph;
         let angles = self.angles.iter().map(|(angle, reference)| {
             let reference = g.input(layout.reference_slot() + reference);
             (g.sub(*angle, reference), Guard::Turn)
         });
         let angles: Vec<(Node, Guard)> = angles.collect();
+        let angles = of_carried(equations, angles);
+        let g = &mut equations.graph;
         let mut of_time = Vec::new();
         for (a, b) in &self.sharp.conditions {
             of_time.push(g.sub(*a, *b));
@@ -176,6 +179,12 @@ impl Watching {
         (turns, guards.turns) = Bank::new(angles, equations, layout, formulation);
         Guarded { guards, is_partial, within, turns, of_time }
     }
+}
+
+/// The same of the carried values of internal unknowns, which are as good within a step as the rest of the state.
+fn of_carried(equations: &mut Equations, watched: Vec<(Node, Guard)>) -> Vec<(Node, Guard)> {
+    let (nodes, guards): (Vec<Node>, Vec<Guard>) = watched.into_iter().unzip();
+    equations.of_carried(&nodes).into_iter().zip(guards).collect()
 }
 
 /// What is watched of a scene, in words; empty where there is nothing.

@@ -241,6 +241,8 @@ impl<'a> Run<'a> {
             {
                 return Ok(ended);
             }
+            let settled = self.system.settle_anew(self.time, &mut self.state);
+            settled.map_err(|error| self.system_error(error))?;
             self.system.compile_hot(self.time);
             let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
             let due = ahead.partition_point(|time| *time <= to);
@@ -423,6 +425,7 @@ impl<'a> Run<'a> {
             self.system.watch_end(self.time, &self.state);
         }
         let not_finite = self.not_finite(&outcome);
+        let lost_unknown = self.lost_unknown(&outcome);
         let state = match &outcome {
             Err(error) => Err(error.to_string()),
             Ok(_) => {
@@ -439,6 +442,7 @@ impl<'a> Run<'a> {
             made: *self.system.tier().made(),
             integration_time: self.integration_time,
             not_finite,
+            lost_unknown,
             state,
             carried: self.system.carried(),
         };

@@ -10,6 +10,7 @@ mod memory;
 mod part;
 mod picture;
 mod system;
+mod unknowns;
 mod watch;
 
 pub(super) use self::contacts::Mode;
@@ -19,6 +20,7 @@ pub(super) use self::margins::Extremes;
 use self::margins::Margins;
 use self::part::Part;
 use self::picture::Picture;
+use self::unknowns::Tracked;
 use self::watch::RowValues;
 use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
@@ -97,6 +99,8 @@ pub(super) struct Simulation<'a> {
     touch: Option<Touch>,
     /// What elements want looked at, if any do.
     margins: Option<Margins>,
+    /// Internal unknowns, if there are any.
+    unknowns: Option<Tracked>,
     /// What is watched throughout every step.
     guarded: Option<Guarded>,
     /// The same at a state, where ranges cannot be had: switches and functions, and turns.
@@ -195,6 +199,7 @@ impl<'a> Simulation<'a> {
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
             margins: Margins::new(equations, model, layout, formulation.as_ref()),
+            unknowns: Tracked::new(equations, model, layout, formulation.as_ref()),
             guarded: None,
             looks: [None, None],
             report,
@@ -384,6 +389,7 @@ impl<'a> Simulation<'a> {
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
         list.extend(self.margins.iter_mut().flat_map(Margins::used));
+        list.extend(self.unknowns.iter_mut().flat_map(Tracked::used));
         list.extend(self.touch.iter_mut().flat_map(Touch::used));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),

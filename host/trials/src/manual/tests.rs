@@ -38,6 +38,7 @@ fn element(name: &str, kind: Kind) -> Element {
         checks: Vec::new(),
         catalog: String::new(),
         report: String::new(),
+            unknowns: Vec::new(),
         },
     }
 }

@@ -118,6 +118,7 @@ fn element(name: &str) -> Element {
         checks: Vec::new(),
         catalog: String::new(),
         report: String::new(),
+        unknowns: Vec::new(),
     };
     Element { name: name.into(), library: library.into(), version: "1".into(), descriptor }
 }

@@ -150,6 +150,7 @@ impl System for Simulation<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
         self.formulation.project(t, y).map_err(failure)?;
+        self.settle_after_step(t, y).map_err(failure)?;
         if self.formulation.leaves_rows_out() {
             self.check_rows_left_out(t, y).map_err(failure)?;
         }
@@ -239,7 +240,11 @@ impl System for Simulation<'_> {
         self.remedies = self.formulation.counters().remedies();
         self.watch(t, y).map_err(failure)?;
         self.watch_contacts(t, y).map_err(failure)?;
-        self.remember(t, y).map_err(failure)
+        let changed = self.remember(t, y).map_err(failure)?;
+        if changed == Accepted::Changed {
+            self.settle_anew(t, y).map_err(failure)?;
+        }
+        Ok(changed)
     }
 
     fn step_done(&mut self, t: f64, _: &[f64], h: f64) -> Flow {

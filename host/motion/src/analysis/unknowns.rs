@@ -1,0 +1,200 @@
+//! [`Unknowns`]: the values of internal unknowns at the start, and whether they can be followed.
+
+use super::evaluator::Evaluator;
+use super::formulation::AnalysisError;
+use crate::model::Model;
+use crate::plan::Layout;
+use crate::program::{Equations, Sets};
+
+/// Newton steps before the search gives up.
+const MOST_STEPS: usize = 100;
+/// Shortest share of a Newton step.
+const SHORTEST: f64 = 1e-9;
+/// Steps this small, against the size of the unknown, end the search.
+const FOUND: f64 = 1e-13;
+/// Steps that do not become smaller any more are round-off below this share.
+const ROUND_OFF: f64 = 1e-8;
+/// Pivots below this share of their row make a matrix singular.
+const SINGULAR: f64 = 1e-14;
+/// How often elements that take signals from each other are solved in turns.
+const ROUNDS: usize = 3;
+
+/// The unknowns of one element.
+struct Own {
+    element: usize,
+    slot: usize,
+    count: usize,
+    of_joint: bool,
+    /// Conditions and their derivatives at the carried values.
+    conditions: Evaluator,
+}
+
+/// See the module documentation.
+pub struct Unknowns {
+    elements: Vec<Own>,
+}
+
+impl Unknowns {
+    /// Those of a scene.
+    #[must_use]
+    pub fn new(equations: &Equations, model: &Model, layout: &Layout) -> Self {
+        let own = |solved: &odyn_graph::Solved| {
+            let element = layout.element_of_state(solved.slot - layout.state_slot());
+            Own {
+                element,
+                slot: solved.slot,
+                count: solved.unknowns.len(),
+                of_joint: model.elements[element].class.kind == element_api::Kind::Joint,
+                conditions: Evaluator::new(&equations.graph, &solved.at_carried),
+            }
+        };
+        Self { elements: equations.graph.solved.iter().map(own).collect() }
+    }
+
+    /// Finds the values that the conditions ask for near those in `inputs`, by Newton's method with steps shortened until the next one
+    /// becomes smaller (Deuflhard, Newton Methods for Nonlinear Problems (2004), section 3.3). `rows_only`: those of joints.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Unsolved`].
+    pub fn solve(&mut self, inputs: &mut [f64], model: &Model, rows_only: bool) -> Result<(), AnalysisError> {
+        let rounds = if self.elements.len() > 1 { ROUNDS } else { 1 };
+        for _ in 0..rounds {
+            for own in self.elements.iter_mut().filter(|own| own.of_joint || !rows_only) {
+                own.solve(inputs, &model.sets).map_err(|stop| match stop {
+                    Stop::Analysis(error) => error,
+                    Stop::At(unknown, why) => {
+                        let element = &model.elements[own.element];
+                        let unknown = unknown_name(&element.class, unknown);
+                        AnalysisError::Unsolved { element: element.name.clone(), unknown, why }
+                    }
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An unknown's name, or its number.
+#[must_use]
+pub fn unknown_name(class: &element_api::Descriptor, k: usize) -> String {
+    class.unknowns.get(k).map_or_else(|| k.to_string(), |named| named.name.clone())
+}
+
+enum Stop {
+    Analysis(AnalysisError),
+    At(usize, &'static str),
+}
+
+impl Own {
+    fn solve(&mut self, inputs: &mut [f64], sets: &Sets) -> Result<(), Stop> {
+        let at = self.slot..self.slot + self.count;
+        let n = self.count;
+        let mut sizes: Vec<f64> = inputs[at.clone()].iter().map(|y| y.abs()).collect();
+        let mut found = self.conditions.run(inputs, sets).map_err(Stop::Analysis)?.to_vec();
+        if let Some(k) = found[..n].iter().position(|value| !value.is_finite()) {
+            return Err(Stop::At(k, "a condition is not a finite number at the starting guess"));
+        }
+        let mut before = f64::INFINITY;
+        for _ in 0..MOST_STEPS {
+            let (values, matrix) = found.split_at(n);
+            let step =
+                solve(matrix, values).map_err(|k| Stop::At(k, "the conditions do not determine it (singular)"))?;
+            for ((size, y), step) in sizes.iter_mut().zip(&inputs[at.clone()]).zip(&step) {
+                *size = size.max(y.abs()).max(step.abs());
+            }
+            let share = |step: &[f64], y: &[f64]| {
+                let sizes = y.iter().map(|y| y.abs().max(f64::MIN_POSITIVE));
+                step.iter().zip(sizes).fold(0.0_f64, |most, (step, size)| most.max(step.abs() / size))
+            };
+            let weighed = |step: &[f64]| {
+                let parts = step.iter().zip(&sizes).map(|(step, size)| step.abs() / size.max(f64::MIN_POSITIVE));
+                parts.fold(0.0, f64::max)
+            };
+            let whole = weighed(&step);
+            let start = inputs[at.clone()].to_vec();
+            if whole == 0.0 || share(&step, &start) <= FOUND || (whole <= ROUND_OFF && whole > 0.25 * before) {
+                inputs[at].iter_mut().zip(&step).for_each(|(y, step)| *y -= step);
+                return Ok(());
+            }
+            before = whole;
+            let mut factor = 1.0;
+            loop {
+                for ((y, start), step) in inputs[at.clone()].iter_mut().zip(&start).zip(&step) {
+                    *y = start - factor * step;
+                }
+                let trial = self.conditions.run(inputs, sets).map_err(Stop::Analysis)?;
+                let next = solve(matrix, &trial[..n]).ok().map(|step| weighed(&step));
+                let sound = trial.iter().all(|value| value.is_finite());
+                if sound && next.is_some_and(|next| next <= (1.0 - 0.25 * factor) * whole || whole <= ROUND_OFF) {
+                    found = trial.to_vec();
+                    break;
+                }
+                factor *= 0.5;
+                if factor < SHORTEST {
+                    let k = (0..n).max_by(|a, b| found[*a].abs().total_cmp(&found[*b].abs())).unwrap_or(0);
+                    return Err(Stop::At(k, "no solution was found from the starting guess"));
+                }
+            }
+        }
+        Err(Stop::At(0, "no solution was found from the starting guess"))
+    }
+}
+
+/// x of A x = b, rows of A one after the other, with row pivots.
+///
+/// # Errors
+/// The column without a pivot.
+fn solve(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, usize> {
+    let n = right.len();
+    let mut rows: Vec<Vec<f64>> = (0..n).map(|k| [&matrix[n * k..n * (k + 1)], &right[k..=k]].concat()).collect();
+    for row in &mut rows {
+        let size = row[..n].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        if size > 0.0 {
+            row.iter_mut().for_each(|x| *x /= size);
+        }
+    }
+    for k in 0..n {
+        let best = (k..n).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs())).unwrap_or(k);
+        rows.swap(k, best);
+        let pivot = rows[k][k];
+        if pivot.is_nan() || pivot.abs() <= SINGULAR {
+            return Err(k);
+        }
+        let (above, below) = rows.split_at_mut(k + 1);
+        for row in below {
+            let factor = row[k] / pivot;
+            row.iter_mut().zip(&above[k]).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    let mut x = vec![0.0; n];
+    for k in (0..n).rev() {
+        let sum: f64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
+        x[k] = (rows[k][n] - sum) / rows[k][k];
+    }
+    Ok(x)
+}
+
+/// The determinant of a matrix, rows one after the other.
+#[must_use]
+pub fn determinant(matrix: &[f64], n: usize) -> f64 {
+    let mut rows: Vec<Vec<f64>> = matrix.chunks_exact(n).map(<[f64]>::to_vec).collect();
+    let mut product = 1.0;
+    for k in 0..n {
+        let best = (k..n).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs())).unwrap_or(k);
+        if best != k {
+            rows.swap(k, best);
+            product = -product;
+        }
+        let pivot = rows[k][k];
+        product *= pivot;
+        if pivot == 0.0 {
+            return 0.0;
+        }
+        let (above, below) = rows.split_at_mut(k + 1);
+        for row in below {
+            let factor = row[k] / pivot;
+            row.iter_mut().zip(&above[k]).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    product
+}

@@ -1,0 +1,193 @@
+//! Two discs, round or elliptic, touch in a plane: a cam and its roller, an eccentric, an ellipse on an ellipse. They slide on each
+//! other without friction; they stay together, or may part and strike (`unilateral`).
+//!
+//! ## Equations
+//!
+//! The places of the contact are internal unknowns: the eccentric angles u on the first and v on the second ellipse. With
+//! P_i = p_i + a_i cos u x_i + b_i sin u y_i, its tangent t_i = dP_i/du, the outer normal N_i = b_i cos u x_i + a_i sin u y_i, and the
+//! same for j with v (Haug 1989, section 3.4; Pfeiffer & Glocker 1996, chapter 4):
+//!
+//! | condition | equation |
+//! |---|---|
+//! | offset | t_i . (P_j - P_i) = 0 |
+//! | common tangent | N_i . t_j = 0 |
+//!
+//! | row | equation | |
+//! |---|---|---|
+//! | gap | N_i . (P_j - P_i) / abs(N_i) = 0, or >= 0 with `unilateral` | |
+//!
+//! Other joints hold the bodies in the plane (`planar`, revolutes and guides with parallel axes): this one only keeps the discs
+//! together.
+//!
+//! ## Signs
+//!
+//! `u` and `v` are the eccentric angles, in radians, seen in the frames' x-y planes. The reaction force on body `j` is along the normal of
+//! the first disc, positive outwards.
+//!
+//! ## Singular cases
+//!
+//! The search for the contact begins at `start_i` and `start_j`; of several places with a common tangent that one is taken that is
+//! found from there, and it is followed through the run. A disc without size has no tangent.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [plugins]
+//! libraries = ["odyn-joints"]
+//!
+//! [simulation]
+//! gravity = [0, 0, 0]
+//! t_end = 0.1
+//! output_step = 0.05
+//!
+//! [[body]]
+//! name = "cam"
+//! mass = 1.0
+//! inertia = [0.1, 0.1, 0.1]
+//! position = [0, 0, 0]
+//! angular_velocity = [0, 0, 20]
+//!
+//! [[body]]
+//! name = "follower"
+//! mass = 1.0
+//! inertia = [0.1, 0.1, 0.1]
+//! position = [0.15, 0, 0]
+//!
+//! [[joint]]
+//! name = "shaft"
+//! type = "revolute"
+//! bodies = ["ground", "cam"]
+//! axis = [0, 0, 1]
+//!
+//! [[joint]]
+//! name = "guide"
+//! type = "translational"
+//! bodies = ["ground", "follower"]
+//! axis = [1, 0, 0]
+//!
+//! [[joint]]
+//! name = "contact"
+//! type = "ellipse-contact"
+//! bodies = ["cam", "follower"]
+//! points = [[0, 0, 0], [0.15, 0, 0]]
+//! params.a_i = 0.1
+//! params.b_i = 0.08
+//! params.a_j = 0.05
+//! params.b_j = 0.05
+//!
+//! [[output]]
+//! name = "lift"
+//! quantity = "position"
+//! of = "follower"
+//! component = "x"
+//! ```
+
+use element_api::prelude::*;
+
+/// The joint.
+#[derive(Debug, Clone, Copy)]
+pub struct EllipseContact(EllipseContactParameters);
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Copy, Parameters)]
+pub struct EllipseContactParameters {
+    /// Half axis of the first ellipse along x of its frame.
+    #[param(unit = "m", above = 0.0)]
+    pub a_i: f64,
+    /// Half axis of the first ellipse along y of its frame.
+    #[param(unit = "m", above = 0.0)]
+    pub b_i: f64,
+    /// Half axis of the second ellipse along x of its frame.
+    #[param(unit = "m", above = 0.0)]
+    pub a_j: f64,
+    /// Half axis of the second ellipse along y of its frame.
+    #[param(unit = "m", above = 0.0)]
+    pub b_j: f64,
+    /// Eccentric angle on the first ellipse from which the contact is looked for at the start.
+    #[param(unit = "rad", default = 0.0)]
+    pub start_i: f64,
+    /// The same on the second ellipse.
+    #[param(unit = "rad", default = 3.141592653589793)]
+    pub start_j: f64,
+    /// The discs may part; where they come together they strike.
+    #[param(default = false)]
+    pub unilateral: bool,
+    /// Coefficient of restitution of a unilateral contact, 0 to 1.
+    #[param(min = 0.0, max = 1.0, default = 0.0)]
+    pub restitution: f64,
+}
+
+/// A place on an ellipse: the point, the tangent along the angle, the outer normal; not of length one.
+struct Place<S> {
+    point: Vec3<S>,
+    tangent: Vec3<S>,
+    normal: Vec3<S>,
+}
+
+fn place<S: Scalar>(frame: &Frame<S>, a: f64, b: f64, angle: S) -> Place<S> {
+    let (sin, cos) = (angle.sin(), angle.cos());
+    let (x, y) = (frame.x(), frame.y());
+    Place {
+        point: frame.position + x * (cos * a) + y * (sin * b),
+        tangent: y * (cos * b) - x * (sin * a),
+        normal: x * (cos * b) + y * (sin * a),
+    }
+}
+
+impl EllipseContact {
+    fn places<S: Scalar>(&self, frames: &[Frame<S>], unknowns: &[S]) -> [Place<S>; 2] {
+        let p = &self.0;
+        [place(&frames[0], p.a_i, p.b_i, unknowns[0]), place(&frames[1], p.a_j, p.b_j, unknowns[1])]
+    }
+}
+
+impl Element for EllipseContact {
+    const NAME: &'static str = "ellipse-contact";
+    const SUMMARY: &'static str = "two discs, round or elliptic, touch and slide on each other";
+    const DOC: &'static str = doc_of(include_str!("ellipse_contact.rs"));
+    const GLYPH: &'static str = "none";
+    const FRAMES: &'static [FrameSpec] = &[
+        FrameSpec::new(
+            "i",
+            "on the first body; its origin is the centre of the first ellipse, its z axis the normal of the plane",
+        ),
+        FrameSpec::new("j", "on the second body; its origin is the centre of the second ellipse"),
+    ];
+    const UNKNOWNS: &'static [ChannelSpec] = &[
+        ChannelSpec::new("u", "rad", "eccentric angle of the contact on the first ellipse"),
+        ChannelSpec::new("v", "rad", "eccentric angle of the contact on the second ellipse"),
+    ];
+    type Parameters = EllipseContactParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        Ok(Self(p))
+    }
+
+    fn initial_unknowns(&self) -> Vec<f64> {
+        vec![self.0.start_i, self.0.start_j]
+    }
+
+    fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let [i, j] = self.places(at.frames(), at.unknowns());
+        out.push(i.tangent.dot(&(j.point - i.point)));
+        out.push(i.normal.dot(&j.tangent));
+    }
+}
+
+impl Constraint for EllipseContact {
+    const ROWS: &'static [&'static str] = &["gap"];
+    const COORDINATES: &'static [ChannelSpec] = Self::UNKNOWNS;
+
+    fn unilateral(&self, _: usize) -> Option<f64> {
+        self.0.unilateral.then_some(self.0.restitution)
+    }
+
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        let [i, j] = self.places(at.frames(), at.unknowns());
+        rows.push(i.normal.dot(&(j.point - i.point)) / i.normal.dot(&i.normal).sqrt());
+    }
+
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        at.unknowns().iter().for_each(|angle| out.push(*angle));
+    }
+}

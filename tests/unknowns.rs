@@ -1,0 +1,137 @@
+//! Internal unknowns: contact points on ellipses, by every formulation and method.
+
+use odyn::session::{RunReport, Session};
+
+use crate::support::{Scratch, difference, options};
+
+fn try_run(text: &str, sets: &[&str]) -> Result<RunReport, String> {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", text);
+    let session = Session::open(&path, &options(sets, &[])).map_err(|error| error.to_string())?;
+    session.run(None, Box::new(|_| ()), &Default::default()).map_err(|error| error.to_string())
+}
+
+/// An elliptic cam that turns freely under an elliptic roller on a spring.
+fn cam(contact: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+gravity = [-9.81, 0, 0]
+t_end = 1
+output_step = 0.05
+tolerance = 1e-10
+[[body]]
+name = "cam"
+mass = 1
+inertia = [0.01, 0.01, 0.02]
+position = [0, 0, 0]
+angular_velocity = [0, 0, 7]
+[[body]]
+name = "rod"
+mass = 0.5
+inertia = [0.01, 0.01, 0.01]
+position = [0.17, 0.1, 0]
+[[body]]
+name = "roller"
+mass = 0.5
+inertia = [0.01, 0.01, 0.01]
+position = [0.17, 0, 0]
+[[joint]]
+name = "shaft"
+type = "revolute"
+bodies = ["ground", "cam"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "rod"]
+point = [0.17, 0.1, 0]
+axis = [1, 0, 0]
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["rod", "roller"]
+point = [0.17, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "contact"
+bodies = ["cam", "roller"]
+points = [[0.01, 0, 0], [0.17, 0, 0]]
+{contact}
+[[force]]
+name = "spring"
+type = "translational-spring-damper"
+bodies = ["ground", "roller"]
+points = [[0.4, 0, 0], [0.17, 0.03, 0]]
+params.stiffness = 400
+params.free_length = 0.3
+[[output]]
+name = "x"
+quantity = "position"
+of = "rod"
+component = "x"
+[[output]]
+name = "w"
+quantity = "angular_velocity"
+of = "roller"
+component = "z"
+[[output]]
+name = "F"
+quantity = "reaction_force"
+of = "contact"
+on = "roller"
+component = "x"
+"#
+    )
+}
+
+fn ellipses(a_i: f64, b_i: f64, a_j: f64, b_j: f64) -> String {
+    cam(&format!(
+        "type = \"ellipse-contact\"\nparams.a_i = {a_i}\nparams.b_i = {b_i}\nparams.a_j = {a_j}\nparams.b_j = {b_j}"
+    ))
+}
+
+#[track_caller]
+fn agree(first: &RunReport, other: &RunReport, tolerance: f64, what: &str) {
+    for (channel, (a, b)) in first.channels.iter().zip(first.columns.iter().zip(&other.columns)) {
+        let off = difference(a, b);
+        assert!(off < tolerance, "{what}: `{}` differs by {off:.1e}", channel.name);
+    }
+}
+
+#[test]
+fn every_formulation_and_method_gives_the_motion_of_ellipses_that_touch() {
+    let text = ellipses(0.1, 0.07, 0.06, 0.04);
+    let first = try_run(&text, &[]).unwrap();
+    assert_eq!(first.exit_code(), 0, "{}", first.summary.reason);
+    for sets in [
+        &["simulation.formulation=\"cartesian\""][..],
+        &["simulation.method=\"radau5\""],
+        &["simulation.engine=\"reference\""],
+        &["simulation.engine=\"interpreted\""],
+        &["simulation.method=\"dopri5\""],
+        &["simulation.formulation=\"cartesian\"", "simulation.method=\"radau5\""],
+    ] {
+        let other = try_run(&text, sets).unwrap();
+        assert_eq!(other.exit_code(), 0, "{sets:?} {}", other.summary.reason);
+        agree(&first, &other, 1e-7, &format!("{sets:?}"));
+    }
+}
+
+#[test]
+fn circles_that_touch_are_a_rod_between_their_centres() {
+    let circles = try_run(&ellipses(0.1, 0.1, 0.06, 0.06), &[]).unwrap();
+    let rod = try_run(&cam("type = \"distance-rod\"\nparams.length = 0.16"), &[]).unwrap();
+    agree(&circles, &rod, 1e-8, "rod");
+}
+
+#[test]
+fn a_start_without_a_contact_names_element_and_unknown() {
+    // Every point of a circle is as near to the centre of another one about it.
+    let text = ellipses(0.1, 0.1, 0.06, 0.06).replace("points = [[0.01, 0, 0]", "points = [[0.17, 0, 0]");
+    let error = try_run(&text, &[]).map(|report| report.summary.reason).unwrap_err();
+    assert!(error.contains("`contact`: its internal unknown `"), "{error}");
+}
