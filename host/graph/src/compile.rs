@@ -98,6 +98,17 @@ fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
     first
 }
 
+/// Numbers side by side that are copied one by one where there are fewer.
+const MANY: usize = 8;
+
+/// Inputs (slot and register, ascending) as ranges that lie side by side in both: first slot, first register, length; and those
+/// of short ranges.
+fn in_ranges(inputs: &[(u32, Register)]) -> (Vec<(u32, Register, u32)>, Vec<(u32, Register)>) {
+    let beside = |a: &(u32, Register), b: &(u32, Register)| a.0 + 1 == b.0 && a.1 + 1 == b.1;
+    let (long, short): (Vec<_>, Vec<_>) = inputs.chunk_by(beside).partition(|range| range.len() >= MANY);
+    (long.into_iter().map(|range| (range[0].0, range[0].1, range.len() as u32)).collect(), short.concat())
+}
+
 /// No register.
 const NONE: Register = Register::MAX;
 
@@ -112,6 +123,10 @@ struct Builder<'g> {
     registers: Register,
     constants: Vec<f64>,
     inputs: Vec<(u32, Register)>,
+    /// The first of as many registers as there are outputs, side by side in their order.
+    block: Register,
+    /// By node: the register of that block it belongs into, [`NONE`] where it is no output.
+    place_of: Vec<Register>,
 }
 
 impl<'g> Builder<'g> {
@@ -134,6 +149,8 @@ impl<'g> Builder<'g> {
             registers: 0,
             constants: Vec::new(),
             inputs: Vec::new(),
+            block: 0,
+            place_of: vec![NONE; end],
         };
         // Constants come first and are never overwritten; inputs follow.
         for node in live {
@@ -144,22 +161,38 @@ impl<'g> Builder<'g> {
                 builder.users[node.0 as usize] += 1;
             }
         }
-        for node in live {
-            if let Expr::Input(slot) = graph.expr(*node) {
-                let register = builder.fresh();
-                builder.inputs.push((slot, register));
-                builder.register_of[node.0 as usize] = register;
-            }
+        // In the order of their slots, so that they are copied many at a time.
+        let slot = |node: &Node| if let Expr::Input(slot) = graph.expr(*node) { Some((slot, *node)) } else { None };
+        let mut inputs: Vec<(u32, Node)> = live.iter().filter_map(slot).collect();
+        inputs.sort_unstable_by_key(|(slot, _)| *slot);
+        for (slot, node) in inputs {
+            let register = builder.fresh();
+            builder.inputs.push((slot, register));
+            builder.register_of[node.0 as usize] = register;
+        }
+        builder.block = builder.registers;
+        for node in outputs {
+            let register = builder.fresh();
+            builder.place_of[node.0 as usize] = register;
         }
         builder
     }
 
     /// The finished program.
     fn program(self, outputs: &[Node], stages: Vec<Stage>, after_calls: Vec<Instruction>) -> Program {
+        let outputs: Vec<Register> = outputs.iter().map(|node| self.register_of[node.0 as usize]).collect();
+        let (first, many) = (self.block as usize, outputs.len() >= MANY);
+        let slots = outputs.iter().enumerate().map(|(slot, register)| (slot as u32, *register));
+        let is_elsewhere = |(slot, register): &(u32, Register)| many && self.block + slot != *register;
+        let (input_ranges, single_inputs) = in_ranges(&self.inputs);
         Program {
             id: Program::next_id(),
-            outputs: outputs.iter().map(|node| self.register_of[node.0 as usize]).collect(),
+            block: first..first + if many { outputs.len() } else { 0 },
+            elsewhere: slots.filter(is_elsewhere).collect(),
+            outputs,
             constants: self.constants,
+            input_ranges,
+            single_inputs,
             inputs: self.inputs,
             stages,
             after_calls,
@@ -228,7 +261,10 @@ impl<'g> Builder<'g> {
                     self.free.push(*register);
                 }
             }
-            let d = self.take();
+            let d = match self.place_of[node.0 as usize] {
+                NONE => self.take(),
+                place => place,
+            };
             self.register_of[node.0 as usize] = d;
             list.push(match expr {
                 Expr::Add(..) => Instruction::Add(d, at[0], at[1]),

@@ -1,5 +1,6 @@
 //! [`Program`]: a part of the graph in running order, and the interpreter that runs it.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -127,9 +128,16 @@ pub struct Program {
     pub(super) constants: Vec<f64>,
     /// Slot of each input in use, ascending, and its register.
     pub(super) inputs: Vec<(u32, Register)>,
+    /// The same, many side by side: first slot, first register, length; and the others.
+    pub(super) input_ranges: Vec<(u32, Register, u32)>,
+    pub(super) single_inputs: Vec<(u32, Register)>,
     pub(super) stages: Vec<Stage>,
     pub(super) after_calls: Vec<Instruction>,
     pub(super) outputs: Vec<Register>,
+    /// Registers of all outputs in their order, where there are many: what is computed for an output is computed into its own.
+    pub(super) block: Range<usize>,
+    /// Those of them that are in another register: constants, inputs, results of calls, and what is an output twice.
+    pub(super) elsewhere: Vec<(u32, Register)>,
     pub(super) registers: usize,
     pub(super) tables: Vec<Table>,
     /// What runs instead of the interpreter, once there is any.
@@ -277,13 +285,13 @@ impl Program {
 
     /// Whether any output depends on an input in the given range of slots.
     #[must_use]
-    pub fn uses_inputs(&self, slots: std::ops::Range<usize>) -> bool {
+    pub fn uses_inputs(&self, slots: Range<usize>) -> bool {
         self.inputs.iter().any(|(slot, _)| slots.contains(&(*slot as usize)))
     }
 
     /// Number of inputs in the given range of slots that any output depends on.
     #[must_use]
-    pub fn input_count(&self, slots: std::ops::Range<usize>) -> usize {
+    pub fn input_count(&self, slots: Range<usize>) -> usize {
         self.inputs.iter().filter(|(slot, _)| slots.contains(&(*slot as usize))).count()
     }
 
@@ -300,7 +308,11 @@ impl Program {
     ) -> Result<(), (usize, Fault)> {
         workspace.runs += 1;
         let numbers = &mut workspace.numbers[..];
-        for (slot, register) in &self.inputs {
+        for &(slot, register, length) in &self.input_ranges {
+            let given = &inputs[slot as usize..][..length as usize];
+            numbers[register as usize..][..given.len()].copy_from_slice(given);
+        }
+        for (slot, register) in &self.single_inputs {
             numbers[*register as usize] = inputs[*slot as usize];
         }
         for (list, stage) in self.stages.iter().enumerate() {
@@ -324,8 +336,13 @@ impl Program {
             }
         }
         self.run_list(self.stages.len(), &self.after_calls, numbers);
-        for (slot, register) in outputs.iter_mut().zip(&self.outputs) {
-            *slot = numbers[*register as usize];
+        if self.block.is_empty() {
+            outputs.iter_mut().zip(&self.outputs).for_each(|(slot, register)| *slot = numbers[*register as usize]);
+            return Ok(());
+        }
+        outputs[..self.block.len()].copy_from_slice(&numbers[self.block.clone()]);
+        for (slot, register) in &self.elsewhere {
+            outputs[*slot as usize] = numbers[*register as usize];
         }
         Ok(())
     }

@@ -129,6 +129,39 @@ fn a_program_without_operations_copies() {
     assert!(values(&g, &[], &[]).is_empty());
 }
 
+#[test]
+fn inputs_and_outputs_are_found_however_they_are_copied() {
+    let mut random = Random(29);
+    // Long and short stretches of slots, first used in another order.
+    let slots: Vec<usize> = (30..45).chain([3, 4, 7]).chain(8..20).collect();
+    let inputs = random.vector(50);
+    for many in [1_usize, 7, 8, 9, 40] {
+        let mut g = Graph::default();
+        let x: Vec<Node> = slots.iter().map(|slot| g.input(*slot)).collect();
+        let constant = g.constant(2.5);
+        let mut outputs = Vec::new();
+        for k in 0..many {
+            let (a, b) = (x[k % x.len()], x[(7 * k + 3) % x.len()]);
+            outputs.push(match k % 5 {
+                0 => g.sub(a, b),
+                1 => a,
+                2 => constant,
+                3 => g.sin(a),
+                _ => outputs[k / 2],
+            });
+        }
+        let expected = direct(&g, *outputs.iter().chain(&x).max().unwrap(), &inputs);
+        let program = Program::compile(&g, &outputs);
+        let (mut workspace, mut found) = (program.workspace(), vec![f64::NAN; many]);
+        for _ in 0..2 {
+            program.run(&inputs, &[], &mut workspace, &mut found).unwrap();
+            for (node, value) in outputs.iter().zip(&found) {
+                assert_eq!(value.to_bits(), expected[node.0 as usize].to_bits());
+            }
+        }
+    }
+}
+
 /// An opaque set whose instance k gives (k + 1) times the sum of its inputs, times the number of the result; it fails when
 /// the sum is negative, and leaves a gap where it is zero.
 struct Sums;

@@ -26,7 +26,7 @@ pub struct Explicit {
     pair: &'static Pair,
     /// Derivatives at the stages, one after the other.
     stages: Vec<f64>,
-    /// Coefficients of the interpolation polynomial, one vector after the other, and [`LANES`] numbers behind the last.
+    /// Coefficients of the interpolation polynomial, one vector after the other.
     polynomial: Vec<f64>,
     /// After a step: the argument of its last stage.
     argument: Vec<f64>,
@@ -101,7 +101,7 @@ impl Explicit {
         self.stages.clear();
         self.stages.resize(self.pair.c.len() * n, 0.0);
         self.polynomial.clear();
-        self.polynomial.resize((4 + self.pair.d.len()) * n + LANES, 0.0);
+        self.polynomial.resize((4 + self.pair.d.len()) * n, 0.0);
         self.stiffness = Stiffness::default();
         for work in [&mut self.argument, &mut self.y_new, &mut self.error] {
             work.clear();
@@ -115,11 +115,11 @@ impl Explicit {
         let n = y.len();
         let (t, h) = (run.t, t_new - run.t);
         for i in 1..self.end() {
-            combine(self.pair.a[i], &self.stages, h, y, &mut self.argument);
+            combine(self.pair.a[i], &self.stages, h, Some(y), &mut self.argument);
             let stage = &mut self.stages[i * n..(i + 1) * n];
             run.rhs(t + self.pair.c[i] * h, &self.argument, stage, h)?;
         }
-        combine(self.pair.b, &self.stages, h, y, &mut self.y_new);
+        combine(self.pair.b, &self.stages, h, Some(y), &mut self.y_new);
         if all_finite(&self.y_new) {
             return Ok(());
         }
@@ -130,8 +130,7 @@ impl Explicit {
     /// of order 3, `e5^2 / sqrt(e5^2 + 0.01 e3^2)`.
     fn error_of_step(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<f64, Trouble> {
         let mut norm_of = |row: Row| {
-            self.error.fill(0.0);
-            add_combination(row, &self.stages, h, &mut self.error);
+            combine(row, &self.stages, h, None, &mut self.error);
             run.system.error_norm(y, &self.y_new, &self.error)
         };
         let (error, size) = match self.pair.error {
@@ -225,7 +224,7 @@ impl Explicit {
         let end = self.end();
         for (i, row) in self.pair.a_dense.iter().enumerate() {
             let i = i + end + 1;
-            combine(row, &self.stages, h, y, &mut self.argument);
+            combine(row, &self.stages, h, Some(y), &mut self.argument);
             let stage = &mut self.stages[i * n..(i + 1) * n];
             run.rhs(t + self.pair.c[i] * h, &self.argument, stage, h)?;
         }
@@ -239,8 +238,7 @@ impl Explicit {
         }
         for (k, row) in self.pair.d.iter().enumerate() {
             let coefficient = &mut self.polynomial[(4 + k) * n..(5 + k) * n];
-            coefficient.fill(0.0);
-            add_combination(row, &self.stages, h, coefficient);
+            combine(row, &self.stages, h, None, coefficient);
         }
         Ok(())
     }
@@ -418,32 +416,60 @@ impl StepControl {
     }
 }
 
-/// `out := y + h sum_j a_j k_j`
-fn combine(row: Row, stages: &[f64], h: f64, y: &[f64], out: &mut [f64]) {
-    out.copy_from_slice(y);
-    add_combination(row, stages, h, out);
-}
-
-/// `out += h sum_j a_j k_j`
-fn add_combination(row: Row, stages: &[f64], h: f64, out: &mut [f64]) {
-    let n = out.len();
-    for &(j, coefficient) in row {
-        let factor = h * coefficient;
-        let stage = &stages[j * n..(j + 1) * n];
-        for (value, &derivative) in out.iter_mut().zip(stage) {
-            *value += factor * derivative;
-        }
+/// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. Each entry has its terms added in the order of the row, however many
+/// entries are summed side by side.
+fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
+    match out.len() {
+        0 => {}
+        1 => combine_lanes::<1>(row, stages, h, y, out),
+        2 => combine_lanes::<2>(row, stages, h, y, out),
+        3 => combine_lanes::<3>(row, stages, h, y, out),
+        4 => combine_lanes::<4>(row, stages, h, y, out),
+        5 => combine_lanes::<5>(row, stages, h, y, out),
+        6 => combine_lanes::<6>(row, stages, h, y, out),
+        7 => combine_lanes::<7>(row, stages, h, y, out),
+        _ => combine_lanes::<8>(row, stages, h, y, out),
     }
 }
 
-/// Entries of a state that are interpolated side by side.
-const LANES: usize = 4;
-
-/// Evaluates the polynomial of [`Explicit::prepare_interpolation`], of so many coefficients, at the share `s` of the step. What
-/// lanes behind the last entry give is dropped.
-fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+/// The same, so many entries at a time, whose sums stay in the processor's registers. The last ones overlap those before.
+fn combine_lanes<const LANES: usize>(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     let n = out.len();
-    for (block, values) in out.chunks_mut(LANES).enumerate() {
+    for at in (0..n).step_by(LANES) {
+        let at = at.min(n - LANES);
+        let mut sums = [0.0; LANES];
+        if let Some(y) = y {
+            sums.copy_from_slice(&y[at..at + LANES]);
+        }
+        for &(j, coefficient) in row {
+            let factor = h * coefficient;
+            let stage = &stages[j * n + at..][..LANES];
+            sums.iter_mut().zip(stage).for_each(|(sum, derivative)| *sum += factor * derivative);
+        }
+        out[at..at + LANES].copy_from_slice(&sums);
+    }
+}
+
+/// Evaluates the polynomial of [`Explicit::prepare_interpolation`], of so many coefficients, at the share `s` of the step.
+fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+    match out.len() {
+        0 => {}
+        1 => interpolate_lanes::<1>(polynomial, coefficients, s, out),
+        2 => interpolate_lanes::<2>(polynomial, coefficients, s, out),
+        3 => interpolate_lanes::<3>(polynomial, coefficients, s, out),
+        4 => interpolate_lanes::<4>(polynomial, coefficients, s, out),
+        5 => interpolate_lanes::<5>(polynomial, coefficients, s, out),
+        6 => interpolate_lanes::<6>(polynomial, coefficients, s, out),
+        7 => interpolate_lanes::<7>(polynomial, coefficients, s, out),
+        _ => interpolate_lanes::<8>(polynomial, coefficients, s, out),
+    }
+}
+
+/// The same, so many entries at a time.
+fn interpolate_lanes<const LANES: usize>(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+    let n = out.len();
+    for at in (0..n).step_by(LANES) {
+        let at = at.min(n - LANES);
         let mut sums = [0.0; LANES];
         for k in (0..coefficients).rev() {
             // Factors alternate: s outside odd coefficients, 1 - s outside even ones.
@@ -452,10 +478,9 @@ fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64])
                 _ if k % 2 == 1 => s,
                 _ => 1.0 - s,
             };
-            let from = k * n + block * LANES;
-            let lanes = sums.iter_mut().zip(&polynomial[from..from + LANES]);
-            lanes.for_each(|(sum, coefficient)| *sum = factor * (coefficient + *sum));
+            let line = &polynomial[k * n + at..][..LANES];
+            sums.iter_mut().zip(line).for_each(|(sum, coefficient)| *sum = factor * (coefficient + *sum));
         }
-        values.iter_mut().zip(sums).for_each(|(value, sum)| *value = sum);
+        out[at..at + LANES].copy_from_slice(&sums);
     }
 }

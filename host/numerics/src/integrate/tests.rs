@@ -7,6 +7,7 @@ mod events;
 mod factors;
 mod fixtures;
 mod kinematic;
+mod lanes;
 mod stiff;
 mod stops;
 
