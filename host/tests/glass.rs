@@ -222,6 +222,52 @@ fn a_second_start_asks_nobody() {
     assert_eq!(run("a"), first);
 }
 
+/// Libraries of the program are loaded when something is asked that is not known. Whatever is kept, results are the same bits.
+#[test]
+fn own_libraries_are_loaded_when_they_are_needed() {
+    let scratch = Scratch::new("own-libraries");
+    let scene = root().join("scenes/compressor.toml");
+    let cache = scratch.0.join("cache");
+    let run = |options: &str| {
+        let mut command = scratch.command(&format!("run {} -o out --quiet {options}", scene.display()));
+        // The system's loader tells what it loads.
+        command.env("XDG_CACHE_HOME", &cache).env("HOME", &scratch.0).env("LD_DEBUG", "files");
+        let ran = Ran(command.output().unwrap()).ends_with(0);
+        (ran.err().contains("cache/odyn/plugins"), fs::read(scratch.0.join("out/results.csv")).unwrap())
+    };
+    let (first, second) = (run(""), run(""));
+    assert_eq!((first.0, second.0), (true, false));
+    assert!(first.1 == second.1);
+    let here = run("--in-process");
+    assert!(here.0 && here.1 == first.1);
+    let kept = || -> Vec<_> {
+        let entries = fs::read_dir(cache.join("odyn/plugins")).unwrap().map(|entry| entry.unwrap().path());
+        let mut paths: Vec<_> = entries.filter(|path| path.extension().is_some_and(|end| end == "recorded")).collect();
+        paths.sort();
+        paths
+    };
+    assert!(kept().len() > 5, "{:?}", kept());
+    for damage in ["checksum", "end", "cut", "empty", "other"] {
+        let contents: Vec<Vec<u8>> = kept().iter().map(|path| fs::read(path).unwrap()).collect();
+        for (k, path) in kept().iter().enumerate() {
+            let mut bytes = contents[k].clone();
+            let last = bytes.len() - 1;
+            match damage {
+                "checksum" => bytes[3] ^= 1,
+                "end" => bytes[last] ^= 1,
+                "cut" => bytes.truncate(last),
+                "empty" => bytes.clear(),
+                // Whole, and the answer to another question.
+                _ => bytes.clone_from(&contents[(k + 1) % contents.len()]),
+            }
+            fs::write(path, bytes).unwrap();
+        }
+        let (damaged, mended) = (run(""), run(""));
+        assert_eq!((damaged.0, mended.0), (true, false), "{damage}");
+        assert!(damaged.1 == first.1 && mended.1 == first.1, "{damage}");
+    }
+}
+
 /// Whatever bytes a library has: the system's loader, the layout check or its own code may break on them, the program does not.
 #[test]
 fn damaged_libraries_break_their_own_process_only() {

@@ -17,6 +17,7 @@
 //! | `hash.rs` | SHA-256 |
 //! | `float_control.rs` | rounding, denormals and traps of the processor, kept as they were |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
+//! | `kept.rs`, `lazy.rs` | what was answered before; libraries that are loaded when they are needed |
 //! | `glass/` | libraries that are not trusted, in processes of their own |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
 //! | `error.rs` | why a library or an element type can't be had |
@@ -37,8 +38,12 @@ mod float_control;
 #[cfg(all(unix, feature = "glass"))]
 mod glass;
 mod hash;
+#[cfg(all(unix, feature = "glass"))]
+mod kept;
 #[cfg(feature = "abi")]
 mod known;
+#[cfg(all(unix, feature = "glass"))]
+mod lazy;
 #[cfg(feature = "abi")]
 mod loader;
 mod offer;
@@ -63,6 +68,8 @@ use element_api::fence;
 use element_api::manifest::{ABI, CONVENTIONS, INTERFACE, Library, ManifestElement, Profile};
 use element_api::set::ElementClass;
 
+#[cfg(feature = "abi")]
+use self::loader::Side;
 use self::offer::Offer;
 use odyn_diagnostics::{Diagnostic, suggest};
 
@@ -287,8 +294,12 @@ impl Catalog {
         let choice = search.choose(request)?;
         let path = choice.found.path.clone();
         let expected = request.sha256.as_deref().or(choice.found.sha256.as_deref());
-        let glass = !choice.found.is_trusted(request);
-        let load = || loader::load(&path, self.copies.as_deref(), expected, glass);
+        let side = match &choice.found {
+            found if !found.is_trusted(request) => Side::Glass,
+            found if is_glass_up() && found.is_own() => Side::Own,
+            _ => Side::Here,
+        };
+        let load = || loader::load(&path, self.copies.as_deref(), expected, side);
         let opened = match &self.watchdog {
             Some(watchdog) => watchdog.load(&path.display().to_string(), load),
             None => load(),

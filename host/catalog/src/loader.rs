@@ -35,9 +35,19 @@ pub(super) struct Opened {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The libraries of this process by the hash of their content, and whether they are behind glass; a second load gives the same
-/// classes.
-static LOADED: Mutex<Option<HashMap<(String, bool), Offers>>> = Mutex::new(None);
+/// Where the code of a library runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Side {
+    /// In a process of its own.
+    Glass,
+    /// In this process, if anything is asked that is not known from an earlier start: that of a library of the program itself.
+    Own,
+    /// In this process.
+    Here,
+}
+
+/// The libraries of this process by the hash of their content, and where their code runs; a second load gives the same classes.
+static LOADED: Mutex<Option<HashMap<(String, Side), Offers>>> = Mutex::new(None);
 
 /// What is in a file, or how that is known.
 enum Content<'a> {
@@ -49,15 +59,15 @@ enum Content<'a> {
     },
 }
 
-type Offers = Vec<Arc<Offer>>;
+pub(super) type Offers = Vec<Arc<Offer>>;
 
-/// Loads the library in a file, behind glass or into this process; what is loaded is a private copy, in `copies` or the user's
-/// cache folder. With `expected`, only a file with this SHA-256.
+/// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`, only a
+/// file with this SHA-256.
 pub(super) fn load(
     path: &Path,
     copies: Option<&Path>,
     expected: Option<&str>,
-    glass: bool,
+    side: Side,
 ) -> Result<Opened, CatalogError> {
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let known = if expected.is_none() { known::find(path, copies) } else { None };
@@ -87,7 +97,7 @@ pub(super) fn load(
     }
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
     let loaded = loaded.get_or_insert_with(HashMap::new);
-    let offers = match loaded.get(&(sha256.clone(), glass)) {
+    let offers = match loaded.get(&(sha256.clone(), side)) {
         Some(offers) => Offers::clone(offers),
         None => {
             let copy = match &content {
@@ -99,8 +109,8 @@ pub(super) fn load(
                     copy
                 }
             };
-            let offers = open(path, &copy, &manifest, glass, &mut warnings)?;
-            loaded.insert((sha256.clone(), glass), offers.clone());
+            let offers = open(path, &copy, &manifest, side, &mut warnings)?;
+            loaded.insert((sha256.clone(), side), offers.clone());
             offers
         }
     };
@@ -110,7 +120,7 @@ pub(super) fn load(
         about: manifest.about,
         path: Some(path.into()),
         sha256: Some(sha256),
-        glass,
+        glass: side == Side::Glass,
         abi: manifest.abi,
         conventions: manifest.conventions,
         interface: manifest.interface,
@@ -162,16 +172,20 @@ fn processor_has(_: &str) -> bool {
     true
 }
 
-/// Opens the private copy of a checked file, behind glass or in this process.
+/// Opens the private copy of a checked file.
 fn open(
     path: &Path,
     copy: &Path,
     manifest: &Manifest,
-    glass: bool,
+    side: Side,
     warnings: &mut Vec<Diagnostic>,
 ) -> Result<Offers, CatalogError> {
     let package = || manifest.package.clone();
-    let (offers, kept) = if glass { enter_behind_glass(path, copy, manifest) } else { enter(path, copy, manifest) };
+    let (offers, kept) = match side {
+        Side::Glass => enter_behind_glass(path, copy, manifest),
+        Side::Own => enter_when_needed(path, copy, manifest),
+        Side::Here => enter(path, copy, manifest),
+    };
     if !kept {
         let text = format!(
             "`{}` ({}) changed the rounding or denormal mode of the processor while it was loaded",
@@ -247,11 +261,25 @@ fn enter_behind_glass(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<
     enter(path, copy, manifest)
 }
 
+/// The same of a library that is loaded when something is asked of it that is not known.
+#[cfg(all(unix, feature = "glass"))]
+fn enter_when_needed(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    let Some(program) = super::glass::program() else { return enter(path, copy, manifest) };
+    let (file, own, announced) = (path.to_path_buf(), copy.to_path_buf(), manifest.clone());
+    let load = move || enter(&file, &own, &announced);
+    super::lazy::enter(super::kept::Kept::of(copy, program), path, manifest, load)
+}
+
+#[cfg(not(all(unix, feature = "glass")))]
+fn enter_when_needed(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    enter(path, copy, manifest)
+}
+
 /// Why a library is refused that offers something else than its manifest says.
 const OTHERS: &str = "its elements are not the ones that its manifest names";
 
 /// A class that is asked for its descriptor when it is needed.
-fn offer(
+pub(super) fn offer(
     announced: &ManifestElement,
     path: &Path,
     package: &str,

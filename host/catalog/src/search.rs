@@ -92,9 +92,11 @@ impl Found {
     /// trusts or pins it. Who sends a scene with a library is not who says that it can be trusted.
     pub(super) fn is_trusted(&self, request: &Request) -> bool {
         let came_along = matches!(self.origin, Origin::Scene | Origin::Project);
-        if !super::is_glass_up() || (request.trusted || request.sha256.is_some()) && !came_along {
-            return true;
-        }
+        !super::is_glass_up() || (request.trusted || request.sha256.is_some()) && !came_along || self.is_own()
+    }
+
+    /// Whether it is beside the program.
+    pub(super) fn is_own(&self) -> bool {
         let own = std::env::current_exe().map(|program| folders_of(&program)).unwrap_or_default();
         let folder = self.path.parent().and_then(|folder| folder.canonicalize().ok());
         folder.is_some() && own.iter().any(|own| own.canonicalize().ok() == folder)

@@ -12,6 +12,7 @@ use super::archive::Package;
 use super::file::manifest;
 use super::hash::sha256;
 use super::loader;
+use super::loader::Side;
 use super::package::{INFO_FILE, PackageInfo, is_package_name, target};
 use super::search::{project_folder, user_folder};
 
@@ -125,7 +126,7 @@ impl Store {
             &draft.join(&package.info.library),
             copies,
             Some(package.info.library_sha256()),
-            super::is_glass_up(),
+            if super::is_glass_up() { Side::Glass } else { Side::Here },
         )?;
         if let Some(parent) = folder.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;

@@ -1,6 +1,7 @@
 //! [`Graph`]: every operation once, simplified while it is built.
 
 use std::hash::BuildHasher;
+use std::sync::Arc;
 
 use element_api::Table;
 use rustc_hash::FxBuildHasher;
@@ -105,6 +106,9 @@ struct Known {
 /// The operations of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Graph {
+    /// The first nodes, which copies have in common: see [`Graph::share`].
+    shared: Arc<Vec<Expr>>,
+    /// All others.
     exprs: Vec<Expr>,
     /// Nodes by the hash of what they are, with empty places between; as many entries as a power of two.
     known: Vec<Known>,
@@ -164,24 +168,28 @@ impl Graph {
     /// The number of distinct nodes.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.exprs.len()
+        self.shared.len() + self.exprs.len()
     }
 
     /// All nodes, ascending.
     pub fn nodes(&self) -> impl Iterator<Item = Node> + use<> {
-        (0..self.exprs.len() as u32).map(Node)
+        (0..self.len() as u32).map(Node)
     }
 
     /// Whether there is no node yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.exprs.is_empty()
+        self.len() == 0
     }
 
     /// What a node is.
     #[must_use]
     pub fn expr(&self, node: Node) -> Expr {
-        self.exprs[node.0 as usize]
+        let at = node.0 as usize;
+        match at.checked_sub(self.shared.len()) {
+            Some(at) => self.exprs[at],
+            None => self.shared[at],
+        }
     }
 
     /// The number a node is, if it is one.
@@ -202,8 +210,8 @@ impl Graph {
     /// The node of an expression, a new one where there is none yet. The table holds numbers and hashes only, since for
     /// large scenes it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
     pub(super) fn intern(&mut self, expr: Expr) -> Node {
-        if 4 * (self.exprs.len() + 1) > 3 * self.known.len() {
-            self.enlarge((2 * self.known.len()).max(2 * self.exprs.len()));
+        if 4 * (self.len() + 1) > 3 * self.known.len() {
+            self.enlarge((2 * self.known.len()).max(2 * self.len()));
         }
         let hash = hash_of(&expr);
         let mask = self.known.len() - 1;
@@ -211,12 +219,12 @@ impl Graph {
         loop {
             let known = self.known[at];
             if known.node == NO_NODE {
-                let node = self.exprs.len() as u32;
+                let node = self.len() as u32;
                 self.known[at] = Known { hash, node };
                 self.exprs.push(expr);
                 return Node(node);
             }
-            if known.hash == hash && self.exprs[known.node as usize] == expr {
+            if known.hash == hash && self.expr(Node(known.node)) == expr {
                 return Node(known.node);
             }
             at = (at + 1) & mask;
@@ -229,10 +237,31 @@ impl Graph {
         self.exprs.shrink_to_fit();
     }
 
+    /// From now on copies have the nodes so far in common: they cost no time and no memory. To be called where no more than a few
+    /// are to come.
+    pub fn share(&mut self) {
+        if self.shared.is_empty() {
+            self.shared = Arc::new(std::mem::take(&mut self.exprs));
+        }
+    }
+
+    /// A copy that [rests](Graph::rest).
+    #[must_use]
+    pub fn at_rest(&self) -> Self {
+        Self {
+            shared: Arc::clone(&self.shared),
+            exprs: self.exprs.clone(),
+            known: Vec::new(),
+            tables: self.tables.clone(),
+            calls: self.calls.clone(),
+            requested: self.requested,
+        }
+    }
+
     /// At least so many places, more than there are nodes.
     fn enlarge(&mut self, places: usize) {
         let size = places.next_power_of_two().max(FEWEST_PLACES);
-        self.exprs.reserve(3 * size / 4 - self.exprs.len());
+        self.exprs.reserve((3 * size / 4).saturating_sub(self.len()));
         let mut table = vec![Known { hash: 0, node: NO_NODE }; size];
         let mut enter = |entry: Known| {
             let mut at = first_place(entry.hash, size);
@@ -242,7 +271,8 @@ impl Graph {
             table[at] = entry;
         };
         if self.known.is_empty() {
-            self.exprs.iter().zip(0..).for_each(|(expr, node)| enter(Known { hash: hash_of(expr), node }));
+            let all = self.shared.iter().chain(&self.exprs);
+            all.zip(0..).for_each(|(expr, node)| enter(Known { hash: hash_of(expr), node }));
         } else {
             self.known.iter().filter(|entry| entry.node != NO_NODE).for_each(|entry| enter(*entry));
         }

@@ -11,12 +11,10 @@
 //! | file | content |
 //! |---|---|
 //! | `message.rs` | what is asked and answered |
-//! | `kept.rs` | what was answered before |
 //! | `process.rs` | a recorder seen from the host |
 //! | `recorder.rs` | the program as a recorder |
 //! | `shut_in.rs` | what a recorder may do |
 
-mod kept;
 mod message;
 mod process;
 mod recorder;
@@ -24,7 +22,6 @@ mod shut_in;
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -36,7 +33,7 @@ use element_api::params::Table;
 use element_api::recording::{Limits, Recording};
 use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
-use kept::Kept;
+use crate::kept::{Kept, OPENED};
 use message::{Opening, Request};
 use odyn_diagnostics::{Code, codes};
 pub use process::farewell;
@@ -66,6 +63,11 @@ pub(super) fn holes() -> &'static str {
     shut_in::missing()
 }
 
+/// The program that may be started as a recorder; `None`: there is no glass.
+pub(super) fn program() -> Option<&'static Path> {
+    PROGRAM.get().map(PathBuf::as_path)
+}
+
 /// Whether there is glass.
 pub(super) fn is_up() -> bool {
     PROGRAM.get().is_some()
@@ -92,9 +94,7 @@ pub(super) struct Glass {
 impl Glass {
     /// Loads the library in the file `copy`. Whether it left the floating-point control register as it was comes with it.
     pub(super) fn enter(copy: &Path, package: &str) -> (Result<Arc<Self>, OpenError>, bool) {
-        const OPENED: &str = "opened";
-        let program = PROGRAM.get().map_or(Path::new(""), |program| program);
-        let kept = Kept::of(copy, program);
+        let kept = Kept::of(copy, program().unwrap_or(Path::new("")));
         let glass = Self { copy: copy.into(), package: package.into(), process: Mutex::new(None), kept };
         if let Some(kept) = glass.kept.read(OPENED, "") {
             return (Ok(Arc::new(glass)), kept);
@@ -110,8 +110,7 @@ impl Glass {
     }
 
     fn start(&self) -> Result<(Process, bool), OpenError> {
-        let program = PROGRAM.get().map_or(OsStr::new(""), |program| program.as_os_str());
-        let mut command = Command::new(program);
+        let mut command = Command::new(program().unwrap_or(Path::new("")));
         let process = Process::start(command.arg(recorder::WORD), &self.package, LIMIT);
         let process = process.map_err(|error| {
             OpenError::Root(format!("no process for it can be started: {error}; --in-process loads it into this one"))

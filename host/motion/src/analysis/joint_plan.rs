@@ -21,6 +21,17 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// Below this pivot ratio at the start, elimination without pivoting is not trusted with a scene at all.
 pub(super) const LEAST_HEALTH: f64 = 1e-8;
 
+/// What becomes of coordinates that follow others wherever the mechanism is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Folding {
+    /// The rows that they make up for are solved with.
+    Never,
+    /// They are written out, and those rows hold by themselves.
+    WherePossible,
+    /// The same, if no row is left to be solved with; otherwise there is no plan.
+    Wholly,
+}
+
 /// See the module documentation.
 pub struct JointPlan {
     /// The tree.
@@ -93,9 +104,8 @@ impl JointPlan {
     }
 
     /// Writes the equations on a tree and finds out which rows are needed, and which of them are independent, at the
-    /// assembled position at time `t`. With `folds`, coordinates that follow others wherever the mechanism is are written out, and
-    /// the rows that they make up for hold by themselves. `None` where forces or states depend on what the coordinates of joints do
-    /// not tell: on Euler parameters, or on accelerations or reactions that are not found along the tree.
+    /// assembled position at time `t`. `None` where forces or states depend on what the coordinates of joints do not tell: on Euler
+    /// parameters, or on accelerations or reactions that are not found along the tree; or as [`Folding::Wholly`] says.
     ///
     /// # Errors
     /// When the linear algebra refuses the model, or an opaque element fails.
@@ -105,11 +115,12 @@ impl JointPlan {
         layout: &Layout,
         mut tree: SpanningTree,
         (assembly, t): (&Assembly, f64),
-        folds: bool,
+        folding: Folding,
     ) -> Result<Option<Self>, AnalysisError> {
         let write = |tree: &SpanningTree| Chosen::best(equations, model, (layout, tree), assembly, t);
         let Some(mut chosen) = write(&tree)? else { return Ok(None) };
         // Reactions that forces depend on are those of rows that are solved for.
+        let folds = folding != Folding::Never;
         if folds && !equations.switches_rows() && !chosen.rows.is_empty() && !equations.needs_solution() {
             let Chosen { equations: joint, rows, sizes, inputs, length, .. } = &chosen;
             tree.followers = followers(joint, (layout, &model.sets), (rows, sizes), inputs, *length)?;
@@ -117,6 +128,9 @@ impl JointPlan {
                 let Some(folded) = write(&tree)? else { return Ok(None) };
                 chosen = folded;
             }
+        }
+        if folding == Folding::Wholly && !chosen.rows.is_empty() {
+            return Ok(None);
         }
         chosen.plan(model, layout, tree).map(Some)
     }

@@ -69,7 +69,7 @@ pub use contact::{Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meet
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};
-pub use joint_plan::JointPlan;
+pub use joint_plan::{Folding, JointPlan};
 pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};

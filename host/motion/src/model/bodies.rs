@@ -24,6 +24,8 @@ pub(super) enum Target {
 /// The bodies of a scene.
 pub(super) struct Bodies {
     pub(super) movable: Vec<Body>,
+    /// Their frames at the start, as given: origin, rotation body -> ground.
+    pub(super) frames: Vec<(Vector3<f64>, Matrix3<f64>)>,
     /// Every name with what it stands for; ground first.
     named: Vec<(String, Target)>,
     /// Place of each name in `named`, of its first one where it is there twice.
@@ -58,7 +60,8 @@ pub(super) fn quoted<S: AsRef<str>>(names: &[S]) -> String {
 
 pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
     let ground = Target::Fixed { origin: Vector3::zeros(), rotation: Matrix3::identity() };
-    let mut bodies = Bodies { movable: Vec::new(), named: Vec::new(), place_of: FxHashMap::default() };
+    let mut bodies =
+        Bodies { movable: Vec::new(), frames: Vec::new(), named: Vec::new(), place_of: FxHashMap::default() };
     bodies.name(GROUND, ground);
     for record in &scene.bodies {
         let attitude = rotation(&record.orientation);
@@ -69,6 +72,7 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
             check(record, found);
             let (mass, center_of_mass, mut inertia) = composed(record);
             let thin = raise_vanishing(&mut inertia);
+            bodies.frames.push((origin, attitude));
             bodies.movable.push(Body {
                 name: record.name.value.clone(),
                 mass,

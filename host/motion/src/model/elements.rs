@@ -8,7 +8,7 @@ use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Vector3};
 
 use super::bodies::{Bodies, Target, quoted};
-use super::types::{Instance, Marker, rotation};
+use super::types::{Instance, Marker};
 use super::{margins, parameters, tables};
 use crate::catalog::{Catalog, ElementHandle, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
@@ -54,7 +54,7 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             Some(joint) => elements.markers_of(*joint, record, &handle),
             None => {
                 check_bodies(record, &handle, &targets, found);
-                if found.len() > before { Ok(Vec::new()) } else { markers(record, &targets, scene, bodies) }
+                if found.len() > before { Ok(Vec::new()) } else { markers(record, &targets, bodies) }
             }
         };
         let markers = match markers {
@@ -136,12 +136,7 @@ fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Targ
 }
 
 /// Where the element's frames are on their bodies.
-fn markers(
-    record: &ElementRecord,
-    targets: &[&Target],
-    scene: &Scene,
-    bodies: &Bodies,
-) -> Result<Vec<Marker>, Box<Diagnostic>> {
+fn markers(record: &ElementRecord, targets: &[&Target], bodies: &Bodies) -> Result<Vec<Marker>, Box<Diagnostic>> {
     let count = targets.len();
     let span = record.placement.span.clone();
     let poses: Vec<(Vector3<f64>, Matrix3<f64>)> = match &record.placement.value {
@@ -162,7 +157,7 @@ fn markers(
             for (k, target) in targets.iter().enumerate() {
                 let triad = triad(pick(axes, k), pick(x_axes, k));
                 let triad = triad.ok_or_else(|| parallel_axes(record, span.clone()))?;
-                let (origin, attitude) = body_frame(target, scene, record, k);
+                let (origin, attitude) = body_frame(target, bodies);
                 // Not given: the origin of the body's own frame.
                 let point = pick(points, k).map_or(origin, Vector3::from);
                 poses.push((attitude.tr_mul(&(point - origin)), attitude.tr_mul(&triad)));
@@ -225,19 +220,10 @@ fn parallel_axes(record: &ElementRecord, span: std::ops::Range<usize>) -> Box<Di
     )
 }
 
-/// The record of a movable body.
-fn scene_body(scene: &Scene, movable: usize) -> &crate::scene::BodyRecord {
-    let mut movables = scene.bodies.iter().filter(|body| !body.fixed);
-    movables.nth(movable).expect("movable bodies are numbered in the order of the scene")
-}
-
 /// Frame of a body at the start, as given.
-fn body_frame(target: &Target, scene: &Scene, _: &ElementRecord, _: usize) -> (Vector3<f64>, Matrix3<f64>) {
+fn body_frame(target: &Target, bodies: &Bodies) -> (Vector3<f64>, Matrix3<f64>) {
     match target {
-        Target::Movable(body) => {
-            let record = scene_body(scene, *body);
-            (Vector3::from(record.position), rotation(&record.orientation))
-        }
+        Target::Movable(body) => bodies.frames[*body],
         Target::Fixed { origin, rotation } => (*origin, *rotation),
     }
 }

@@ -27,7 +27,12 @@ pub(super) fn given(record: &ExternalInput) -> Signal {
 /// themselves.
 pub(super) fn connect(scene: &Scene, channels: &[Channel], instances: &mut [Instance], found: &mut Vec<Diagnostic>) {
     let before = found.len();
+    let named = |record: &ElementRecord| !record.inputs.is_empty();
+    let any_named = scene.elements.iter().any(named);
     for index in 0..instances.len() {
+        if !any_named && instances[index].class.inputs.is_empty() {
+            continue;
+        }
         let name = instances[index].name.clone();
         let Some(record) = scene.elements.iter().find(|record| record.name.value == name) else { continue };
         let (sources, mut mistakes) = sources_of(record, &instances[index], scene, channels, instances);

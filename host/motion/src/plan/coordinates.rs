@@ -7,6 +7,8 @@ use crate::model::Model;
 
 /// Share of a scene's size below which an arm is none.
 const SHORTEST_ARM: f64 = 1e-3;
+/// Typical arms beyond which the size of a scene says nothing about its bodies: a row of a thousand loops is long, each is not.
+const FARTHEST: f64 = 100.0;
 
 /// What the unit of a coordinate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +66,7 @@ pub struct Coordinates {
 }
 
 /// The same as [`Coordinates::scales`] for the velocities of bodies: a rotation moves what is farthest from the centre of mass of
-/// all that a body's elements hold.
+/// all that a body's elements hold. `length`: that of the scene, m.
 #[must_use]
 pub fn body_scales(model: &Model, length: f64) -> Vec<f64> {
     let mut arms = vec![0.0_f64; model.bodies.len()];
@@ -73,6 +75,9 @@ pub fn body_scales(model: &Model, length: f64) -> Vec<f64> {
             arms[body] = arms[body].max(marker.position.norm());
         }
     }
+    let mut held: Vec<f64> = arms.iter().copied().filter(|arm| *arm > f64::EPSILON * length).collect();
+    held.sort_unstable_by(f64::total_cmp);
+    let length = held.get(held.len() / 2).map_or(length, |typical| length.min(FARTHEST * typical));
     let scales = |arm: &f64| {
         // Held at its centre only: no rotation moves anything. A rod moves, on an average of squares, by its half length over the
         // root of three.

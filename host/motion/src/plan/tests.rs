@@ -276,3 +276,21 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
         assert_eq!(reactions(&sparse), reactions(&dense));
     }
 }
+
+#[test]
+fn the_length_of_a_row_of_bodies_says_nothing_about_each() {
+    let Prepared { model, .. } = door(&[("hinge", 0.0), ("hinge", 0.2)]);
+    let scales = body_scales(&model, 1.0);
+    for length in [10.0, 400.0, 600.0, 1e6] {
+        assert_eq!(body_scales(&model, length), scales, "{length}");
+    }
+    // A body that is held at its centre only is judged by the others.
+    let held = body("door").replace("position = [0.5, 0, 0]", "position = [0, 0, 0]") + &body("other");
+    let text = held
+        + &element("joint", "centre", "hinge", ["ground", "door"], [0.0; 3])
+        + &element("joint", "arm", "hinge", ["ground", "other"], [0.0; 3]);
+    let Prepared { model, .. } = prepared(&text);
+    let turn = |length: f64| 1.0 / body_scales(&model, length)[3];
+    assert_eq!((turn(1.0), turn(20.0)), (1.0, 20.0));
+    assert_eq!(turn(1e6), turn(1e3));
+}

@@ -189,6 +189,33 @@ impl Equations {
         })
     }
 
+    /// A copy to which few nodes are to be added.
+    #[must_use]
+    pub fn resting(&self) -> Self {
+        Self {
+            graph: self.graph.at_rest(),
+            form: self.form,
+            bodies: self.bodies.clone(),
+            rows: self.rows.clone(),
+            contacts: self.contacts.clone(),
+            open: self.open.clone(),
+            loads: self.loads.clone(),
+            state_rates: self.state_rates.clone(),
+            angles: self.angles.clone(),
+            next_discrete: self.next_discrete.clone(),
+            kinetic: self.kinetic,
+            potential: self.potential,
+            power: self.power,
+            dissipation: self.dissipation.clone(),
+            supplied: self.supplied.clone(),
+            mass_p: self.mass_p.clone(),
+            elements: self.elements.clone(),
+            coupling: self.coupling.clone(),
+            solved_in_rates: self.solved_in_rates.clone(),
+            of_rows: OnceLock::new(),
+        }
+    }
+
     /// Notes a part of the power that is no heat.
     pub(super) fn note_supplied(&mut self, part: Node) {
         if !self.graph.is_zero(part) {

@@ -2,13 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use super::{Clusters, KktSolver, KktStructure, LinalgError, SparseLdl, TRUSTED, check_length, constraint_order};
+use super::{
+    BlockCholesky, Clusters, KktSolver, KktStructure, LinalgError, SparseLdl, TRUSTED, add_scaled, check_length,
+    constraint_order, dot, two_norm,
+};
 
 /// Share of a row that is left after elimination, squared, at or below which nothing is left but round-off. Between this and
-/// [`TRUSTED`] elimination cannot tell.
+/// [`TRUSTED`] elimination cannot tell: squares of sines are what is seen.
 const NOTHING_LEFT: f64 = 1e-13;
 /// What is left of a dependent row must be below this share of it, when it is looked at without squares.
 const NOTHING_LEFT_OF_VECTOR: f64 = 1e-8;
+/// Sine of the angle between a row in doubt and the span of the others, seen without squares, from which on it is independent of
+/// them, and up to which it depends on them. Chains of loops have rows with sines like one by the number of loops.
+const APART: f64 = 1e-7;
+const WITHIN: f64 = 1e-9;
+/// Rows in doubt beyond which none is looked at.
+const MOST_DOUBTS: usize = 64;
 /// Coefficients below this share of the largest one do not count in a null vector.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -41,9 +50,10 @@ struct Front {
 
 impl SparseRank {
     /// Eliminates cluster after cluster in the order of [`constraint_order`], with pivoting inside each cluster of rows. Rows
-    /// of which nothing is left depend on those before them. `None` where that cannot be told from round-off (squares of
-    /// sines are what is seen), or where a cluster has to be eliminated too early: the dense engine then decides. Costs as
-    /// much as a factorisation of [`SparseLdl`].
+    /// of which nothing is left depend on those before them. Those of which that cannot be told from round-off are left out, and
+    /// looked at without squares against all that are beyond doubt. `None` where that does not tell either, or a cluster has to be
+    /// eliminated too early: the dense engine then decides. Costs as much as a factorisation of [`SparseLdl`], and two
+    /// solutions with it for each row in doubt.
     ///
     /// # Errors
     /// [`LinalgError::Pattern`], a slice of the wrong length.
@@ -58,15 +68,16 @@ impl SparseRank {
         let n = structure.n;
         let mut fronts = fronts(structure, clusters, mass, jacobian)?;
         let mut found = Self { independent: Vec::new(), dependent: Vec::new(), smallest_sine: 1.0 };
+        let mut doubtful = Vec::new();
         for at in 0..fronts.len() {
             let mut front = std::mem::take(&mut fronts[at]);
             let is_rows = front.unknowns[0] >= n;
-            let Some(pivots) = front.factor(if is_rows { -1.0 } else { 1.0 }, is_rows, &mut found.smallest_sine) else {
-                return Ok(None);
-            };
+            let factored = front.factor(if is_rows { -1.0 } else { 1.0 }, is_rows, &mut found.smallest_sine);
+            let Some((pivots, nothing_left)) = factored else { return Ok(None) };
             if is_rows {
                 for (k, unknown) in front.unknowns.iter().enumerate() {
-                    let list = if pivots.contains(&k) { &mut found.independent } else { &mut found.dependent };
+                    let left = if nothing_left { &mut found.dependent } else { &mut doubtful };
+                    let list = if pivots.contains(&k) { &mut found.independent } else { left };
                     list.push(unknown - n);
                 }
             }
@@ -79,8 +90,65 @@ impl SparseRank {
             }
         }
         found.independent.sort_unstable();
+        let settled = doubtful.is_empty() || found.settle(doubtful, structure, clusters, (mass, jacobian))?;
+        found.independent.sort_unstable();
         found.dependent.sort_unstable();
-        Ok(Some(found))
+        Ok(settled.then_some(found))
+    }
+
+    /// Sorts out rows in doubt by what projection leaves of them: off the span of the independent rows, then off each other. `false`
+    /// where that does not tell.
+    fn settle(
+        &mut self,
+        doubtful: Vec<usize>,
+        structure: &KktStructure,
+        clusters: &Clusters,
+        (mass, jacobian): (&[f64], &[f64]),
+    ) -> Result<bool, LinalgError> {
+        if doubtful.len() > MOST_DOUBTS {
+            return Ok(false);
+        }
+        let (mut solver, own) = self.engine(structure, clusters, mass, jacobian)?;
+        solver.set_refinement(true);
+        let mut metric = BlockCholesky::new(structure.n, &structure.mass);
+        metric.factor(mass)?;
+        let (mut a, mut lambda, g) = (vec![0.0; own.n], vec![0.0; own.m], vec![0.0; own.m]);
+        // Row, its length, what is left of it; in the metric of M^-1.
+        let mut open: Vec<(usize, f64, Vec<f64>)> = Vec::new();
+        for row in doubtful {
+            let mut left = gradient(structure, jacobian, row);
+            let mut whole = left.clone();
+            metric.solve_lower(&mut whole);
+            // M a + J^T lambda = j with J a = 0: M a is what is left. Once more, since what is left may be small against j.
+            for _ in 0..2 {
+                solver.solve(&left, &g, &mut a, &mut lambda)?;
+                left = times_mass(structure, mass, &a);
+            }
+            metric.solve_lower(&mut left);
+            open.push((row, two_norm(&whole), left));
+        }
+        let sine =
+            |(_, length, left): &(usize, f64, Vec<f64>)| if *length > 0.0 { two_norm(left) / length } else { 0.0 };
+        loop {
+            let best = (0..open.len()).max_by(|a, b| sine(&open[*a]).total_cmp(&sine(&open[*b])));
+            let Some(best) = best else { return Ok(true) };
+            let largest = sine(&open[best]);
+            if largest <= WITHIN {
+                self.dependent.extend(open.iter().map(|(row, ..)| *row));
+                return Ok(true);
+            }
+            if largest.is_nan() || largest < APART {
+                return Ok(false);
+            }
+            self.smallest_sine = self.smallest_sine.min(largest);
+            let (row, _, taken) = open.swap_remove(best);
+            self.independent.push(row);
+            let square = dot(&taken, &taken);
+            for (_, _, left) in &mut open {
+                let along = dot(left, &taken) / square;
+                add_scaled(left, -along, &taken);
+            }
+        }
     }
 
     /// The engine of the independent rows alone, factored, with its structure. Allocates.
@@ -153,6 +221,15 @@ impl SparseRank {
     }
 }
 
+/// A row of `J`.
+fn gradient(structure: &KktStructure, jacobian: &[f64], row: usize) -> Vec<f64> {
+    let mut values = vec![0.0; structure.n];
+    let first = structure.jacobian.partition_point(|(k, _)| *k < row);
+    let own = structure.jacobian[first..].iter().zip(&jacobian[first..]).take_while(|((k, _), _)| *k == row);
+    own.for_each(|((_, column), value)| values[*column] = *value);
+    values
+}
+
 /// M a
 fn times_mass(structure: &KktStructure, mass: &[f64], a: &[f64]) -> Vec<f64> {
     let mut product = vec![0.0; a.len()];
@@ -219,8 +296,8 @@ fn fronts(
 
 impl Front {
     /// Cholesky factor of `sign` times the own block, in place, for the pivots returned in their order; `None` in doubt. With
-    /// `may_drop` the rows of which nothing is left are no pivots.
-    fn factor(&mut self, sign: f64, may_drop: bool, smallest_sine: &mut f64) -> Option<Vec<usize>> {
+    /// `may_drop` the rows of which little is left are no pivots; whether nothing is left of them comes with the pivots.
+    fn factor(&mut self, sign: f64, may_drop: bool, smallest_sine: &mut f64) -> Option<(Vec<usize>, bool)> {
         let size = self.unknowns.len();
         let mut pivots: Vec<usize> = Vec::with_capacity(size);
         self.diagonal.iter_mut().for_each(|x| *x *= sign);
@@ -234,7 +311,8 @@ impl Front {
             let share = ratio(best);
             if share < TRUSTED {
                 // All that is left of the others is less still.
-                return (may_drop && share <= NOTHING_LEFT && self.is_alone(&pivots)).then_some(pivots);
+                let nothing_left = share <= NOTHING_LEFT && self.is_alone(&pivots);
+                return may_drop.then_some((pivots, nothing_left));
             }
             if may_drop {
                 // |d| / sum of magnitudes is s^2 / (2 - s^2).
@@ -254,7 +332,7 @@ impl Front {
                 self.magnitude[j] += factor * factor;
             }
         }
-        Some(pivots)
+        Some((pivots, true))
     }
 
     /// Whether the unknowns that are no pivots are coupled to nothing further on, so that nothing later can save them.

@@ -3,7 +3,7 @@
 use super::error::{SessionError, start_error};
 use super::opened::Session;
 use super::options::FORMULATIONS;
-use crate::analysis::{Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm, WorkingParts};
+use crate::analysis::{Folding, Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm, WorkingParts};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::plan::SpanningTree;
 
@@ -34,6 +34,14 @@ pub(super) struct Choice {
     pub(super) why: String,
 }
 
+/// Operations per evaluation, without those of elements.
+struct Predicted {
+    joint: usize,
+    bodies: usize,
+    /// Whether no rows close the tree.
+    open: bool,
+}
+
 impl Session {
     /// Chooses coordinates and writes the equations in them.
     ///
@@ -41,8 +49,11 @@ impl Session {
     /// As for [`Session::choose_tree`]; a model that the linear algebra refuses.
     pub(super) fn choose_formulation(&self) -> Result<Choice, SessionError> {
         let (tree, why) = self.choose_tree()?;
-        let Some(tree) = tree else { return Ok(Choice { joint: None, why }) };
-        let joint = self.joint_plan(tree)?;
+        let Some(tree) = tree else {
+            let folded = self.folded()?;
+            return Ok(folded.unwrap_or(Choice { joint: None, why }));
+        };
+        let joint = self.joint_plan(tree, self.folding())?;
         let why = match joint {
             Some(_) => why,
             None => self.no_tree(
@@ -50,6 +61,31 @@ impl Session {
             )?,
         };
         Ok(Choice { joint, why })
+    }
+
+    /// The equations of a scene that is too large for one program, but not once all that follows something else is written out: a
+    /// row of a thousand parallelograms moves like one of them.
+    ///
+    /// # Errors
+    /// A model that the linear algebra refuses.
+    fn folded(&self) -> Result<Option<Choice>, SessionError> {
+        let auto = self.scene.simulation.formulation.as_ref().is_none_or(|written| written.value == "auto");
+        if !auto || !self.pruning.affine_loops {
+            return Ok(None);
+        }
+        let Some(tree) = JointPlan::tree(&self.equations, &self.model, &self.assembly) else { return Ok(None) };
+        let Predicted { joint, bodies, open } = self.predicted(&tree);
+        if open || joint > bodies || joint > LARGEST_TREE {
+            return Ok(None);
+        }
+        let plan = self.joint_plan(tree, Folding::Wholly)?;
+        let why = "wherever the mechanism is, coordinates of joints make up for all rows that close loops";
+        Ok(plan.map(|plan| Choice { joint: Some(plan), why: why.into() }))
+    }
+
+    /// What a scene lets become of coordinates that follow others.
+    pub(super) fn folding(&self) -> Folding {
+        if self.pruning.affine_loops { Folding::WherePossible } else { Folding::Never }
     }
 
     /// The tree, if the coordinates of joints are to be used; and why, or why not.
@@ -73,17 +109,23 @@ impl Session {
         if name == "joint" {
             return Ok((Some(tree), "asked for".into()));
         }
-        let used = tree.used(self.model.elements.len());
-        let layout = &self.plan.layout;
-        let open = (0..layout.rows).all(|row| used[layout.element_of_row(row).0]);
-        let coupled = self.equations.coupling.len();
-        let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
-        let joint = predicted(&tree, self.model.bodies.len(), open) + COUPLED * coupled * self.model.bodies.len();
+        let Predicted { joint, bodies, open } = self.predicted(&tree);
         if joint <= bodies && joint <= if open { LARGEST_TREE } else { LARGEST_PROGRAM } {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
             return Ok((Some(tree), why));
         }
         Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
+    }
+
+    /// What an evaluation takes in the coordinates of a tree, and of bodies.
+    fn predicted(&self, tree: &SpanningTree) -> Predicted {
+        let used = tree.used(self.model.elements.len());
+        let layout = &self.plan.layout;
+        let open = (0..layout.rows).all(|row| used[layout.element_of_row(row).0]);
+        let coupled = self.equations.coupling.len();
+        let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
+        let joint = predicted(tree, self.model.bodies.len(), open) + COUPLED * coupled * self.model.bodies.len();
+        Predicted { joint, bodies, open }
     }
 
     /// Why there are no joint coordinates.
@@ -106,16 +148,9 @@ impl Session {
     ///
     /// # Errors
     /// A model that the linear algebra refuses.
-    pub(super) fn joint_plan(&self, tree: SpanningTree) -> Result<Option<JointPlan>, SessionError> {
+    pub(super) fn joint_plan(&self, tree: SpanningTree, folding: Folding) -> Result<Option<JointPlan>, SessionError> {
         let (t, place) = self.place_of_ranks();
-        let plan = JointPlan::new(
-            &self.equations,
-            &self.model,
-            &self.plan.layout,
-            tree,
-            (place, t),
-            self.pruning.affine_loops,
-        );
+        let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, (place, t), folding);
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
         if let Some(plan) = &mut plan {
             let left_out = (0..plan.rows.len()).filter(|k| plan.independent.binary_search(k).is_err());
@@ -139,6 +174,7 @@ impl Session {
                 let choice = self.choose_formulation()?;
                 let Self { equations, model, plan, scene, .. } = self;
                 let refused = |e| start_error(scene, &e);
+                equations.graph.share();
                 let Some(joint) = choice.joint else {
                     let form = WorkingForm::new(equations, model, plan, length).map_err(refused)?;
                     return Ok(Box::new(form));

@@ -55,7 +55,7 @@ impl Session {
         if !self.equations.graph.calls.is_empty() {
             return Err(refused(NotPrecise::Opaque));
         }
-        let plan = self.joint_plan(tree).map_err(|error| error.to_string())?.ok_or_else(none)?;
+        let plan = self.joint_plan(tree, self.folding()).map_err(|error| error.to_string())?.ok_or_else(none)?;
         let mut equations = self.equations.clone();
         let order = COMPUTATIONS[0].0;
         let layout = &self.plan.layout;

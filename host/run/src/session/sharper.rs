@@ -58,7 +58,7 @@ impl Session {
     /// As for [`Session::open`].
     pub(super) fn much_sharper(&self) -> Result<(Self, String), SessionError> {
         let ratio = MUCH_SHARPER.min(self.tolerance() / LEAST_TOLERANCE).max(1.0);
-        let used = if self.choose_tree()?.0.is_some() { "joint" } else { "cartesian" };
+        let used = if self.choose_formulation()?.joint.is_some() { "joint" } else { "cartesian" };
         let other = if used == "joint" { "cartesian" } else { "joint" };
         let mut scene = self.scene.clone();
         scene.simulation.formulation = Some(Spanned::new(other.to_owned(), 0..0));

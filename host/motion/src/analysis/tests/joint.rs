@@ -1,6 +1,7 @@
 //! The coordinates of joints against those of bodies.
 
 use super::*;
+use crate::analysis::Folding;
 use crate::program::JointEquations;
 
 /// A body on a ball joint that carries one on a slide by its first frame, and a free body held by a strut: all kinds of
@@ -67,7 +68,8 @@ pub(super) fn joint_plan_by(text: &str, folds: bool) -> (Prepared, JointPlan) {
     let prepared = prepared(text);
     let Prepared { model, equations, assembly, plan, .. } = &prepared;
     let tree = JointPlan::tree(equations, model, assembly).unwrap();
-    let planned = JointPlan::new(equations, model, &plan.layout, tree, (assembly, 0.0), folds).unwrap().unwrap();
+    let folding = if folds { Folding::WherePossible } else { Folding::Never };
+    let planned = JointPlan::new(equations, model, &plan.layout, tree, (assembly, 0.0), folding).unwrap().unwrap();
     (prepared, planned)
 }
 
@@ -287,6 +289,15 @@ fn parallelograms_need_one_coordinate_and_no_rows() {
     assert_ne!(longer, scenes::four_bar(1.1));
     let (_, planned) = joint_plan_by(&longer, true);
     assert_eq!((planned.equations.coordinates.columns, planned.rows.len()), (3, 2));
+    // Wholly, or not at all.
+    let wholly = |text: &str| {
+        let Prepared { model, equations, assembly, plan, .. } = &prepared(text);
+        let tree = JointPlan::tree(equations, model, assembly).unwrap();
+        let planned = JointPlan::new(equations, model, &plan.layout, tree, (assembly, 0.0), Folding::Wholly).unwrap();
+        planned.map(|planned| (planned.equations.coordinates.columns, planned.rows.len()))
+    };
+    assert_eq!(wholly(&two_of(&scenes::four_bar(1.1))), Some((1, 0)));
+    assert_eq!(wholly(&longer), None);
 }
 
 /// A chain of hinges about axes that lie askew, each rod hung on the end of the one before.

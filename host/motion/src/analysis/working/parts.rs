@@ -15,17 +15,15 @@ pub struct WorkingParts {
 }
 
 impl WorkingParts {
-    /// The equations of a planned model. `length`: that of the scene, m.
+    /// The equations of a planned model, whose graph they [share](odyn_graph::Graph::share) if it is. `length`: that of the scene, m.
     #[must_use]
     pub fn new(equations: &Equations, model: &Model, plan: &Plan, length: f64) -> Self {
-        let mut equations = equations.clone();
-        equations.graph.rest();
         let row_name = |row: usize| {
             let (element, k) = plan.layout.element_of_row(row);
             model.elements[element].row_name(k)
         };
         Self {
-            equations,
+            equations: equations.resting(),
             plan: plan.clone(),
             masses: mass_values(model),
             scales: body_scales(model, length),

@@ -91,11 +91,39 @@ fn sparse_rank_equals_dense_rank() {
 }
 
 #[test]
-fn doubtful_rows_are_left_to_the_dense_engine() {
+fn rows_in_doubt_are_looked_at_without_squares() {
     // Seen as a square, a remainder of 1e-4 is neither round-off nor beyond doubt.
-    let Problem { structure, mass, jacobian, clusters } = Problem::with_loops().with_dependent_row(1e-4);
-    assert_eq!(SparseRank::find(&structure, &clusters, &mass, &jacobian).unwrap(), None);
-    // One of 1e-6 vanishes in squares, and shows when the null vector is formed.
+    for (problem, dependent) in [
+        (Problem::with_loops().with_dependent_row(1e-4), 0),
+        // The same row twice: each is in doubt, and one of them depends on the other.
+        (Problem::with_loops().with_dependent_row(1e-4).with_dependent_row(1e-4), 1),
+        (Problem::with_loops().with_dependent_row(1e-4).with_dependent_row(-3e-5), 1),
+        (Problem::with_loops().with_dependent_row(1e-4).with_dependent_row(0.0), 1),
+    ] {
+        let Problem { structure, mass, jacobian, clusters } = &problem;
+        let found = SparseRank::find(structure, clusters, mass, jacobian).unwrap().unwrap();
+        let mut dense = DenseQr::new(structure, DEFAULT_RANK_TOLERANCE).unwrap();
+        dense.set_mass(mass).unwrap();
+        let health = dense.refactor(jacobian).unwrap();
+        assert_eq!((found.independent.len(), found.dependent.len()), (health.rank, dependent));
+        assert!((1e-6..1e-3).contains(&found.smallest_sine), "{:e}", found.smallest_sine);
+        // The engine solves with them.
+        let (f, _) = problem.random_sides(3);
+        let motion = DVector::from_vec(Random(8).vector(structure.n));
+        let g = (problem.dense_jacobian() * motion).as_slice().to_vec();
+        let wanted = problem.solve(&mut dense, &f, &g);
+        let mut solver = sparse_first(&problem);
+        solver.set_mass(mass).unwrap();
+        solver.set_light(0.0);
+        let reached = problem.solve(&mut solver, &f, &g);
+        assert!(!solver.uses_dense());
+        assert!((&reached.a - &wanted.a).amax() < 1e-8 * wanted.a.amax());
+    }
+}
+
+#[test]
+fn rows_that_squares_take_for_dependent_are_left_to_the_dense_engine() {
+    // Of round-off in squares, with more than round-off left of the vector: shows when the null vector is formed.
     let Problem { structure, mass, jacobian, clusters } = Problem::with_loops().with_dependent_row(1e-6);
     let rank = SparseRank::find(&structure, &clusters, &mass, &jacobian).unwrap().unwrap();
     assert_eq!(rank.dependent.len(), 1);

@@ -1,8 +1,9 @@
-//! What a recorder answered before: equations belong to a library's content, a class and parameters, so they need not be asked for
+//! What a library answered before: equations belong to a library's content, a class and parameters, so they need not be asked for
 //! twice. Kept in memory, and from start to start beside the private copy of the library.
 //!
 //! On disk there are [`SLOTS`] places per class, which are overwritten: studies of thousands of variants do not fill disks. Each
-//! holds what it is the answer to. What is older than two weeks is removed with old copies.
+//! holds what it is the answer to, and begins with the checksum of all that. What is older than two weeks is removed with old
+//! copies.
 
 use std::collections::HashMap;
 use std::fs;
@@ -12,11 +13,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use element_api::recording::Recording;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
 
 use crate::hash::sha256;
 use crate::known::Identity;
 use crate::private_copy::put;
 
+/// The place of the answer whether a library can be opened: whether it left the floating-point control register as it was.
+pub(super) const OPENED: &str = "opened";
+/// Bytes of a checksum.
+const CHECKSUM: usize = 32;
 /// Places on disk per class.
 const SLOTS: u8 = 64;
 /// Recordings in memory; with more, all are forgotten.
@@ -42,21 +48,25 @@ impl Kept {
 
     /// What an earlier start got in answer to `asked`.
     pub(super) fn read<T: DeserializeOwned>(&self, place: &str, asked: &str) -> Option<T> {
-        let program = self.program.as_ref()?;
+        let whose = self.whose(place)?;
         let bytes = fs::read(self.file(place)).ok()?;
-        match postcard::from_bytes::<(String, String, T)>(&bytes) {
-            Ok((by, what, answer)) if by == *program && what == asked => Some(answer),
+        let (checksum, content) = bytes.split_at_checked(CHECKSUM)?;
+        if Sha256::digest(content)[..] != *checksum {
+            return None;
+        }
+        match postcard::from_bytes::<(String, String, T)>(content) {
+            Ok((by, what, answer)) if by == whose && what == asked => Some(answer),
             _ => None,
         }
     }
 
     /// Keeps an answer. Not essential.
     pub(super) fn write<T: Serialize>(&self, place: &str, asked: &str, answer: &T) {
-        let Some(program) = &self.program else { return };
-        if let Ok(bytes) = postcard::to_stdvec(&(program, asked, answer))
-            && bytes.len() <= LARGEST
+        let Some(whose) = self.whose(place) else { return };
+        if let Ok(content) = postcard::to_stdvec(&(whose, asked, answer))
+            && content.len() <= LARGEST
         {
-            let _ = put(&self.file(place), &bytes);
+            let _ = put(&self.file(place), &[&Sha256::digest(&content)[..], &content].concat());
         }
     }
 
@@ -83,6 +93,12 @@ impl Kept {
 
     fn recordings(&self) -> std::sync::MutexGuard<'_, HashMap<(u32, String), Arc<Recording>>> {
         self.recordings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Program, library and place: an answer that is found elsewhere is none.
+    fn whose(&self, place: &str) -> Option<String> {
+        let library = self.copy.file_name()?.to_str()?;
+        Some(format!("{} {library} {place}", self.program.as_ref()?))
     }
 
     fn file(&self, place: &str) -> PathBuf {
