@@ -148,9 +148,9 @@ impl<T, K> Default for ActingSet<T, K> {
 
 impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
-        let element: T = create(params)?;
+        let (element, frames) = create::<T>(params)?;
         let layout = Layout {
-            frames: T::FRAMES.len(),
+            frames,
             angles: T::ANGLES,
             states: K::initial_states(&element).len(),
             memory: K::initial_memory(&element).len(),
