@@ -131,6 +131,8 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         states: Vec::new(),
         params: Vec::new(),
         exempt: Vec::new(),
+        more_frames: None,
+        most_frames: 0,
     }
 }
 

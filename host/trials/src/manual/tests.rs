@@ -35,6 +35,8 @@ fn element(name: &str, kind: Kind) -> Element {
                 ParamSpec::new::<String>("mode", "", "Which way.").choices(&["up", "down"]).default_value("up".into()),
             ],
             exempt: Vec::new(),
+            more_frames: None,
+            most_frames: 0,
         },
     }
 }

@@ -115,6 +115,8 @@ fn element(name: &str) -> Element {
         states: Vec::new(),
         params: Vec::new(),
         exempt: Vec::new(),
+        more_frames: None,
+        most_frames: 0,
     };
     Element { name: name.into(), library: library.into(), version: "1".into(), descriptor }
 }
