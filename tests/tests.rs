@@ -9,6 +9,7 @@
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
 //! | `contacts.rs` | contacts that strike, rest and open, against closed forms and in every way |
 //! | `friction.rs` | rows that hold up to a limit: they stick and slide as closed forms say, in every way |
+//! | `ropes.rs` | elements with any number of bodies: ropes that catch, in every way, and what is refused |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
@@ -73,6 +74,7 @@ mod opaque;
 mod plugins;
 mod random;
 mod rooms;
+mod ropes;
 mod runs;
 mod schema;
 mod singular;

@@ -22,7 +22,7 @@ use crate::element::{
 use crate::fence;
 use crate::geometry::{Frame, Mat3, Twist, Vec3};
 use crate::jet::Jet;
-use crate::params::{Parameters, Table};
+use crate::params::{FRAME_COUNT, ParamError, Parameters, Table};
 use crate::recorded::{Recorded, input, record};
 use crate::recording::{Input, Output, Recording, Role};
 use crate::scalar::Scalar;
@@ -69,6 +69,8 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         turns_freely: false,
         glyph: T::GLYPH.to_owned(),
         frames: frames(T::FRAMES),
+        more_frames: T::MORE_FRAMES.and_then(|more| frames(&[more]).pop()),
+        most_frames: if T::MORE_FRAMES.is_some() { T::MOST_FRAMES } else { 0 },
         rows: Vec::new(),
         inputs: Vec::new(),
         joints: Vec::new(),
@@ -111,8 +113,19 @@ impl<T: Element, Set: ElementSet + Default + 'static> ElementClass for Class<T, 
     }
 }
 
-fn create<T: Element>(params: &Table) -> Result<T, CreateError> {
-    T::Parameters::read(params).and_then(T::new).map_err(CreateError::Parameter)
+/// The element, and its number of frames.
+fn create<T: Element>(params: &Table) -> Result<(T, usize), CreateError> {
+    let element = T::Parameters::read(params).and_then(T::new).map_err(CreateError::Parameter)?;
+    let least = T::FRAMES.len();
+    if T::MORE_FRAMES.is_none() {
+        return Ok((element, least));
+    }
+    let count = params.get(FRAME_COUNT).map_or(Some(least), |count| usize::try_from(count.as_integer()?).ok());
+    let Some(count) = count.filter(|count| (least..=T::MOST_FRAMES).contains(count)) else {
+        let message = format!("`{}` takes {least} to {} frames", T::NAME, T::MOST_FRAMES);
+        return Err(CreateError::Parameter(ParamError::new("bodies", message)));
+    };
+    Ok((element.with_frames(count).map_err(CreateError::Parameter)?, count))
 }
 
 /// Inputs of an element as scalars of type `S`.

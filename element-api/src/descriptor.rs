@@ -108,6 +108,12 @@ pub struct Descriptor {
     /// Frames it connects.
     #[serde(default)]
     pub frames: Vec<Named>,
+    /// What each further frame is, where it takes any number of them. Contract 1.2.
+    #[serde(default)]
+    pub more_frames: Option<Named>,
+    /// Largest number of frames in all, where it takes any number; 0 otherwise. Contract 1.2.
+    #[serde(default)]
+    pub most_frames: usize,
     /// Constraint rows.
     #[serde(default)]
     pub rows: Vec<String>,
@@ -151,7 +157,7 @@ impl Descriptor {
     pub fn check(&self) -> Result<(), String> {
         const MOST: usize = 1000;
         let sizes = [
-            ("frames", self.frames.len()),
+            ("frames", self.frames.len().max(self.most_frames)),
             ("rows", self.rows.len()),
             ("angles", self.angles),
             ("mobility coordinates", self.mobility.unwrap_or(0)),
@@ -168,11 +174,37 @@ impl Descriptor {
         }
         match sizes.iter().find(|(_, count)| *count > MOST) {
             Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),
+            None if self.more_frames.is_some() && self.most_frames <= self.frames.len() => Err(format!(
+                "`{}` takes further frames, but at most {} in all; it has {} already",
+                self.name,
+                self.most_frames,
+                self.frames.len()
+            )),
             None => Ok(()),
         }
     }
 
-    /// What recordings of this class may refer to.
+    /// The numbers of frames that it takes, the smallest and the largest.
+    #[must_use]
+    pub fn frame_counts(&self) -> (usize, usize) {
+        let least = self.frames.len();
+        (least, if self.more_frames.is_some() { self.most_frames } else { least })
+    }
+
+    /// That of an instance with this number of frames, which [`Descriptor::frame_counts`] allow: the further ones among the others,
+    /// called by their name and a number.
+    #[must_use]
+    pub fn with_frames(&self, count: usize) -> Self {
+        let mut own = self.clone();
+        if let Some(more) = own.more_frames.take() {
+            let numbered = (1..).map(|k| Named { name: format!("{} {k}", more.name), ..more.clone() });
+            own.frames.extend(numbered.take(count.saturating_sub(self.frames.len())));
+            own.most_frames = 0;
+        }
+        own
+    }
+
+    /// What recordings of this class may refer to: of any instance, or of the one that [`Descriptor::with_frames`] describes.
     #[must_use]
     pub fn limits(&self) -> Limits {
         let (coordinates, channels) = match self.kind {
@@ -181,7 +213,7 @@ impl Descriptor {
         };
         Limits {
             kind: self.kind,
-            frames: self.frames.len(),
+            frames: self.frame_counts().1,
             rows: self.rows.len(),
             angles: self.angles,
             coordinates,

@@ -22,6 +22,12 @@ pub trait Element: Sized + Send + Sync + 'static {
     const GLYPH: &'static str = "";
     /// The frames it connects: name and meaning, in the order of `bodies` in a scene. Any number.
     const FRAMES: &'static [FrameSpec];
+    /// What each further frame is, for an element that takes any number of them after [`Element::FRAMES`] (a rope over pulleys,
+    /// planets on a carrier): the scene's `bodies` decide how many. They are called by this name and a number, from 1. Contract 1.2.
+    const MORE_FRAMES: Option<FrameSpec> = None;
+    /// Largest number of frames in all, where there are [`Element::MORE_FRAMES`]; the smallest is that of [`Element::FRAMES`].
+    /// Contract 1.2.
+    const MOST_FRAMES: usize = 64;
     /// Number of angles followed over many turns with [`Configuration::angle`].
     const ANGLES: usize = 0;
     /// Call this element at run time instead of recording its equations. For equations that depend on something outside
@@ -65,6 +71,15 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// Jacobians and accelerations are exact (Griewank & Walther, Evaluating Derivatives (2008), section 15.1). Contract 1.2.
     fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let _ = (at, out);
+    }
+    /// `[create]` The element with this number of frames in all, for one with [`Element::MORE_FRAMES`]; the number lies between those
+    /// of [`Element::FRAMES`] and [`Element::MOST_FRAMES`]. Contract 1.2.
+    ///
+    /// # Errors
+    /// A number that does not fit the parameters; the name `bodies` points at the scene's list.
+    fn with_frames(self, count: usize) -> Result<Self, ParamError> {
+        let _ = count;
+        Ok(self)
     }
 
     /// `[between steps]` For opaque elements with a memory of their own: the step that ended here was accepted. The only

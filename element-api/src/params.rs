@@ -239,6 +239,10 @@ impl ParamKind {
     }
 }
 
+/// Key under which an element that takes any number of frames is told how many it has, among its parameters. No parameter can be
+/// called so. Contract 1.2.
+pub const FRAME_COUNT: &str = "#frames";
+
 /// Rust types that a parameter can have.
 pub trait ParamType: Sized {
     /// The kind a scene must give.

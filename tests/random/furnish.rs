@@ -179,7 +179,30 @@ impl Mechanism {
                 }
             }
         }
+        let mut random = Random::new(seed ^ 0x0070_9e5e_ed);
+        if random.chance(0.3) {
+            mechanism.tie(style, &mut random);
+        }
         mechanism
+    }
+
+    /// Adds a slack rope over three to six points of any bodies.
+    fn tie(&mut self, style: Style, random: &mut Random) {
+        let count = 3 + random.below(4);
+        let bodies: Vec<Option<usize>> =
+            (0..count).map(|_| random.chance(0.7).then(|| random.below(self.bodies.len()))).collect();
+        let frames: Vec<Frame> = bodies.iter().map(|body| self.frame(*body, style, "", random)).collect();
+        let strands: Vec<f64> = frames.windows(2).map(|pair| (pair[1].origin - pair[0].origin).norm()).collect();
+        let same = bodies.iter().all(|body| *body == bodies[0]);
+        if same || strands.iter().any(|strand| *strand < 0.1) {
+            return;
+        }
+        let length = strands.iter().sum::<f64>() + random.decades(-2.0, 0.0);
+        self.part("joint", "rope", &bodies, &frames).params = vec![
+            ("length", number(length)),
+            ("slack", "true".into()),
+            ("restitution", number(random.of(&[0.0, 0.0, 0.4, 0.9]))),
+        ];
     }
 
     /// Adds sensors with a lag, from which nothing follows: of reactions and, less often since joint coordinates have none, of

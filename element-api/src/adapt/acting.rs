@@ -165,10 +165,10 @@ impl<T, K> Default for ActingSet<T, K> {
 
 impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
-        let element: T = create(params)?;
+        let (element, frames) = create::<T>(params)?;
         let guesses = element.initial_unknowns();
         let layout = Layout {
-            frames: T::FRAMES.len(),
+            frames,
             angles: T::ANGLES,
             states: K::initial_states(&element).len() + guesses.len(),
             memory: K::initial_memory(&element).len(),

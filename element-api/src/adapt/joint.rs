@@ -146,11 +146,11 @@ fn move_along(plain: &Given<f64>, rates: &[FrameRates], time_rate: f64, moved: &
 
 impl<T: Constraint> ElementSet for JointSet<T> {
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
-        let element: T = create(params)?;
+        let (element, frames) = create::<T>(params)?;
         let rows: Vec<usize> = (0..T::ROWS.len()).filter(|row| element.uses_row(*row)).collect();
         let guesses = element.initial_unknowns();
         let layout = Layout {
-            frames: T::FRAMES.len(),
+            frames,
             angles: T::ANGLES,
             states: guesses.len(),
             memory: 0,

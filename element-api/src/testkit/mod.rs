@@ -62,7 +62,7 @@ use crate::adapt;
 use crate::descriptor::{Descriptor, Kind, Named};
 use crate::element::{Constraint, Control, Force, Reaction};
 use crate::geometry::Vec3;
-use crate::params::{ParamSpec, Table};
+use crate::params::{FRAME_COUNT, ParamSpec, Table};
 use crate::recording::{Recording, Role};
 use crate::set::{Batch, CreateError, ElementClass, ElementSet, Layout, Wanted};
 
@@ -171,7 +171,9 @@ impl Probe {
     }
 
     fn from_table(class: &dyn ElementClass, params: &Table) -> Result<Self, CreateError> {
-        let descriptor = class.descriptor().clone();
+        // As many frames as the parameters say; the fewest where they do not.
+        let count = params.get(FRAME_COUNT).and_then(toml::Value::as_integer);
+        let count = count.and_then(|count| usize::try_from(count).ok()).unwrap_or(class.descriptor().frames.len());
         let mut set = class.new_set();
         let during = |what: &str, text: String| {
             CreateError::Fault(if crate::fence::is_panic(&text) { format!("{what} {text}") } else { text })
@@ -181,6 +183,8 @@ impl Probe {
             refused => refused,
         })?;
         let mut recording = set.record(instance).map_err(|fault| during("recording its equations", fault.message))?;
+        // The number is one that the element takes, as it was added.
+        let descriptor = class.descriptor().with_frames(count);
         recording.check(&descriptor.limits()).map_err(CreateError::Fault)?;
         recording.outputs.sort_by_key(|output| place(output.role));
         Ok(Self { descriptor, recording, set, fault: RefCell::new(None) })
@@ -377,7 +381,7 @@ fn place(role: Role) -> (u8, Role) {
 #[must_use]
 pub fn complete(specs: &[ParamSpec], params: &str) -> Table {
     let mut table: Table = params.parse().expect("parameters are TOML");
-    for (key, value) in &table {
+    for (key, value) in table.iter().filter(|(key, _)| *key != FRAME_COUNT) {
         let spec = specs.iter().find(|s| s.name == *key).unwrap_or_else(|| panic!("unknown parameter {key}"));
         let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
         assert!(number.is_none_or(|x| spec.contains(x)), "{key} = {value} must be {}", spec.range_text());

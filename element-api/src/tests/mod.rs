@@ -8,6 +8,7 @@ mod expressions;
 mod functions;
 mod interpolations;
 mod joints;
+mod more_frames;
 mod parameters;
 mod recordings;
 mod refusals;

@@ -254,6 +254,7 @@ impl Graph {
             known: Vec::new(),
             tables: self.tables.clone(),
             calls: self.calls.clone(),
+            solved: self.solved.clone(),
             requested: self.requested,
         }
     }

@@ -171,6 +171,8 @@ pub(super) fn description(element: &ElementHandle) -> String {
         Kind::Control => "gives",
     };
     section(&mut text, "frames, one body each", descriptor.frames.iter().map(named));
+    let further = format!("further frames, up to {} in all", descriptor.most_frames);
+    section(&mut text, &further, descriptor.more_frames.iter().map(named));
     section(&mut text, "constraint rows", descriptor.rows.iter().map(|row| (row.clone(), String::new())));
     section(&mut text, "inputs", descriptor.inputs.iter().map(input));
     section(&mut text, "joints whose reactions it takes", descriptor.joints.iter().map(named));

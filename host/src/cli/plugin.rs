@@ -165,6 +165,7 @@ fn table(descriptor: &Descriptor, verdict: &Verdict) -> String {
     };
     for (what, names) in [
         ("frames", list(descriptor.frames.iter().map(|named| named.name.as_str()).collect())),
+        ("further frames", list(descriptor.more_frames.iter().map(|named| named.name.as_str()).collect())),
         ("rows", list(descriptor.rows.iter().map(String::as_str).collect())),
         ("inputs", list(descriptor.inputs.iter().map(|named| named.name.as_str()).collect())),
         (channels, list(descriptor.channels.iter().map(|named| named.name.as_str()).collect())),

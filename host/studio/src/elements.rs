@@ -60,10 +60,10 @@ fn asked_for(descriptor: &Descriptor) -> String {
     let kind = descriptor.kind.word();
     let name = descriptor.name.replace('-', "_");
     let mut text = format!("[[{kind}]]\nname = \"{name}_1\"\ntype = \"{}\"\n", descriptor.name);
-    if !descriptor.frames.is_empty() {
-        let bodies: Vec<String> = (0..descriptor.frames.len())
-            .map(|k| if k == 0 { "\"ground\"".into() } else { format!("\"body_{k}\"") })
-            .collect();
+    let frames = descriptor.frames.len() + usize::from(descriptor.more_frames.is_some());
+    if frames > 0 {
+        let bodies: Vec<String> =
+            (0..frames).map(|k| if k == 0 { "\"ground\"".into() } else { format!("\"body_{k}\"") }).collect();
         text.push_str(&format!("bodies = [{}]\npoint = [0, 0, 0]\n", bodies.join(", ")));
         if descriptor.kind == Kind::Joint {
             text.push_str("axis = [0, 0, 1]\n");

@@ -39,6 +39,7 @@ pub mod position;
 pub mod rack_and_pinion;
 pub mod revolute;
 pub mod rolling_disc;
+pub mod rope;
 pub mod rotation_driver;
 pub mod rotational_stop;
 pub mod screw;
@@ -70,6 +71,7 @@ element_api::export_plugin! {
         screw::Screw,
         constant_velocity::ConstantVelocity,
         distance_rod::DistanceRod,
+        rope::Rope,
         parallel_axes::ParallelAxes,
         perpendicular_axes::PerpendicularAxes,
         gear::Gear,

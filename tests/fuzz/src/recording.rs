@@ -135,6 +135,8 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         catalog: String::new(),
         report: String::new(),
         unknowns: Vec::new(),
+        more_frames: None,
+        most_frames: 0,
     }
 }
 

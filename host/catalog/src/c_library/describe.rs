@@ -129,6 +129,8 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         turns_freely: flag(table::TURNS_FREELY),
         glyph: String::new(),
         frames: named(element.frames, element.frame_count, "frames")?,
+        more_frames: None,
+        most_frames: 0,
         // SAFETY: as above.
         rows: rows.into_iter().map(|row| unsafe { needed(row, "rows") }.map_err(inside)).collect::<Result<_, _>>()?,
         // SAFETY: as above.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use element_api::params::FRAME_COUNT;
 use element_api::recording::{Op, Role};
 use element_api::set::{CreateError, ElementSet};
 use element_api::{Descriptor, Kind, Recording};
@@ -37,7 +38,7 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
             .collect();
         let Some(handle) = handle else { continue };
         let class = handle.descriptor();
-        let table = parameters::resolve(
+        let mut table = parameters::resolve(
             scene,
             record,
             (&class.params, &class.catalog),
@@ -66,6 +67,9 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         };
         if found.len() > before {
             continue;
+        }
+        if class.more_frames.is_some() {
+            table.insert(FRAME_COUNT.into(), (markers.len() as i64).into());
         }
         match elements.create(record, &handle, &table, markers, joints) {
             Ok(instance) => {
@@ -101,9 +105,12 @@ fn class_of(record: &ElementRecord, catalog: &Catalog, found: &mut Vec<Diagnosti
 /// The right number of bodies, and not all of them the same.
 fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Target], found: &mut Vec<Diagnostic>) {
     let class = handle.descriptor();
-    let (given, needed) = (record.bodies.value.len(), class.frames.len());
-    if given != needed {
-        let frames: Vec<&str> = class.frames.iter().map(|frame| frame.name.as_str()).collect();
+    let (given, (least, most)) = (record.bodies.value.len(), class.frame_counts());
+    let needed = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    if !(least..=most).contains(&given) {
+        let frames = class.frames.iter().chain(&class.more_frames).map(|frame| frame.name.as_str());
+        let frames: Vec<&str> = frames.collect();
+        let more = if least < most { ", the last any number of times" } else { "" };
         found.push(
             Diagnostic::error(
                 codes::BODY_COUNT,
@@ -115,7 +122,7 @@ fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Targ
                 ),
             )
             .at(record.bodies.span.clone(), format!("expected {needed} names"))
-            .help(format!("one body for each of {}; `ground` counts as a body", quoted(&frames))),
+            .help(format!("one body for each of {}{more}; `ground` counts as a body", quoted(&frames))),
         );
         return;
     }
@@ -123,7 +130,7 @@ fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Targ
         Target::Movable(body) => Some(*body),
         Target::Fixed { .. } => None,
     };
-    if let Some(first) = targets.first().filter(|_| targets.len() == needed && needed > 1)
+    if let Some(first) = targets.first().filter(|_| targets.len() == given && given > 1)
         && targets.iter().all(|target| index(target) == index(first))
     {
         let what = if index(first).is_some() { "the same body twice" } else { "ground to ground" };
@@ -296,10 +303,11 @@ impl Elements {
         handle: &ElementHandle,
     ) -> Result<Vec<Marker>, Box<Diagnostic>> {
         let joint = &self.instances[joint];
-        let needed = handle.descriptor().frames.len();
-        if joint.markers.len() == needed {
+        let (least, most) = handle.descriptor().frame_counts();
+        if (least..=most).contains(&joint.markers.len()) {
             return Ok(joint.markers.clone());
         }
+        let needed = if least == most { least.to_string() } else { format!("{least} to {most}") };
         Err(Box::new(
             Diagnostic::error(
                 codes::BODY_COUNT,
@@ -319,14 +327,18 @@ impl Elements {
         markers: Vec<Marker>,
         joints: Vec<usize>,
     ) -> Result<Instance, Box<Diagnostic>> {
-        let class = handle.descriptor();
         let full_name = handle.full_name();
         let set = self.set_names.iter().position(|name| *name == full_name).unwrap_or_else(|| {
             self.set_names.push(full_name.clone());
             self.sets.push(handle.class.new_set());
-            self.classes.push(Arc::new(class.clone()));
+            self.classes.push(Arc::new(handle.descriptor().clone()));
             self.sets.len() - 1
         });
+        let shared = &self.classes[set];
+        let class = match &shared.more_frames {
+            Some(_) => Arc::new(shared.with_frames(markers.len())),
+            None => Arc::clone(shared),
+        };
         self.sets[set].announce(&record.name.value);
         let index = self.sets[set].add(table).map_err(|error| refusal(record, &full_name, error))?;
         let failed = |message: &str| {
@@ -367,10 +379,10 @@ impl Elements {
         if rows.is_empty() && class.kind == Kind::Joint {
             return Err(misbehaved("it has no constraint row".into()));
         }
-        let grids = margins::grids(class, table, &recording);
+        let grids = margins::grids(&class, table, &recording);
         Ok(Instance {
             name: record.name.value.clone(),
-            class: Arc::clone(&self.classes[set]),
+            class,
             library: handle.library.package.clone(),
             set,
             index: index as u32,
@@ -397,12 +409,16 @@ fn unset_row(recording: &Recording) -> Option<usize> {
 fn refusal(record: &ElementRecord, full_name: &str, error: CreateError) -> Box<Diagnostic> {
     Box::new(match error {
         CreateError::Parameter(error) => {
+            let place = match error.path.as_str() {
+                "bodies" => record.bodies.span.clone(),
+                path => parameters::place(record, path),
+            };
             let what = if error.path.is_empty() { String::new() } else { format!("`{}` ", error.path) };
             Diagnostic::error(
                 codes::ELEMENT_REFUSES,
                 format!("`{}` ({full_name}): {what}{}", record.name.value, error.message),
             )
-            .at(parameters::place(record, &error.path), "refused by the element")
+            .at(place, "refused by the element")
         }
         CreateError::Fault(message) => {
             Diagnostic::error(fault_code(&message), format!("`{full_name}` failed while it was created: {message}"))

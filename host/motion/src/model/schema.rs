@@ -102,11 +102,13 @@ fn of_element(element: &ElementHandle) -> Value {
         }
         properties.insert("inputs".into(), closed(inputs, &order, &needed));
     }
-    let frames = descriptor.frames.len();
-    let each: Vec<String> = descriptor.frames.iter().map(|frame| format!("{}: {}", frame.name, frame.doc)).collect();
+    let (least, most) = descriptor.frame_counts();
+    let each = descriptor.frames.iter().map(|frame| format!("{}: {}", frame.name, frame.doc));
+    let more = descriptor.more_frames.iter().map(|frame| format!("{} (any number): {}", frame.name, frame.doc));
+    let each: Vec<String> = each.chain(more).collect();
     properties
-        .insert("bodies".into(), json!({ "minItems": frames, "maxItems": frames, "description": each.join("\n\n") }));
-    properties.insert("frames".into(), json!({ "minItems": frames, "maxItems": frames }));
+        .insert("bodies".into(), json!({ "minItems": least, "maxItems": most, "description": each.join("\n\n") }));
+    properties.insert("frames".into(), json!({ "minItems": least, "maxItems": most }));
     json!({ "properties": properties, "required": required })
 }
 

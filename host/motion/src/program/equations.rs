@@ -198,6 +198,7 @@ impl Equations {
             bodies: self.bodies.clone(),
             rows: self.rows.clone(),
             contacts: self.contacts.clone(),
+            frictions: self.frictions.clone(),
             open: self.open.clone(),
             loads: self.loads.clone(),
             state_rates: self.state_rates.clone(),

@@ -45,6 +45,10 @@ fn tables(descriptor: &Descriptor) -> String {
     };
     section("Parameters", parameters(&descriptor.params));
     section("Frames", named(&descriptor.frames));
+    section(
+        &format!("Further frames, up to {} in all", descriptor.most_frames),
+        named(descriptor.more_frames.as_slice()),
+    );
     let rows: Vec<Vec<String>> = descriptor.rows.iter().map(|row| vec![escape(row)]).collect();
     section("Constraint rows", table(&[("row", Side::Left)], &rows));
     let inputs: Vec<Vec<String>> = descriptor

@@ -39,6 +39,8 @@ fn element(name: &str, kind: Kind) -> Element {
         catalog: String::new(),
         report: String::new(),
             unknowns: Vec::new(),
+            more_frames: None,
+            most_frames: 0,
         },
     }
 }

@@ -119,6 +119,8 @@ fn element(name: &str) -> Element {
         catalog: String::new(),
         report: String::new(),
         unknowns: Vec::new(),
+        more_frames: None,
+        most_frames: 0,
     };
     Element { name: name.into(), library: library.into(), version: "1".into(), descriptor }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use element_api::descriptor::Descriptor;
 use element_api::fence::fenced;
-use element_api::params::Table;
+use element_api::params::{FRAME_COUNT, Table};
 use element_api::set::{ElementClass, ElementSet};
 use element_api::testkit::{Check, Options, examine_class};
 use serde::Serialize;
@@ -109,7 +109,7 @@ impl Verdict {
 pub fn examine(element: &ElementHandle, given: &Given, exempt: &[Exemption]) -> Result<Verdict, BadValues> {
     let descriptor = element.descriptor();
     let (full_name, kind, opaque) = (element.full_name(), descriptor.kind.word(), descriptor.opaque);
-    let (params, values) = match complete(descriptor, given) {
+    let (mut params, values) = match complete(descriptor, given) {
         Ok(found) => found,
         // Nobody gave a wrong value, so the description is wrong.
         Err(bad) if given.of(descriptor).is_empty() => {
@@ -130,9 +130,13 @@ pub fn examine(element: &ElementHandle, given: &Given, exempt: &[Exemption]) -> 
         }
         Err(bad) => return Err(bad),
     };
+    if descriptor.more_frames.is_some() {
+        // One more than the fewest, so that what is done with further frames is examined.
+        params.insert(FRAME_COUNT.into(), (descriptor.frames.len() as i64 + 1).into());
+    }
     // Tables of plain numbers and texts have a text.
     let text = toml::to_string(&params).unwrap_or_default();
-    let between = descriptor.frames.len() > 1;
+    let between = descriptor.frame_counts().1 > 1;
     let options = Options { internal: between, invariant: between, ..Options::default() };
     let class = || Box::new(Shared(Arc::clone(&element.class)));
     let mut checks = vec![panic_fence(element.class.as_ref(), &params)];

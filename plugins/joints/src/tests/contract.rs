@@ -24,6 +24,7 @@ use crate::position::Position;
 use crate::rack_and_pinion::RackAndPinion;
 use crate::revolute::Revolute;
 use crate::rolling_disc::RollingDisc;
+use crate::rope::Rope;
 use crate::rotation_driver::RotationDriver;
 use crate::screw::Screw;
 use crate::spherical::Spherical;
@@ -108,6 +109,15 @@ fn point_in_plane_and_point_on_line() {
 fn distance_rod() {
     for params in ["length = 0.2", "length = 3.0"] {
         check_joint::<DistanceRod>(params);
+    }
+}
+
+#[test]
+fn rope() {
+    for params in
+        ["", "'#frames' = 3", "'#frames' = 7", "slack = true\n'#frames' = 4", "slack = true\nrestitution = 0.5"]
+    {
+        check_joint::<Rope>(&format!("length = 6.0\n{params}"));
     }
 }
 

@@ -8,6 +8,7 @@ use crate::cam::Cam;
 use crate::coupler::Coupler;
 use crate::gear::Gear;
 use crate::position::Position;
+use crate::rope::Rope;
 
 /// The parameter that is refused, and why.
 fn refusal<T: Constraint>(params: &str) -> (String, String) {
@@ -53,5 +54,13 @@ fn cam_must_be_closed_and_around_its_pole() {
     let kink = "radius = { postfix = [1, 0.1, 'x', 2, 'pow', 'mul', 'add'] }";
     for params in [step, kink] {
         assert_refused::<Cam>(params, "radius", "must repeat after a turn");
+    }
+}
+
+#[test]
+fn rope_bounces_only_with_slack_and_has_two_to_so_many_points() {
+    assert_refused::<Rope>("length = 1.0\nrestitution = 0.5", "restitution", "`slack`");
+    for count in [1, 65] {
+        assert_refused::<Rope>(&format!("length = 1.0\n'#frames' = {count}"), "bodies", "takes 2 to 64 frames");
     }
 }
