@@ -22,6 +22,7 @@ pub mod displacement_driver;
 pub mod distance_rod;
 pub mod freewheel;
 pub mod gear;
+pub mod gear_backlash;
 pub mod ground;
 pub mod knife_edge;
 pub mod parallel_axes;
@@ -69,6 +70,7 @@ element_api::export_plugin! {
         parallel_axes::ParallelAxes,
         perpendicular_axes::PerpendicularAxes,
         gear::Gear,
+        gear_backlash::GearBacklash,
         rack_and_pinion::RackAndPinion,
         coupler::Coupler,
         knife_edge::KnifeEdge,

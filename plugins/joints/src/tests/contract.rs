@@ -11,6 +11,7 @@ use crate::cylindrical::Cylindrical;
 use crate::displacement_driver::DisplacementDriver;
 use crate::distance_rod::DistanceRod;
 use crate::gear::Gear;
+use crate::gear_backlash::GearBacklash;
 use crate::ground::Ground;
 use crate::knife_edge::KnifeEdge;
 use crate::parallel_axes::ParallelAxes;
@@ -40,6 +41,12 @@ fn ground_and_bracket() {
 fn rolling_and_blades() {
     check_joint::<KnifeEdge>("");
     check_joint::<RollingDisc>("radius = 0.3");
+}
+
+#[test]
+fn gear_with_backlash() {
+    check_joint::<GearBacklash>("teeth_1 = 20\nteeth_2 = 40\nplay = 0.1\nrestitution = 0.4");
+    check_joint::<GearBacklash>("radius_1 = 0.1\nradius_2 = 0.2\ninternal = true\nplay = 0.1");
 }
 
 #[test]
