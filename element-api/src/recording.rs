@@ -365,13 +365,10 @@ impl Role {
             | Self::PosePosition(_)
             | Self::PoseRotation(_) => kind == Kind::Joint,
             Self::Force(_) | Self::Torque(_) => kind == Kind::Force,
-            Self::StateRate(_)
-            | Self::NextDiscrete(_)
-            | Self::SamplePeriod
-            | Self::Channel(_)
-            | Self::Potential
-            | Self::Dissipation => kind != Kind::Joint,
-            Self::Angle(_) | Self::Signal(_) => true,
+            Self::NextDiscrete(_) | Self::SamplePeriod | Self::Channel(_) | Self::Potential | Self::Dissipation => {
+                kind != Kind::Joint
+            }
+            Self::Angle(_) | Self::Signal(_) | Self::StateRate(_) => true,
         }
     }
 }

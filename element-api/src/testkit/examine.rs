@@ -322,6 +322,7 @@ impl<'a> Examination<'a> {
                 | Role::SamplePeriod
                 | Role::Unilateral(_)
                 | Role::SticksWith(_) => continue,
+                Role::StateRate(_) if self.probe.descriptor.kind == Kind::Joint => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

@@ -40,6 +40,9 @@ pub mod rolling_disc;
 pub mod rotation_driver;
 pub mod rotational_stop;
 pub mod screw;
+mod servo;
+pub mod servo_displacement;
+pub mod servo_rotation;
 pub mod spherical;
 pub mod translational;
 pub mod translational_stop;
@@ -82,6 +85,8 @@ element_api::export_plugin! {
         freewheel::Freewheel,
         rotation_driver::RotationDriver,
         displacement_driver::DisplacementDriver,
+        servo_rotation::ServoRotation,
+        servo_displacement::ServoDisplacement,
     ],
 }
 

@@ -20,6 +20,7 @@
 mod bodies;
 mod channels;
 mod elements;
+mod moved_rows;
 mod parameters;
 mod picture;
 pub mod schema;

@@ -37,6 +37,7 @@ mod coupling;
 mod equations;
 mod joint;
 mod kinematics;
+mod moved_rows;
 mod observe;
 mod opaque;
 mod projection;

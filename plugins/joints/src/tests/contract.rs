@@ -27,6 +27,8 @@ use crate::revolute::Revolute;
 use crate::rolling_disc::RollingDisc;
 use crate::rotation_driver::RotationDriver;
 use crate::screw::Screw;
+use crate::servo_displacement::ServoDisplacement;
+use crate::servo_rotation::ServoRotation;
 use crate::spherical::Spherical;
 use crate::translational::Translational;
 use crate::universal::Universal;
@@ -41,6 +43,13 @@ fn ground_and_bracket() {
 fn rolling_and_blades() {
     check_joint::<KnifeEdge>("");
     check_joint::<RollingDisc>("radius = 0.3");
+}
+
+#[test]
+fn servos() {
+    check_joint::<ServoRotation>("frequency = 20.0\nangle = 0.4");
+    check_joint::<ServoRotation>("frequency = 20.0\ndamping = 0.3\nrate_limit = 0.5\nstart = 0.2");
+    check_joint::<ServoDisplacement>("frequency = 20.0\ndisplacement = 0.4");
 }
 
 #[test]
