@@ -192,7 +192,7 @@ const CASES: &[Case] = &[
     case("points_that_do_not_increase", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\nparams.of_speed = [[0, 1], [2, 0.5], [1, 0]]\n\n[[output]]")], Scene, &[codes::OUT_OF_RANGE]),
     case("unknown_choice", &[(OUTPUTS, "[[force]]\nname = \"friction\"\ntype = \"joint-friction\"\njoints = [\"pivot\"]\nparams = { kind = \"rotatoin\", mu = 0.1 }\n\n[[output]]")], Scene, &[codes::UNKNOWN_WORD]),
     case("friction_of_an_unknown_joint", &[(OUTPUTS, "[[force]]\nname = \"friction\"\ntype = \"joint-friction\"\njoints = [\"pivto\"]\nparams = { kind = \"rotation\", mu = 0.1, radius = 0.01 }\n\n[[output]]")], Scene, &[codes::UNKNOWN_TARGET]),
-    case("signals_for_a_joint", &[("type = \"revolute\"", "type = \"revolute\"\ninputs.speed = \"angle\"")], Scene, &[codes::UNKNOWN_KEY]),
+    case("signals_for_a_joint", &[("type = \"revolute\"", "type = \"revolute\"\ninputs.speed = \"angle\"")], Scene, &[codes::UNKNOWN_ELEMENT_PARAMETER]),
     case("unknown_signal", &[(OUTPUTS, "[[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\ninputs.signal = \"angel\"\n\n[[output]]")], Scene, &[codes::UNKNOWN_TARGET]),
     case("signal_of_another_dimension", &[("\"forces\"]", "\"forces\", \"controls\"]"), (OUTPUTS, "[[control]]\nname = \"lag\"\ntype = \"gain\"\ninputs.input = \"pivot.angel\"\n\n[[output]]")], Scene, &[codes::UNKNOWN_CHANNEL]),
     case("nothing_connected", &[("\"forces\"]", "\"forces\", \"controls\"]"), (OUTPUTS, "[[control]]\nname = \"half\"\ntype = \"gain\"\nparams.gain = 0.5\n\n[[output]]")], Scene, &[codes::MISSING_ELEMENT_PARAMETER]),

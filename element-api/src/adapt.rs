@@ -31,7 +31,8 @@ use crate::set::{Batch, CreateError, ElementClass, ElementSet, Fault, Layout};
 /// The class of a joint.
 #[must_use]
 pub fn joint<T: Constraint>() -> Box<dyn ElementClass> {
-    let mut descriptor = describe::<T>(Kind::Joint, T::COORDINATES, &[]);
+    let mut descriptor = describe::<T>(Kind::Joint, T::COORDINATES, T::STATES);
+    descriptor.inputs = inputs(T::INPUTS);
     descriptor.rows = T::ROWS.iter().chain(T::VELOCITY_ROWS).map(ToString::to_string).collect();
     descriptor.mobility = T::MOBILITY;
     descriptor.turns_freely = T::TURNS_FREELY;

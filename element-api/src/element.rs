@@ -113,10 +113,36 @@ pub trait Constraint: Element {
     /// Whether frame 1 turns freely in all directions on top of [`Constraint::pose`]. The host describes that rotation itself,
     /// without singular positions; the freedoms are the coordinates and three more.
     const TURNS_FREELY: bool = false;
+    /// Names and units of continuous states x' = f that rows may depend on (a servo's angle). Contract 1.2.
+    const STATES: &'static [ChannelSpec] = &[];
+    /// Signals that [`Constraint::rates`] take; in [`Motion::inputs`]. Contract 1.2.
+    const INPUTS: &'static [InputSpec] = &[];
 
     /// `[record; hot when opaque]` The constraint equations, one value per row, in m or rad-like units. Rows that
     /// [`Constraint::uses_row`] leaves out are not asked for and must not be set.
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>);
+
+    /// `[record]` The same for a joint with states: the rows may depend on positions, time and [`Motion::states`], which move them as a
+    /// driver's time does. A row takes no velocities and no signals: pass a signal through a state. The rate of a state that a row depends
+    /// on must not depend on velocities, nor on signals measured from them, nor jump: pass those through one more state.
+    /// The joint offers no mobility, is not opaque, and these rows are not unilateral. Give this or [`Constraint::residual`],
+    /// which the default calls and which may be left empty then. Contract 1.2.
+    ///
+    /// With rows Phi(q, s, t) and s' = f the host enforces Phi_q v + Phi_s f + Phi_t = 0 and its derivative; the power of the reactions
+    /// along Phi_s f + Phi_t is work from outside (Haug 1989, section 9.5, with states in the place of time).
+    fn residual_in_motion<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        self.residual(&at.configuration, rows);
+    }
+
+    /// `[create]` Values of the states at the start. Their number may depend on the parameters; the first ones have the
+    /// names of [`Constraint::STATES`]. Contract 1.2.
+    fn initial_states(&self) -> Vec<f64> {
+        vec![0.0; Self::STATES.len()]
+    }
+    /// `[record]` Rates of the states, one per entry of [`Constraint::initial_states`]. Contract 1.2.
+    fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
 
     /// `[record]` Constraints on velocities that are not the rate of anything (rolling without slip, a blade), one value per entry of
     /// [`Constraint::VELOCITY_ROWS`], in m/s or rad/s, linear in the twists: a . v + b = 0, where a and b may depend on

@@ -41,11 +41,11 @@ impl<T> Default for JointSet<T> {
 impl<T: Constraint> JointEntry<T> {
     /// All residual rows, then coordinates, as far as the author gives them.
     fn values<S: Scalar>(&self, given: &Given<S>, values: &mut Vec<Option<S>>) {
-        let at = given.configuration();
+        let at = given.motion();
         unset(values, T::ROWS.len() + T::COORDINATES.len());
         let (rows, coordinates) = values.split_at_mut(T::ROWS.len());
-        self.element.residual(&at, &mut Values::new(rows, "row"));
-        self.element.coordinates(&at, &mut Values::new(coordinates, "coordinate"));
+        self.element.residual_in_motion(&at, &mut Values::new(rows, "row"));
+        self.element.coordinates(&at.configuration, &mut Values::new(coordinates, "coordinate"));
     }
 
     /// Where the rows in use and the coordinates are among [`JointEntry::values`].
@@ -140,6 +140,12 @@ fn move_along(plain: &Given<f64>, rates: &[FrameRates], time_rate: f64, moved: &
     refill(&mut moved.frames, frames);
     moved.time = Jet::new(plain.time, time_rate, 0.0);
     refill(&mut moved.unknowns, plain.unknowns.iter().map(|x| Jet::from(*x)));
+    // Rows take no velocities; whoever does so all the same reads what the recording is refused for.
+    let still =
+        Twist { velocity: Vec3::from_element(Jet::from(0.0)), angular_velocity: Vec3::from_element(Jet::from(0.0)) };
+    refill(&mut moved.twists, plain.frames.iter().map(|_| still));
+    refill(&mut moved.states, plain.states.iter().map(|x| Jet::from(*x)));
+    refill(&mut moved.signals, plain.signals.iter().map(|x| Jet::from(*x)));
     refill(&mut moved.references, plain.references.iter().map(|x| Jet::from(*x)));
     moved.forget_angles(plain.angles.len());
 }
@@ -152,9 +158,9 @@ impl<T: Constraint> ElementSet for JointSet<T> {
         let layout = Layout {
             frames,
             angles: T::ANGLES,
-            states: guesses.len(),
+            states: element.initial_states().len() + guesses.len(),
             memory: 0,
-            signals: 0,
+            signals: T::INPUTS.len(),
             joints: 0,
             values: rows.len() + T::COORDINATES.len(),
         };
@@ -183,13 +189,17 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             let message = "has unilateral rows, which an opaque element cannot have: let it be recorded".into();
             return Err(Fault { instance, message });
         }
+        if T::OPAQUE && entry.layout.states + entry.layout.signals > 0 {
+            let message = "has states or takes signals, which an opaque joint cannot: let it be recorded".into();
+            return Err(Fault { instance, message });
+        }
         if T::OPAQUE {
             let angles = (0..T::ANGLES).map(|k| Role::Angle(k as u32));
             return Ok(announce(roles.chain(angles), Vec::new(), Vec::new()));
         }
-        let (mut forgotten, mut forgotten_rate) = (None, None);
+        let (mut forgotten, mut forgotten_rate, mut forgotten_state) = (None, None, None);
         let mut missing = None;
-        let recording = record(|| {
+        let mut recording = record(|| {
             let given = recorded_inputs(&entry.layout, entry.guesses.len());
             let mut values = Vec::new();
             entry.values(&given, &mut values);
@@ -206,6 +216,11 @@ impl<T: Constraint> ElementSet for JointSet<T> {
                     None => forgotten_rate = forgotten_rate.or(Some(k)),
                 }
             }
+            let mut moving = vec![None; entry.layout.states - entry.guesses.len()];
+            entry.element.rates(&given.motion(), &mut Values::new(&mut moving, "rate"));
+            forgotten_state = moving.iter().position(Option::is_none);
+            let moving = moving.into_iter().enumerate();
+            results.extend(moving.filter_map(|(k, rate)| Some((Role::StateRate(k as u32), rate?))));
             results.extend(switching.iter().map(|(role, value)| (*role, Recorded::from(*value))));
             let limit = |row: usize| Some((Role::Limit(row as u32), entry.element.limit(row, &given.motion())?));
             results.extend(used.clone().filter_map(limit));
@@ -228,6 +243,10 @@ impl<T: Constraint> ElementSet for JointSet<T> {
         });
         if let Some(message) = missing {
             return Err(Fault { instance, message });
+        }
+        recording.initial_states = entry.element.initial_states();
+        if let Some(k) = forgotten_state {
+            return Err(Fault { instance, message: format!("declares the rate of state {k}, but does not give it") });
         }
         let message = match forgotten.map(|k| (k, T::ROWS.get(k))) {
             None => match forgotten_rate {

@@ -24,8 +24,8 @@ impl Recording {
         if let Some(x) = self.initial_states.iter().chain(&self.initial_discrete).find(|x| !x.is_finite()) {
             return Err(format!("a state is {x} at the start"));
         }
-        if limits.kind == Kind::Joint && !(self.initial_states.is_empty() && self.initial_discrete.is_empty()) {
-            return Err("a joint has no states".into());
+        if limits.kind == Kind::Joint && !self.initial_discrete.is_empty() {
+            return Err("a joint has no discrete states".into());
         }
         if let Some(k) = self.tables.iter().position(|table| !table.is_sound()) {
             return Err(format!("table {k} is inconsistent"));
@@ -79,6 +79,7 @@ impl Recording {
         }
         self.check_unknowns(limits, &given)?;
         self.check_degrees(limits.kind)?;
+        self.check_states_of_rows(limits, &given)?;
         self.check_unilateral(limits, &given)?;
         self.check_limits(limits, &given)?;
         if given(Role::SamplePeriod) && !self.sample_period().is_some_and(|period| period > 0.0) {
@@ -188,6 +189,50 @@ impl Recording {
             }
         }
         Ok(())
+    }
+
+    /// Rows may depend on states, not on signals; those that do always hold, and give away no mobility.
+    fn check_states_of_rows(&self, limits: &Limits, given: &impl Fn(Role) -> bool) -> Result<(), String> {
+        let of_states = self.depending_on(|input| matches!(input, Input::State(_)));
+        let of_signals = self.depending_on(|input| matches!(input, Input::Signal(_) | Input::Discrete(_)));
+        for output in &self.outputs {
+            let (states, signals) = (of_states[output.node as usize], of_signals[output.node as usize]);
+            match output.role {
+                Role::Residual(k) | Role::VelocityResidual(k) if signals => {
+                    return Err(format!("row {k} depends on a signal: pass it through a state of the joint"));
+                }
+                Role::Coordinate(k) if signals || states => {
+                    return Err(format!("coordinate {k} depends on a state or a signal: take it from positions"));
+                }
+                Role::VelocityResidual(k) if states => {
+                    return Err(format!("velocity row {k} depends on a state: rows on positions may"));
+                }
+                Role::Residual(k) if states && limits.mobility > 0 => {
+                    return Err(format!("row {k} depends on a state: such a joint offers no mobility"));
+                }
+                Role::Residual(k) if states && given(Role::Unilateral(k)) => {
+                    return Err(format!("row {k} depends on a state: such a row is not unilateral"));
+                }
+                Role::Residual(k) if states && given(Role::SticksWith(k)) => {
+                    return Err(format!("row {k} depends on a state: such a row sticks with no other"));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// For each operation, whether it depends on such an input.
+    fn depending_on(&self, wanted: impl Fn(Input) -> bool) -> Vec<bool> {
+        let mut depends: Vec<bool> = Vec::with_capacity(self.ops.len());
+        for raw in &self.ops {
+            depends.push(match Op::decode(*raw) {
+                Some(Op::Input(input)) => wanted(input),
+                Some(op) => op.operands().any(|a| depends[a as usize]),
+                None => false,
+            });
+        }
+        depends
     }
 
     /// Rows on positions, and conditions on unknowns that rows may use, must not depend on velocities; rows on velocities must be

@@ -327,6 +327,7 @@ impl<'a> Examination<'a> {
                 | Role::Check(_)
                 | Role::Guess(_) => continue,
                 Role::Condition(_) if self.probe.descriptor.kind == Kind::Joint => continue,
+                Role::StateRate(_) if self.probe.descriptor.kind == Kind::Joint => continue,
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

@@ -205,6 +205,8 @@ table! {
         "The file of a shape is missing, is neither STL (binary or text) nor OBJ, is damaged, or has no triangles. Its place is relative to the folder of the scene; `unit` tells what its numbers are: `[[body.shape]]` with `kind = \"mesh\"`, `file = \"parts/rod.stl\"`, `unit = \"mm\"`.";
     NOT_IN_CATALOG = "ODY0330", Scene, "no such row in the element's catalogue",
         "`params = { use = \"6204\" }` takes recommended parameters from a row of the catalogue that the element's library brings along; `odyn elements describe` shows it. What the scene gives itself wins over the row.";
+    ROW_MOVED_BY_VELOCITY = "ODY0335", Scene, "state of a joint that rows cannot follow",
+        "A row of a joint depends on a state of the joint, and the rate of that state on velocities, on a force or reaction, or on something that jumps. The accelerations that the row asks for would contain the derivative of all that: unknown accelerations, or jumps of velocities. Pass what is measured, or what jumps, through one more state: a filter of first order before the input of the joint (a `sensor` with a time constant, a `transfer-function`), or one more state in the joint (a servo of second order has one). Positions, time and other states may be used as they are.";
 
     PLUGIN_NOT_FOUND = "ODY0401", Plugin, "plugin library not found",
         "No folder of the search path holds a library of this name. Searched are `--plugin`, the scene's `[plugins] path`, the project's `.odyn/plugins`, `ODYN_PLUGIN_PATH`, the user's installed libraries and the folder of the executable. `odyn plugin add FILE` installs one; in the source tree, `cargo build` builds the standard libraries.";

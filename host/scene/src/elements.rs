@@ -61,8 +61,8 @@ fn read_element(
         _ => Vec::new(),
     };
     let inputs = match record.table.get("inputs") {
-        Some(raw) if kind != ElementKind::Joint => read_inputs(raw, reader),
-        _ => Vec::new(),
+        Some(raw) => read_inputs(raw, reader),
+        None => Vec::new(),
     };
     let placement = read_placement(record, reader);
     let params = read_params(record, reader);
@@ -88,17 +88,18 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
         return;
     }
     let (misplaced, others): (Vec<_>, Vec<_>) =
-        record.table.entries.iter().cloned().partition(|(key, _)| SIGNAL_KEYS.contains(&key.value.as_str()));
+        record.table.entries.iter().cloned().partition(|(key, _)| key.value == "joints");
     for (key, _) in misplaced {
         let message = format!("{} cannot have `{}`", record.what, key.value);
         reader.diagnostics.push(
             Diagnostic::error(codes::UNKNOWN_KEY, message)
                 .at(key.span, "")
-                .help("a joint depends on its bodies and the time only; `[[force]]` and `[[control]]` take signals"),
+                .help("a joint takes no reactions; `[[force]]` and `[[control]]` do"),
         );
     }
     let table = RawTable { span: record.table.span.clone(), entries: others };
-    reader.check_keys(&Record { table: &table, what: record.what.clone() }, KEYS);
+    let known: Vec<&str> = KEYS.iter().copied().chain(["inputs"]).collect();
+    reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
 }
 
 /// A text that could be the name of a signal is one, unless it has a value as an expression.

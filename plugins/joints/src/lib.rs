@@ -25,6 +25,7 @@ pub mod dry_friction;
 pub mod ellipse_contact;
 pub mod freewheel;
 pub mod gear;
+pub mod gear_backlash;
 pub mod ground;
 pub mod knife_edge;
 pub mod parallel_axes;
@@ -43,6 +44,9 @@ pub mod rope;
 pub mod rotation_driver;
 pub mod rotational_stop;
 pub mod screw;
+mod servo;
+pub mod servo_displacement;
+pub mod servo_rotation;
 pub mod spherical;
 pub mod translational;
 pub mod translational_stop;
@@ -75,6 +79,7 @@ element_api::export_plugin! {
         parallel_axes::ParallelAxes,
         perpendicular_axes::PerpendicularAxes,
         gear::Gear,
+        gear_backlash::GearBacklash,
         rack_and_pinion::RackAndPinion,
         coupler::Coupler,
         knife_edge::KnifeEdge,
@@ -88,6 +93,8 @@ element_api::export_plugin! {
         dry_friction::DryFriction,
         rotation_driver::RotationDriver,
         displacement_driver::DisplacementDriver,
+        servo_rotation::ServoRotation,
+        servo_displacement::ServoDisplacement,
     ],
 }
 

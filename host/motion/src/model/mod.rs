@@ -24,6 +24,7 @@ mod catalogue;
 mod channels;
 mod elements;
 mod margins;
+mod moved_rows;
 mod parameters;
 mod picture;
 pub mod schema;

@@ -86,7 +86,7 @@ fn of_element(element: &ElementHandle) -> Value {
     let order: Vec<&str> = descriptor.params.iter().map(|spec| spec.name.as_str()).collect();
     let order: Vec<&str> = row.iter().map(|_| catalogue::USE).chain(order).collect();
     properties.insert("params".into(), closed(parameters, &order, &needed));
-    if descriptor.kind != Kind::Joint {
+    if descriptor.kind != Kind::Joint || !descriptor.inputs.is_empty() {
         let inputs = descriptor.inputs.iter().map(|input| {
             let mut schema = quantity();
             let unit = if input.unit.is_empty() { String::new() } else { format!(" [{}]", input.unit) };

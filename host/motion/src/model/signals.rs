@@ -5,6 +5,7 @@ use element_api::{Kind, Recording};
 use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
+use super::moved_rows;
 use super::parameters::dimension_of;
 use super::types::{Channel, Instance, Level, Quantity, Signal, Source};
 use crate::diagnostics::{Diagnostic, codes, suggest};
@@ -39,10 +40,12 @@ pub(super) fn connect(scene: &Scene, channels: &[Channel], instances: &mut [Inst
         found.append(&mut mistakes);
         instances[index].inputs = sources;
     }
-    if found.len() == before
-        && let Some(round) = first_loop(instances)
-    {
-        found.push(loop_error(&round, instances, scene));
+    if found.len() > before {
+        return;
+    }
+    match first_loop(instances) {
+        Some(round) => found.push(loop_error(&round, instances, scene)),
+        None => moved_rows::check(scene, instances, found),
     }
 }
 
@@ -200,7 +203,7 @@ fn element_channel(
 }
 
 /// A result of an element.
-type Result_ = (usize, Role);
+pub(super) type Result_ = (usize, Role);
 
 /// The first elements found whose results depend on themselves, in order. States break such loops: their rates may depend
 /// on anything, but nothing depends on a rate at once. Reactions and accelerations are no part of it: they are solved for.
@@ -303,7 +306,7 @@ fn takes_unknowns(recording: &Recording, wanted: u32) -> bool {
 }
 
 /// The results of elements that a quantity is made of.
-fn results_behind(quantity: &Quantity, instances: &[Instance]) -> Vec<Result_> {
+pub(super) fn results_behind(quantity: &Quantity, instances: &[Instance]) -> Vec<Result_> {
     match quantity {
         Quantity::Value { element, channel } => vec![(*element, Role::Channel(*channel as u32))],
         Quantity::Load { element, frame, torque, .. } if instances[*element].class.kind == Kind::Force => {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use element_api::recording::Role;
 use element_api::set::ElementSet;
-use element_api::{Descriptor, Recording};
+use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::scene::Dimension;
@@ -138,6 +138,20 @@ pub struct GridUse {
     pub argument: u32,
     /// First and last value of the grid.
     pub bounds: [f64; 2],
+}
+
+impl Instance {
+    /// Whether it has continuous states.
+    #[must_use]
+    pub fn has_states(&self) -> bool {
+        !self.recording.initial_states.is_empty()
+    }
+
+    /// Whether it is a joint with states, which may move its rows.
+    #[must_use]
+    pub fn is_joint_with_states(&self) -> bool {
+        self.class.kind == Kind::Joint && self.has_states()
+    }
 }
 
 /// What is connected to a signal input.

@@ -63,7 +63,7 @@ impl Equations {
     /// Writes down all force and control elements. Bodies and joints are there already. Gives what the elements store.
     pub(super) fn add_acting_elements(&mut self, model: &Model, layout: &Layout) -> Stored {
         let elements = model.elements.iter().map(|element| {
-            if element.class.kind == Kind::Joint {
+            if element.class.kind == Kind::Joint && !element.has_states() {
                 return Import::default();
             }
             let first_table = self.graph.tables.len() as u32;
@@ -78,9 +78,20 @@ impl Equations {
         for (index, element) in model.elements.iter().enumerate() {
             if element.class.kind != Kind::Joint {
                 self.add_acting(index, &mut imports);
+            } else if element.has_states() {
+                self.add_state_rates(index, &mut imports);
             }
         }
+        self.move_rows_with_states(model, layout);
         imports.stored
+    }
+
+    fn add_state_rates(&mut self, index: usize, imports: &mut Imports<'_>) {
+        let missing = self.graph.constant(f64::NAN);
+        for k in 0..imports.model.elements[index].recording.initial_states.len() {
+            let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
+            self.state_rates[imports.layout.state_at[index] + k] = node;
+        }
     }
 
     fn add_acting(&mut self, index: usize, imports: &mut Imports<'_>) {
@@ -134,10 +145,7 @@ impl Equations {
             let node = self.operation(index, grid.argument, imports);
             self.elements[index].grids.push(node);
         }
-        for k in 0..element.recording.initial_states.len() {
-            let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
-            self.state_rates[layout.state_at[index] + k] = node;
-        }
+        self.add_state_rates(index, imports);
         self.add_unknowns_of(index, imports);
         for k in 0..element.recording.initial_discrete.len() {
             let node = self.role(index, Role::NextDiscrete(k as u32), imports).unwrap_or(missing);

@@ -39,6 +39,7 @@ mod coupling;
 mod equations;
 mod joint;
 mod kinematics;
+mod moved_rows;
 mod observe;
 mod opaque;
 mod projection;

@@ -66,13 +66,12 @@ fn mistakes_in_signals() {
         ("control", "inputs = { a = true }", codes::WRONG_TYPE, "true"),
         ("control", "joints = \"bearing\"", codes::WRONG_TYPE, "\"bearing\""),
         ("control", "input = { a = 1 }", codes::UNKNOWN_KEY, "input"),
-        ("joint", "bodies = [\"x\"]\ninputs = { a = 1 }", codes::UNKNOWN_KEY, "inputs"),
         ("joint", "bodies = [\"x\"]\njoints = [\"b\"]", codes::UNKNOWN_KEY, "joints"),
     ] {
         let rejected = reject(&element(kind, keys));
         assert_eq!(rejected.codes(), [code], "{keys}");
         assert_eq!(rejected.culprit(), culprit, "{keys}");
     }
-    let rejected = reject(&element("joint", "bodies = [\"x\"]\ninputs = { a = 1 }"));
-    assert_eq!(rejected.diagnostics[0].message, "joint `e` cannot have `inputs`");
+    let rejected = reject(&element("joint", "bodies = [\"x\"]\njoints = [\"b\"]"));
+    assert_eq!(rejected.diagnostics[0].message, "joint `e` cannot have `joints`");
 }

@@ -11,6 +11,7 @@ use crate::cylindrical::Cylindrical;
 use crate::displacement_driver::DisplacementDriver;
 use crate::distance_rod::DistanceRod;
 use crate::gear::Gear;
+use crate::gear_backlash::GearBacklash;
 use crate::ground::Ground;
 use crate::knife_edge::KnifeEdge;
 use crate::parallel_axes::ParallelAxes;
@@ -27,6 +28,8 @@ use crate::rolling_disc::RollingDisc;
 use crate::rope::Rope;
 use crate::rotation_driver::RotationDriver;
 use crate::screw::Screw;
+use crate::servo_displacement::ServoDisplacement;
+use crate::servo_rotation::ServoRotation;
 use crate::spherical::Spherical;
 use crate::translational::Translational;
 use crate::universal::Universal;
@@ -41,6 +44,19 @@ fn ground_and_bracket() {
 fn rolling_and_blades() {
     check_joint::<KnifeEdge>("");
     check_joint::<RollingDisc>("radius = 0.3");
+}
+
+#[test]
+fn servos() {
+    check_joint::<ServoRotation>("frequency = 20.0\nangle = 0.4");
+    check_joint::<ServoRotation>("frequency = 20.0\ndamping = 0.3\nrate_limit = 0.5\nstart = 0.2");
+    check_joint::<ServoDisplacement>("frequency = 20.0\ndisplacement = 0.4");
+}
+
+#[test]
+fn gear_with_backlash() {
+    check_joint::<GearBacklash>("teeth_1 = 20\nteeth_2 = 40\nplay = 0.1\nrestitution = 0.4");
+    check_joint::<GearBacklash>("radius_1 = 0.1\nradius_2 = 0.2\ninternal = true\nplay = 0.1");
 }
 
 #[test]
