@@ -27,6 +27,7 @@
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
+//! | `local.rs` | the equations at one state, with all their derivatives; what rows leave free |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -44,6 +45,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
+mod local;
 mod motion;
 mod newton;
 mod passage;
@@ -67,6 +69,7 @@ pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::JointPlan;
+pub use local::{Direction, Expansion, Freedom, Function, Local};
 pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
