@@ -32,6 +32,7 @@
 //! | `judged.rs` | results that are not to be believed are suspect |
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
+//! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
@@ -48,6 +49,7 @@
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
 mod allocations;
+mod analyses;
 mod benchmarks;
 mod book;
 mod broken_scenes;

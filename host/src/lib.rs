@@ -21,6 +21,7 @@
 //! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
 //! | [`stress`] | trials with what is expected of them -> outcomes: measures with their bounds | how outcomes are shown |
+//! | [`analyses`] | a session -> equilibria, modes, linear models | how they are shown |
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
@@ -53,11 +54,13 @@
 //! | `host/run` | [`results`], [`session`] |
 //! | `host/desk` | `desk`: reports, and what pages are made of |
 //! | `host/studio` | `studio`: scenes edited in the browser |
+//! | `host/analyses` | [`analyses`] |
 //! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
 //! [`program::Program`] (constant), [`program::Workspace`] (scratch, allocated once).
 
+pub use odyn_analyses as analyses;
 pub use odyn_catalog as catalog;
 #[cfg(feature = "cli")]
 pub use odyn_desk as desk;

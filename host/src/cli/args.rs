@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::analyses_args::{LineariseArgs, ModesArgs, StaticsArgs};
 use super::export_args::ExportCommand;
 use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, StudyArgs, not_negative, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
@@ -76,6 +77,38 @@ Examples:
 
 The exit code is that of the first run that has one.")]
     Study(StudyArgs),
+    /// Find where a scene is at rest, and whether it stays there
+    #[command(after_help = "\
+Loads and reactions are in balance there, velocities are zero, element states at rest; what is prescribed is held as at the start.
+Stability is that of small motions; directions that meet no resistance are told with the bodies that take part.
+
+Examples:
+  odyn statics scenes/benchmarks/chain_N10.toml
+  odyn statics pendulum.toml --all 20
+  odyn statics car.toml -o results/car-rest
+  odyn run car.toml --from results/car-rest
+
+The exit code is 5 where no equilibrium was found, with the cause.")]
+    Statics(StaticsArgs),
+    /// Eigenvalues of small motions: frequencies, damping, shapes, energies
+    #[command(after_help = "\
+Derivatives are exact. Of a state that is not at rest, the linearisation is frozen in time, and this is said.
+
+Examples:
+  odyn modes scenes/benchmarks/chain_N10.toml --at equilibrium
+  odyn modes rotor.toml --set rotor.speed=3000rpm --json
+  odyn modes scenes/compressor.toml --at 20
+  odyn modes car.toml --from results/car-rest")]
+    Modes(ModesArgs),
+    /// A linear model for control: A, B, C, D from inputs of the scene to outputs
+    #[command(after_help = "\
+z' = A z + B u, y = C z + D u for small changes; time in s, z in SI, u and y in the units of the scene's inputs and outputs. Written as
+linear.npz (NumPy), A.csv, ..., linear.json.
+
+Examples:
+  odyn linearise scene.toml --inputs motor.torque --outputs angle,speed
+  odyn linearise scene.toml --at equilibrium -o results/model")]
+    Linearise(LineariseArgs),
     /// Check a scene: mobility, redundant joint equations, reactions that are not unique, warnings
     #[command(after_help = "\
 Examples:
@@ -449,6 +482,9 @@ impl Command {
             Command::Run(args) => args.scene.json,
             Command::Resume(args) => args.json,
             Command::Study(args) => args.scene.json,
+            Command::Statics(args) => args.scene.json,
+            Command::Modes(args) => args.place.scene.json,
+            Command::Linearise(args) => args.place.scene.json,
             Command::Check(args) => args.scene.json,
             Command::Plan(args) => args.json,
             Command::Elements { command: ElementsCommand::List(args) } => args.json,

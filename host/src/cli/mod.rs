@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
 //! | `run.rs` | `run` |
+//! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
 //! | `elements.rs` | `elements list`, `elements describe` |
@@ -24,6 +25,8 @@
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
+mod analyses;
+mod analyses_args;
 mod args;
 mod bench;
 mod choices;
@@ -125,6 +128,9 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Run(args) => run::run(args),
         Command::Resume(args) => resume::resume(args),
         Command::Study(args) => study::study(args),
+        Command::Statics(args) => analyses::statics(args),
+        Command::Modes(args) => analyses::modes(args),
+        Command::Linearise(args) => analyses::linearise(args),
         Command::Check(args) => inspect::check(args),
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),

@@ -213,7 +213,13 @@ fn residuals(
 }
 
 /// What changes along a direction.
-fn seeds(g: &mut Graph, coordinates: &Coordinates, rotations: &[Matrix], layout: &Layout, direction: usize) -> Seeds {
+pub(super) fn seeds(
+    g: &mut Graph,
+    coordinates: &Coordinates,
+    rotations: &[Matrix],
+    layout: &Layout,
+    direction: usize,
+) -> Seeds {
     let one = g.constant(1.0);
     let velocities = coordinates.columns;
     if direction >= 2 * velocities {

@@ -29,6 +29,7 @@
 //! | `contact/friction.rs` | rows that hold up to a limit: which stick, and where the others slide to |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
 //! | `unknowns.rs` | values of internal unknowns at the start |
+//! | `local.rs` | the equations at one state, with all their derivatives; what rows leave free |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
 mod assembly;
@@ -46,6 +47,7 @@ mod joint_engines;
 mod joint_plan;
 mod joint_start;
 mod linearisation;
+mod local;
 mod motion;
 mod newton;
 mod passage;
@@ -70,6 +72,7 @@ pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, STATES_PER_AUDIT};
 pub use joint_plan::{Folding, JointPlan};
+pub use local::{Direction, Expansion, Freedom, Function, Local};
 pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};

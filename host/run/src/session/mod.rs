@@ -23,6 +23,7 @@
 //! | `place.rs` | where a run begins: at the end of another, or at a checkpoint |
 //! | `prepared.rs` | a scene with everything that is chosen before time starts |
 //! | `run.rs` | a scene in motion, and the one loop that steps it |
+//! | `instant.rs` | where a run is, for analyses of that state |
 //! | `modes.rs` | the equations for a choice of closed contacts; contacts met at an instant |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
 //! | `guards.rs` | what is watched throughout every step |
@@ -65,6 +66,7 @@ mod error;
 mod figures;
 mod formulation;
 mod guards;
+mod instant;
 mod islands;
 mod judge;
 mod keeper;
@@ -107,6 +109,7 @@ pub use checkpoint::Checkpoint;
 pub use common::Common;
 pub use digits::Second;
 pub use error::SessionError;
+pub use instant::Instant;
 pub use libraries::{catalog_of_scene, requests, search_path};
 pub use opened::Session;
 pub use options::{DEFAULT_METHOD, ENGINES, FORMULATIONS, RunOptions};

@@ -124,9 +124,9 @@ pub struct Run<'a> {
     /// Work of all integrations so far.
     pub(super) counters: integrate::Counters,
     /// How the last one ended.
-    outcome: Result<Status, IntegrateError>,
+    pub(super) outcome: Result<Status, IntegrateError>,
     /// The method does not go on from the start, or something has changed since.
-    interrupted: bool,
+    pub(super) interrupted: bool,
     /// The outputs at this time, SI, if they are known.
     outputs: Option<Vec<f64>>,
     /// See [`Session::fingerprint`].

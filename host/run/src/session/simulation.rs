@@ -422,6 +422,14 @@ impl<'a> Simulation<'a> {
         Ok(self.formulation.observe(t, state, false)?.inputs.to_vec())
     }
 
+    /// The same with accelerations and multipliers.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(super) fn solved_inputs(&mut self, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+        Ok(self.formulation.observe(t, state, true)?.inputs.to_vec())
+    }
+
     /// The formulation, for its name.
     #[must_use]
     pub(super) fn formulation(&self) -> &dyn Formulation {

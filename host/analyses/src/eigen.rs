@@ -1,0 +1,223 @@
+//! Eigenvalues and eigenvectors of a real matrix, each with its residual and with what round-off leaves open.
+//!
+//! The matrix is balanced (Parlett & Reinsch 1969). Zero eigenvalues are split off first, by the null spaces of the matrix and of
+//! what is left of it, one after the other: rigid motions have a double zero with one vector, which plain iterations return as a
+//! pair of the size of the root of round-off. The others come from the real Schur form, their vectors from inverse iteration.
+
+use nalgebra::{Complex, DMatrix, DVector, Dyn, LU, Schur};
+
+/// A complex vector.
+pub type ComplexVector = DVector<Complex<f64>>;
+
+/// Multiples of round-off by which a singular value is zero, per row.
+const NULL: f64 = 20.0;
+/// The same for what an eigenvalue may be off by: matrices of states that were found by iteration are off by more than one unit.
+const OPEN: f64 = 400.0;
+/// Eigenvalues nearer than this share of the matrix's size are looked at together.
+const CLOSE: f64 = 1e-7;
+/// Iterations for a vector.
+const ITERATIONS: usize = 4;
+/// Iterations of the Schur form, per row.
+const SCHUR_ITERATIONS: usize = 200;
+
+/// An eigenvalue that is not zero, with its vector.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    /// The eigenvalue; of a complex pair the one with the positive imaginary part.
+    pub value: Complex<f64>,
+    /// The vector, its largest entry real and one.
+    pub vector: ComplexVector,
+    /// |A v - lambda v|, as a share of |A| |v|, of the balanced matrix.
+    pub residual: f64,
+    /// By how much round-off in the matrix may have moved the eigenvalue, first order: n eps |A| / |y^H x| with vectors from the left
+    /// and right. Large where eigenvalues coincide and have fewer vectors.
+    pub uncertainty: f64,
+}
+
+/// All eigenvalues.
+#[derive(Debug, Clone)]
+pub struct Spectrum {
+    /// How many are zero to within round-off.
+    pub zeros: usize,
+    /// The vectors of those, as columns of unit length in the balanced coordinates: fewer than `zeros` where some drift.
+    pub null: DMatrix<f64>,
+    /// The others, ascending by magnitude; of conjugates the first only.
+    pub pairs: Vec<Pair>,
+}
+
+/// The eigenvalues of a matrix. `None` where the iteration does not converge, or a number is not finite.
+#[must_use]
+pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
+    let n = matrix.nrows();
+    if matrix.iter().any(|value| !value.is_finite()) {
+        return None;
+    }
+    if n == 0 {
+        return Some(Spectrum { zeros: 0, null: DMatrix::zeros(0, 0), pairs: Vec::new() });
+    }
+    let (balanced, scales) = balance(matrix);
+    let size = balanced.norm();
+    let back = |mut vectors: DMatrix<f64>| {
+        vectors.row_iter_mut().zip(scales.iter()).for_each(|(mut row, scale)| row *= *scale);
+        vectors
+    };
+    if size == 0.0 {
+        return Some(Spectrum { zeros: n, null: back(DMatrix::identity(n, n)), pairs: Vec::new() });
+    }
+    let limit = NULL * n as f64 * f64::EPSILON * size;
+    let (left, null) = without_zeros(&balanced, limit)?;
+    let mut values: Vec<Complex<f64>> = if left.is_empty() {
+        Vec::new()
+    } else {
+        let schur = Schur::try_new(left.clone(), f64::EPSILON, SCHUR_ITERATIONS * left.nrows())?;
+        schur.complex_eigenvalues().iter().copied().collect()
+    };
+    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
+    let zeros = n - values.len();
+    values.retain(|value| value.im >= 0.0);
+    let whole = balanced.map(|value| Complex::new(value, 0.0));
+    let mut found: Vec<(Complex<f64>, ComplexVector)> = Vec::new();
+    let mut pairs = Vec::with_capacity(values.len());
+    for value in values {
+        let near: Vec<&ComplexVector> = found
+            .iter()
+            .filter(|(other, _)| (other - value).norm() <= CLOSE * size)
+            .map(|(_, vector)| vector)
+            .collect();
+        let shifted = Shifted::new(&whole, value, size);
+        let vector = shifted.vector(&near)?;
+        let residual = shifted.miss(&vector) / size;
+        let angle = shifted.left(&vector)?.dotc(&vector).norm();
+        let uncertainty = OPEN * n as f64 * f64::EPSILON * size / angle.max(f64::MIN_POSITIVE);
+        found.push((value, vector.clone()));
+        let mut vector: ComplexVector = vector;
+        vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
+        let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
+        vector.iter_mut().for_each(|entry| *entry /= largest);
+        pairs.push(Pair { value, vector, residual, uncertainty });
+    }
+    Some(Spectrum { zeros, null: back(null), pairs })
+}
+
+/// D^-1 A D with powers of two in D, so that rows and columns are of like sizes; and the diagonal of D.
+fn balance(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+    let n = matrix.nrows();
+    let (mut a, mut scales) = (matrix.clone(), DVector::from_element(n, 1.0));
+    loop {
+        let mut done = true;
+        for k in 0..n {
+            let others = |vector: f64, own: f64| (vector * vector - own * own).max(0.0).sqrt();
+            let own = a[(k, k)];
+            let (column, row) = (others(a.column(k).norm(), own), others(a.row(k).norm(), own));
+            if column == 0.0 || row == 0.0 {
+                continue;
+            }
+            let factor = (0.5 * (row / column).log2()).round().exp2();
+            if column * factor + row / factor < 0.95 * (column + row) {
+                done = false;
+                scales[k] *= factor;
+                a.column_mut(k).iter_mut().for_each(|entry| *entry *= factor);
+                a.row_mut(k).iter_mut().for_each(|entry| *entry /= factor);
+            }
+        }
+        if done {
+            return (a, scales);
+        }
+    }
+}
+
+/// The matrix without its zero eigenvalues, and its null vectors.
+fn without_zeros(matrix: &DMatrix<f64>, limit: f64) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let mut left = matrix.clone();
+    let mut first: Option<DMatrix<f64>> = None;
+    while !left.is_empty() {
+        let svd = left.clone().try_svd(false, true, f64::EPSILON, SCHUR_ITERATIONS * left.nrows())?;
+        let vectors = svd.v_t?.transpose();
+        let is_null: Vec<bool> = svd.singular_values.iter().map(|value| *value <= limit).collect();
+        let part = |null: bool| {
+            let columns: Vec<usize> = (0..is_null.len()).filter(|k| is_null[*k] == null).collect();
+            vectors.select_columns(columns.iter())
+        };
+        let kept = part(false);
+        first.get_or_insert_with(|| part(true));
+        if kept.ncols() == left.ncols() {
+            break;
+        }
+        left = kept.transpose() * &left * &kept;
+    }
+    let n = matrix.nrows();
+    Some((left, first.unwrap_or_else(|| DMatrix::zeros(n, 0))))
+}
+
+/// A matrix less an eigenvalue, factored once for vectors from the right and from the left.
+struct Shifted<'m> {
+    matrix: &'m DMatrix<Complex<f64>>,
+    value: Complex<f64>,
+    size: f64,
+    factors: LU<Complex<f64>, Dyn, Dyn>,
+}
+
+impl<'m> Shifted<'m> {
+    fn new(matrix: &'m DMatrix<Complex<f64>>, value: Complex<f64>, size: f64) -> Self {
+        // Not quite the eigenvalue, lest a pivot vanish.
+        let shift = value + Complex::new(size * f64::EPSILON * 3.0, size * f64::EPSILON);
+        let mut shifted = matrix.clone();
+        (0..matrix.nrows()).for_each(|k| shifted[(k, k)] -= shift);
+        Self { matrix, value, size, factors: shifted.lu() }
+    }
+
+    /// |A v - lambda v|.
+    fn miss(&self, vector: &ComplexVector) -> f64 {
+        (self.matrix * vector - vector * self.value).norm()
+    }
+
+    /// An eigenvector of unit length by inverse iteration, orthogonal to some.
+    fn iterate(&self, apart: &[&ComplexVector]) -> Option<ComplexVector> {
+        let seed = |k: usize, _| Complex::new(((k * 7919 + 13) % 101) as f64 / 101.0 + 0.1, 0.0);
+        let mut vector = ComplexVector::from_fn(self.matrix.nrows(), seed);
+        for _ in 0..ITERATIONS {
+            vector = unit(self.factors.solve(&without(vector, apart))?)?;
+        }
+        if apart.is_empty() { Some(vector) } else { unit(without(vector, apart)) }
+    }
+
+    /// An eigenvector; where it can be, orthogonal to those of eigenvalues nearby.
+    fn vector(&self, near: &[&ComplexVector]) -> Option<ComplexVector> {
+        let plain = self.iterate(&[])?;
+        if near.is_empty() {
+            return Some(plain);
+        }
+        // Where eigenvalues that coincide have fewer vectors, there is none that is orthogonal.
+        let good = |vector: &ComplexVector| self.miss(vector) <= 1e3 * self.miss(&plain) + 1e-13 * self.size;
+        Some(self.iterate(near).filter(good).unwrap_or(plain))
+    }
+
+    /// The vector from the left that goes with one from the right, of unit length: A = P^T L U, A^H = U^H L^H P.
+    fn left(&self, right: &ComplexVector) -> Option<ComplexVector> {
+        let (lower, upper) = (self.factors.l(), self.factors.u());
+        let mut vector = right.clone();
+        for _ in 0..ITERATIONS {
+            let mut next = lower.ad_solve_lower_triangular(&upper.ad_solve_upper_triangular(&vector)?)?;
+            self.factors.p().inv_permute_rows(&mut next);
+            vector = unit(next)?;
+        }
+        Some(vector)
+    }
+}
+
+fn without(mut vector: ComplexVector, others: &[&ComplexVector]) -> ComplexVector {
+    for other in others {
+        let along = other.dotc(&vector);
+        vector -= *other * along;
+    }
+    vector
+}
+
+fn unit(vector: ComplexVector) -> Option<ComplexVector> {
+    let length = vector.norm();
+    (length.is_finite() && length > 0.0).then(|| vector / Complex::new(length, 0.0))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
+mod tests;

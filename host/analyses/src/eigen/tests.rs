@@ -1,0 +1,67 @@
+//! Matrices whose eigenvalues are known.
+
+use super::*;
+
+fn values(matrix: &DMatrix<f64>) -> Spectrum {
+    let found = spectrum(matrix).unwrap();
+    for pair in &found.pairs {
+        assert!(pair.residual < 1e-13, "{pair:?}");
+        let whole = matrix.map(|value| Complex::new(value, 0.0));
+        let miss = (&whole * &pair.vector - &pair.vector * pair.value).norm();
+        assert!(miss <= 1e-10 * matrix.norm() * pair.vector.norm());
+    }
+    found
+}
+
+#[test]
+fn a_damped_oscillator_has_its_pair() {
+    let found = values(&DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -9.0, -0.6]));
+    assert_eq!((found.zeros, found.pairs.len()), (0, 1));
+    let value = found.pairs[0].value;
+    assert!((value - Complex::new(-0.3, (9.0_f64 - 0.09).sqrt())).norm() < 1e-14);
+}
+
+#[test]
+fn rigid_motions_are_zeros_not_pairs_of_the_size_of_a_root() {
+    // Two masses of 1 and 3 on a spring: one rigid motion, w^2 = k (1 + 1/3).
+    let k = 4e8;
+    let mut a = DMatrix::zeros(4, 4);
+    (a[(0, 2)], a[(1, 3)]) = (1.0, 1.0);
+    (a[(2, 0)], a[(2, 1)], a[(3, 0)], a[(3, 1)]) = (-k, k, k / 3.0, -k / 3.0);
+    let found = values(&a);
+    assert_eq!((found.zeros, found.null.ncols(), found.pairs.len()), (2, 1, 1));
+    assert!((found.pairs[0].value.im / (k * 4.0 / 3.0).sqrt() - 1.0).abs() < 1e-13);
+    assert!((found.null[(0, 0)] / found.null[(1, 0)] - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn equal_eigenvalues_have_vectors_of_their_own() {
+    let mut a = DMatrix::zeros(4, 4);
+    for k in 0..2 {
+        (a[(k, k + 2)], a[(k + 2, k)]) = (1.0, -25.0);
+    }
+    let found = values(&a);
+    assert_eq!(found.pairs.len(), 2);
+    let along = found.pairs[0].vector.dotc(&found.pairs[1].vector).norm();
+    assert!(along < 0.9 * found.pairs[0].vector.norm() * found.pairs[1].vector.norm());
+}
+
+#[test]
+fn a_saddle_beside_a_stiff_mode_is_seen_and_a_doubtful_one_is_left_open() {
+    let saddle = |growth: f64, stiff: f64| {
+        let mut a = DMatrix::zeros(4, 4);
+        (a[(0, 2)], a[(1, 3)]) = (1.0, 1.0);
+        // Turned by 30 degrees, so that the parts mix.
+        let (c, s) = (0.75_f64.sqrt(), 0.5);
+        let (x, y) = (growth * growth, -stiff * stiff);
+        (a[(2, 0)], a[(3, 1)]) = (c * c * x + s * s * y, s * s * x + c * c * y);
+        a[(2, 1)] = c * s * (x - y);
+        a[(3, 0)] = a[(2, 1)];
+        spectrum(&a).unwrap()
+    };
+    let seen = saddle(1e-2, 1e4);
+    let grows = seen.pairs.iter().find(|pair| pair.value.re > pair.uncertainty).unwrap();
+    assert!((grows.value.re - 1e-2).abs() <= grows.uncertainty, "{grows:?}");
+    let open = saddle(1e-9, 1e4);
+    assert!(open.pairs.iter().all(|pair| pair.value.re.abs() <= pair.uncertainty));
+}

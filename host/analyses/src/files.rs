@@ -1,0 +1,122 @@
+//! Matrices as files: `.npz` for NumPy, CSV.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use nalgebra::DMatrix;
+
+/// CRC-32 as zip archives have it (ISO 3309), bit by bit.
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0_u32, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+    })
+}
+
+/// A matrix in NumPy's format 1.0: little-endian doubles, column by column.
+fn npy(matrix: &DMatrix<f64>) -> Vec<u8> {
+    let mut header =
+        format!("{{'descr': '<f8', 'fortran_order': True, 'shape': ({}, {}), }}", matrix.nrows(), matrix.ncols());
+    // What follows begins at a multiple of 64 bytes.
+    while (10 + header.len() + 1) % 64 != 0 {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    matrix.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+    bytes
+}
+
+/// Matrices with their names as an `.npz` archive: a zip file whose entries are stored as they are (PKWARE APPNOTE 4.3).
+///
+/// # Errors
+/// An archive of more than 4 GB.
+pub fn npz(matrices: &[(&str, &DMatrix<f64>)]) -> io::Result<Vec<u8>> {
+    let short = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more than 4 GB"));
+    let (mut archive, mut directory) = (Vec::new(), Vec::new());
+    for (name, matrix) in matrices {
+        let (content, name) = (npy(matrix), format!("{name}.npy"));
+        let mut entry = Vec::new();
+        // Version 2.0, no flags, stored, 1 January 1980.
+        for value in [20_u16, 0, 0, 0, 0x21] {
+            entry.extend(value.to_le_bytes());
+        }
+        for value in [crc(&content), short(content.len())?, short(content.len())?] {
+            entry.extend(value.to_le_bytes());
+        }
+        entry.extend((name.len() as u16).to_le_bytes());
+        entry.extend(0_u16.to_le_bytes());
+        let at = short(archive.len())?;
+        archive.extend(b"PK\x03\x04");
+        archive.extend(&entry);
+        archive.extend(name.as_bytes());
+        archive.extend(&content);
+        directory.extend(b"PK\x01\x02\x14\x00");
+        directory.extend(&entry);
+        // No comment, disk 0, no attributes.
+        directory.extend([0_u8; 10]);
+        directory.extend(at.to_le_bytes());
+        directory.extend(name.as_bytes());
+    }
+    let (at, length, count) = (short(archive.len())?, short(directory.len())?, matrices.len() as u16);
+    archive.extend(&directory);
+    archive.extend(b"PK\x05\x06\0\0\0\0");
+    archive.extend(count.to_le_bytes());
+    archive.extend(count.to_le_bytes());
+    archive.extend(length.to_le_bytes());
+    archive.extend(at.to_le_bytes());
+    archive.extend([0, 0]);
+    Ok(archive)
+}
+
+/// A name as a cell of CSV.
+fn cell(name: &str) -> String {
+    if name.contains([',', '"', '\n']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+}
+
+/// A matrix as CSV, with a name for each row and column.
+#[must_use]
+pub fn csv(matrix: &DMatrix<f64>, rows: &[String], columns: &[String]) -> String {
+    let mut text = String::new();
+    columns.iter().for_each(|name| text.push_str(&format!(",{}", cell(name))));
+    text.push('\n');
+    for (name, row) in rows.iter().zip(matrix.row_iter()) {
+        text.push_str(&cell(name));
+        row.iter().for_each(|value| text.push_str(&format!(",{value:?}")));
+        text.push('\n');
+    }
+    text
+}
+
+/// Writes a file of a folder, which is made where it is not there.
+///
+/// # Errors
+/// What the system says, with the path.
+pub fn write(folder: &Path, name: &str, content: &[u8]) -> io::Result<()> {
+    let path = folder.join(name);
+    let told = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+    std::fs::create_dir_all(folder).map_err(told)?;
+    std::fs::File::create(&path).and_then(|mut file| file.write_all(content)).map_err(told)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_are_those_of_the_standard() {
+        assert_eq!(crc(b"123456789"), 0xcbf4_3926);
+    }
+
+    #[test]
+    fn data_begin_at_multiples_of_64_and_are_column_by_column() {
+        let bytes = npy(&DMatrix::from_row_slice(2, 3, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+        assert_eq!((bytes.len() - 48) % 64, 0);
+        let data: Vec<f64> = bytes[bytes.len() - 48..]
+            .chunks_exact(8)
+            .map(|b| f64::from_le_bytes(b.try_into().unwrap_or([0; 8])))
+            .collect();
+        assert_eq!(data, [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+    }
+}

@@ -1,0 +1,447 @@
+//! [`Linear`]: a scene linearised at an instant, in as many coordinates as it has freedoms.
+//!
+//! With N a basis of the motions that the rows allow (null space of their Jacobian), small changes are delta x = N xi for positions and
+//! delta v = V xi + N' eta for velocities, V from the rates of the rows, N' with the rows on velocities too; element states follow.
+//! Changes of accelerations and multipliers solve
+//!
+//! [dR/da dR/dlambda; -Phi_q 0] [da; dlambda] = -[dR; dG],   R = Q - M a - Phi_q^T lambda,  G = gamma - Phi_q a,
+//!
+//! with independent rows; forces that depend on a and lambda are in dR/da and dR/dlambda. (Haug 1989, ch. 9; Negrut & Ortiz 2006, "A
+//! practical approach for the linearization of the constrained multibody dynamics equations".) Bases stay as they are: the
+//! linearisation is frozen in time where the state moves, and exact where it is at rest or turns about axes of symmetry.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::analysis::{Direction, Expansion, Freedom, Function, Local};
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::model::{Model, Quantity};
+use crate::program::Equations;
+use crate::session::{Instant, Session, SessionError};
+
+/// Accelerations below this share of what a body's loads would give alone are none.
+pub(crate) const NO_ACCELERATION: f64 = 1e-7;
+/// Velocities below this, in lengths of the scene and radians per second, are none.
+const NO_VELOCITY: f64 = 1e-12;
+
+/// A signal that goes in or comes out.
+#[derive(Debug, Clone, Serialize)]
+pub struct Port {
+    /// Name in the scene.
+    pub name: String,
+    /// Unit of its values.
+    pub unit: String,
+    /// One of these in SI.
+    #[serde(skip)]
+    pub factor: f64,
+    /// Its value at the instant, in its unit.
+    pub value: f64,
+}
+
+/// z' = A z + B u, y = C z + D u, for small changes. Time in s; z in SI; u and y in the units of their ports.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// s.
+    pub time: f64,
+    /// Rates by states.
+    pub a: DMatrix<f64>,
+    /// Rates by inputs.
+    pub b: DMatrix<f64>,
+    /// Outputs by states.
+    pub c: DMatrix<f64>,
+    /// Outputs by inputs.
+    pub d: DMatrix<f64>,
+    /// Names of the states: `q1`, ... independent coordinates, `u1`, ... their rates, then `element: state k`.
+    pub states: Vec<String>,
+    /// How many of them are coordinates.
+    pub coordinates: usize,
+    /// What goes in.
+    pub inputs: Vec<Port>,
+    /// What comes out.
+    pub outputs: Vec<Port>,
+    /// How many of them are states of elements, at the end.
+    pub element_states: usize,
+    /// Displacements and small turns of all bodies, six each, ground axes, by states.
+    pub positions: DMatrix<f64>,
+    /// Velocities and angular velocities of all bodies, the same.
+    pub velocities: DMatrix<f64>,
+    /// Loads of force elements by states, at fixed velocities and element states: see [`Load`].
+    pub(crate) loads: DMatrix<f64>,
+    pub(crate) expansion: Expansion,
+    pub(crate) load_list: Vec<Load>,
+    /// Names of the bodies.
+    pub bodies: Vec<String>,
+    /// What the linearisation does not say by itself.
+    pub notes: Vec<String>,
+    /// Whether the scene neither moves nor accelerates there.
+    pub at_rest: bool,
+}
+
+/// The six components of a force element's load at a frame, among the derivatives that are kept for energies.
+#[derive(Debug, Clone)]
+pub(crate) struct Load {
+    pub(crate) element: String,
+    pub(crate) body: usize,
+    /// From the centre of mass to the frame, m, ground axes.
+    pub(crate) arm: nalgebra::Vector3<f64>,
+    /// At the instant, N.
+    pub(crate) force: nalgebra::Vector3<f64>,
+}
+
+/// Refuses with a diagnostic of the scene.
+pub(crate) fn refuse(session: &Session, diagnostic: Diagnostic) -> SessionError {
+    SessionError::one(&session.scene.source, diagnostic)
+}
+
+/// Refuses what has no exact derivatives.
+pub(crate) fn check_opaque(session: &Session, what: &str) -> Result<(), SessionError> {
+    let opaque = Local::opaque(&session.equations, &session.model);
+    if opaque.is_empty() {
+        return Ok(());
+    }
+    let message =
+        format!("{what} need the derivatives of all elements, and those of {} are not known", opaque.join(", "));
+    let help =
+        "it is opaque: its equations are called, not recorded. Take an element whose equations are recorded, or a run";
+    Err(refuse(session, Diagnostic::error(codes::UNKNOWN_METHOD, message).help(help)))
+}
+
+/// Rows of the equations in force with some contacts closed.
+pub(crate) fn rows_in_force(equations: &Equations, closed: &[usize]) -> Vec<usize> {
+    if equations.contacts.is_empty() {
+        return equations.enforced().collect();
+    }
+    equations.with_closed(closed).enforced().collect()
+}
+
+/// Load quantities of all force elements on bodies, six per frame, with where they act.
+fn loads_of(model: &Model) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
+    let (mut quantities, mut places) = (Vec::new(), Vec::new());
+    for (element, instance) in model.elements.iter().enumerate() {
+        if instance.class.kind.word() != "force" {
+            continue;
+        }
+        for (frame, marker) in instance.markers.iter().enumerate() {
+            let Some(body) = marker.body else { continue };
+            places.push((element, frame, body));
+            for torque in [false, true] {
+                quantities.extend((0..3).map(|component| Quantity::Load {
+                    element,
+                    frame,
+                    torque,
+                    axes: crate::model::Axes::Ground,
+                    component,
+                }));
+            }
+        }
+    }
+    (quantities, places)
+}
+
+impl Linear {
+    /// Of a scene at an instant, with inputs and outputs by name; `None`: all of the scene.
+    ///
+    /// # Errors
+    /// Opaque elements; names that the scene does not have; a state at which the motion is not determined.
+    pub fn at(
+        session: &Session,
+        instant: &Instant,
+        inputs: Option<&[String]>,
+        outputs: Option<&[String]>,
+    ) -> Result<Self, SessionError> {
+        check_opaque(session, "linearisations")?;
+        let (model, layout) = (&session.model, &session.plan.layout);
+        let chosen_in = choose(session, "input", inputs, model.inputs.iter().map(|input| input.name.as_str()))?;
+        let chosen_out = choose(session, "output", outputs, model.channels.iter().map(|one| one.name.as_str()))?;
+        let mut quantities: Vec<Quantity> =
+            chosen_out.iter().map(|channel| model.channels[*channel].quantity.clone()).collect();
+        let (loads, places) = loads_of(model);
+        quantities.extend(loads);
+        let rows = rows_in_force(&session.equations, &instant.closed);
+        let length = session.assembly.scales.length;
+        let mut local = Local::new(&session.equations, model, layout, (&rows, length), &quantities);
+        let failed = |error: &dyn std::fmt::Display| {
+            let message = format!("the scene cannot be linearised at {} s: {error}", instant.time);
+            refuse(session, Diagnostic::error(codes::SINGULAR_MASS, message))
+        };
+        let expansion = local.at(&instant.inputs).map_err(|error| failed(&error))?;
+        let mut linear = reduce(&expansion).map_err(|reason| failed(&reason))?;
+        linear.time = instant.time;
+        // From SI to the units of the ports.
+        let given = |input: usize| instant.inputs[layout.given_slot(input)];
+        linear.inputs = (chosen_in.iter().map(|input| (&model.inputs[*input], given(*input))))
+            .map(|(input, value)| Port {
+                name: input.name.clone(),
+                unit: input.unit.clone(),
+                factor: input.factor,
+                value: value / input.factor,
+            })
+            .collect();
+        let values = expansion.value(Function::Outputs);
+        linear.outputs = (chosen_out.iter().enumerate())
+            .map(|(k, channel)| (&model.channels[*channel], values[k]))
+            .map(|(channel, value)| Port {
+                name: channel.name.clone(),
+                unit: channel.unit.clone(),
+                factor: channel.factor,
+                value: value / channel.factor,
+            })
+            .collect();
+        linear.b = linear.b.select_columns(chosen_in.iter());
+        let (all_c, all_d) = (linear.c.clone(), linear.d.select_columns(chosen_in.iter()));
+        linear.c = all_c.rows(0, chosen_out.len()).into_owned();
+        linear.d = all_d.rows(0, chosen_out.len()).into_owned();
+        for (k, port) in linear.inputs.iter().enumerate() {
+            linear.b.column_mut(k).iter_mut().for_each(|entry| *entry *= port.factor);
+            linear.d.column_mut(k).iter_mut().for_each(|entry| *entry *= port.factor);
+        }
+        for (k, port) in linear.outputs.iter().enumerate() {
+            linear.c.row_mut(k).iter_mut().for_each(|entry| *entry /= port.factor);
+            linear.d.row_mut(k).iter_mut().for_each(|entry| *entry /= port.factor);
+        }
+        linear.states.extend(model.elements.iter().enumerate().flat_map(|(element, instance)| {
+            (0..layout.states_of(element).len()).map(move |k| format!("{}: state {}", instance.name, k + 1))
+        }));
+        linear.bodies = model.bodies.iter().map(|body| body.name.clone()).collect();
+        // How loads change with positions alone.
+        let by_positions = expansion.slope(Function::Outputs, Direction::Positions);
+        linear.loads = by_positions.rows(chosen_out.len(), 6 * places.len()) * &linear.positions;
+        linear.load_list = places
+            .iter()
+            .enumerate()
+            .map(|(k, (element, frame, body))| {
+                let turn =
+                    crate::model::rotation(&std::array::from_fn(|e| instant.inputs[layout.body_slot(*body, 3 + e)]));
+                let at = chosen_out.len() + 6 * k;
+                Load {
+                    element: model.elements[*element].name.clone(),
+                    body: *body,
+                    arm: turn * model.elements[*element].markers[*frame].position,
+                    force: nalgebra::Vector3::new(values[at], values[at + 1], values[at + 2]),
+                }
+            })
+            .collect();
+        linear.say(session, instant, &local);
+        Ok(linear)
+    }
+
+    /// What the user has to know about where this was done.
+    fn say(&mut self, session: &Session, instant: &Instant, local: &Local) {
+        let layout = &session.plan.layout;
+        let length = session.assembly.scales.length;
+        let mut fastest = (0.0_f64, String::new());
+        let mut quickest = (0.0_f64, 0.0_f64, String::new());
+        for (index, body) in session.model.bodies.iter().enumerate() {
+            let norm = |slot: usize| (0..3).map(|k| instant.inputs[slot + k].powi(2)).sum::<f64>().sqrt();
+            let speed = norm(layout.body_slot(index, 7)).max(length * norm(layout.body_slot(index, 10)));
+            if speed > fastest.0 {
+                fastest = (speed, body.name.clone());
+            }
+            let at = layout.acceleration_slot() + 6 * index;
+            let acceleration = norm(at).max(length * norm(at + 3));
+            let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
+            let sizes = &self.expansion.sizes;
+            let alone = (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
+                .max(length * sizes.fixed_rows::<3>(6 * index + 3).norm() / moment);
+            if acceleration > NO_ACCELERATION * alone && acceleration > quickest.0 {
+                quickest = (acceleration, acceleration / alone, body.name.clone());
+            }
+        }
+        let moves = fastest.0 > NO_VELOCITY * length;
+        self.at_rest = !moves && quickest.0 == 0.0;
+        if quickest.0 > 0.0 {
+            self.notes.push(format!(
+                "not an equilibrium: `{}` accelerates by {:.3e} m/s^2 (rotations on the size of the scene, {length:.3} m), {:.1e} of \
+                 what its loads alone would give; the linearisation is frozen at this instant",
+                quickest.2, quickest.0, quickest.1
+            ));
+        }
+        if moves {
+            self.notes.push(format!(
+                "the scene moves (`{}` with {:.3e} m/s): frozen in time, in axes of the ground; exact only where the motion is steady \
+                 in these axes, as of rotors about their axes of symmetry",
+                fastest.1, fastest.0
+            ));
+        }
+        let equations = &session.equations;
+        if equations.enforced().any(|row| !equations.graph.is_zero(equations.rows[row].time)) {
+            self.notes.push("joints are driven: their prescribed motion is held as at this instant".into());
+        }
+        for (number, contact) in equations.contacts.iter().enumerate() {
+            let (element, k) = layout.element_of_row(contact.row);
+            let name = session.model.elements[element].row_name(k);
+            let state = if instant.closed.contains(&number) { "closed: it is taken to hold" } else { "open" };
+            self.notes.push(format!("the contact `{name}` is {state}"));
+        }
+        if local.has_branches() {
+            self.notes.push(
+                "some equations have branches (friction, stops, tables): linearised in the branch in force".into(),
+            );
+        }
+        if layout.given_at > 0 {
+            self.notes.push("element states that change only between steps are held".into());
+        }
+        if !session.plan.redundant_rows.is_empty() && !self.outputs.is_empty() {
+            self.notes.push(
+                "some rows are redundant: outputs that show reactions which are not unique share them as they come"
+                    .into(),
+            );
+        }
+    }
+}
+
+/// Indices of names; all where none are given.
+fn choose<'n>(
+    session: &Session,
+    what: &str,
+    names: Option<&[String]>,
+    known: impl Iterator<Item = &'n str>,
+) -> Result<Vec<usize>, SessionError> {
+    let known: Vec<&str> = known.collect();
+    let Some(names) = names else { return Ok((0..known.len()).collect()) };
+    let find = |name: &String| {
+        known.iter().position(|one| one == name).ok_or_else(|| {
+            let help = match suggest(name, known.iter().copied()) {
+                Some(nearest) => format!("did you mean `{nearest}`?"),
+                None if known.is_empty() => format!("the scene has no [[{what}]]"),
+                None => format!("known are {}", known.join(", ")),
+            };
+            refuse(session, Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no {what} `{name}`")).help(help))
+        })
+    };
+    names.iter().map(find).collect()
+}
+
+/// The reduction, in SI.
+pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
+    use Direction as D;
+    use Function as F;
+    let words = |error: crate::analysis::AnalysisError| error.to_string();
+    let n = e.mass.nrows();
+    let jacobian = e.jacobian();
+    let holonomic = jacobian.select_rows(e.holonomic().iter());
+    let with_idle = |rows: &DMatrix<f64>| {
+        let mut all = DMatrix::zeros(rows.nrows() + e.idle.nrows(), n);
+        all.rows_mut(0, rows.nrows()).copy_from(rows);
+        all.rows_mut(rows.nrows(), e.idle.nrows()).copy_from(&e.idle);
+        all
+    };
+    let places = Freedom::of(&with_idle(&holonomic), &e.scales).map_err(|error| words(error.into()))?;
+    let all = with_idle(&jacobian);
+    let motions = Freedom::of(&all, &e.scales).map_err(|error| words(error.into()))?;
+    let s = e.slope(F::States, D::States).nrows();
+    let inputs = e.slope(F::States, D::Inputs).ncols();
+    let (p, q) = (places.count(), motions.count());
+    let states = p + q + s;
+    // Small changes of positions and velocities by states.
+    let mut x = DMatrix::zeros(n, states);
+    x.columns_mut(0, p).copy_from(&places.basis);
+    let mut rates = DMatrix::zeros(all.nrows(), p);
+    rates.rows_mut(0, jacobian.nrows()).copy_from(&(e.slope(F::Rates, D::Positions) * &places.basis));
+    let carried = &motions.lift * -rates.select_rows(motions.independent.iter());
+    let mut v = DMatrix::zeros(n, states);
+    v.columns_mut(0, p).copy_from(&carried);
+    v.columns_mut(p, q).copy_from(&motions.basis);
+    let mut w = DMatrix::zeros(s, states);
+    w.columns_mut(p + q, s).fill_with_identity();
+    let along =
+        |of: Function| e.slope(of, D::Positions) * &x + e.slope(of, D::Velocities) * &v + e.slope(of, D::States) * &w;
+    // Accelerations and multipliers of the independent rows of joints.
+    let rows: Vec<usize> = motions.independent.iter().copied().filter(|row| *row < jacobian.nrows()).collect();
+    // Those that rows which mean nothing hold are not among them: without moments their bodies do not turn.
+    let own = Freedom::of(&jacobian, &e.scales).map_err(|error| words(error.into()))?.independent;
+    let rows = if own.len() == rows.len() { rows } else { own };
+    let m = rows.len();
+    let mut system = DMatrix::zeros(n + m, n + m);
+    system.view_mut((0, 0), (n, n)).copy_from(&e.slope(F::Balance, D::Accelerations));
+    system.view_mut((0, n), (n, m)).copy_from(&e.slope(F::Balance, D::Multipliers).select_columns(rows.iter()));
+    let gammas = |matrix: DMatrix<f64>| matrix.select_rows(rows.iter());
+    system.view_mut((n, 0), (m, n)).copy_from(&gammas(e.slope(F::Accelerations, D::Accelerations)));
+    let mut right = DMatrix::zeros(n + m, states + inputs);
+    right.view_mut((0, 0), (n, states)).copy_from(&-along(F::Balance));
+    right.view_mut((n, 0), (m, states)).copy_from(&-gammas(along(F::Accelerations)));
+    right.view_mut((0, states), (n, inputs)).copy_from(&-e.slope(F::Balance, D::Inputs));
+    right.view_mut((n, states), (m, inputs)).copy_from(&-gammas(e.slope(F::Accelerations, D::Inputs)));
+    let solved = solve(system, right).ok_or("masses and joints do not determine the accelerations")?;
+    let accelerations = solved.rows(0, n).into_owned();
+    let multipliers = solved.rows(n, m).into_owned();
+    let respond = |of: Function| {
+        let by_multipliers = e.slope(of, D::Multipliers).select_columns(rows.iter());
+        let mut all = e.slope(of, D::Accelerations) * &accelerations + by_multipliers * &multipliers;
+        let mut by_states = all.columns_mut(0, states);
+        by_states += along(of);
+        let mut by_inputs = all.columns_mut(states, inputs);
+        by_inputs += e.slope(of, D::Inputs);
+        all
+    };
+    // x' = v + omega x turn.
+    let mut moving = v.clone();
+    for (body, spin) in e.spins.iter().enumerate() {
+        let turned = nalgebra::Matrix3::new(0.0, -spin.z, spin.y, spin.z, 0.0, -spin.x, -spin.y, spin.x, 0.0)
+            * x.rows(6 * body + 3, 3);
+        let mut part = moving.rows_mut(6 * body + 3, 3);
+        part += turned;
+    }
+    let mut whole = DMatrix::zeros(states, states + inputs);
+    let coordinates = &places.components * moving;
+    whole.view_mut((0, 0), (p, states)).copy_from(&coordinates);
+    let mut speeds = accelerations.clone();
+    let mut by_states = speeds.columns_mut(0, states);
+    by_states -= &carried * &coordinates;
+    whole.rows_mut(p, q).copy_from(&(&motions.components * speeds));
+    whole.rows_mut(p + q, s).copy_from(&respond(F::States));
+    let outputs = respond(F::Outputs);
+    let names = (1..=p).map(|k| format!("q{k}")).chain((1..=q).map(|k| format!("u{k}")));
+    Ok(Linear {
+        time: 0.0,
+        a: whole.columns(0, states).into_owned(),
+        b: whole.columns(states, inputs).into_owned(),
+        c: outputs.columns(0, states).into_owned(),
+        d: outputs.columns(states, inputs).into_owned(),
+        states: names.collect(),
+        coordinates: p,
+        element_states: s,
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        positions: x,
+        velocities: v,
+        loads: DMatrix::zeros(0, states),
+        expansion: e.clone(),
+        load_list: Vec::new(),
+        bodies: Vec::new(),
+        notes: Vec::new(),
+        at_rest: false,
+    })
+}
+
+/// Solves a system whose rows and columns may be of very different sizes, with a step of refinement. `None` where it is singular.
+fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = system.nrows();
+    if n == 0 {
+        return Some(right);
+    }
+    let mut columns = DVector::from_element(n, 1.0);
+    for _ in 0..3 {
+        for k in 0..n {
+            let scale = power(system.row(k).amax())?;
+            system.row_mut(k).iter_mut().for_each(|entry| *entry *= scale);
+            right.row_mut(k).iter_mut().for_each(|entry| *entry *= scale);
+        }
+        for k in 0..n {
+            let scale = power(system.column(k).amax())?;
+            columns[k] *= scale;
+            system.column_mut(k).iter_mut().for_each(|entry| *entry *= scale);
+        }
+    }
+    let lu = system.clone().lu();
+    let mut found = lu.solve(&right)?;
+    let rest = &right - &system * &found;
+    found += lu.solve(&rest)?;
+    found.row_iter_mut().zip(columns.iter()).for_each(|(mut row, scale)| row *= *scale);
+    found.iter().all(|value| value.is_finite()).then_some(found)
+}
+
+/// A power of two that brings a size near one.
+fn power(size: f64) -> Option<f64> {
+    (size > 0.0 && size.is_finite()).then(|| (-size.log2()).round().exp2())
+}

@@ -1,0 +1,280 @@
+//! [`Modes`]: how a scene vibrates, decays or grows near a state.
+
+use nalgebra::{Complex, DMatrix, Vector3};
+use serde::Serialize;
+
+use crate::diagnostics::{Diagnostic, codes};
+use crate::eigen::{ComplexVector, spectrum};
+use crate::linear::{Linear, refuse};
+use crate::session::{Session, SessionError};
+
+/// Residuals above this are told.
+const RESIDUAL: f64 = 1e-10;
+/// Shares below this are not told.
+const LEAST_SHARE: f64 = 1e-6;
+/// Velocities in a vector, on its largest entry, below which bodies stay where they are.
+const STILL: f64 = 1e-12;
+
+/// What the eigenvalues say about a state, to first order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stability {
+    /// Some eigenvalue has a real part that is positive beyond round-off.
+    Unstable,
+    /// All real parts are negative beyond round-off.
+    Stable,
+    /// Nothing grows and nothing is zero, but some modes do not decay: stable where loads have a potential.
+    Undamped,
+    /// Some eigenvalues are zero, or so near to it that round-off decides: to first order nothing can be said.
+    Undecided,
+}
+
+impl Stability {
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Unstable => "unstable: at least one mode grows",
+            Self::Stable => "stable: all modes decay",
+            Self::Undamped => "no mode grows, some do not decay (undamped)",
+            Self::Undecided => "not decided: no mode grows, some are zero (neutral directions, or within round-off)",
+        }
+    }
+}
+
+/// A share of something.
+#[derive(Debug, Clone, Serialize)]
+pub struct Share {
+    /// Body or element.
+    pub name: String,
+    /// Between zero and one for energies that add up; potential energies may be negative.
+    pub share: f64,
+}
+
+/// The motion of a body in a mode, ground axes: amplitude and phase as real and imaginary part.
+#[derive(Debug, Clone, Serialize)]
+pub struct BodyShape {
+    /// Its name.
+    pub body: String,
+    /// Displacement of the centre of mass: real parts.
+    pub displacement: [f64; 3],
+    /// Imaginary parts.
+    pub displacement_imaginary: [f64; 3],
+    /// Small turn, rad: real parts.
+    pub turn: [f64; 3],
+    /// Imaginary parts.
+    pub turn_imaginary: [f64; 3],
+}
+
+/// A mode.
+#[derive(Debug, Clone, Serialize)]
+pub struct Mode {
+    /// Number, from 1.
+    pub number: usize,
+    /// Real part of the eigenvalue, 1/s.
+    pub real: f64,
+    /// Imaginary part, rad/s; zero: no oscillation.
+    pub imaginary: f64,
+    /// Im / 2 pi, Hz: of the oscillation as it is seen.
+    pub frequency: f64,
+    /// |lambda| / 2 pi, Hz: without damping, where that is proportional.
+    pub natural_frequency: f64,
+    /// - Re / |lambda|.
+    pub damping_ratio: f64,
+    /// - 1 / Re, s, of eigenvalues that are real; negative: it grows.
+    pub time_constant: Option<f64>,
+    /// |A v - lambda v| / (|A| |v|), balanced.
+    pub residual: f64,
+    /// By how much round-off may have moved the eigenvalue, 1/s.
+    pub uncertainty: f64,
+    /// Whether the sign of the real part is beyond that.
+    pub decided: bool,
+    /// Shares of the kinetic energy by body, largest first.
+    pub kinetic: Vec<Share>,
+    /// Potential energies of force elements on the kinetic energy of all (both averaged over a period); what is missing to one is
+    /// in weights and preloads, by way of the joints.
+    pub potential: Vec<Share>,
+    /// Element states that take part, on the largest entry of the vector (SI).
+    pub states: Vec<Share>,
+    /// How bodies move, largest displacement (turns on the size of the scene) one.
+    pub shape: Vec<BodyShape>,
+}
+
+/// A motion that meets no resistance.
+#[derive(Debug, Clone, Serialize)]
+pub struct Neutral {
+    /// The bodies that take part, by their share of displacements.
+    pub bodies: Vec<Share>,
+}
+
+/// All modes at a state.
+#[derive(Debug, Clone, Serialize)]
+pub struct Modes {
+    /// s.
+    pub time: f64,
+    /// Degrees of freedom of positions.
+    pub coordinates: usize,
+    /// States in all.
+    pub states: usize,
+    /// What the eigenvalues say.
+    pub stability: Stability,
+    /// Eigenvalues that are zero.
+    pub zeros: usize,
+    /// Directions of motion that meet no resistance: rigid motions, chains of loose parts.
+    pub neutral: Vec<Neutral>,
+    /// The others, by magnitude; one of each pair.
+    pub modes: Vec<Mode>,
+    /// What is to be known.
+    pub notes: Vec<String>,
+}
+
+impl Modes {
+    /// Of a linear model.
+    ///
+    /// # Errors
+    /// Eigenvalues that are not found.
+    pub fn of(session: &Session, linear: &Linear) -> Result<Self, SessionError> {
+        let Some(found) = spectrum(&linear.a) else {
+            let message =
+                "the eigenvalues were not found: the iteration did not converge, or derivatives are not finite";
+            return Err(refuse(session, Diagnostic::error(codes::MOTION_NOT_FINITE, message)));
+        };
+        let length = session.assembly.scales.length;
+        let mut notes = linear.notes.clone();
+        let mut modes = Vec::with_capacity(found.pairs.len());
+        for (k, pair) in found.pairs.iter().enumerate() {
+            let value = pair.value;
+            let (energies, shape) = (energies(linear, &pair.vector), shape(linear, &pair.vector, length));
+            let size = value.norm();
+            if pair.residual > RESIDUAL {
+                notes.push(format!("mode {}: its vector is inaccurate, residual {:.1e}", k + 1, pair.residual));
+            }
+            modes.push(Mode {
+                number: k + 1,
+                real: value.re,
+                imaginary: value.im,
+                frequency: value.im / std::f64::consts::TAU,
+                natural_frequency: size / std::f64::consts::TAU,
+                damping_ratio: -value.re / size,
+                time_constant: (value.im == 0.0).then(|| -1.0 / value.re),
+                residual: pair.residual,
+                uncertainty: pair.uncertainty,
+                decided: value.re.abs() > pair.uncertainty,
+                kinetic: energies.0,
+                potential: energies.1,
+                states: element_states(linear, &pair.vector),
+                shape,
+            });
+        }
+        let open = |mode: &Mode| mode.real.hypot(mode.imaginary) <= mode.uncertainty;
+        let stability = if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
+            Stability::Unstable
+        } else if found.zeros > 0 || modes.iter().any(|mode| open(mode) || mode.imaginary == 0.0 && !mode.decided) {
+            Stability::Undecided
+        } else if modes.iter().all(|mode| mode.decided) {
+            Stability::Stable
+        } else {
+            Stability::Undamped
+        };
+        let neutral = (0..found.null.ncols())
+            .map(|k| &linear.positions * found.null.column(k))
+            .filter(|moved| moved.norm() > 0.0)
+            .map(|moved| {
+                let size = |body: usize| {
+                    moved.rows(6 * body, 3).norm_squared() + (length * moved.rows(6 * body + 3, 3).norm()).powi(2)
+                };
+                let all: f64 = (0..linear.bodies.len()).map(size).sum();
+                Neutral { bodies: shares((0..linear.bodies.len()).map(|b| (linear.bodies[b].clone(), size(b) / all))) }
+            });
+        Ok(Self {
+            time: linear.time,
+            coordinates: linear.coordinates,
+            states: linear.a.nrows(),
+            stability,
+            zeros: found.zeros,
+            neutral: neutral.collect(),
+            modes,
+            notes,
+        })
+    }
+}
+
+fn element_states(linear: &Linear, vector: &ComplexVector) -> Vec<Share> {
+    let first = linear.velocities.ncols() - linear.element_states;
+    shares((first..linear.states.len()).map(|k| (linear.states[k].clone(), vector[k].norm())))
+}
+
+/// Those that are worth telling, largest first.
+fn shares(list: impl Iterator<Item = (String, f64)>) -> Vec<Share> {
+    let mut list: Vec<Share> = list.map(|(name, share)| Share { name, share }).collect();
+    list.retain(|one| one.share.abs() > LEAST_SHARE);
+    list.sort_by(|a, b| b.share.abs().total_cmp(&a.share.abs()));
+    list
+}
+
+fn complex(matrix: &DMatrix<f64>, vector: &ComplexVector) -> ComplexVector {
+    let (re, im) = (vector.map(|z| z.re), vector.map(|z| z.im));
+    let (re, im) = (matrix * re, matrix * im);
+    re.zip_map(&im, Complex::new)
+}
+
+/// Kinetic energies of bodies as shares, and potential energies of elements on the kinetic energy of all.
+fn energies(linear: &Linear, vector: &ComplexVector) -> (Vec<Share>, Vec<Share>) {
+    let (x, v) = (complex(&linear.positions, vector), complex(&linear.velocities, vector));
+    let loads = complex(&linear.loads, vector);
+    let kinetic: Vec<f64> = (0..linear.bodies.len())
+        .map(|body| {
+            let mass = linear.expansion.mass.view((6 * body, 6 * body), (6, 6)).map(|m| Complex::new(m, 0.0));
+            let v = v.rows(6 * body, 6);
+            0.5 * v.dotc(&(mass * v)).re
+        })
+        .collect();
+    let all: f64 = kinetic.iter().sum();
+    let moves = (0..v.len()).map(|k| v[k].norm()).fold(0.0, f64::max);
+    // The largest entry of the vector is one.
+    if all.is_nan() || all <= 0.0 || moves < STILL {
+        return (Vec::new(), Vec::new());
+    }
+    let mut stored: Vec<(String, f64)> = Vec::new();
+    for (k, load) in linear.load_list.iter().enumerate() {
+        let part = |of: &ComplexVector, at: usize| [of[at], of[at + 1], of[at + 2]];
+        let (force, torque) = (part(&loads, 6 * k), part(&loads, 6 * k + 3));
+        let (shift, turn) = (part(&x, 6 * load.body), part(&x, 6 * load.body + 3));
+        // The moment about the centre of mass is T + s x F, and s turns with the body.
+        let moment = {
+            let cross = |a: [Complex<f64>; 3], b: Vector3<f64>| {
+                [a[1] * b.z - a[2] * b.y, a[2] * b.x - a[0] * b.z, a[0] * b.y - a[1] * b.x]
+            };
+            let turned = cross(cross(turn, load.arm), load.force);
+            let moved = cross(force, load.arm);
+            [0, 1, 2].map(|i| torque[i] + turned[i] - moved[i])
+        };
+        let work: f64 = (0..3).map(|i| (shift[i].conj() * force[i] + turn[i].conj() * moment[i]).re).sum();
+        match stored.last_mut().filter(|(name, _)| *name == load.element) {
+            Some((_, sum)) => *sum -= 0.5 * work / all,
+            None => stored.push((load.element.clone(), -0.5 * work / all)),
+        }
+    }
+    let bodies = linear.bodies.iter().cloned().zip(kinetic.iter().map(|one| one / all));
+    (shares(bodies), shares(stored.into_iter()))
+}
+
+fn shape(linear: &Linear, vector: &ComplexVector, length: f64) -> Vec<BodyShape> {
+    let x = complex(&linear.positions, vector);
+    let sized = |k: usize| if k % 6 < 3 { x[k] } else { x[k] * length };
+    let largest = (0..x.len()).max_by(|a, b| sized(*a).norm().total_cmp(&sized(*b).norm()));
+    let Some(largest) = largest.map(sized).filter(|z| z.norm() > 0.0) else { return Vec::new() };
+    let scaled = x.map(|z| z / largest * Complex::new(1.0, 0.0));
+    (linear.bodies.iter().enumerate())
+        .map(|(body, name)| {
+            let part = |at: usize, f: fn(Complex<f64>) -> f64| [0, 1, 2].map(|k| f(scaled[6 * body + at + k]));
+            BodyShape {
+                body: name.clone(),
+                displacement: part(0, |z| z.re),
+                displacement_imaginary: part(0, |z| z.im),
+                turn: part(3, |z| z.re),
+                turn_imaginary: part(3, |z| z.im),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,192 @@
+//! Equilibria: where a scene stays if it is let go from rest.
+//!
+//! The way there is that of a scene without inertia in a thick fluid: M x' = N^T Q in the motions N that the rows allow, taken in
+//! implicit steps whose size grows as loads come to balance, until they are Newton's (pseudo-transient continuation, Kelley & Keyes
+//! 1998). A step that loads oppose at its end is taken again, shorter: so it goes down in energy where there is one, and away from
+//! saddles. Element states go to where their rates are zero at the same time. What is found is judged by its own equations.
+
+mod search;
+
+use serde::Serialize;
+
+use crate::analysis::start_inputs;
+use crate::diagnostics::{Diagnostic, codes};
+use crate::linear::{Linear, Port, check_opaque, refuse};
+use crate::modes::{Modes, Stability};
+use crate::session::{Instant, Restart, Session, SessionError};
+use search::{Place, Search};
+
+/// Two equilibria are one where no body differs by more than this share of the scene's size, or by that angle.
+const SAME: f64 = 1e-6;
+
+/// How well an equilibrium meets its equations.
+#[derive(Debug, Clone, Serialize)]
+pub struct Audit {
+    /// Largest force or moment that is left on a body, as a share of the loads on it or of what round-off of its place leaves.
+    pub balance: f64,
+    /// The body.
+    pub body: String,
+    /// Largest violation of a row, as a share of the scene's size.
+    pub rows: f64,
+    /// Largest rate of an element state, 1/s and its unit.
+    pub states: f64,
+}
+
+/// Where a body is.
+#[derive(Debug, Clone, Serialize)]
+pub struct Pose {
+    /// Its name.
+    pub body: String,
+    /// The centre of mass, m, ground axes.
+    pub position: [f64; 3],
+    /// Euler parameters body -> ground, scalar first.
+    pub orientation: [f64; 4],
+}
+
+/// An equilibrium.
+#[derive(Debug, Clone, Serialize)]
+pub struct Equilibrium {
+    /// s: what is prescribed is held as at this time.
+    pub time: f64,
+    /// What the eigenvalues of small motions say.
+    pub stability: Stability,
+    /// Steps taken.
+    pub steps: usize,
+    /// How well it is met.
+    pub audit: Audit,
+    /// Where the bodies are.
+    pub bodies: Vec<Pose>,
+    /// The outputs of the scene.
+    pub outputs: Vec<Port>,
+    /// Rows whose reactions rigid bodies do not determine, because rows are redundant.
+    pub not_unique: Vec<String>,
+    /// Unilateral rows that are closed.
+    pub closed: Vec<String>,
+    /// Small motions about it: neutral directions say which bodies float.
+    pub modes: Modes,
+    /// From which of the starts; 0 is the scene's own.
+    pub start: usize,
+    /// The same as the equations see it.
+    #[serde(skip)]
+    pub instant: Instant,
+}
+
+impl Equilibrium {
+    /// The state, to go on from.
+    #[must_use]
+    pub fn restart(&self, session: &Session) -> Restart {
+        let layout = &session.plan.layout;
+        let inputs = &self.instant.inputs;
+        let mut working: Vec<f64> = Vec::new();
+        (0..layout.bodies).for_each(|body| working.extend(&inputs[layout.body_slot(body, 0)..][..13]));
+        working.extend(&inputs[layout.state_slot()..layout.reference_slot()]);
+        working.push(0.0);
+        let references = &inputs[layout.reference_slot()..layout.discrete_slot()];
+        let discrete = &inputs[layout.discrete_slot()..layout.acceleration_slot()];
+        Restart::new(&session.model, self.time, working, references, discrete)
+    }
+}
+
+/// Equilibria that were found, and why there are not more.
+#[derive(Debug, Clone, Serialize)]
+pub struct Equilibria {
+    /// Each once.
+    pub found: Vec<Equilibrium>,
+    /// Starts that led nowhere, with the reason.
+    pub failed: Vec<String>,
+    /// Starts in all.
+    pub starts: usize,
+}
+
+/// The equilibrium nearest downhill from where a scene starts, at its start time.
+///
+/// # Errors
+/// Opaque elements; no equilibrium that was found, with the cause.
+pub fn equilibrium(session: &Session, progress: &mut dyn FnMut(f64)) -> Result<Equilibrium, SessionError> {
+    let mut search = prepare(session)?;
+    let place = search.from(&start(session), progress).map_err(|reason| not_found(session, &reason))?;
+    settle(session, &search, place, 0)
+}
+
+/// Equilibria from the scene's start and from others, drawn at random among what the joints allow.
+///
+/// # Errors
+/// As [`equilibrium`]; that none of the starts led to one.
+pub fn equilibria(session: &Session, starts: usize, progress: &mut dyn FnMut(f64)) -> Result<Equilibria, SessionError> {
+    let mut search = prepare(session)?;
+    let mut all = Equilibria { found: Vec::new(), failed: Vec::new(), starts: starts.max(1) };
+    let layout = &session.plan.layout;
+    let length = session.assembly.scales.length;
+    for number in 0..starts.max(1) {
+        progress(number as f64 / starts.max(1) as f64);
+        let begin = start(session);
+        let begin = if number == 0 { Ok(begin) } else { search.elsewhere(&begin, number as u64) };
+        let place = begin.and_then(|begin| search.from(&begin, &mut |_| ()));
+        let place = match place {
+            Ok(place) => place,
+            Err(reason) => {
+                all.failed.push(format!("start {number}: {reason}"));
+                continue;
+            }
+        };
+        let same = |other: &Equilibrium| {
+            (0..layout.bodies).all(|body| {
+                let (a, b) =
+                    (&place.inputs[layout.body_slot(body, 0)..], &other.instant.inputs[layout.body_slot(body, 0)..]);
+                let apart = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+                let along: f64 = (3..7).map(|k| a[k] * b[k]).sum();
+                apart <= SAME * length && 2.0 * (1.0 - along.abs()).max(0.0).sqrt() <= SAME * 10.0
+            })
+        };
+        if !all.found.iter().any(same) {
+            all.found.push(settle(session, &search, place, number)?);
+        }
+    }
+    match all.failed.first().filter(|_| all.found.is_empty()) {
+        Some(reason) => Err(not_found(session, reason)),
+        None => Ok(all),
+    }
+}
+
+fn start(session: &Session) -> Vec<f64> {
+    start_inputs(&session.plan.layout, session.time_of_start(), &session.assembly)
+}
+
+fn prepare(session: &Session) -> Result<Search<'_>, SessionError> {
+    check_opaque(session, "equilibria")?;
+    Ok(Search::new(session))
+}
+
+fn not_found(session: &Session, reason: &str) -> SessionError {
+    let help = "change the start of the bodies, add what holds them, or look at a run with dampers; `--all 20` tries other starts";
+    refuse(session, Diagnostic::error(codes::NO_EQUILIBRIUM, format!("no equilibrium was found: {reason}")).help(help))
+}
+
+/// Everything that is told of a place of balance.
+fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -> Result<Equilibrium, SessionError> {
+    let Place { inputs, closed, steps, audit, not_unique } = place;
+    let layout = &session.plan.layout;
+    let instant = Instant { time: inputs[0], inputs, closed };
+    let linear = Linear::at(session, &instant, None, None)?;
+    let mut modes = Modes::of(session, &linear)?;
+    if !not_unique.is_empty() {
+        modes.notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
+    }
+    let bodies = (session.model.bodies.iter().enumerate()).map(|(body, record)| {
+        let at = |k: usize| instant.inputs[layout.body_slot(body, k)];
+        Pose { body: record.name.clone(), position: [at(0), at(1), at(2)], orientation: [at(3), at(4), at(5), at(6)] }
+    });
+    Ok(Equilibrium {
+        time: instant.time,
+        stability: modes.stability,
+        steps,
+        audit,
+        bodies: bodies.collect(),
+        outputs: linear.outputs.clone(),
+        not_unique,
+        closed: instant.closed.iter().map(|contact| search.contact_name(*contact)).collect(),
+        modes,
+        start: number,
+        instant,
+    })
+}

@@ -1,0 +1,488 @@
+//! [`Search`]: the way to an equilibrium.
+
+use nalgebra::{DMatrix, DVector, Quaternion, Vector3};
+
+use super::Audit;
+use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function, Local};
+use crate::linear::rows_in_force;
+use crate::plan::Layout;
+use crate::program::{Equations, Node};
+use crate::session::Session;
+
+/// Longest displacement of a step, as a share of the scene's size, and largest turn, rad.
+const LONGEST: f64 = 0.1;
+const WIDEST: f64 = 0.2;
+/// Steps to an equilibrium, and attempts at each.
+const MOST_STEPS: usize = 600;
+const MOST_ATTEMPTS: usize = 40;
+/// How much longer a step may be than the one before.
+const GROWTH: f64 = 4.0;
+/// What round-off leaves: of loads, and of places as a share of the scene's size.
+const LOADS: f64 = 1e-11;
+const PLACES: f64 = 1e-13;
+/// What is nothing beside no loads at all, 1/s^2.
+const NOTHING: f64 = 1e-30;
+/// What must be met at last, in these.
+const GOOD: f64 = 100.0;
+/// Violation of rows, as a share of the scene's size, that Newton steps go on from.
+const ROWS: f64 = 1e-13;
+/// The same that lets a place pass.
+const MET: f64 = 1e-10;
+/// Newton steps to the rows.
+const CORRECTIONS: usize = 30;
+/// Sizes of the scene from its start at which bodies have left it.
+const AWAY: f64 = 20.0;
+/// Closings and openings of contacts.
+const MOST_CHANGES: usize = 60;
+/// Share of the forces below which a closed contact does not pull.
+const PULLS: f64 = 1e-9;
+/// An angle that has moved this far from its reference gets a new one, rad.
+const NEW_REFERENCE: f64 = 1.0;
+
+/// Where loads are in balance.
+pub(super) struct Place {
+    pub(super) inputs: Vec<f64>,
+    pub(super) closed: Vec<usize>,
+    pub(super) steps: usize,
+    pub(super) audit: Audit,
+    pub(super) not_unique: Vec<String>,
+}
+
+/// What is known at a place.
+struct Look {
+    expansion: Expansion,
+    freedom: Freedom,
+    /// Jacobian of the rows, then of those that mean nothing.
+    rows: usize,
+    /// What is left on the bodies, six each.
+    left: DVector<f64>,
+    /// Rates of the states.
+    rates: DVector<f64>,
+}
+
+/// See the module documentation.
+pub(super) struct Search<'s> {
+    session: &'s Session,
+    layout: &'s Layout,
+    local: Local,
+    closed: Vec<usize>,
+    angles: Evaluator,
+    gaps: Evaluator,
+    length: f64,
+}
+
+impl<'s> Search<'s> {
+    pub(super) fn new(session: &'s Session) -> Self {
+        let layout = &session.plan.layout;
+        let mut equations: Equations = session.equations.clone();
+        let contacts = equations.contacts.clone();
+        let gaps: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let length = session.assembly.scales.length;
+        Self {
+            angles: Evaluator::new(&equations.graph, &equations.angles),
+            gaps: Evaluator::new(&equations.graph, &gaps),
+            local: Self::local(session, &[]),
+            closed: Vec::new(),
+            session,
+            layout,
+            length,
+        }
+    }
+
+    fn local(session: &Session, closed: &[usize]) -> Local {
+        let rows = rows_in_force(&session.equations, closed);
+        let length = session.assembly.scales.length;
+        Local::new(&session.equations, &session.model, &session.plan.layout, (&rows, length), &[])
+    }
+
+    pub(super) fn contact_name(&self, contact: usize) -> String {
+        self.row_name(self.session.equations.contacts[contact].row)
+    }
+
+    fn row_name(&self, row: usize) -> String {
+        let (element, k) = self.layout.element_of_row(row);
+        self.session.model.elements[element].row_name(k)
+    }
+
+    fn close(&mut self, closed: Vec<usize>) {
+        if self.closed != closed {
+            self.local = Self::local(self.session, &closed);
+            self.closed = closed;
+        }
+    }
+
+    /// Equilibrium from a place, which is brought to rest and to the rows first.
+    pub(super) fn from(&mut self, start: &[f64], progress: &mut dyn FnMut(f64)) -> Result<Place, String> {
+        let mut inputs = start.to_vec();
+        self.rest(&mut inputs);
+        let touching = self.gap_values(&inputs)?;
+        let closed = (0..touching.len()).filter(|k| touching[*k] <= MET * self.length).collect();
+        self.close(closed);
+        self.project(&mut inputs)?;
+        let begin = inputs.clone();
+        let mut changes = 0;
+        let mut size: Option<f64> = None;
+        let mut best = (f64::INFINITY, 0);
+        let mut look = self.look(&mut inputs)?;
+        for steps in 0..MOST_STEPS {
+            let audit = self.audit(&look, &inputs)?;
+            let worst = audit.balance.max(audit.states);
+            progress((1.0 - (worst.max(1.0)).log10() / 16.0).clamp(0.0, 1.0));
+            if worst < 0.5 * best.0 {
+                best = (worst, steps);
+            }
+            // Where nothing is gained any more, round-off is all that is left.
+            let stuck = worst <= GOOD && steps > best.1 + 2;
+            if worst <= 1.0 || stuck {
+                if let Some(pulling) = self.pulling(&look, &inputs) {
+                    changes += 1;
+                    if changes > MOST_CHANGES {
+                        return Err("contacts open and close without end".into());
+                    }
+                    let closed = self.closed.iter().copied().filter(|one| *one != pulling).collect();
+                    self.close(closed);
+                    look = self.look(&mut inputs)?;
+                    (size, best) = (None, (f64::INFINITY, steps));
+                    continue;
+                }
+                if audit.rows > MET {
+                    return Err(format!("the joints are violated by {:.1e} of the scene's size", audit.rows));
+                }
+                let not_unique = self.not_unique(&look);
+                return Ok(Place { inputs, closed: self.closed.clone(), steps, audit, not_unique });
+            }
+            let (next, after, taken) = self.step(&inputs, &look, size).map_err(|why| self.why(&look, &inputs, &why))?;
+            (inputs, look) = (next, after);
+            size = Some(taken * GROWTH);
+            let gaps = self.gap_values(&inputs)?;
+            let struck: Vec<usize> =
+                (0..gaps.len()).filter(|k| gaps[*k] < -MET * self.length && !self.closed.contains(k)).collect();
+            if !struck.is_empty() {
+                changes += 1;
+                if changes > MOST_CHANGES {
+                    return Err("contacts open and close without end".into());
+                }
+                let mut closed = self.closed.clone();
+                closed.extend(struck);
+                closed.sort_unstable();
+                self.close(closed);
+                self.project(&mut inputs)?;
+                look = self.look(&mut inputs)?;
+                (size, best) = (None, (f64::INFINITY, steps));
+            }
+            let away = |body: usize| {
+                let at = self.layout.body_slot(body, 0);
+                (0..3).map(|k| (inputs[at + k] - begin[at + k]).powi(2)).sum::<f64>().sqrt() > AWAY * self.length
+            };
+            if let Some(body) = (0..self.layout.bodies).find(|body| away(*body)) {
+                let name = &self.session.model.bodies[body].name;
+                return Err(format!(
+                    "nothing holds `{name}`: it goes away further than {AWAY} times the size of the scene"
+                ));
+            }
+        }
+        Err(self.why(&look, &inputs, &format!("loads are not in balance after {MOST_STEPS} steps")))
+    }
+
+    /// Another start: bodies moved at random as far as the joints let them.
+    pub(super) fn elsewhere(&mut self, start: &[f64], seed: u64) -> Result<Vec<f64>, String> {
+        let mut inputs = start.to_vec();
+        self.rest(&mut inputs);
+        self.close(Vec::new());
+        self.project(&mut inputs)?;
+        // SplitMix64.
+        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut random = move || {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
+        };
+        let n = self.layout.velocities();
+        let wish = DVector::from_fn(n, |k, _| if k % 6 < 3 { random() * self.length } else { random() * 3.0 });
+        for _ in 0..20 {
+            let look = self.look(&mut inputs)?;
+            let allowed = &look.freedom.basis * (&look.freedom.components * &wish) / 20.0;
+            let mut next = inputs.clone();
+            self.go(&mut next, &allowed);
+            if self.project(&mut next).is_err() {
+                break;
+            }
+            inputs = next;
+        }
+        Ok(inputs)
+    }
+
+    /// Velocities, accelerations and multipliers are zero.
+    fn rest(&self, inputs: &mut [f64]) {
+        for body in 0..self.layout.bodies {
+            let slot = self.layout.body_slot(body, 7);
+            inputs[slot..slot + 10].fill(0.0);
+        }
+        inputs[self.layout.acceleration_slot()..].fill(0.0);
+    }
+
+    /// Moves bodies by displacements and small turns, ground axes.
+    fn go(&self, inputs: &mut [f64], step: &DVector<f64>) {
+        for body in 0..self.layout.bodies {
+            let slot = self.layout.body_slot(body, 0);
+            (0..3).for_each(|k| inputs[slot + k] += step[6 * body + k]);
+            let turn = Vector3::new(step[6 * body + 3], step[6 * body + 4], step[6 * body + 5]);
+            let half = 0.5 * turn.norm();
+            let share = if half > 0.0 { half.sin() / half } else { 1.0 };
+            let by = Quaternion::from_parts(half.cos(), turn * (0.5 * share));
+            let at = &mut inputs[slot + 3..slot + 7];
+            let turned = (by * Quaternion::new(at[0], at[1], at[2], at[3])).normalize();
+            at.copy_from_slice(&[turned.w, turned.i, turned.j, turned.k]);
+        }
+    }
+
+    /// Angles are counted on from where they are.
+    fn count(&mut self, inputs: &mut [f64]) -> Result<(), String> {
+        let angles = self.angles.run(inputs, &[]).map_err(|error| error.to_string())?;
+        for (k, angle) in angles.iter().enumerate() {
+            let slot = self.layout.reference_slot() + k;
+            if (angle - inputs[slot]).abs() > NEW_REFERENCE {
+                inputs[slot] = *angle;
+            }
+        }
+        Ok(())
+    }
+
+    fn gap_values(&mut self, inputs: &[f64]) -> Result<Vec<f64>, String> {
+        Ok(self.gaps.run(inputs, &[]).map_err(|error| error.to_string())?.to_vec())
+    }
+
+    fn expansion(&mut self, inputs: &[f64]) -> Result<Expansion, String> {
+        let found = self.local.at(inputs).map_err(|error| error.to_string())?;
+        let finite = |of: Function| found.value(of).iter().all(|value| value.is_finite());
+        if finite(Function::Balance) && finite(Function::Rows) && finite(Function::States) {
+            Ok(found)
+        } else {
+            Err("a load, joint or state has no finite value on the way".into())
+        }
+    }
+
+    /// Brings positions to the rows.
+    fn project(&mut self, inputs: &mut [f64]) -> Result<(), String> {
+        let mut last = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            let found = self.expansion(inputs)?;
+            let rows = found.holonomic();
+            let jacobian = found.jacobian().select_rows(rows.iter());
+            let values = found.value(Function::Rows).select_rows(rows.iter());
+            let freedom = Freedom::of(&jacobian, &found.scales).map_err(|error| error.to_string())?;
+            let worst = violation(&jacobian, &values, &found.scales) / self.length;
+            if worst <= ROWS || worst >= 0.5 * last && worst <= MET {
+                return Ok(());
+            }
+            last = worst;
+            let step = &freedom.lift * -values.select_rows(freedom.independent.iter());
+            self.go(inputs, &step);
+        }
+        Err(format!("the joints cannot be met on the way: they miss by {last:.1e} of the scene's size"))
+    }
+
+    /// What acts at a place, with the reactions that hold best there.
+    fn look(&mut self, inputs: &mut [f64]) -> Result<Look, String> {
+        self.count(inputs)?;
+        let mut found = self.expansion(inputs)?;
+        let n = found.mass.nrows();
+        let jacobian = found.jacobian();
+        let rows = jacobian.nrows();
+        let mut all = DMatrix::zeros(rows + found.idle.nrows(), n);
+        all.rows_mut(0, rows).copy_from(&jacobian);
+        all.rows_mut(rows, found.idle.nrows()).copy_from(&found.idle);
+        let freedom = Freedom::of(&all, &found.scales).map_err(|error| error.to_string())?;
+        for (k, rate) in found.value(Function::Rates).iter().enumerate() {
+            if !found.holonomic().contains(&k) && rate.abs() > PLACES * self.length {
+                let name = self.row_name(self.local.rows()[k]);
+                return Err(format!("`{name}` prescribes a velocity: what it drives is never at rest"));
+            }
+        }
+        // Loads may depend on reactions.
+        for _ in 0..3 {
+            let change = freedom.lift.transpose() * found.value(Function::Balance);
+            for (k, row) in freedom.independent.iter().enumerate().filter(|(_, row)| **row < rows) {
+                inputs[self.layout.multiplier_slot() + self.local.rows()[*row]] += change[k];
+            }
+            found = self.expansion(inputs)?;
+        }
+        let (left, rates) = (found.value(Function::Balance), found.value(Function::States));
+        Ok(Look { expansion: found, freedom, rows, left, rates })
+    }
+
+    /// A step of some size, s^2: a mass that nothing else holds moves by so much of the acceleration that its load would give it.
+    /// Gives the place, what acts there, and the size taken.
+    fn step(&mut self, inputs: &[f64], look: &Look, size: Option<f64>) -> Result<(Vec<f64>, Look, f64), String> {
+        use Direction as D;
+        use Function as F;
+        let e = &look.expansion;
+        let basis = &look.freedom.basis;
+        let (q, s) = (basis.ncols(), look.rates.len());
+        if q + s == 0 {
+            return Err("nothing can move, and reactions cannot hold the loads to round-off".into());
+        }
+        let mut stiffness = DMatrix::zeros(q + s, q + s);
+        stiffness.view_mut((0, 0), (q, q)).copy_from(&(basis.transpose() * e.slope(F::Balance, D::Positions) * basis));
+        stiffness.view_mut((0, q), (q, s)).copy_from(&(basis.transpose() * e.slope(F::Balance, D::States)));
+        stiffness.view_mut((q, 0), (s, q)).copy_from(&(e.slope(F::States, D::Positions) * basis));
+        stiffness.view_mut((q, q), (s, s)).copy_from(&e.slope(F::States, D::States));
+        let mass = basis.transpose() * &e.mass * basis;
+        let mut right = DVector::zeros(q + s);
+        let pull = basis.transpose() * &look.left;
+        right.rows_mut(0, q).copy_from(&pull);
+        right.rows_mut(q, s).copy_from(&look.rates);
+        let fastest = (0..q).map(|k| pull[k].abs() / mass[(k, k)]).fold(0.0, f64::max);
+        let mut size = size.unwrap_or_else(|| if fastest > 0.0 { LONGEST * self.length / fastest } else { 1.0 });
+        // Directions without stiffness keep some of their mass.
+        let stiffest = (0..q).map(|k| stiffness[(k, k)].abs() / mass[(k, k)]).fold(f64::MIN_POSITIVE, f64::max);
+        size = size.min(1e14 / stiffest).min(1e100);
+        let mut why = String::from("no step leads on");
+        for _ in 0..MOST_ATTEMPTS {
+            let mut system = -stiffness.clone();
+            let mut inertia = system.view_mut((0, 0), (q, q));
+            inertia += &mass / size;
+            (0..s).for_each(|k| system[(q + k, q + k)] += 1.0 / size.sqrt());
+            let found = system.lu().solve(&right).filter(|found| found.iter().all(|value| value.is_finite()));
+            let Some(found) = found else {
+                size /= GROWTH;
+                continue;
+            };
+            let step = basis * found.rows(0, q);
+            let (far, wide) = step.iter().enumerate().fold((0.0_f64, 0.0_f64), |(far, wide), (k, part)| {
+                if k % 6 < 3 { (far.max(part.abs()), wide) } else { (far, wide.max(part.abs())) }
+            });
+            if far > LONGEST * self.length || wide > WIDEST {
+                size /= GROWTH;
+                why = format!("steps of {far:.1e} m and {wide:.1e} rad do not get shorter");
+                continue;
+            }
+            let mut next = inputs.to_vec();
+            self.go(&mut next, &step);
+            (0..s).for_each(|k| next[self.layout.state_slot() + k] += found[q + k]);
+            let after = self.project(&mut next).and_then(|()| self.look(&mut next));
+            let after = match after {
+                Ok(after) => after,
+                Err(reason) => {
+                    (why, size) = (reason, size / GROWTH);
+                    continue;
+                }
+            };
+            // Work done on the way: what is left must not turn against the step by more than it pushed it.
+            let before = look.left.dot(&step);
+            let work = 0.5 * (before + after.left.dot(&step));
+            let noise = 1e-9 * e.sizes.iter().zip(step.iter()).map(|(size, step)| (size * step).abs()).sum::<f64>();
+            if q > 0 && (work < -noise || before < -noise) {
+                why = "loads oppose every step, however short: they have no balance near".into();
+                size /= GROWTH;
+                continue;
+            }
+            return Ok((next, after, size));
+        }
+        Err(why)
+    }
+
+    /// How well the equations are met, in what round-off leaves.
+    fn audit(&self, look: &Look, inputs: &[f64]) -> Result<Audit, String> {
+        let e = &look.expansion;
+        let slopes = e.slope(Function::Balance, Direction::Positions);
+        let weigh = |vector: &dyn Fn(usize) -> f64, body: usize| {
+            (0..6).map(|k| (vector(6 * body + k) * e.scales[6 * body + k]).abs()).fold(0.0, f64::max)
+        };
+        let stiff = DVector::from_fn(slopes.nrows(), |k, _| {
+            (0..slopes.ncols()).map(|j| (slopes[(k, j)] * e.scales[j]).abs()).sum::<f64>()
+        });
+        let (mut balance, mut which) = (0.0_f64, 0);
+        for body in 0..self.layout.bodies {
+            let left = weigh(&|k| look.left[k], body);
+            let allowed = LOADS * weigh(&|k| e.sizes[k], body) + PLACES * self.length * weigh(&|k| stiff[k], body);
+            let allowed = allowed + NOTHING * self.session.model.bodies[body].mass * self.length;
+            if left / allowed > balance {
+                (balance, which) = (left / allowed, body);
+            }
+        }
+        let state = |k: usize| inputs[self.layout.state_slot() + k];
+        let (by_states, by_places) =
+            (e.slope(Function::States, Direction::States), e.slope(Function::States, Direction::Positions));
+        let mut states = 0.0_f64;
+        for (k, rate) in look.rates.iter().enumerate() {
+            let terms: f64 = (0..by_states.ncols()).map(|j| (by_states[(k, j)] * state(j)).abs()).sum();
+            let places: f64 = (0..by_places.ncols()).map(|j| (by_places[(k, j)] * e.scales[j]).abs()).sum();
+            if *rate != 0.0 {
+                states = states.max(rate.abs() / (LOADS * terms + PLACES * self.length * places + NOTHING));
+            }
+        }
+        if balance.is_nan() || states.is_nan() {
+            return Err("loads have no finite value on the way".into());
+        }
+        let holonomic = e.holonomic();
+        let jacobian = e.jacobian().select_rows(holonomic.iter());
+        let values = e.value(Function::Rows).select_rows(holonomic.iter());
+        let rows = violation(&jacobian, &values, &e.scales) / self.length;
+        let body = self.session.model.bodies.get(which).map_or_else(String::new, |body| body.name.clone());
+        Ok(Audit { balance, body, rows, states })
+    }
+
+    /// A closed contact that pulls most.
+    fn pulling(&self, look: &Look, inputs: &[f64]) -> Option<usize> {
+        let size = look.expansion.sizes.amax();
+        let pull = |contact: &usize| {
+            let row = self.session.equations.contacts[*contact].row;
+            let place = self.local.rows().iter().position(|one| *one == row)?;
+            let slope = look.expansion.jacobian().row(place).norm();
+            Some(inputs[self.layout.multiplier_slot() + row] * slope)
+        };
+        let worst = self.closed.iter().filter_map(|contact| pull(contact).map(|value| (*contact, value)));
+        worst.filter(|(_, value)| *value > PULLS * size).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(contact, _)| contact)
+    }
+
+    /// Rows that take part in a combination that rigid bodies do not determine.
+    fn not_unique(&self, look: &Look) -> Vec<String> {
+        let jacobian = look.expansion.jacobian();
+        let own: Vec<usize> = look.freedom.independent.iter().copied().filter(|row| *row < look.rows).collect();
+        let mut open = vec![false; look.rows];
+        for row in (0..look.rows).filter(|row| !own.contains(row)) {
+            open[row] = true;
+            let shares = jacobian.row(row) * &look.freedom.lift;
+            for (k, place) in look.freedom.independent.iter().enumerate().filter(|(_, place)| **place < look.rows) {
+                open[*place] |= (shares[k] * jacobian.row(*place).norm()).abs() > 1e-9 * jacobian.row(row).norm();
+            }
+        }
+        (0..look.rows).filter(|row| open[*row]).map(|row| self.row_name(self.local.rows()[row])).collect()
+    }
+
+    /// Why there is no balance, with the body that accelerates most.
+    fn why(&self, look: &Look, inputs: &[f64], reason: &str) -> String {
+        let mut worst = (0.0_f64, None);
+        for (index, body) in self.session.model.bodies.iter().enumerate() {
+            let force = look.left.fixed_rows::<3>(6 * index).norm() / body.mass;
+            let moment = look.left.fixed_rows::<3>(6 * index + 3).norm() / (body.inertia.trace() / 3.0) * self.length;
+            if force.max(moment) > worst.0 {
+                worst = (force.max(moment), Some(&body.name));
+            }
+        }
+        let still = worst.1.map_or_else(String::new, |body| {
+            format!("; `{body}` still accelerates most, by {:.1e} m/s^2 (turns on the size of the scene)", worst.0)
+        });
+        let states: Vec<&str> = (self.session.model.elements.iter().enumerate())
+            .filter(|(element, _)| {
+                self.layout.states_of(*element).any(|state| {
+                    let (rate, value) = (look.rates[state].abs(), inputs[self.layout.state_slot() + state].abs());
+                    rate > 1e-6 * value.max(1e-6)
+                })
+            })
+            .map(|(_, element)| element.name.as_str())
+            .collect();
+        let states =
+            if states.is_empty() { String::new() } else { format!("; states still change: {}", states.join(", ")) };
+        format!("{reason}{still}{states}")
+    }
+}
+
+/// Largest distance of a row from being met, m.
+fn violation(jacobian: &DMatrix<f64>, values: &DVector<f64>, scales: &DVector<f64>) -> f64 {
+    let gradient =
+        |row: usize| (0..jacobian.ncols()).map(|k| (jacobian[(row, k)] * scales[k]).powi(2)).sum::<f64>().sqrt();
+    (0..values.len()).map(|row| values[row].abs() / gradient(row).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+}

@@ -1,0 +1,355 @@
+//! `odyn modes`, `odyn linearise`, `odyn statics`
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use odyn::analyses::files;
+use odyn::analyses::linear::{Linear, Port};
+use odyn::analyses::modes::{Modes, Share, Stability};
+use odyn::analyses::statics::{self, Equilibrium};
+use odyn::diagnostics::{Diagnostic, codes, render, shown};
+use odyn::results::{ResultsError, significant};
+use odyn::session::{Instant, Restart, Session};
+
+use super::analyses_args::{LineariseArgs, ModesArgs, PlaceArgs, StaticsArgs};
+use super::exit;
+use super::failure::Failure;
+use super::scene_args::SceneArgs;
+use super::terminal::{self, Progress, Stream};
+
+/// Bodies or elements that are named behind a mode.
+const NAMED: usize = 3;
+
+/// `results/NAME-KIND`.
+fn folder(scene: &SceneArgs, kind: &str) -> PathBuf {
+    let mut folder = scene.default_output();
+    let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    folder.set_file_name(format!("{name}-{kind}"));
+    folder
+}
+
+fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Failure> {
+    files::write(folder, name, content).map_err(|error| ResultsError::write(folder, error).into())
+}
+
+fn warn(session: &Session, quiet: bool) {
+    if !quiet {
+        eprint!("{}", render(&session.warnings, &session.scene.source, terminal::color(Stream::Error)));
+    }
+}
+
+/// The progress of something that may take long, unless nobody wants to see it.
+fn listener(progress: &Progress, hidden: bool) -> Box<dyn FnMut(f64) + Send> {
+    if hidden { Box::new(|_| ()) } else { progress.listener() }
+}
+
+/// A scene at the state that is asked for.
+fn place(args: &PlaceArgs) -> Result<(Session, Instant), Failure> {
+    let mut session = Session::open(&args.scene.scene, &args.scene.options(None))?;
+    if let Some(from) = &args.from {
+        let state = Restart::read(from).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
+        session.go_on_from(state)?;
+    }
+    warn(&session, args.quiet);
+    let progress = Progress::new();
+    let mut listen = listener(&progress, args.quiet || args.scene.json);
+    let time = match args.at.as_str() {
+        "equilibrium" => {
+            let found = statics::equilibrium(&session, &mut listen)?;
+            return Ok((session, found.instant));
+        }
+        "start" => None,
+        other => match other.parse::<f64>() {
+            Ok(time) if time.is_finite() => Some(time),
+            _ => {
+                let message = format!("`--at {other}` is no state of a scene");
+                let help = "give `start`, `equilibrium` or a time in the scene's unit";
+                return Err(Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE));
+            }
+        },
+    };
+    let mut run = session.prepare()?.start()?;
+    if let Some(time) = time {
+        run.advance(time)?;
+    }
+    let instant = run.instant()?;
+    // The run has what its scene was: the same scene again, for its equations.
+    let mut session = Session::open(&args.scene.scene, &args.scene.options(None))?;
+    if let Some(from) = &args.from {
+        let state = Restart::read(from).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
+        session.go_on_from(state)?;
+    }
+    Ok((session, instant))
+}
+
+/// `odyn modes`
+pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
+    let (session, instant) = place(&args.place)?;
+    let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
+    let modes = Modes::of(&session, &linear)?;
+    let folder = args.place.output.clone().unwrap_or_else(|| folder(&args.place.scene, "modes"));
+    let json = terminal::json(&modes);
+    write(&folder, "modes.json", json.as_bytes())?;
+    write(&folder, "modes.csv", table(&modes).as_bytes())?;
+    if args.place.scene.json {
+        terminal::print_as_it_is(&json)?;
+    } else if !args.place.quiet {
+        let mut text = String::new();
+        tell_modes(&mut text, &modes, args.most);
+        let _ = writeln!(text, "results: {} (with modes.json: shapes)", folder.join("modes.csv").display());
+        terminal::print_as_it_is(&shown(&text))?;
+    }
+    Ok(exit::DONE)
+}
+
+fn table(modes: &Modes) -> String {
+    let mut text = String::from(
+        "mode,real [1/s],imaginary [rad/s],frequency [Hz],natural frequency [Hz],damping ratio,time constant [s],residual,uncertainty [1/s]\n",
+    );
+    for mode in &modes.modes {
+        let constant = mode.time_constant.map_or_else(String::new, |value| format!("{value:?}"));
+        let _ = writeln!(
+            text,
+            "{},{:?},{:?},{:?},{:?},{:?},{constant},{:?},{:?}",
+            mode.number,
+            mode.real,
+            mode.imaginary,
+            mode.frequency,
+            mode.natural_frequency,
+            mode.damping_ratio,
+            mode.residual,
+            mode.uncertainty
+        );
+    }
+    text
+}
+
+fn named(shares: &[Share]) -> String {
+    let largest = shares.iter().take(NAMED).filter(|one| one.share.abs() >= 0.005);
+    largest.map(|one| format!("{} {:.0} %", one.name, 100.0 * one.share)).collect::<Vec<_>>().join(", ")
+}
+
+/// Of a mode in which no body moves.
+fn named_states(shares: &[Share]) -> String {
+    shares.iter().take(NAMED).map(|one| one.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+fn tell_modes(text: &mut String, modes: &Modes, most: usize) {
+    let _ = writeln!(
+        text,
+        "{} coordinates, {} states at t = {} s: {}",
+        modes.coordinates,
+        modes.states,
+        significant(modes.time, 6),
+        modes.stability.words()
+    );
+    for note in &modes.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    if modes.zeros > 0 {
+        let _ =
+            writeln!(text, "{} eigenvalues are zero to within round-off (neutral: rigid or unresisted)", modes.zeros);
+    }
+    for neutral in &modes.neutral {
+        let _ = writeln!(text, "  free to move: {}", named(&neutral.bodies));
+    }
+    if modes.modes.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        text,
+        "{:>5} {:>14} {:>12} {:>14}  kinetic energy; potential energy of elements",
+        "mode", "f [Hz]", "damping", "T [s]"
+    );
+    for mode in modes.modes.iter().take(most) {
+        let number = |value: f64| significant(value, 7);
+        let (frequency, damping, constant) = match mode.time_constant {
+            None => (
+                number(mode.frequency),
+                significant(if mode.decided { mode.damping_ratio } else { 0.0 }, 5),
+                String::new(),
+            ),
+            Some(value) => (String::new(), String::new(), number(value)),
+        };
+        let grows = if mode.decided && mode.real > 0.0 { "  GROWS" } else { "" };
+        let stored = if mode.kinetic.is_empty() { named_states(&mode.states) } else { named(&mode.potential) };
+        let stored = if stored.is_empty() { stored } else { format!("; {stored}") };
+        let _ = writeln!(
+            text,
+            "{:>5} {frequency:>14} {damping:>12} {constant:>14}  {}{stored}{grows}",
+            mode.number,
+            named(&mode.kinetic)
+        );
+    }
+    if modes.modes.len() > most {
+        let _ = writeln!(text, "  and {} more", modes.modes.len() - most);
+    }
+}
+
+/// A linear model for programs.
+#[derive(Serialize)]
+struct Model<'a> {
+    /// s.
+    time: f64,
+    at_rest: bool,
+    states: &'a [String],
+    inputs: &'a [Port],
+    outputs: &'a [Port],
+    a: Vec<Vec<f64>>,
+    b: Vec<Vec<f64>>,
+    c: Vec<Vec<f64>>,
+    d: Vec<Vec<f64>>,
+    notes: &'a [String],
+}
+
+/// `odyn linearise`
+pub(super) fn linearise(args: &LineariseArgs) -> Result<u8, Failure> {
+    let (session, instant) = place(&args.place)?;
+    let linear = Linear::at(&session, &instant, args.inputs.as_deref(), args.outputs.as_deref())?;
+    let folder = args.place.output.clone().unwrap_or_else(|| folder(&args.place.scene, "linear"));
+    let rows = |matrix: &nalgebra::DMatrix<f64>| matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let model = Model {
+        time: linear.time,
+        at_rest: linear.at_rest,
+        states: &linear.states,
+        inputs: &linear.inputs,
+        outputs: &linear.outputs,
+        a: rows(&linear.a),
+        b: rows(&linear.b),
+        c: rows(&linear.c),
+        d: rows(&linear.d),
+        notes: &linear.notes,
+    };
+    let json = terminal::json(&model);
+    write(&folder, "linear.json", json.as_bytes())?;
+    let names = |ports: &[Port]| ports.iter().map(|port| format!("{} [{}]", port.name, port.unit)).collect::<Vec<_>>();
+    let (inputs, outputs) = (names(&linear.inputs), names(&linear.outputs));
+    let rates: Vec<String> = linear.states.iter().map(|state| format!("d/dt {state}")).collect();
+    write(&folder, "A.csv", files::csv(&linear.a, &rates, &linear.states).as_bytes())?;
+    write(&folder, "B.csv", files::csv(&linear.b, &rates, &inputs).as_bytes())?;
+    write(&folder, "C.csv", files::csv(&linear.c, &outputs, &linear.states).as_bytes())?;
+    write(&folder, "D.csv", files::csv(&linear.d, &outputs, &inputs).as_bytes())?;
+    let matrices = [
+        ("A", &linear.a),
+        ("B", &linear.b),
+        ("C", &linear.c),
+        ("D", &linear.d),
+        ("positions", &linear.positions),
+        ("velocities", &linear.velocities),
+    ];
+    let archive = files::npz(&matrices).map_err(|error: io::Error| ResultsError::write(&folder, error))?;
+    write(&folder, "linear.npz", &archive)?;
+    if args.place.scene.json {
+        terminal::print_as_it_is(&json)?;
+    } else if !args.place.quiet {
+        let mut text = format!(
+            "{} states ({} coordinates), {} inputs, {} outputs at t = {} s\n",
+            linear.states.len(),
+            linear.coordinates,
+            inputs.len(),
+            outputs.len(),
+            significant(linear.time, 6)
+        );
+        linear.notes.iter().for_each(|note| {
+            let _ = writeln!(text, "note: {note}");
+        });
+        let _ = writeln!(text, "results: {} (with A.csv, ..., linear.json)", folder.join("linear.npz").display());
+        terminal::print_as_it_is(&shown(&text))?;
+    }
+    Ok(exit::DONE)
+}
+
+/// `odyn statics`
+pub(super) fn statics(args: &StaticsArgs) -> Result<u8, Failure> {
+    let session = Session::open(&args.scene.scene, &args.scene.options(None))?;
+    warn(&session, args.quiet);
+    let progress = Progress::new();
+    let mut listen = listener(&progress, args.quiet || args.scene.json);
+    let found = match args.all {
+        Some(starts) => statics::equilibria(&session, starts, &mut listen)?,
+        None => {
+            let one = statics::equilibrium(&session, &mut listen)?;
+            statics::Equilibria { found: vec![one], failed: Vec::new(), starts: 1 }
+        }
+    };
+    drop(listen);
+    drop(progress);
+    let folder = args.output.clone().unwrap_or_else(|| folder(&args.scene, "statics"));
+    let json = terminal::json(&found);
+    write(&folder, "statics.json", json.as_bytes())?;
+    write(&folder, "results.csv", outputs(&found.found).as_bytes())?;
+    if let Some(first) = found.found.first() {
+        first.restart(&session).write(&folder)?;
+    }
+    if args.scene.json {
+        terminal::print_as_it_is(&json)?;
+    } else if !args.quiet {
+        let mut text = String::new();
+        for (number, one) in found.found.iter().enumerate() {
+            if found.found.len() > 1 || args.all.is_some() {
+                let _ = writeln!(text, "equilibrium {} (from start {}):", number + 1, one.start);
+            }
+            tell_equilibrium(&mut text, one);
+        }
+        if args.all.is_some() {
+            let _ = writeln!(
+                text,
+                "{} starts, {} equilibria, {} led nowhere",
+                found.starts,
+                found.found.len(),
+                found.failed.len()
+            );
+            found.failed.iter().take(NAMED).for_each(|reason| {
+                let _ = writeln!(text, "  {reason}");
+            });
+        }
+        let _ = writeln!(text, "results: {} (with results.csv, state.toml)", folder.join("statics.json").display());
+        let _ =
+            writeln!(text, "to run from there: odyn run {} --from {}", args.scene.scene.display(), folder.display());
+        terminal::print_as_it_is(&shown(&text))?;
+    }
+    Ok(exit::DONE)
+}
+
+/// One row per equilibrium.
+fn outputs(found: &[Equilibrium]) -> String {
+    let mut text = String::from("t [s]");
+    let names = found.first().map_or(&[][..], |one| &one.outputs);
+    names.iter().for_each(|port| {
+        let _ = write!(text, ",{} [{}]", port.name, port.unit);
+    });
+    text.push('\n');
+    for one in found {
+        let _ = write!(text, "{:?}", one.time);
+        one.outputs.iter().for_each(|port| {
+            let _ = write!(text, ",{:?}", port.value);
+        });
+        text.push('\n');
+    }
+    text
+}
+
+fn tell_equilibrium(text: &mut String, one: &Equilibrium) {
+    let _ = writeln!(text, "equilibrium after {} steps: {}", one.steps, one.stability.words());
+    if one.stability == Stability::Unstable {
+        let _ = writeln!(text, "note: a run that begins here leaves it; `--all` looks for others");
+    }
+    let audit = &one.audit;
+    let _ = writeln!(
+        text,
+        "audit: balance {:.1} of round-off's share (1e-11 of the loads, 1e-13 of the size){}, joints {:.1e}",
+        audit.balance,
+        if audit.body.is_empty() { String::new() } else { format!(" at {}", audit.body) },
+        audit.rows
+    );
+    if !one.closed.is_empty() {
+        let _ = writeln!(text, "closed contacts: {}", one.closed.join(", "));
+    }
+    for port in &one.outputs {
+        let _ = writeln!(text, "  {} = {} {}", port.name, significant(port.value, 10), port.unit);
+    }
+    tell_modes(text, &one.modes, NAMED);
+}

@@ -1,0 +1,281 @@
+//! Equilibria, modes and linear models: against closed forms, and against differences of the accelerations that runs find in the
+//! coordinates of joints and of bodies.
+
+use std::path::Path;
+
+use nalgebra::{DMatrix, DVector, Quaternion, SymmetricEigen, Vector3};
+use odyn::analyses::linear::Linear;
+use odyn::analyses::modes::{Modes, Stability};
+use odyn::analyses::statics::{Equilibrium, equilibria, equilibrium};
+use odyn::session::{Instant, Session};
+
+use crate::support::{Scratch, options, root};
+
+fn session(path: &Path, sets: &[&str]) -> Session {
+    Session::open(path, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn benchmark(name: &str, sets: &[&str]) -> Session {
+    session(&root().join(format!("scenes/benchmarks/{name}.toml")), sets)
+}
+
+fn of_text(text: &str, sets: &[&str]) -> Session {
+    let scratch = Scratch::new();
+    session(&scratch.file("scene.toml", text), sets)
+}
+
+#[track_caller]
+fn rest(session: &Session) -> Equilibrium {
+    let found = equilibrium(session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(found.audit.balance <= 100.0 && found.audit.rows < 1e-10, "{:?}", found.audit);
+    found
+}
+
+fn at_start(session: Session, again: Session) -> (Session, Instant) {
+    let mut run = session.prepare().unwrap().start().unwrap();
+    (again, run.instant().unwrap())
+}
+
+fn modes(session: &Session, instant: &Instant) -> Modes {
+    let linear = Linear::at(session, instant, Some(&[]), Some(&[])).unwrap_or_else(|error| panic!("{error}"));
+    let modes = Modes::of(session, &linear).unwrap();
+    assert!(modes.modes.iter().all(|mode| mode.residual < 1e-12), "{modes:?}");
+    modes
+}
+
+const PENDULUM: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[parameters]
+angle = 1.0
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "rod"
+mass = 2
+inertia = [0.01, 0.5, 0.5]
+position = ["0.7 * cos(angle)", "0.7 * sin(angle)", 0]
+orientation = { axis = [0, 0, 1], angle = "angle" }
+[[joint]]
+name = "pivot"
+type = "revolute"
+bodies = ["ground", "rod"]
+frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [-0.7, 0, 0], axis = [0, 0, 1] }]
+"#;
+
+#[test]
+fn a_pendulum_hangs_and_one_that_stands_is_unstable() {
+    let square: f64 = 2.0 * 9.81 * 0.7 / (0.5 + 2.0 * 0.49);
+    let hanging = rest(&of_text(PENDULUM, &[]));
+    assert_eq!(hanging.stability, Stability::Undamped);
+    let [x, y, _] = hanging.bodies[0].position;
+    assert!(x.abs() < 1e-12 && (y + 0.7).abs() < 1e-12, "{x:e} {y}");
+    let mode = &hanging.modes.modes[0];
+    assert!((mode.imaginary / square.sqrt() - 1.0).abs() < 1e-12, "{mode:?}");
+    let standing = rest(&of_text(PENDULUM, &["angle=pi/2"]));
+    assert_eq!(standing.stability, Stability::Unstable);
+    let grows = standing.modes.modes.iter().find(|mode| mode.real > 0.0).unwrap();
+    assert!((grows.real / square.sqrt() - 1.0).abs() < 1e-9, "{grows:?}");
+    // From other starts both are found, or the stable one again and again.
+    let all = equilibria(&of_text(PENDULUM, &["angle=pi/2"]), 6, &mut |_| ()).unwrap();
+    assert!(all.failed.is_empty() && all.found.len() == 2, "{:?}", all.failed);
+}
+
+#[test]
+fn what_nothing_holds_is_refused_by_name() {
+    let text = PENDULUM.split("[[joint]]").next().unwrap();
+    let error = equilibrium(&of_text(text, &[]), &mut |_| ()).unwrap_err();
+    assert!(error.to_string().contains("nothing holds `rod`"), "{error}");
+    assert_eq!(error.exit_code(), 5);
+    // Without weight it floats, and is told to.
+    let floating = rest(&of_text(text, &["simulation.gravity=[0, 0, 0]"]));
+    assert_eq!((floating.stability, floating.modes.zeros), (Stability::Undecided, 12));
+    assert_eq!(floating.modes.neutral.len(), 6);
+}
+
+#[test]
+fn a_chain_hangs_straight_and_swings_as_its_closed_form() {
+    let (n, m, l, g) = (10, 0.1, 0.1, 9.81);
+    let found = rest(&benchmark("chain_N10", &[]));
+    for (k, body) in found.bodies.iter().enumerate() {
+        assert!((body.position[1] + l * (k as f64 + 0.5)).abs() < 1e-10 && body.position[0].abs() < 1e-9, "{body:?}");
+    }
+    // Small angles: centres move by l (angles above) + l / 2 (own).
+    let mut mass = DMatrix::from_diagonal_element(n, n, m * l * l / 12.0);
+    for body in 0..n {
+        let arm = DVector::from_fn(n, |k, _| {
+            if k < body {
+                l
+            } else if k == body {
+                0.5 * l
+            } else {
+                0.0
+            }
+        });
+        mass += &arm * arm.transpose() * m;
+    }
+    let stiffness = DMatrix::from_diagonal(&DVector::from_fn(n, |k, _| m * g * l * (n as f64 - k as f64 - 0.5)));
+    let half = DMatrix::from_diagonal(&stiffness.diagonal().map(|k| 1.0 / k.sqrt()));
+    let squares = SymmetricEigen::new(&half * mass * &half).eigenvalues.map(|value| 1.0 / value);
+    let mut expected: Vec<f64> = squares.iter().map(|square| square.sqrt()).collect();
+    expected.sort_by(f64::total_cmp);
+    let planar: Vec<f64> = found.modes.modes.iter().map(|mode| mode.imaginary).collect();
+    assert_eq!(planar.len(), n);
+    for (found, expected) in planar.iter().zip(&expected) {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    }
+}
+
+#[test]
+fn a_four_bar_at_rest_swings_or_falls_as_its_closed_form() {
+    // Links 2 m l^2 / 3 and a coupler m l^2 that does not turn; weights 2 m g l. It starts upright.
+    let square: f64 = 2.0 * 9.81 / (2.0 / 3.0 + 1.0);
+    let found = equilibria(&benchmark("A02_N1", &[]), 8, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let upright = &found.found[0];
+    assert!(!upright.not_unique.is_empty(), "planar loops of spatial joints are redundant");
+    assert_eq!(upright.stability, Stability::Unstable);
+    assert!(upright.modes.modes.iter().any(|mode| (mode.real / square.sqrt() - 1.0).abs() < 1e-9));
+    let hangs = |one: &&Equilibrium| one.bodies.iter().all(|body| body.position[1] < -0.4);
+    let hanging = found.found.iter().find(hangs).expect("it hangs, too");
+    assert_eq!(hanging.stability, Stability::Undamped);
+    assert!((hanging.modes.modes[0].imaginary / square.sqrt() - 1.0).abs() < 1e-9, "{:?}", hanging.modes);
+}
+
+#[test]
+fn cantilevers_of_beams_tend_to_euler_and_bernoulli() {
+    let path = root().join("scenes/verification/beam-chain.toml");
+    let open = || session(&path, &[]);
+    let found = rest(&open());
+    let w = 1.875_104_068_711_961_f64.powi(2);
+    let mut errors = Vec::new();
+    for (n, allowed) in [(4, 0.1), (8, 0.025), (16, 0.007)] {
+        let name = format!("n{n}_");
+        // The lowest mode of this cantilever.
+        let own = found.modes.modes.iter().find(|mode| mode.kinetic[0].name.starts_with(&name)).unwrap();
+        errors.push(1.0 - own.imaginary / w);
+        assert!((errors[errors.len() - 1]).abs() < allowed, "{n}: {errors:?}");
+    }
+    assert!((errors[0] / errors[1] - 4.0).abs() < 0.6 && (errors[1] / errors[2] - 4.0).abs() < 0.3, "{errors:?}");
+}
+
+/// A disc that spins in a housing, which tilts against springs about a point: J q'' - i Jz W q' + k q = 0.
+const ROTOR: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[parameters]
+spin = 40.0
+[simulation]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "housing"
+mass = 1
+inertia = [0.2, 0.2, 0.3]
+velocity = [0, 0, 0]
+angular_velocity = [0, 0, 0]
+[[body]]
+name = "disc"
+mass = 3
+inertia = [0.4, 0.4, 0.7]
+velocity = [0, 0, 0]
+angular_velocity = [0, 0, "spin"]
+[[joint]]
+name = "point"
+type = "spherical"
+bodies = ["ground", "housing"]
+point = [0, 0, 0]
+[[joint]]
+name = "shaft"
+type = "revolute"
+bodies = ["housing", "disc"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[force]]
+name = "springs"
+type = "bushing"
+bodies = ["ground", "housing"]
+point = [0, 0, 0]
+params = { stiffness = [0, 0, 0], rotational_stiffness = [300, 300, 50] }
+"#;
+
+#[test]
+fn a_rotor_whirls_as_gyroscopic_terms_say() {
+    let (session, instant) = at_start(of_text(ROTOR, &[]), of_text(ROTOR, &[]));
+    let found = modes(&session, &instant);
+    let (j, jz, k, w) = (0.6, 0.7, 300.0, 40.0);
+    let half: f64 = jz * w / (2.0 * j);
+    let root = (half * half + k / j).sqrt();
+    let torsion = (50.0_f64 / 0.3).sqrt();
+    let mut expected = [root - half, root + half, torsion];
+    expected.sort_by(f64::total_cmp);
+    let mut swings: Vec<f64> = found.modes.iter().map(|mode| mode.imaginary).collect();
+    swings.sort_by(f64::total_cmp);
+    assert_eq!((swings.len(), found.zeros), (3, 2), "{found:?}");
+    for (found, expected) in swings.iter().zip(&expected) {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    }
+    assert!(found.notes.iter().any(|note| note.contains("the scene moves")), "{:?}", found.notes);
+}
+
+/// Largest difference between the accelerations that the linear model gives for small changes of each state, and those that
+/// runs find in some formulation, on the largest of them.
+fn miss(open: &dyn Fn() -> Session, linear: &Linear, base: &Equilibrium, formulation: &str) -> f64 {
+    let step = 1e-5;
+    let layout = open().plan.layout.clone();
+    let (mut worst, mut size) = (0.0_f64, 0.0_f64);
+    for state in 0..linear.states.len() {
+        let mut found = [DVector::zeros(0), DVector::zeros(0)];
+        for (side, found) in [step, -step].into_iter().zip(&mut found) {
+            let mut session = open();
+            let mut restart = base.restart(&session);
+            for body in 0..layout.bodies {
+                let y = &mut restart.working[13 * body..13 * body + 13];
+                let part = |matrix: &DMatrix<f64>, at: usize| {
+                    Vector3::from_fn(|k, _| side * matrix[(6 * body + at + k, state)])
+                };
+                let turn = part(&linear.positions, 3);
+                let by = Quaternion::from_parts(1.0, turn * 0.5).normalize();
+                let p = by * Quaternion::new(y[3], y[4], y[5], y[6]);
+                let moved = [part(&linear.positions, 0), part(&linear.velocities, 0)];
+                (0..3).for_each(|k| (y[k], y[7 + k]) = (y[k] + moved[0][k], moved[1][k]));
+                (y[3], y[4], y[5], y[6]) = (p.w, p.i, p.j, p.k);
+                let spin = odyn::model::rotation(&[p.w, p.i, p.j, p.k]).transpose() * part(&linear.velocities, 3);
+                y[10..13].copy_from_slice(spin.as_slice());
+            }
+            session.go_on_from(restart).unwrap_or_else(|error| panic!("{error}"));
+            let mut run = session.prepare().unwrap().start().unwrap();
+            let instant = run.instant().unwrap();
+            *found = DVector::from_column_slice(&instant.inputs[layout.acceleration_slot()..][..layout.velocities()]);
+        }
+        let difference = (&found[0] - &found[1]) / (2.0 * step);
+        let mut expected = &linear.velocities * linear.a.column(state);
+        // Angular accelerations of runs are in the axes of the bodies.
+        for body in 0..layout.bodies {
+            let p = &base.bodies[body].orientation;
+            let local = odyn::model::rotation(p).transpose() * expected.fixed_rows::<3>(6 * body + 3).into_owned();
+            expected.fixed_rows_mut::<3>(6 * body + 3).copy_from(&local);
+        }
+        size = size.max(expected.amax());
+        worst = worst.max((difference - expected).amax());
+    }
+    assert!(size > 0.0, "{formulation}");
+    worst / size
+}
+
+#[test]
+fn linear_models_are_what_differences_of_either_formulation_say() {
+    for (name, gravity) in [("A04", true), ("A02_N1", true), ("chain_N10", true), ("A05", true)] {
+        for formulation in ["joint", "cartesian"] {
+            let set = format!("simulation.formulation={formulation}");
+            let open = || benchmark(name, &[&set]);
+            let session = open();
+            let base = rest(&session);
+            let linear = Linear::at(&session, &base.instant, Some(&[]), Some(&[])).unwrap();
+            assert!(linear.at_rest && gravity, "{name}: {:?}", linear.notes);
+            let off = miss(&open, &linear, &base, formulation);
+            assert!(off < 1e-6, "{name}, {formulation}: {off:e}");
+        }
+    }
+}
