@@ -36,6 +36,7 @@ fn inputs(element: &Instance) -> (Vec<f64>, usize) {
     setting.twists = class.frames.iter().map(|_| random.twist()).collect();
     setting.references = vec![0.0; class.angles];
     setting.states = element.recording.initial_states.clone();
+    setting.states.extend(vec![0.5; element.recording.unknowns()]);
     setting.memory = element.recording.initial_discrete.clone();
     setting.signals = vec![0.5; class.inputs.len()];
     setting.reactions = vec![Reaction { force: Vec3::zeros(), torque: Vec3::zeros() }; class.joints.len()];

@@ -222,7 +222,7 @@ fn a_rotor_whirls_as_gyroscopic_terms_say() {
 /// Largest difference between the accelerations that the linear model gives for small changes of each state, and those that
 /// runs find in some formulation, on the largest of them.
 fn miss(open: &dyn Fn() -> Session, linear: &Linear, base: &Equilibrium, formulation: &str) -> f64 {
-    let step = 1e-5;
+    let step = 1e-6;
     let layout = open().plan.layout.clone();
     let (mut worst, mut size) = (0.0_f64, 0.0_f64);
     for state in 0..linear.states.len() {

@@ -115,15 +115,15 @@ fn a_joint_may_not_give_rows_or_coordinates_it_does_not_declare() {
 }
 
 #[test]
-fn a_joint_has_neither_states_nor_loads() {
+fn a_joint_has_neither_memory_nor_loads() {
     let probe = Probe::joint::<Screw>("pitch = 1.0").expect("accepted");
     let refused = |damage: fn(&mut Recording)| {
         let mut recording = probe.recording.clone();
         damage(&mut recording);
         recording.check(&probe.descriptor.limits()).expect_err("not of a joint")
     };
-    assert_eq!(refused(|r| r.initial_states.push(0.0)), "a joint has no states");
-    assert_eq!(refused(|r| r.initial_discrete.push(0.0)), "a joint has no states");
+    assert_eq!(refused(|r| r.initial_states.push(0.0)), "state 0 has no rate");
+    assert_eq!(refused(|r| r.initial_discrete.push(0.0)), "a joint has no discrete states");
     assert_eq!(refused(|r| r.outputs[0].role = Role::Force(0)), "Force(0) is no result of a joint element");
 }
 

@@ -93,11 +93,19 @@ pub(crate) fn refuse(session: &Session, diagnostic: Diagnostic) -> SessionError 
     SessionError::one(&session.scene.source, diagnostic)
 }
 
-/// Refuses what has no exact derivatives.
-pub(crate) fn check_opaque(session: &Session, what: &str) -> Result<(), SessionError> {
+/// Refuses elements that have no exact derivatives, and those whose states or unknowns take part in where the rows hold.
+pub(crate) fn check_elements(session: &Session, what: &str) -> Result<(), SessionError> {
     let opaque = Local::opaque(&session.equations, &session.model);
     if opaque.is_empty() {
-        return Ok(());
+        let follows =
+            |element: &&crate::model::Instance| element.recording.unknowns() > 0 || element.is_joint_with_states();
+        let Some(element) = session.model.elements.iter().find(follows) else { return Ok(()) };
+        let message = format!(
+            "{what} are not there yet for scenes with joints that have states, or with internal unknowns: `{}`",
+            element.name
+        );
+        let help = "take a driver or a spring in its place, or a run";
+        return Err(refuse(session, Diagnostic::error(codes::UNKNOWN_METHOD, message).help(help)));
     }
     let message =
         format!("{what} need the derivatives of all elements, and those of {} are not known", opaque.join(", "));
@@ -108,7 +116,7 @@ pub(crate) fn check_opaque(session: &Session, what: &str) -> Result<(), SessionE
 
 /// Rows of the equations in force with some contacts closed.
 pub(crate) fn rows_in_force(equations: &Equations, closed: &[usize]) -> Vec<usize> {
-    if equations.contacts.is_empty() {
+    if !equations.switches_rows() {
         return equations.enforced().collect();
     }
     equations.with_closed(closed).enforced().collect()
@@ -149,7 +157,7 @@ impl Linear {
         inputs: Option<&[String]>,
         outputs: Option<&[String]>,
     ) -> Result<Self, SessionError> {
-        check_opaque(session, "linearisations")?;
+        check_elements(session, "linearisations")?;
         let (model, layout) = (&session.model, &session.plan.layout);
         let chosen_in = choose(session, "input", inputs, model.inputs.iter().map(|input| input.name.as_str()))?;
         let chosen_out = choose(session, "output", outputs, model.channels.iter().map(|one| one.name.as_str()))?;

@@ -9,11 +9,13 @@ use super::record::{ElementKind, ElementRecord, InputRecord, InputSource, LocalF
 use super::rotation::{are_parallel, parallel};
 use odyn_diagnostics::{Diagnostic, codes};
 
-pub(super) const KEYS: &[&str] =
-    &["name", "type", "bodies", "point", "points", "axis", "axes", "x_axis", "x_axes", "frames", "params", "enabled"];
+pub(super) const KEYS: &[&str] = &[
+    "name", "type", "bodies", "point", "points", "axis", "axes", "x_axis", "x_axes", "frames", "params", "inputs",
+    "enabled",
+];
 
-/// Keys of elements that depend on signals or reactions, which no joint does.
-pub(super) const SIGNAL_KEYS: [&str; 2] = ["inputs", "joints"];
+/// Key of elements that depend on reactions, which no joint does.
+pub(super) const JOINTS_KEY: &str = "joints";
 
 /// Keys of a frame in the frame of a body.
 pub(super) const FRAME_KEYS: &[&str] = &["position", "axis", "x_axis"];
@@ -83,12 +85,12 @@ fn read_element(
 
 fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
     if kind != ElementKind::Joint {
-        let known: Vec<&str> = KEYS.iter().copied().chain(SIGNAL_KEYS).collect();
+        let known: Vec<&str> = KEYS.iter().copied().chain([JOINTS_KEY]).collect();
         reader.check_keys(record, &known);
         return;
     }
     let (misplaced, others): (Vec<_>, Vec<_>) =
-        record.table.entries.iter().cloned().partition(|(key, _)| key.value == "joints");
+        record.table.entries.iter().cloned().partition(|(key, _)| key.value == JOINTS_KEY);
     for (key, _) in misplaced {
         let message = format!("{} cannot have `{}`", record.what, key.value);
         reader.diagnostics.push(
@@ -98,8 +100,7 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
         );
     }
     let table = RawTable { span: record.table.span.clone(), entries: others };
-    let known: Vec<&str> = KEYS.iter().copied().chain(["inputs"]).collect();
-    reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
+    reader.check_keys(&Record { table: &table, what: record.what.clone() }, KEYS);
 }
 
 /// A text that could be the name of a signal is one, unless it has a value as an expression.

@@ -335,7 +335,7 @@ fn orientation() -> Value {
 }
 
 /// Keys of `[[joint]]`, and of the other elements where `signals` is true.
-pub(super) fn element_keys(signals: bool) -> Vec<Key> {
+pub(super) fn element_keys(takes_reactions: bool) -> Vec<Key> {
     let mut keys = vec![
         ("name", name(""), "Its name."),
         ("type", word(), "Element type, with or without its library: \"revolute\", \"odyn-joints/revolute\"."),
@@ -350,13 +350,13 @@ pub(super) fn element_keys(signals: bool) -> Vec<Key> {
         ("params", json!({ "type": "object" }), "Its parameters."),
         ("enabled", flag(true), "False leaves it out."),
     ];
-    if signals {
-        let source = quantity();
-        keys.push((
-            "inputs",
-            json!({ "type": "object", "additionalProperties": source }),
-            "Signals it takes: the name of an output or an input, ELEMENT.CHANNEL, or a constant.",
-        ));
+    let source = quantity();
+    keys.push((
+        "inputs",
+        json!({ "type": "object", "additionalProperties": source }),
+        "Signals it takes: the name of an output or an input, ELEMENT.CHANNEL, or a constant.",
+    ));
+    if takes_reactions {
         keys.push(("joints", list(word()), "Joints whose reactions it depends on."));
     }
     keys

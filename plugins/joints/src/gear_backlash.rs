@@ -124,6 +124,8 @@ impl Element for GearBacklash {
     const NAME: &'static str = "gear-backlash";
     const SUMMARY: &'static str = "two wheels in mesh with play between the teeth, with restitution";
     const DOC: &'static str = doc_of(include_str!("gear_backlash.rs"));
+    const EXEMPT: &'static [(&'static str, &'static str)] =
+        &[("free-motion", "its two rows are the two flanks of a tooth, which never both touch")];
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new("carrier_1", "on the body that carries the first wheel; its z axis is that of the bearing"),
         FrameSpec::new("gear_1", "on the first wheel; on the frame before at the start"),

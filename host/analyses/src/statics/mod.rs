@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::analysis::start_inputs;
 use crate::diagnostics::{Diagnostic, codes};
-use crate::linear::{Linear, Port, check_opaque, refuse};
+use crate::linear::{Linear, Port, check_elements, refuse};
 use crate::modes::{Modes, Stability};
 use crate::session::{Instant, Restart, Session, SessionError};
 use search::{Place, Search};
@@ -153,7 +153,7 @@ fn start(session: &Session) -> Vec<f64> {
 }
 
 fn prepare(session: &Session) -> Result<Search<'_>, SessionError> {
-    check_opaque(session, "equilibria")?;
+    check_elements(session, "equilibria")?;
     Ok(Search::new(session))
 }
 
@@ -171,6 +171,12 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
     let mut modes = Modes::of(session, &linear)?;
     if !not_unique.is_empty() {
         modes.notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
+    }
+    if !session.equations.frictions.is_empty() {
+        modes.notes.push(
+            "friction that could stick is taken as none: with it the scene rests in a range of places around this"
+                .into(),
+        );
     }
     let bodies = (session.model.bodies.iter().enumerate()).map(|(body, record)| {
         let at = |k: usize| instant.inputs[layout.body_slot(body, k)];

@@ -24,7 +24,7 @@ fn every_key_of_the_reader_is_in_the_schema() {
     same(&schema::body_keys(), bodies::KEYS);
     same(&schema::shape_keys(), shapes::KEYS);
     same(&schema::element_keys(false), elements::KEYS);
-    same(&schema::element_keys(true), &[elements::KEYS, &elements::SIGNAL_KEYS].concat());
+    same(&schema::element_keys(true), &[elements::KEYS, &[elements::JOINTS_KEY]].concat());
     same(&schema::input_keys(), inputs::KEYS);
     same(&schema::output_keys(), outputs::OUTPUT_KEYS);
     same(&schema::figure_keys(), outputs::FIGURE_KEYS);

@@ -64,7 +64,7 @@ fn torque_is_the_sum_of_its_functions_and_the_signal() {
     setting.time = 2.0;
     setting.twists[1].angular_velocity = Vec3::new(0.0, 0.0, 0.1);
     setting.references = vec![0.0];
-    setting.signals = vec![10.0];
+    setting.signals = vec![10.0, 0.0];
     let found = probe.force_values(&setting);
     let torque = 6.0 + 0.25 + 0.3 + 40.0;
     assert_vector(found.torques[1], [0.0, 0.0, torque]);
