@@ -36,7 +36,6 @@ fn inputs(element: &Instance) -> (Vec<f64>, usize) {
     setting.twists = class.frames.iter().map(|_| random.twist()).collect();
     setting.references = vec![0.0; class.angles];
     setting.states = element.recording.initial_states.clone();
-    setting.states.extend(vec![0.5; element.recording.unknowns()]);
     setting.memory = element.recording.initial_discrete.clone();
     setting.signals = vec![0.5; class.inputs.len()];
     setting.reactions = vec![Reaction { force: Vec3::zeros(), torque: Vec3::zeros() }; class.joints.len()];
@@ -59,6 +58,10 @@ fn calls_after_the_first_one_allocate_nothing() {
     for class in libraries().iter().flat_map(|library| &library.classes) {
         let session = example(&class.descriptor().doc);
         let element = session.model.elements.iter().find(|e| e.class.name == class.descriptor().name).unwrap();
+        // What has internal unknowns is recorded, never called while a scene runs.
+        if element.recording.unknowns() > 0 {
+            continue;
+        }
         let (numbers, results) = inputs(element);
         let mut found = vec![0.0; results];
         let wanted = Wanted { jacobian: true, second: true };

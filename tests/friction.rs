@@ -279,7 +279,7 @@ fn a_run_is_brought_back_with_what_slides() {
         [("clutch", 0.2, 3.8), ("clutch", 1.0, 3.8), ("dry-friction", 1.7, 4.0), ("plane-contact-friction", 0.1, 1.0)]
     {
         let scratch = Scratch::new();
-        let path = scratch.file("scene.toml", &scene(name));
+        let path = scratch.file("scene.toml", scene(name));
         let start = || Session::open(&path, &options(&[], &[])).unwrap().prepare().unwrap().start().unwrap();
         let mut whole = start();
         whole.advance(at).unwrap();

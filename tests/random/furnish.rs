@@ -180,7 +180,7 @@ impl Mechanism {
                 }
             }
         }
-        let mut random = Random::new(seed ^ 0x0070_9e5e_ed);
+        let mut random = Random::new(seed ^ 0x0000_709e_5eed);
         if random.chance(0.3) {
             mechanism.tie(style, &mut random);
         }

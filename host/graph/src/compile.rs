@@ -101,10 +101,15 @@ fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
 /// Numbers side by side that are copied one by one where there are fewer.
 const MANY: usize = 8;
 
-/// Inputs (slot and register, ascending) as ranges that lie side by side in both: first slot, first register, length; and those
-/// of short ranges.
-fn in_ranges(inputs: &[(u32, Register)]) -> (Vec<(u32, Register, u32)>, Vec<(u32, Register)>) {
-    let beside = |a: &(u32, Register), b: &(u32, Register)| a.0 + 1 == b.0 && a.1 + 1 == b.1;
+/// An input: its slot and its register.
+type Loaded = (u32, Register);
+
+/// Inputs side by side: first slot, first register, length.
+type LoadedRange = (u32, Register, u32);
+
+/// Inputs (ascending) as ranges that lie side by side in slots and registers; and those of short ranges.
+fn in_ranges(inputs: &[Loaded]) -> (Vec<LoadedRange>, Vec<Loaded>) {
+    let beside = |a: &Loaded, b: &Loaded| a.0 + 1 == b.0 && a.1 + 1 == b.1;
     let (long, short): (Vec<_>, Vec<_>) = inputs.chunk_by(beside).partition(|range| range.len() >= MANY);
     (long.into_iter().map(|range| (range[0].0, range[0].1, range.len() as u32)).collect(), short.concat())
 }

@@ -107,7 +107,7 @@ pub struct EllipseContactParameters {
     #[param(unit = "rad", default = 0.0)]
     pub start_i: f64,
     /// The same on the second ellipse.
-    #[param(unit = "rad", default = 3.141592653589793)]
+    #[param(unit = "rad", default = std::f64::consts::PI)]
     pub start_j: f64,
     /// The discs may part; where they come together they strike.
     #[param(default = false)]

@@ -153,7 +153,7 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
         return Err(AnalysisError::Unsolved { element: element.name.clone(), unknown, why }.into());
     }
     let mut unknowns = Unknowns::new(equations, model, layout);
-    let steps = match positions(equations, model, layout, t, &mut state, &mut inputs, scales.length, &mut unknowns) {
+    let steps = match positions(equations, model, layout, (t, scales.length), &mut state, &mut inputs, &mut unknowns) {
         Err(AssemblyError::Impossible { rows: left }) => {
             let mut rows = Constraints::of_positions(equations)?;
             let found = conflict(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
@@ -210,7 +210,7 @@ pub fn ahead(
         }
         let mut inputs = start_inputs(layout, t + s, &place);
         let mut unknowns = Unknowns::new(equations, model, layout);
-        match positions(equations, model, layout, t + s, &mut place.working, &mut inputs, length, &mut unknowns) {
+        match positions(equations, model, layout, (t + s, length), &mut place.working, &mut inputs, &mut unknowns) {
             Ok(_) => return Ok(Some((t + s, place))),
             Err(AssemblyError::Analysis(error)) => return Err(error),
             Err(_) => {}
@@ -271,10 +271,9 @@ fn positions(
     equations: &Equations,
     model: &Model,
     layout: &Layout,
-    t: f64,
+    (t, length): (f64, f64),
     state: &mut [f64],
     inputs: &mut [f64],
-    length: f64,
     unknowns: &mut Unknowns,
 ) -> Result<usize, AssemblyError> {
     load(layout, t, state, inputs);
