@@ -86,22 +86,19 @@ fn of_element(element: &ElementHandle) -> Value {
     let order: Vec<&str> = descriptor.params.iter().map(|spec| spec.name.as_str()).collect();
     let order: Vec<&str> = row.iter().map(|_| catalogue::USE).chain(order).collect();
     properties.insert("params".into(), closed(parameters, &order, &needed));
-    if descriptor.kind != Kind::Joint || !descriptor.inputs.is_empty() {
-        let inputs = descriptor.inputs.iter().map(|input| {
-            let mut schema = quantity();
-            let unit = if input.unit.is_empty() { String::new() } else { format!(" [{}]", input.unit) };
-            schema["description"] = format!("{}{unit}", input.doc).into();
-            (input.name.clone(), schema)
-        });
-        let inputs = Value::Object(inputs.collect());
-        let order: Vec<&str> = descriptor.inputs.iter().map(|input| input.name.as_str()).collect();
-        let needed: Vec<&str> =
-            descriptor.inputs.iter().filter(|i| i.default.is_none()).map(|i| i.name.as_str()).collect();
-        if !needed.is_empty() {
-            required.push("inputs");
-        }
-        properties.insert("inputs".into(), closed(inputs, &order, &needed));
+    let inputs = descriptor.inputs.iter().map(|input| {
+        let mut schema = quantity();
+        let unit = if input.unit.is_empty() { String::new() } else { format!(" [{}]", input.unit) };
+        schema["description"] = format!("{}{unit}", input.doc).into();
+        (input.name.clone(), schema)
+    });
+    let inputs = Value::Object(inputs.collect());
+    let order: Vec<&str> = descriptor.inputs.iter().map(|input| input.name.as_str()).collect();
+    let needed: Vec<&str> = descriptor.inputs.iter().filter(|i| i.default.is_none()).map(|i| i.name.as_str()).collect();
+    if !needed.is_empty() {
+        required.push("inputs");
     }
+    properties.insert("inputs".into(), closed(inputs, &order, &needed));
     let (least, most) = descriptor.frame_counts();
     let each = descriptor.frames.iter().map(|frame| format!("{}: {}", frame.name, frame.doc));
     let more = descriptor.more_frames.iter().map(|frame| format!("{} (any number): {}", frame.name, frame.doc));
