@@ -279,3 +279,30 @@ fn linear_models_are_what_differences_of_either_formulation_say() {
         }
     }
 }
+
+/// A table that may slide and turn on a floor: nothing holds it, and round-off of its weight is no stiffness.
+#[test]
+fn what_slides_freely_is_neutral_and_not_unstable() {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.1\n\
+         [[body]]\nname = \"table\"\nmass = 10\ninertia = [1, 1, 1.5]\nposition = [0, 0, 0.7]\n",
+    );
+    for (k, [x, y]) in [[-0.5, -0.4], [0.6, -0.3], [0.1, 0.5]].iter().enumerate() {
+        text += &format!(
+            "[[joint]]\nname = \"leg_{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"table\"]\n\
+             frames = [{{ position = [0, 0, 0] }}, {{ position = [{x:?}, {y:?}, -0.5] }}]\n"
+        );
+    }
+    let found = rest(&of_text(&text, &[]));
+    assert_eq!((found.stability, found.modes.zeros), (Stability::Undecided, 6), "{:?}", found.modes);
+    assert_eq!(found.closed.len(), 3);
+}
+
+#[test]
+fn joints_that_follow_states_and_internal_unknowns_are_refused_by_name() {
+    for (scene, element) in [("servo-rotation", "servo"), ("hydraulic-damper", "damper_pipes")] {
+        let session = session(&root().join(format!("scenes/verification/{scene}.toml")), &[]);
+        let message = equilibrium(&session, &mut |_| ()).map(|_| ()).expect_err("refused").to_string();
+        assert!(message.contains(&format!("`{element}`")), "{message}");
+    }
+}

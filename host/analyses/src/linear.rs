@@ -21,6 +21,8 @@ use crate::session::{Instant, Session, SessionError};
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
+/// Share of accelerations of loads alone, per length, of which derivatives are round-off.
+const ROUND_OFF: f64 = 1e-13;
 /// Velocities below this, in lengths of the scene and radians per second, are none.
 const NO_VELOCITY: f64 = 1e-12;
 
@@ -88,6 +90,14 @@ pub(crate) struct Load {
     pub(crate) force: nalgebra::Vector3<f64>,
 }
 
+/// The acceleration that the loads of a body would give it one by one, m/s^2, rotations on the size of the scene.
+fn alone(expansion: &Expansion, model: &Model, length: f64, index: usize) -> f64 {
+    let (body, sizes) = (&model.bodies[index], &expansion.sizes);
+    let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
+    (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
+        .max(length * sizes.fixed_rows::<3>(6 * index + 3).norm() / moment)
+}
+
 /// Refuses with a diagnostic of the scene.
 pub(crate) fn refuse(session: &Session, diagnostic: Diagnostic) -> SessionError {
     SessionError::one(&session.scene.source, diagnostic)
@@ -147,6 +157,16 @@ fn loads_of(model: &Model) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
 }
 
 impl Linear {
+    /// Sets derivatives of accelerations by positions to zero where they are round-off of loads in balance: an eigenvalue made of them
+    /// would grow or swing within millions of years.
+    fn drop_round_off(&mut self, expansion: &Expansion, model: &Model, length: f64) {
+        let most = (0..model.bodies.len()).map(|body| alone(expansion, model, length, body)).fold(0.0, f64::max);
+        let none = ROUND_OFF * most / length;
+        let (rates, coordinates) = (self.a.nrows() - self.element_states, self.coordinates);
+        let mut part = self.a.view_mut((coordinates, 0), (rates - coordinates, coordinates));
+        part.iter_mut().filter(|entry| entry.abs() <= none).for_each(|entry| *entry = 0.0);
+    }
+
     /// Of a scene at an instant, with inputs and outputs by name; `None`: all of the scene.
     ///
     /// # Errors
@@ -175,6 +195,7 @@ impl Linear {
         let expansion = local.at(&instant.inputs).map_err(|error| failed(&error))?;
         let mut linear = reduce(&expansion).map_err(|reason| failed(&reason))?;
         linear.time = instant.time;
+        linear.drop_round_off(&expansion, model, length);
         // From SI to the units of the ports.
         let given = |input: usize| instant.inputs[layout.given_slot(input)];
         linear.inputs = (chosen_in.iter().map(|input| (&model.inputs[*input], given(*input))))
@@ -247,10 +268,7 @@ impl Linear {
             }
             let at = layout.acceleration_slot() + 6 * index;
             let acceleration = norm(at).max(length * norm(at + 3));
-            let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
-            let sizes = &self.expansion.sizes;
-            let alone = (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
-                .max(length * sizes.fixed_rows::<3>(6 * index + 3).norm() / moment);
+            let alone = alone(&self.expansion, &session.model, length, index);
             if acceleration > NO_ACCELERATION * alone && acceleration > quickest.0 {
                 quickest = (acceleration, acceleration / alone, body.name.clone());
             }
