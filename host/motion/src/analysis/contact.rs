@@ -236,29 +236,22 @@ impl Contacts {
             });
             rows.extend(&friction.rows);
         }
-        let n = self.structure.n;
         let values: Vec<f64> =
             self.always.iter().flat_map(|row| self.row(*row).into_iter().map(|(_, slope)| slope)).collect();
         let mut solver = SparseFirst::new(&self.structure, &self.clusters, RANK_TOLERANCE)?;
         solver.set_measure(&self.scales);
         solver.set_mass(&self.mass)?;
         solver.refactor(&values)?;
-        let (still, mut multipliers) = (vec![0.0; self.always.len()], vec![0.0; self.always.len()]);
         let jacobian: Vec<Vec<(usize, f64)>> = rows.iter().map(|row| self.row(*row)).collect();
         let times: Vec<f64> = rows.iter().map(|row| self.rows.function(1)[*row]).collect();
-        let (mut responses, mut driven) = (Vec::new(), Vec::new());
-        for entries in &jacobian {
-            let (mut load, mut response) = (vec![0.0; n], vec![0.0; n]);
-            entries.iter().for_each(|(column, slope)| load[*column] = *slope);
-            solver.solve(&load, &still, &mut response, &mut multipliers)?;
-            let of_time = self.always.iter().map(|row| self.rows.function(1)[*row]);
-            driven.push(of_time.zip(&multipliers).map(|(time, lambda)| time * lambda).sum());
-            responses.push(response);
-        }
-        let dot = |entries: &[(usize, f64)], v: &[f64]| entries.iter().map(|(c, slope)| slope * v[*c]).sum::<f64>();
-        let delassus = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(&jacobian[i], &responses[j]));
+        let (responses, driven) = self.responses(&mut solver, &jacobian)?;
+        let delassus = delassus(&jacobian, &responses);
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
-        let geometry = self.geometry(&mut solver, &values, &jacobian)?;
+        // The same of bodies that all have one mass.
+        let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
+        solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
+        solver.refactor(&values)?;
+        let geometry = self::delassus(&jacobian, &self.responses(&mut solver, &jacobian)?.0);
         let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
         grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&geometry, &sizes));
         Ok(Meeting {
@@ -283,30 +276,35 @@ impl Contacts {
 }
 
 impl Contacts {
-    /// See [`Meeting::geometry`].
-    fn geometry(
+    /// Velocities of bodies, six each, for a unit impulse of each row, and what the rows that always hold take up of it, each times its
+    /// derivative by time.
+    fn responses(
         &self,
         solver: &mut SparseFirst,
-        values: &[f64],
-        rows: &[Vec<(usize, f64)>],
-    ) -> Result<DMatrix<f64>, AnalysisError> {
-        let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
-        solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
-        solver.refactor(values)?;
+        jacobian: &[Vec<(usize, f64)>],
+    ) -> Result<(Vec<Vec<f64>>, Vec<f64>), AnalysisError> {
+        let n = self.structure.n;
         let (still, mut multipliers) = (vec![0.0; self.always.len()], vec![0.0; self.always.len()]);
-        let mut load = vec![0.0; self.structure.n];
-        let mut matrix = DMatrix::zeros(rows.len(), rows.len());
-        for (j, entries) in rows.iter().enumerate() {
-            let mut response = vec![0.0; self.structure.n];
-            load.fill(0.0);
+        let (mut responses, mut driven) = (Vec::new(), Vec::new());
+        for entries in jacobian {
+            let (mut load, mut response) = (vec![0.0; n], vec![0.0; n]);
             entries.iter().for_each(|(column, slope)| load[*column] = *slope);
             solver.solve(&load, &still, &mut response, &mut multipliers)?;
-            for (i, entries) in rows.iter().enumerate() {
-                matrix[(i, j)] = entries.iter().map(|(column, slope)| slope * response[*column]).sum();
-            }
+            let of_time = self.always.iter().map(|row| self.rows.function(1)[*row]);
+            driven.push(of_time.zip(&multipliers).map(|(time, lambda)| time * lambda).sum());
+            responses.push(response);
         }
-        Ok(matrix)
+        Ok((responses, driven))
     }
+}
+
+fn dot(entries: &[(usize, f64)], v: &[f64]) -> f64 {
+    entries.iter().map(|(column, slope)| slope * v[*column]).sum()
+}
+
+/// Delassus' matrix of some rows.
+fn delassus(jacobian: &[Vec<(usize, f64)>], responses: &[Vec<f64>]) -> DMatrix<f64> {
+    DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| dot(&jacobian[i], &responses[j]))
 }
 
 impl Meeting {
@@ -465,8 +463,7 @@ impl Meeting {
     /// Accelerations c'' of all rows where bodies have these accelerations, six each, and velocities that belong to the gammas.
     #[must_use]
     pub fn accelerations(&self, of_bodies: &[f64], gammas: &[f64]) -> DVector<f64> {
-        let dot = |entries: &[(usize, f64)]| entries.iter().map(|(c, slope)| slope * of_bodies[*c]).sum::<f64>();
-        DVector::from_fn(self.rows.len(), |i, _| dot(&self.jacobian[i]) - gammas[self.rows[i]])
+        DVector::from_fn(self.rows.len(), |i, _| dot(&self.jacobian[i], of_bodies) - gammas[self.rows[i]])
     }
 
     /// Which contacts (places among those that touch) are closed, where rows have these accelerations while all contacts are open, and
