@@ -103,6 +103,19 @@ pub struct GearParameters {
     pub internal: bool,
 }
 
+/// phi_2 / phi_1 of two wheels in mesh, from their radii or their numbers of teeth.
+pub(crate) fn ratio(radii: [Option<f64>; 2], teeth: [Option<i64>; 2], internal: bool) -> Result<f64, ParamError> {
+    let size = match (radii, teeth) {
+        ([Some(first), Some(second)], [None, None]) => first / second,
+        ([None, None], [Some(first), Some(second)]) => first as f64 / second as f64,
+        _ => {
+            let message = "give `radius_1` and `radius_2`, or `teeth_1` and `teeth_2`";
+            return Err(ParamError::new("", message));
+        }
+    };
+    Ok(if internal { size } else { -size })
+}
+
 impl Element for Gear {
     const NAME: &'static str = "gear";
     const SUMMARY: &'static str = "two wheels in mesh, on carriers that may move; external or internal";
@@ -117,15 +130,7 @@ impl Element for Gear {
     type Parameters = GearParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
-        let size = match (p.radius_1, p.radius_2, p.teeth_1, p.teeth_2) {
-            (Some(first), Some(second), None, None) => first / second,
-            (None, None, Some(first), Some(second)) => first as f64 / second as f64,
-            _ => {
-                let message = "give `radius_1` and `radius_2`, or `teeth_1` and `teeth_2`";
-                return Err(ParamError::new("", message));
-            }
-        };
-        Ok(Self { ratio: if p.internal { size } else { -size } })
+        ratio([p.radius_1, p.radius_2], [p.teeth_1, p.teeth_2], p.internal).map(|ratio| Self { ratio })
     }
 }
 

@@ -136,15 +136,7 @@ impl Element for GearBacklash {
     type Parameters = GearBacklashParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
-        let size = match (p.radius_1, p.radius_2, p.teeth_1, p.teeth_2) {
-            (Some(first), Some(second), None, None) => first / second,
-            (None, None, Some(first), Some(second)) => first as f64 / second as f64,
-            _ => {
-                let message = "give `radius_1` and `radius_2`, or `teeth_1` and `teeth_2`";
-                return Err(ParamError::new("", message));
-            }
-        };
-        let ratio = if p.internal { size } else { -size };
+        let ratio = crate::gear::ratio([p.radius_1, p.radius_2], [p.teeth_1, p.teeth_2], p.internal)?;
         Ok(Self { ratio, half: 0.5 * p.play, restitution: p.restitution })
     }
 }
