@@ -22,6 +22,7 @@ mod furnish;
 mod mechanism;
 mod numbers;
 mod relation;
+mod rest;
 mod rubbing;
 mod text;
 
@@ -206,6 +207,46 @@ fn every_way_of_running_a_scene_with_contacts_agrees() {
 #[test]
 fn every_way_of_running_a_scene_with_friction_agrees() {
     differential(60, Mechanism::rubbing);
+}
+
+/// Equilibria of mechanisms of all kinds.
+#[test]
+fn equilibria_stay_and_are_judged_rightly() {
+    let checks = Checks::new();
+    let first = wanted("ODYN_RANDOM_FIRST", 1);
+    let count = wanted("ODYN_RANDOM", 60);
+    let found = RefCell::new(rest::Found::default());
+    let (mut failed, mut told) = (0, String::new());
+    for seed in first..first + count {
+        let style = STYLES[(seed % 3) as usize];
+        let mut mechanism = if seed % 2 == 0 { Mechanism::new(seed, style) } else { Mechanism::furnished(seed, style) };
+        // Beside masses over 18 decades, round-off of the heavy moves the light.
+        for body in &mut mechanism.bodies {
+            (body.heavier, body.thinner) = (1.0, nalgebra::Vector3::repeat(1.0));
+        }
+        let check = |mechanism: &Mechanism| match checks.settled(mechanism)? {
+            Some(settled) => checks.rests(&settled, seed, &mut found.borrow_mut()),
+            None => Ok(()),
+        };
+        let Err(why) = judged(&mechanism, &check) else { continue };
+        failed += 1;
+        if failed <= MOST_TOLD {
+            let kind = why.split(':').next().unwrap_or_default().to_owned();
+            let same = |mechanism: &Mechanism| match check(mechanism) {
+                Err(other) if !other.starts_with(&kind) => Ok(()),
+                other => other,
+            };
+            let (mechanism, why) = smallest(mechanism, why, &same);
+            let settled = checks.settled(&mechanism).ok().flatten().unwrap_or(mechanism);
+            let path = kept("random").join(format!("rest-{seed}.toml"));
+            std::fs::write(&path, settled.text(&Place::as_it_is(), "t_end = 0.2\noutput_step = 0.05")).unwrap();
+            told += &format!("{style:?} {seed}: {why}\n    odyn statics {}\n", path.display());
+        }
+    }
+    let found = found.into_inner();
+    eprintln!("{found}");
+    assert!(failed == 0, "{failed} of {count} failed:\n{told}");
+    assert!(count < 20 || 4 * found.compared > found.scenes, "too few compared: {found}");
 }
 
 /// Checks the scenes of a folder below `tests`; tells all that fail.

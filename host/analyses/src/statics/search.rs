@@ -30,6 +30,8 @@ const ROWS: f64 = 1e-13;
 const MET: f64 = 1e-10;
 /// Newton steps to the rows.
 const CORRECTIONS: usize = 30;
+/// How much more than all loads at the start what is left may accelerate a body; beyond, loads have no limit near.
+const SUDDEN: f64 = 1e3;
 /// Sizes of the scene from its start at which bodies have left it.
 const AWAY: f64 = 20.0;
 /// Closings and openings of contacts.
@@ -124,6 +126,7 @@ impl<'s> Search<'s> {
         let mut size: Option<f64> = None;
         let mut best = (f64::INFINITY, 0);
         let mut look = self.look(&mut inputs)?;
+        let lively = self.fastest(&look.expansion.sizes).map_or(0.0, |body| body.1);
         for steps in 0..MOST_STEPS {
             let audit = self.audit(&look, &inputs)?;
             let worst = audit.balance.max(audit.states);
@@ -144,6 +147,10 @@ impl<'s> Search<'s> {
                     look = self.look(&mut inputs)?;
                     (size, best) = (None, (f64::INFINITY, steps));
                     continue;
+                }
+                if let Some(body) = self.fastest(&look.left).filter(|body| body.1 > SUDDEN * lively) {
+                    let name = &self.session.model.bodies[body.0].name;
+                    return Err(format!("loads on `{name}` grow without limit where they would be in balance"));
                 }
                 if audit.rows > MET {
                     return Err(format!("the joints are violated by {:.1e} of the scene's size", audit.rows));
@@ -383,6 +390,17 @@ impl<'s> Search<'s> {
         Err(why)
     }
 
+    /// The body that loads would accelerate most alone, and how much, m/s^2; turns on the size of the scene.
+    fn fastest(&self, loads: &DVector<f64>) -> Option<(usize, f64)> {
+        let of = |(index, body): (usize, &crate::model::Body)| {
+            let force = loads.fixed_rows::<3>(6 * index).norm() / body.mass;
+            let moment = loads.fixed_rows::<3>(6 * index + 3).norm() * self.length;
+            // Particles have no rotation.
+            (index, if body.inertia.trace() > 0.0 { force.max(3.0 * moment / body.inertia.trace()) } else { force })
+        };
+        self.session.model.bodies.iter().enumerate().map(of).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// How well the equations are met, in what round-off leaves.
     fn audit(&self, look: &Look, inputs: &[f64]) -> Result<Audit, String> {
         let e = &look.expansion;
@@ -454,16 +472,10 @@ impl<'s> Search<'s> {
 
     /// Why there is no balance, with the body that accelerates most.
     fn why(&self, look: &Look, inputs: &[f64], reason: &str) -> String {
-        let mut worst = (0.0_f64, None);
-        for (index, body) in self.session.model.bodies.iter().enumerate() {
-            let force = look.left.fixed_rows::<3>(6 * index).norm() / body.mass;
-            let moment = look.left.fixed_rows::<3>(6 * index + 3).norm() / (body.inertia.trace() / 3.0) * self.length;
-            if force.max(moment) > worst.0 {
-                worst = (force.max(moment), Some(&body.name));
-            }
-        }
-        let still = worst.1.map_or_else(String::new, |body| {
-            format!("; `{body}` still accelerates most, by {:.1e} m/s^2 (turns on the size of the scene)", worst.0)
+        let worst = self.fastest(&look.left).filter(|(_, most)| *most > 0.0);
+        let still = worst.map_or_else(String::new, |(body, most)| {
+            let name = &self.session.model.bodies[body].name;
+            format!("; `{name}` still accelerates most, by {most:.1e} m/s^2 (turns on the size of the scene)")
         });
         let states: Vec<&str> = (self.session.model.elements.iter().enumerate())
             .filter(|(element, _)| {
