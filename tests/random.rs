@@ -224,6 +224,12 @@ fn equilibria_stay_and_are_judged_rightly() {
         for body in &mut mechanism.bodies {
             (body.heavier, body.thinner) = (1.0, nalgebra::Vector3::repeat(1.0));
         }
+        if count == 1 {
+            let settled = checks.settled(&mechanism).ok().flatten().unwrap_or_else(|| mechanism.clone());
+            let path = kept("random").join(format!("rest-{seed}.toml"));
+            std::fs::write(&path, settled.text(&Place::as_it_is(), "t_end = 0.2\noutput_step = 0.05")).unwrap();
+            eprintln!("{style:?} {seed}: {}", path.display());
+        }
         let check = |mechanism: &Mechanism| match checks.settled(mechanism)? {
             Some(settled) => checks.rests(&settled, seed, &mut found.borrow_mut()),
             None => Ok(()),

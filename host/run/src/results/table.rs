@@ -64,23 +64,28 @@ impl Table {
         }
         let file = open().map_err(unreadable)?;
         let cut = file.limit() == longest;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::Headers).from_reader(file);
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
         let names: Vec<String> = header.iter().map(str::to_owned).collect();
         let key = key_column(&names).map_err(|reason| not_a_table(path, None, reason))?;
         let mut columns = vec![Vec::new(); names.len()];
-        let mut record = csv::StringRecord::new();
+        let mut record = csv::ByteRecord::new();
         let mut kept = 0;
-        while reader.read_record(&mut record).map_err(|error| csv_error(path, error))? {
+        while reader.read_byte_record(&mut record).map_err(|error| csv_error(path, error))? {
             let line = record.position().map(csv::Position::line);
             kept += names.len();
             if kept > most {
                 return Err(not_a_table(path, line, format!("it has more than {most:e} numbers")));
             }
             for ((field, name), column) in record.iter().zip(&names).zip(&mut columns) {
-                let number = field.parse::<f64>();
-                column
-                    .push(number.map_err(|_| not_a_table(path, line, format!("`{name}` is `{field}`, not a number")))?);
+                let Ok(field) = std::str::from_utf8(field) else {
+                    return Err(not_a_table(path, line, "it is not UTF-8 text".into()));
+                };
+                let number = field
+                    .trim()
+                    .parse::<f64>()
+                    .map_err(|_| not_a_table(path, line, format!("`{name}` is `{}`, not a number", field.trim())));
+                column.push(number?);
             }
             check_order(&columns[key]).map_err(|reason| not_a_table(path, line, reason))?;
         }
