@@ -103,17 +103,13 @@ pub(crate) fn refuse(session: &Session, diagnostic: Diagnostic) -> SessionError 
     SessionError::one(&session.scene.source, diagnostic)
 }
 
-/// Refuses elements that have no exact derivatives, and those whose states or unknowns take part in where the rows hold.
+/// Refuses elements that have no exact derivatives, and those whose states take part in where the rows hold.
 pub(crate) fn check_elements(session: &Session, what: &str) -> Result<(), SessionError> {
     let opaque = Local::opaque(&session.equations, &session.model);
     if opaque.is_empty() {
-        let follows =
-            |element: &&crate::model::Instance| element.recording.unknowns() > 0 || element.is_joint_with_states();
-        let Some(element) = session.model.elements.iter().find(follows) else { return Ok(()) };
-        let message = format!(
-            "{what} are not there yet for scenes with joints that have states, or with internal unknowns: `{}`",
-            element.name
-        );
+        let mut elements = session.model.elements.iter();
+        let Some(element) = elements.find(|element| element.is_joint_with_states()) else { return Ok(()) };
+        let message = format!("{what} are not there yet for scenes with joints that have states: `{}`", element.name);
         let help = "take a driver or a spring in its place, or a run";
         return Err(refuse(session, Diagnostic::error(codes::UNKNOWN_METHOD, message).help(help)));
     }
@@ -229,7 +225,8 @@ impl Linear {
             linear.d.row_mut(k).iter_mut().for_each(|entry| *entry /= port.factor);
         }
         linear.states.extend(model.elements.iter().enumerate().flat_map(|(element, instance)| {
-            (0..layout.states_of(element).len()).map(move |k| format!("{}: state {}", instance.name, k + 1))
+            let own = layout.states_of(element).filter(|state| local.states().contains(state));
+            own.enumerate().map(move |(k, _)| format!("{}: state {}", instance.name, k + 1))
         }));
         linear.bodies = model.bodies.iter().map(|body| body.name.clone()).collect();
         // How loads change with positions alone.

@@ -87,6 +87,7 @@ impl Origin {
     }
 }
 
+#[cfg(feature = "abi")]
 impl Found {
     /// Whether its code may run in this process: where there is no glass, where it is beside the program, or where the request
     /// trusts or pins it. Who sends a scene with a library is not who says that it can be trusted.

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Quaternion, Vector3};
 
 use super::Audit;
-use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function, Local};
+use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function, Local, Unknowns};
 use crate::linear::rows_in_force;
 use crate::plan::Layout;
 use crate::program::{Equations, Node};
@@ -70,6 +70,7 @@ pub(super) struct Search<'s> {
     closed: Vec<usize>,
     angles: Evaluator,
     gaps: Evaluator,
+    unknowns: Unknowns,
     length: f64,
 }
 
@@ -83,6 +84,7 @@ impl<'s> Search<'s> {
         Self {
             angles: Evaluator::new(&equations.graph, &equations.angles),
             gaps: Evaluator::new(&equations.graph, &gaps),
+            unknowns: Unknowns::new(&equations, &session.model, layout),
             local: Self::local(session, &[]),
             closed: Vec::new(),
             session,
@@ -260,7 +262,8 @@ impl<'s> Search<'s> {
         Ok(self.gaps.run(inputs, &[]).map_err(|error| error.to_string())?.to_vec())
     }
 
-    fn expansion(&mut self, inputs: &[f64]) -> Result<Expansion, String> {
+    fn expansion(&mut self, inputs: &mut [f64]) -> Result<Expansion, String> {
+        self.unknowns.solve(inputs, &self.session.model, false).map_err(|error| error.to_string())?;
         let found = self.local.at(inputs).map_err(|error| error.to_string())?;
         let finite = |of: Function| found.value(of).iter().all(|value| value.is_finite());
         if finite(Function::Balance) && finite(Function::Rows) && finite(Function::States) {
@@ -367,7 +370,8 @@ impl<'s> Search<'s> {
             }
             let mut next = inputs.to_vec();
             self.go(&mut next, &step);
-            (0..s).for_each(|k| next[self.layout.state_slot() + k] += found[q + k]);
+            let states = self.local.states().iter().enumerate();
+            states.for_each(|(k, state)| next[self.layout.state_slot() + state] += found[q + k]);
             let after = self.project(&mut next).and_then(|()| self.look(&mut next));
             let after = match after {
                 Ok(after) => after,
@@ -420,7 +424,7 @@ impl<'s> Search<'s> {
                 (balance, which) = (left / allowed, body);
             }
         }
-        let state = |k: usize| inputs[self.layout.state_slot() + k];
+        let state = |k: usize| inputs[self.layout.state_slot() + self.local.states()[k]];
         let (by_states, by_places) =
             (e.slope(Function::States, Direction::States), e.slope(Function::States, Direction::Positions));
         let mut states = 0.0_f64;
@@ -479,8 +483,9 @@ impl<'s> Search<'s> {
         });
         let states: Vec<&str> = (self.session.model.elements.iter().enumerate())
             .filter(|(element, _)| {
-                self.layout.states_of(*element).any(|state| {
-                    let (rate, value) = (look.rates[state].abs(), inputs[self.layout.state_slot() + state].abs());
+                let own = self.local.states().iter().enumerate();
+                own.filter(|(_, state)| self.layout.states_of(*element).contains(state)).any(|(k, state)| {
+                    let (rate, value) = (look.rates[k].abs(), inputs[self.layout.state_slot() + state].abs());
                     rate > 1e-6 * value.max(1e-6)
                 })
             })

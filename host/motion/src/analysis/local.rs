@@ -35,7 +35,7 @@ pub enum Function {
     Rows,
     /// The rates of the rows.
     Rates,
-    /// The rates of the element states.
+    /// The rates of the element states, without the carried values of internal unknowns.
     States,
     /// The quantities that were asked for, SI.
     Outputs,
@@ -48,7 +48,7 @@ pub enum Direction {
     Positions,
     /// Six per body: velocity of the centre of mass, angular velocity; ground axes.
     Velocities,
-    /// The element states.
+    /// The same states. Internal unknowns follow them and the positions.
     States,
     /// Six per body, the same for accelerations.
     Accelerations,
@@ -64,6 +64,8 @@ pub struct Local {
     /// The rows, by their number among all; ascending.
     rows: Vec<usize>,
     of_velocities: Vec<bool>,
+    /// The states that go their own way, ascending.
+    states: Vec<usize>,
     outputs: usize,
     inputs: usize,
     values: Evaluator,
@@ -111,10 +113,15 @@ impl Local {
         let mut equations = equations.clone();
         let coordinates = Coordinates::of_bodies(layout);
         let outputs: Vec<Node> = outputs.iter().map(|quantity| equations.observe(quantity, model, layout)).collect();
-        let functions = functions(&mut equations, &coordinates, layout, rows, &outputs);
+        let carried: Vec<usize> = (equations.graph.solved.iter())
+            .flat_map(|solved| (0..solved.unknowns.len()).map(|k| solved.slot - layout.state_slot() + k))
+            .collect();
+        let states: Vec<usize> = (0..layout.states).filter(|state| !carried.contains(state)).collect();
+        let functions = functions(&mut equations, &coordinates, layout, (rows, &states), &outputs);
         let rotations: Vec<[[Node; 3]; 3]> = equations.bodies.iter().map(|body| body.a).collect();
         let graph = &mut equations.graph;
-        let mut directions: Vec<Seeds> = (0..coordinates.directions(layout))
+        let moved = 0..2 * layout.velocities();
+        let mut directions: Vec<Seeds> = (moved.clone().chain(states.iter().map(|state| moved.end + state)))
             .map(|direction| seeds(graph, &coordinates, &rotations, layout, direction))
             .collect();
         let one = graph.constant(1.0);
@@ -135,6 +142,7 @@ impl Local {
             tangents: Tangents::new(graph, &functions, &directions),
             of_velocities: rows.iter().map(|row| equations.rows[*row].of_velocities).collect(),
             rows: rows.to_vec(),
+            states,
             outputs: outputs.len(),
             inputs: model.inputs.len(),
             mass: mass_values(model),
@@ -166,6 +174,12 @@ impl Local {
         &self.rows
     }
 
+    /// The element states that are differentiated, by their number among all: those without internal unknowns.
+    #[must_use]
+    pub fn states(&self) -> &[usize] {
+        &self.states
+    }
+
     /// Whether any of the equations has branches: derivatives are those of the branch in force.
     #[must_use]
     pub fn has_branches(&self) -> bool {
@@ -173,11 +187,12 @@ impl Local {
     }
 
     fn counts(&self) -> ([usize; 7], [usize; 7]) {
-        let (n, m, s) = (self.layout.velocities(), self.rows.len(), self.layout.states);
+        let (n, m, s) = (self.layout.velocities(), self.rows.len(), self.states.len());
         (ends([n, m, m, m, s, self.outputs]), ends([n, n, s, n, m, self.inputs]))
     }
 
-    /// Values and derivatives where the inputs of all programs are these: time, state, accelerations and multipliers among them.
+    /// Values and derivatives where the inputs of all programs are these: time, state, accelerations and multipliers among them, and
+    /// internal unknowns that meet their conditions.
     ///
     /// # Errors
     /// An element that fails.
@@ -281,7 +296,7 @@ fn functions(
     equations: &mut Equations,
     coordinates: &Coordinates,
     layout: &Layout,
-    rows: &[usize],
+    (rows, states): (&[usize], &[usize]),
     outputs: &[Node],
 ) -> Vec<Node> {
     let mut balance = equations.loads.clone();
@@ -309,7 +324,7 @@ fn functions(
     functions.extend(gammas);
     functions.extend(values);
     functions.extend(rates);
-    functions.extend(&equations.state_rates);
+    functions.extend(states.iter().map(|state| equations.state_rates[*state]));
     functions.extend(outputs);
     functions
 }

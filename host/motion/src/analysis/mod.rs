@@ -28,7 +28,7 @@
 //! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
 //! | `contact/friction.rs` | rows that hold up to a limit: which stick, and where the others slide to |
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
-//! | `unknowns.rs` | values of internal unknowns at the start |
+//! | `unknowns.rs` | values of internal unknowns at the start, and where a search goes |
 //! | `local.rs` | the equations at one state, with all their derivatives; what rows leave free |
 //! | `scales.rs` | lengths and speeds typical of a scene |
 
@@ -77,5 +77,5 @@ pub use precise::{NotPrecise, PreciseMotion};
 pub use reference::ReferenceForm;
 pub use scales::{CONTRADICTION, Scales};
 pub use solved::SolvedProgram;
-pub use unknowns::{determinant, unknown_name};
+pub use unknowns::{Unknowns, determinant, unknown_name};
 pub use working::{WorkingForm, WorkingParts, sparse_engine};
