@@ -302,8 +302,8 @@ fn what_slides_freely_is_neutral_and_not_unstable() {
 }
 
 #[test]
-fn internal_unknowns_follow() {
-    for scene in ["ellipse-contact"] {
+fn internal_unknowns_and_rows_that_states_move_follow() {
+    for scene in ["ellipse-contact", "servo-rotation", "servo-displacement"] {
         for formulation in ["joint", "cartesian"] {
             let set = format!("simulation.formulation={formulation}");
             let open = || session(&root().join(format!("scenes/verification/{scene}.toml")), &[&set]);
@@ -314,11 +314,4 @@ fn internal_unknowns_follow() {
             assert!(linear.at_rest && off < 1e-6, "{scene}, {formulation}: {off:e}, {:?}", linear.notes);
         }
     }
-}
-
-#[test]
-fn joints_that_follow_states_are_refused_by_name() {
-    let session = session(&root().join("scenes/verification/servo-rotation.toml"), &[]);
-    let message = equilibrium(&session, &mut |_| ()).map(|_| ()).expect_err("refused").to_string();
-    assert!(message.contains("`servo`"), "{message}");
 }

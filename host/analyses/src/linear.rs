@@ -1,7 +1,8 @@
 //! [`Linear`]: a scene linearised at an instant, in as many coordinates as it has freedoms.
 //!
-//! With N a basis of the motions that the rows allow (null space of their Jacobian), small changes are delta x = N xi for positions and
-//! delta v = V xi + N' eta for velocities, V from the rates of the rows, N' with the rows on velocities too; element states follow.
+//! With N a basis of the motions that the rows allow (null space of their Jacobian), small changes are delta x = N xi + X sigma for
+//! positions and delta v = V (xi, sigma) + N' eta for velocities: sigma of element states, which may move rows (servos), X from the
+//! rows, V from their rates, N' with the rows on velocities too.
 //! Changes of accelerations and multipliers solve
 //!
 //! [dR/da dR/dlambda; -Phi_q 0] [da; dlambda] = -[dR; dG],   R = Q - M a - Phi_q^T lambda,  G = gamma - Phi_q a,
@@ -103,15 +104,11 @@ pub(crate) fn refuse(session: &Session, diagnostic: Diagnostic) -> SessionError 
     SessionError::one(&session.scene.source, diagnostic)
 }
 
-/// Refuses elements that have no exact derivatives, and those whose states take part in where the rows hold.
+/// Refuses elements that have no exact derivatives.
 pub(crate) fn check_elements(session: &Session, what: &str) -> Result<(), SessionError> {
     let opaque = Local::opaque(&session.equations, &session.model);
     if opaque.is_empty() {
-        let mut elements = session.model.elements.iter();
-        let Some(element) = elements.find(|element| element.is_joint_with_states()) else { return Ok(()) };
-        let message = format!("{what} are not there yet for scenes with joints that have states: `{}`", element.name);
-        let help = "take a driver or a spring in its place, or a run";
-        return Err(refuse(session, Diagnostic::error(codes::UNKNOWN_METHOD, message).help(help)));
+        return Ok(());
     }
     let message =
         format!("{what} need the derivatives of all elements, and those of {} are not known", opaque.join(", "));
@@ -359,14 +356,12 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
     // Small changes of positions and velocities by states.
     let mut x = DMatrix::zeros(n, states);
     x.columns_mut(0, p).copy_from(&places.basis);
-    let mut rates = DMatrix::zeros(all.nrows(), p);
-    rates.rows_mut(0, jacobian.nrows()).copy_from(&(e.slope(F::Rates, D::Positions) * &places.basis));
-    let carried = &motions.lift * -rates.select_rows(motions.independent.iter());
-    let mut v = DMatrix::zeros(n, states);
-    v.columns_mut(0, p).copy_from(&carried);
-    v.columns_mut(p, q).copy_from(&motions.basis);
+    x.columns_mut(p + q, s).copy_from(&places.moved_by(&e.slope(F::Rows, D::States).select_rows(e.holonomic().iter())));
     let mut w = DMatrix::zeros(s, states);
     w.columns_mut(p + q, s).fill_with_identity();
+    let rates = e.slope(F::Rates, D::Positions) * &x + e.slope(F::Rates, D::States) * &w;
+    let mut v = motions.moved_by(&rates);
+    v.columns_mut(p, q).copy_from(&motions.basis);
     let along =
         |of: Function| e.slope(of, D::Positions) * &x + e.slope(of, D::Velocities) * &v + e.slope(of, D::States) * &w;
     // Accelerations and multipliers of the independent rows of joints.
@@ -408,10 +403,8 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
     let mut whole = DMatrix::zeros(states, states + inputs);
     let coordinates = &places.components * moving;
     whole.view_mut((0, 0), (p, states)).copy_from(&coordinates);
-    let mut speeds = accelerations.clone();
-    let mut by_states = speeds.columns_mut(0, states);
-    by_states -= &carried * &coordinates;
-    whole.rows_mut(p, q).copy_from(&(&motions.components * speeds));
+    // What rows carry along has no components here.
+    whole.rows_mut(p, q).copy_from(&(&motions.components * &accelerations));
     whole.rows_mut(p + q, s).copy_from(&respond(F::States));
     let outputs = respond(F::Outputs);
     let names = (1..=p).map(|k| format!("q{k}")).chain((1..=q).map(|k| format!("u{k}")));

@@ -305,7 +305,10 @@ impl<'s> Search<'s> {
         all.rows_mut(rows, found.idle.nrows()).copy_from(&found.idle);
         let freedom = Freedom::of(&all, &found.scales).map_err(|error| error.to_string())?;
         for (k, rate) in found.value(Function::Rates).iter().enumerate() {
-            if !found.holonomic().contains(&k) && rate.abs() > PLACES * self.length {
+            let (element, _) = self.layout.element_of_row(self.local.rows()[k]);
+            // Rows that follow states come to rest with these.
+            let follows = self.session.model.elements[element].is_joint_with_states();
+            if !found.holonomic().contains(&k) && !follows && rate.abs() > PLACES * self.length {
                 let name = self.row_name(self.local.rows()[k]);
                 return Err(format!("`{name}` prescribes a velocity: what it drives is never at rest"));
             }
@@ -333,11 +336,13 @@ impl<'s> Search<'s> {
         if q + s == 0 {
             return Err("nothing can move, and reactions cannot hold the loads to round-off".into());
         }
+        let moved = look.freedom.moved_by(&e.slope(F::Rows, D::States));
+        let along_states = |of: F| e.slope(of, D::States) + e.slope(of, D::Positions) * &moved;
         let mut stiffness = DMatrix::zeros(q + s, q + s);
         stiffness.view_mut((0, 0), (q, q)).copy_from(&(basis.transpose() * e.slope(F::Balance, D::Positions) * basis));
-        stiffness.view_mut((0, q), (q, s)).copy_from(&(basis.transpose() * e.slope(F::Balance, D::States)));
+        stiffness.view_mut((0, q), (q, s)).copy_from(&(basis.transpose() * along_states(F::Balance)));
         stiffness.view_mut((q, 0), (s, q)).copy_from(&(e.slope(F::States, D::Positions) * basis));
-        stiffness.view_mut((q, q), (s, s)).copy_from(&e.slope(F::States, D::States));
+        stiffness.view_mut((q, q), (s, s)).copy_from(&along_states(F::States));
         let mass = basis.transpose() * &e.mass * basis;
         let mut right = DVector::zeros(q + s);
         let pull = basis.transpose() * &look.left;
@@ -359,7 +364,7 @@ impl<'s> Search<'s> {
                 size /= GROWTH;
                 continue;
             };
-            let step = basis * found.rows(0, q);
+            let step = basis * found.rows(0, q) + &moved * found.rows(q, s);
             let (far, wide) = step.iter().enumerate().fold((0.0_f64, 0.0_f64), |(far, wide), (k, part)| {
                 if k % 6 < 3 { (far.max(part.abs()), wide) } else { (far, wide.max(part.abs())) }
             });
@@ -380,6 +385,18 @@ impl<'s> Search<'s> {
                     continue;
                 }
             };
+            // A state that comes back as fast as it went has been carried too far (limits of rates).
+            let turned = |k: usize| {
+                let (before, after) = (look.rates[k], after.rates[k]);
+                before * found[q + k] > 0.0 && before * after < 0.0 && after.abs() > 0.9 * before.abs()
+            };
+            if let Some(k) = (0..s).find(|k| turned(*k)) {
+                let element = self.layout.element_of_state(self.local.states()[k]);
+                let name = &self.session.model.elements[element].name;
+                why = format!("the rate of a state of `{name}` jumps where it would be zero");
+                size /= GROWTH;
+                continue;
+            }
             // Work done on the way: what is left must not turn against the step by more than it pushed it.
             let before = look.left.dot(&step);
             let work = 0.5 * (before + after.left.dot(&step));

@@ -464,6 +464,16 @@ impl Freedom {
         Ok(Self { basis: scale(free), components, independent, lift: scale(lift) })
     }
 
+    /// The motions by which the first rows follow changes of their values, column by column; the rows behind stay met.
+    #[must_use]
+    pub fn moved_by(&self, values: &DMatrix<f64>) -> DMatrix<f64> {
+        let right = DMatrix::from_fn(self.independent.len(), values.ncols(), |k, column| {
+            let row = self.independent[k];
+            if row < values.nrows() { -values[(row, column)] } else { 0.0 }
+        });
+        &self.lift * right
+    }
+
     /// Number of free directions.
     #[must_use]
     pub fn count(&self) -> usize {
