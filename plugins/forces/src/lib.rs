@@ -12,9 +12,11 @@ mod deformation;
 pub mod drag;
 pub mod field;
 pub mod hydraulic_damper;
+pub mod inerter;
 pub mod joint_friction;
 mod matrix;
 pub mod point_gravity;
+pub mod point_mass;
 pub mod rotational_actuator;
 pub mod rotational_bump_stop;
 pub mod rotational_spring_damper;
@@ -47,6 +49,8 @@ element_api::export_plugin! {
         hydraulic_damper::HydraulicDamper,
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
+        inerter::Inerter,
+        point_mass::PointMass,
     ],
 }
 
