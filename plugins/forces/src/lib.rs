@@ -15,6 +15,7 @@ pub mod hydraulic_damper;
 pub mod inerter;
 pub mod joint_friction;
 mod matrix;
+pub mod modal_body;
 pub mod point_gravity;
 pub mod point_mass;
 pub mod rotational_actuator;
@@ -51,6 +52,7 @@ element_api::export_plugin! {
         uniform_gravity::UniformGravity,
         inerter::Inerter,
         point_mass::PointMass,
+        modal_body::ModalBody,
     ],
 }
 

@@ -11,6 +11,7 @@
 //! | `types.rs` | the model |
 //! | `bodies.rs` | masses and inertias, fixed bodies |
 //! | `elements.rs` | markers, creation and recording of elements |
+//! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
@@ -23,6 +24,7 @@ mod bodies;
 mod catalogue;
 mod channels;
 mod elements;
+mod inertia;
 mod margins;
 mod moved_rows;
 mod parameters;
@@ -69,6 +71,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
                 .help("add a `[[body]]` without `fixed = true`"),
         );
     }
+    found.extend(inertia::meets_contacts(scene, &elements.instances));
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
     if !found.iter().any(Diagnostic::is_error) {
         signals::connect(scene, &channels, &mut elements.instances, &mut found);

@@ -147,6 +147,12 @@ impl Instance {
         !self.recording.initial_states.is_empty()
     }
 
+    /// Whether it brings kinetic energy of its own.
+    #[must_use]
+    pub fn brings_kinetic(&self) -> bool {
+        self.recording.output(element_api::recording::Role::Kinetic).is_some()
+    }
+
     /// Whether it is a joint with states, which may move its rows.
     #[must_use]
     pub fn is_joint_with_states(&self) -> bool {

@@ -217,12 +217,11 @@ impl Equations {
         let mut velocities = frame.velocity.to_vec();
         velocities.extend(frame.angular_velocity);
         let Some(body) = frame.body else { return vec![self.graph.constant(0.0); 6] };
-        let nodes = &self.bodies[body];
-        let rate = self.graph.times_skew(&nodes.a, nodes.w);
-        let mut seeds: Seeds = entries(&nodes.a).zip(entries(&rate)).collect();
-        let slot = layout.acceleration_slot() + 6 * body;
-        for (k, velocity) in nodes.v.into_iter().chain(nodes.w).enumerate() {
-            seeds.insert(velocity, self.graph.input(slot + k));
+        let mut seeds = self.motion_seeds(&[body]);
+        let columns = self.form.columns();
+        for column in columns * body..columns * (body + 1) {
+            let acceleration = self.acceleration(column, layout);
+            seeds.insert(self.speed(column), acceleration);
         }
         derivatives(&mut self.graph, &velocities, &seeds)
     }

@@ -251,7 +251,7 @@ impl Equations {
     }
 
     /// The rate of a coordinate of the Jacobian's columns.
-    fn speed(&self, column: usize) -> Node {
+    pub(super) fn speed(&self, column: usize) -> Node {
         let (body, k) = (column / self.form.columns(), column % self.form.columns());
         let nodes = &self.bodies[body];
         match self.form {
@@ -262,7 +262,7 @@ impl Equations {
     }
 
     /// Its second derivative, from the accelerations among the inputs.
-    fn acceleration(&mut self, column: usize, layout: &Layout) -> Node {
+    pub(super) fn acceleration(&mut self, column: usize, layout: &Layout) -> Node {
         let (body, k) = (column / self.form.columns(), column % self.form.columns());
         let slot = layout.acceleration_slot() + 6 * body;
         let g = &mut self.graph;
