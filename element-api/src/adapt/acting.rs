@@ -243,10 +243,13 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             ] {
                 let of_states = matches!(role(0), Role::StateRate(_));
                 let list = &list[..list.len() - if of_states { entry.guesses.len() } else { 0 }];
-                if let (Some(k), None) = (list.iter().position(Option::is_none), &forgotten) {
-                    forgotten = Some((what, k));
-                }
                 let n = entry.flexible;
+                if let (Some(k), None) = (list.iter().position(Option::is_none), &forgotten) {
+                    forgotten = match k.checked_sub(n) {
+                        Some(force) if of_states && force < n => Some(("the force on flexible coordinate", force)),
+                        _ => Some((what, k)),
+                    };
+                }
                 let role_of = |k: usize| match k.checked_sub(n) {
                     Some(force) if of_states && force < n => Role::FlexibleForce(force as u32),
                     _ => role(k as u32),

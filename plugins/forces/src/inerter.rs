@@ -15,8 +15,7 @@
 //! The quantity `force` at frame j is what the inerter does to body j: against l''. Channels are the distance, its rate, and T.
 //!
 //! ## Singular cases
-//! The line has no direction where the points meet. The lighter the bodies beside b, the more digits of their accelerations are lost:
-//! about as many as b / m has.
+//! The line has no direction where the points meet. Bodies may be as light as they are beside b.
 //!
 //! ## Example
 //! ```toml

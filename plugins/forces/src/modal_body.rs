@@ -32,7 +32,7 @@
 //! Channels are the element's own: what the bodies that it joins have on top is not counted. Momenta are about the origin of the ground.
 //!
 //! ## Singular cases
-//! The lighter the bodies at the interfaces beside the element, the more digits of accelerations are lost: about as many as the ratio has.
+//! The bodies at the interfaces may be as light as they are beside the element; their inertia is on top of it.
 //! Interfaces must not turn by half a turn against frame 0. Modes of high frequency make the equations stiff: take as many as the motion
 //! needs, or `radau5`.
 //!

@@ -19,7 +19,7 @@
 //! The quantity `force` at frame i is what weight and inertia together do to the body, at the frame's origin.
 //!
 //! ## Singular cases
-//! None. The lighter the body beside the mass, the more digits of its accelerations are lost: about as many as their ratio has.
+//! None: the body may be as light as it is beside the mass.
 //!
 //! ## Example
 //! ```toml

@@ -13,7 +13,7 @@ use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, 
 use super::motion::{normalise, parameter_rates};
 use super::working::BODY_STATES;
 use crate::linalg::FullPivLu;
-use crate::model::{Instance, Model};
+use crate::model::Model;
 use crate::plan::{Layout, Plan};
 use crate::program::{Equations, Form, Program, Workspace};
 
@@ -125,11 +125,7 @@ impl ReferenceForm {
             layout: layout.clone(),
             counters: Counters::default(),
             coupled: equations.needs_solution(),
-            inertial: model
-                .elements
-                .iter()
-                .any(Instance::brings_kinetic)
-                .then(|| equations.coupling.iter().map(|input| input.slot).collect()),
+            inertial: equations.inertial.then(|| equations.coupling.iter().map(|input| input.slot).collect()),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use element_api::recording::{Input, Role};
 use element_api::{Kind, Recording};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
-use super::types::{Body, Instance, Marker, rotation};
+use super::types::{Body, Instance, Lent, Marker, rotation};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
@@ -17,9 +17,32 @@ const ROUND_OFF: f64 = 1e-9;
 /// # Errors
 /// In words.
 pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Result<(), String> {
-    if recording.output(Role::Kinetic).is_none() {
-        return Ok(());
+    let Some(mut mass) = mass_matrix(recording, markers, bodies) else { return Ok(()) };
+    let (flexible, n) = (recording.flexible(), mass.nrows());
+    if mass.iter().any(|entry| !entry.is_finite()) {
+        return Err("its kinetic energy has no value where the bodies are".into());
     }
+    // In units in which each entry of the diagonal is one.
+    let scale: Vec<f64> = (0..n).map(|k| mass[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+    for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+        mass[(row, column)] *= if mass[(row, column)] == 0.0 { 1.0 } else { scale[row] * scale[column] };
+    }
+    let own = mass.view((n - flexible, n - flexible), (flexible, flexible)).into_owned();
+    let least =
+        |matrix: DMatrix<f64>| matrix.symmetric_eigen().eigenvalues.iter().copied().fold(f64::INFINITY, f64::min);
+    if flexible > 0 && least(own) <= ROUND_OFF {
+        return Err("its kinetic energy does not grow with the velocity of each of its flexible coordinates".into());
+    }
+    if n > 0 && least(mass) < -ROUND_OFF * n as f64 {
+        return Err("its kinetic energy is negative for some velocities".into());
+    }
+    Ok(())
+}
+
+/// The mass matrix of a recording's kinetic energy where the bodies are given: six velocities of each frame, ground axes, then those of
+/// flexible coordinates.
+fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Option<DMatrix<f64>> {
+    recording.output(Role::Kinetic)?;
     let frames: Vec<(Vector3<f64>, Matrix3<f64>)> = markers
         .iter()
         .map(|marker| match marker.body {
@@ -54,24 +77,44 @@ pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) 
         let entry = energy([row, column]) - 0.5 * (mass[(row, row)] + mass[(column, column)]);
         (mass[(row, column)], mass[(column, row)]) = (entry, entry);
     }
-    if mass.iter().any(|entry| !entry.is_finite()) {
-        return Err("its kinetic energy has no value where the bodies are".into());
+    Some(mass)
+}
+
+/// Counts to each body what it feels of the elements' mass where it is given: the mean of its mass in all directions, and its inertia
+/// about the centre of mass.
+pub(super) fn lend(bodies: &mut [Body], elements: &[Instance]) {
+    let mut lent = vec![(0.0, Matrix3::zeros()); bodies.len()];
+    for element in elements.iter().filter(|element| element.brings_kinetic()) {
+        let Some(mass) = mass_matrix(&element.recording, &element.markers, bodies) else { continue };
+        // From the motion of the body to that of a frame of it.
+        let carried = |frame: usize| {
+            let marker = &element.markers[frame];
+            let turn = rotation(&bodies[marker.body?].orientation);
+            let mut carried = Matrix6::identity();
+            carried.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-(turn * marker.position).cross_matrix() * turn));
+            carried.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+            Some((marker.body?, carried))
+        };
+        let frames: Vec<Option<(usize, Matrix6<f64>)>> = (0..element.markers.len()).map(carried).collect();
+        for (i, left) in frames.iter().enumerate() {
+            for (j, right) in frames.iter().enumerate() {
+                let (Some((body, left)), Some((other, right))) = (left, right) else { continue };
+                if body == other {
+                    let part = left.transpose() * mass.fixed_view::<6, 6>(6 * i, 6 * j) * right;
+                    lent[*body].0 += part.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+                    lent[*body].1 += part.fixed_view::<3, 3>(3, 3);
+                }
+            }
+        }
     }
-    // In units in which each entry of the diagonal is one.
-    let scale: Vec<f64> = (0..n).map(|k| mass[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
-    for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
-        mass[(row, column)] *= if mass[(row, column)] == 0.0 { 1.0 } else { scale[row] * scale[column] };
+    for (body, (mass, inertia)) in bodies.iter_mut().zip(lent) {
+        let inertia = if body.particle { Matrix3::zeros() } else { 0.5 * (inertia + inertia.transpose()) };
+        if mass > 0.0 || inertia != Matrix3::zeros() {
+            body.lent = Some(Lent { mass, inertia, own_mass: body.mass, own_inertia: body.inertia });
+            body.mass += mass;
+            body.inertia += inertia;
+        }
     }
-    let own = mass.view((n - flexible, n - flexible), (flexible, flexible)).into_owned();
-    let least =
-        |matrix: DMatrix<f64>| matrix.symmetric_eigen().eigenvalues.iter().copied().fold(f64::INFINITY, f64::min);
-    if flexible > 0 && least(own) <= ROUND_OFF {
-        return Err("its kinetic energy does not grow with the velocity of each of its flexible coordinates".into());
-    }
-    if n > 0 && least(mass) < -ROUND_OFF * n as f64 {
-        return Err("its kinetic energy is negative for some velocities".into());
-    }
-    Ok(())
 }
 
 /// Impacts and friction that sticks are solved for with the masses of bodies alone.

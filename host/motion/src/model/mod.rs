@@ -48,8 +48,8 @@ pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
 pub use types::{
-    Axes, Body, Channel, GridUse, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, euler_parameters,
-    rotation, skew,
+    Axes, Body, Channel, GridUse, Instance, Lent, Level, Marker, Model, Quantity, Signal, Source, Thin,
+    euler_parameters, rotation, skew,
 };
 
 /// A model and what the user should know about it.
@@ -61,7 +61,7 @@ pub type Resolved = (Model, Vec<Diagnostic>);
 /// All mistakes found: unknown names, impossible masses, parameters out of range, elements that refuse, unknown outputs.
 pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnostic>> {
     let mut found = Vec::new();
-    let bodies = bodies::resolve(scene, &mut found);
+    let mut bodies = bodies::resolve(scene, &mut found);
     let mut elements = elements::resolve(scene, catalog, &bodies, &mut found);
     if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
         let place = scene.bodies.first().map_or(scene.simulation.span.clone(), |body| body.name.span.clone());
@@ -80,6 +80,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     if found.iter().any(Diagnostic::is_error) {
         return Err(found);
     }
+    inertia::lend(&mut bodies.movable, &elements.instances);
     let model = Model {
         bodies: bodies.movable,
         elements: elements.instances,

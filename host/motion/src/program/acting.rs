@@ -82,6 +82,7 @@ impl Equations {
         for index in 0..model.elements.len() {
             if let Some(energy) = self.kinetic_of(index, &mut imports) {
                 self.kinetic = self.graph.add(self.kinetic, energy);
+                self.inertial = true;
             }
         }
         for (index, element) in model.elements.iter().enumerate() {
