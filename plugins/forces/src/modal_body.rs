@@ -102,10 +102,22 @@ pub struct ModalBody {
 #[derive(Debug, Clone, Parameters)]
 pub struct ModalBodyParameters {
     /// Entries of the matrices: row, column, mass, stiffness of each, SI; see the page of the element.
-    #[param(example = [1.0, 1.0, 1.0, 0.0, 2.0, 2.0, 1.0, 0.0, 3.0, 3.0, 1.0, 0.0, 4.0, 4.0, 1.0, 0.0, 5.0, 5.0, 1.0, 0.0, 6.0, 6.0, 1.0, 0.0, 7.0, 1.0, 0.5, 0.0, 7.0, 7.0, 1.0, 9.0])]
+    #[param(example = [
+        1.0, 1.0, 1.0, 10000.0,
+        7.0, 1.0, 0.5, -10000.0,
+        7.0, 7.0, 1.0, 10000.0,
+        2.0, 2.0, 1.0, 0.0,
+        8.0, 2.0, 0.5, 0.0,
+        8.0, 8.0, 1.0, 0.0,
+        3.0, 3.0, 1.0, 0.0,
+        9.0, 3.0, 0.5, 0.0,
+        9.0, 9.0, 1.0, 0.0,
+        13.0, 1.0, 0.5, 0.0,
+        13.0, 13.0, 1.0, 9.0,
+    ])]
     pub matrices: Vec<f64>,
     /// Points of the interfaces where nothing is deformed, three numbers each, in axes of frame 0; only their differences count.
-    #[param(unit = "m", example = [0.0, 0.0, 0.0])]
+    #[param(unit = "m", example = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0])]
     pub points: Vec<f64>,
     /// Damping in proportion to stiffness, tau.
     #[param(unit = "s", min = 0.0, default = 0.0)]
