@@ -19,6 +19,7 @@ mod checks;
 mod damping;
 mod differential;
 mod furnish;
+mod inertia;
 mod mechanism;
 mod numbers;
 mod relation;

@@ -9,6 +9,7 @@
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
 //! | `contacts.rs` | contacts that strike, rest and open, against closed forms and in every way |
 //! | `friction.rs` | rows that hold up to a limit: they stick and slide as closed forms say, in every way |
+//! | `inertia.rs` | elements with mass and flexible coordinates of their own move as bodies, finite elements and closed forms do |
 //! | `ropes.rs` | elements with any number of bodies: ropes that catch, in every way, and what is refused |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
@@ -65,6 +66,7 @@ mod fixtures;
 mod formulations;
 mod friction;
 mod hostile;
+mod inertia;
 mod interleaved;
 mod judged;
 mod limit;

@@ -260,6 +260,29 @@ pub trait Force: Element {
         let _ = at;
         None
     }
+    /// `[record]` Kinetic energy T, J, of mass that the element brings: a point mass, the rotor of a geared motor, a body that bends. A sum
+    /// of products of two velocities each, never negative; it depends on positions, rotations and twists of the frames, and on
+    /// flexible coordinates and their rates, on nothing else. Its inertia acts on the bodies by itself: [`Force::wrench`] is
+    /// what comes on top, the weight of that mass for instance. The energy balance counts T. Not for opaque elements, nor in scenes with
+    /// impacts. Contract 1.2.
+    ///
+    /// The host differentiates T: with h = dT/d(velocities) of a frame's origin and about it, and the derivatives along
+    /// displacements and turns of the frame, the inertia is F = dT/dp - dh_v/dt, M = dT/dtheta + omega x h_w - dh_w/dt, which is linear
+    /// in accelerations (Lagrange's equations in quasi-velocities; Meirovitch, Methods of Analytical Dynamics (1970), section 4.12).
+    fn kinetic<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        let _ = at;
+        None
+    }
+    /// `[create]` Number n of flexible coordinates q of the element itself, which T moves: the states begin with q and q', n numbers
+    /// each, and [`Force::rates`] gives those of further states only. T must grow with each q' whatever the frames do. Contract 1.2.
+    fn flexible(&self) -> usize {
+        0
+    }
+    /// `[record]` The generalised force on each flexible coordinate, whose power is that force times q': -dV/dq - dR/dq' where
+    /// [`Force::potential`] and [`Force::dissipation`] tell of it. Contract 1.2.
+    fn flexible_forces<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
     /// `[create]` Values of the states at the start. Their number may depend on the parameters; the first ones have the
     /// names of [`Force::STATES`].
     fn initial_states(&self) -> Vec<f64> {

@@ -306,6 +306,10 @@ pub enum Role {
     Condition(u32),
     /// Starting guess of an internal unknown; a constant. Contract 1.2.
     Guess(u32),
+    /// Kinetic energy of mass that the element brings, J. Contract 1.2.
+    Kinetic,
+    /// Generalised force on a flexible coordinate. Contract 1.2.
+    FlexibleForce(u32),
 }
 
 impl Role {
@@ -335,6 +339,8 @@ impl Role {
             Self::Check(k) => (25, k),
             Self::Condition(k) => (17, k),
             Self::Guess(k) => (18, k),
+            Self::Kinetic => (40, 0),
+            Self::FlexibleForce(k) => (41, k),
         }
     }
 
@@ -364,6 +370,8 @@ impl Role {
             25 => Self::Check(k),
             17 => Self::Condition(k),
             18 => Self::Guess(k),
+            40 if k == 0 => Self::Kinetic,
+            41 => Self::FlexibleForce(k),
             _ => return None,
         })
     }
@@ -391,7 +399,7 @@ impl Role {
             | Self::Coordinate(_)
             | Self::PosePosition(_)
             | Self::PoseRotation(_) => kind == Kind::Joint,
-            Self::Force(_) | Self::Torque(_) => kind == Kind::Force,
+            Self::Force(_) | Self::Torque(_) | Self::Kinetic | Self::FlexibleForce(_) => kind == Kind::Force,
             Self::NextDiscrete(_)
             | Self::SamplePeriod
             | Self::Channel(_)

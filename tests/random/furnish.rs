@@ -113,6 +113,7 @@ impl Mechanism {
         }
         mechanism.measure(&mut Random::new(seed ^ 0x005e_2505));
         mechanism.dampen(style, &mut Random::new(seed ^ 0x0d0a_3b1e));
+        mechanism.inert(style, &mut Random::new(seed ^ 0x11e7_7e25));
         mechanism
     }
 

@@ -19,6 +19,17 @@ trait Acting<T: Element>: 'static {
     fn channels<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
     fn energies<S: Scalar>(element: &T, at: &Motion<'_, S>) -> [Option<S>; 2];
     fn checks<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>);
+    fn flexible(element: &T) -> usize {
+        let _ = element;
+        0
+    }
+    fn flexible_forces<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (element, at, out);
+    }
+    fn kinetic<S: Scalar>(element: &T, at: &Motion<'_, S>) -> Option<S> {
+        let _ = (element, at);
+        None
+    }
 }
 
 pub(super) struct AsForce;
@@ -55,6 +66,15 @@ impl<T: Force> Acting<T> for AsForce {
     }
     fn checks<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         element.checks(at, out);
+    }
+    fn flexible(element: &T) -> usize {
+        element.flexible()
+    }
+    fn flexible_forces<S: Scalar>(element: &T, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        element.flexible_forces(at, out);
+    }
+    fn kinetic<S: Scalar>(element: &T, at: &Motion<'_, S>) -> Option<S> {
+        element.kinetic(at)
     }
 }
 
@@ -97,6 +117,8 @@ struct ActingEntry<T> {
     element: T,
     /// Starting guesses of the internal unknowns.
     guesses: Vec<f64>,
+    /// Number of flexible coordinates; the states begin with these and their rates.
+    flexible: usize,
     layout: Layout,
 }
 
@@ -133,7 +155,12 @@ impl<S: Scalar> Found<S> {
         let (forces, torques) = (&mut self.forces[..], &mut self.torques[..]);
         K::wrench(&entry.element, &at, &mut Wrenches { frames: &given.frames, forces, torques });
         let (rates, unknowns) = self.rates.split_at_mut(entry.layout.states - entry.guesses.len());
-        K::rates(&entry.element, &at, &mut Values::new(rates, "rate"));
+        // Of flexible coordinates: q', then the forces that q'' follows from.
+        let n = entry.flexible;
+        rates[..n].iter_mut().zip(&given.states[n..]).for_each(|(rate, speed)| *rate = Some(*speed));
+        let forces = &mut Values::new(&mut rates[n..2 * n], "flexible force");
+        K::flexible_forces(&entry.element, &at, forces);
+        K::rates(&entry.element, &at, &mut Values::new(&mut rates[2 * n..], "rate"));
         if !unknowns.is_empty() {
             let found = conditions(&entry.element, unknowns.len(), given);
             unknowns.iter_mut().rev().zip(found).for_each(|(slot, value)| *slot = value);
@@ -176,7 +203,12 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             joints: K::JOINTS,
             values: K::CHANNELS.len(),
         };
-        self.instances.push(ActingEntry { element, guesses, layout });
+        let flexible = K::flexible(&element);
+        if layout.states - guesses.len() < 2 * flexible {
+            let message = format!("{flexible} flexible coordinates need {} states, q and q'", 2 * flexible);
+            return Err(CreateError::Fault(message));
+        }
+        self.instances.push(ActingEntry { element, guesses, flexible, layout });
         Ok(self.instances.len() - 1)
     }
 
@@ -211,10 +243,18 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             ] {
                 let of_states = matches!(role(0), Role::StateRate(_));
                 let list = &list[..list.len() - if of_states { entry.guesses.len() } else { 0 }];
+                let n = entry.flexible;
                 if let (Some(k), None) = (list.iter().position(Option::is_none), &forgotten) {
-                    forgotten = Some((what, k));
+                    forgotten = match k.checked_sub(n) {
+                        Some(force) if of_states && force < n => Some(("the force on flexible coordinate", force)),
+                        _ => Some((what, k)),
+                    };
                 }
-                results.extend(list.iter().enumerate().filter_map(|(k, value)| Some((role(k as u32), (*value)?))));
+                let role_of = |k: usize| match k.checked_sub(n) {
+                    Some(force) if of_states && force < n => Role::FlexibleForce(force as u32),
+                    _ => role(k as u32),
+                };
+                results.extend(list.iter().enumerate().filter_map(|(k, value)| Some((role_of(k), (*value)?))));
                 if of_states && !entry.guesses.is_empty() {
                     match unknown_outputs(&entry.element, &entry.guesses, &given) {
                         Ok(outputs) => results.extend(outputs),
@@ -224,6 +264,7 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             }
             results.extend(found.energies[0].map(|v| (Role::Potential, v)));
             results.extend(found.energies[1].map(|v| (Role::Dissipation, v)));
+            results.extend(K::kinetic(&entry.element, &given.motion()).map(|energy| (Role::Kinetic, energy)));
             results.extend(angle_outputs(&given));
             results.extend(K::sample_period(&entry.element).map(|period| (Role::SamplePeriod, Recorded::from(period))));
             results
@@ -243,6 +284,10 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
         recording.initial_discrete = K::initial_memory(&entry.element);
         if T::OPAQUE {
             let roles: Vec<Role> = recording.outputs.iter().map(|o| o.role).collect();
+            if roles.iter().any(|role| matches!(role, Role::Kinetic | Role::FlexibleForce(_))) {
+                let message = "has a kinetic energy, which an opaque element cannot have: let it be recorded".into();
+                return Err(Fault { instance, message });
+            }
             let period = recording.sample_period();
             recording = announce(roles.into_iter(), recording.initial_states, recording.initial_discrete);
             if let (Some(period), Some(number)) = (period, recording.constants.first_mut()) {

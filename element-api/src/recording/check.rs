@@ -1,5 +1,7 @@
 //! What a recording may refer to: a plugin is a stranger.
 
+mod kinetic;
+
 use super::*;
 
 /// Degree of what is no linear function of velocities.
@@ -57,7 +59,8 @@ impl Recording {
                 Role::PoseRotation(k) => (k, 9),
                 Role::Signal(_) => return Err("signals are reserved for a later version".into()),
                 Role::Condition(k) | Role::Guess(k) => (k, unknowns),
-                Role::Potential | Role::Dissipation | Role::SamplePeriod => (0, 1),
+                Role::FlexibleForce(k) => (k, self.initial_states.len() / 2),
+                Role::Potential | Role::Dissipation | Role::Kinetic | Role::SamplePeriod => (0, 1),
             };
             if index as usize >= count {
                 return Err(format!("{:?} is outside what the element declares ({count})", output.role));
@@ -85,7 +88,9 @@ impl Recording {
         if given(Role::SamplePeriod) && !self.sample_period().is_some_and(|period| period > 0.0) {
             return Err("the sampling period is not a positive constant".into());
         }
-        if let Some(k) = (0..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
+        self.check_kinetic(&given)?;
+        let flexible = 2 * self.flexible() as u32;
+        if let Some(k) = (flexible..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
             return Err(format!("state {k} has no rate"));
         }
         Ok(())

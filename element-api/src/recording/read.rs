@@ -70,6 +70,12 @@ impl Recording {
         self.outputs.iter().filter(|output| matches!(output.role, Role::Guess(_))).count()
     }
 
+    /// The number of flexible coordinates. The states begin with these and their rates.
+    #[must_use]
+    pub fn flexible(&self) -> usize {
+        self.outputs.iter().filter(|output| matches!(output.role, Role::FlexibleForce(_))).count()
+    }
+
     /// The other row of a pair that has one limit.
     #[must_use]
     pub fn slides_with(&self, row: u32) -> Option<u32> {

@@ -53,6 +53,9 @@ pub(super) fn examine_third_law(x: &mut Examination<'_>) {
 pub(super) fn examine_power(x: &mut Examination<'_>, required: bool) {
     let gives = |role: Role| x.probe.recording.output(role).is_some();
     let (potential, dissipation) = (gives(Role::Potential), gives(Role::Dissipation));
+    if gives(Role::Kinetic) {
+        x.each_setting(&[Check::PowerBalance], kinetic_energy);
+    }
     if !potential && !dissipation {
         if required {
             x.report.examine(Check::PowerBalance);
@@ -87,7 +90,9 @@ fn jacobian(x: &mut Examination<'_>, setting: &Setting) {
     let sizes = sizes(&results(x, setting));
     for variation in Variation::all(setting, true) {
         let recorded = interpret_with(&x.probe.recording, |input| variation.jet(setting, input));
-        let jets = recorded.into_iter().filter(|(role, _)| !matches!(role, Role::Angle(_) | Role::SamplePeriod));
+        let jets = recorded
+            .into_iter()
+            .filter(|(role, _)| !matches!(role, Role::Angle(_) | Role::SamplePeriod | Role::Kinetic));
         let derivatives: Vec<f64> = jets.map(|(_, jet)| jet.first).collect();
         let differences = slopes(|h| numbers(&results(x, &variation.step(setting, h))), &sizes);
         x.compare_slopes(Check::Jacobian, &derivatives, &differences, &sizes, variation);
@@ -122,7 +127,9 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
     }
     let found = results(x, setting);
     let powers = setting.twists.iter().zip(found.forces.iter().zip(&found.torques));
-    let power: f64 = powers.map(|(t, (f, m))| f.dot(&t.velocity) + m.dot(&t.angular_velocity)).sum();
+    let mut power: f64 = powers.map(|(t, (f, m))| f.dot(&t.velocity) + m.dot(&t.angular_velocity)).sum();
+    let flexible = x.probe.recording.flexible();
+    power += (0..flexible).map(|k| found.rates[flexible + k] * setting.states[flexible + k]).sum::<f64>();
     let potential = |h: f64| {
         let mut later = Setting { time: setting.time, ..setting.after(h) };
         for (state, rate) in later.states.iter_mut().zip(&found.rates) {
@@ -144,6 +151,15 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
         );
         let subject = "the loads make or lose energy that nothing accounts for";
         x.report.add_about(Check::PowerBalance, subject, &text);
+    }
+}
+
+/// A kinetic energy is not negative.
+fn kinetic_energy(x: &mut Examination<'_>, setting: &Setting) {
+    let found = x.probe.recorded(setting, &[]).into_iter().find(|(role, _)| *role == Role::Kinetic);
+    if let Some((_, energy)) = found.filter(|(_, energy)| energy.is_nan() || *energy < -ROUNDING * (1.0 + energy.abs()))
+    {
+        x.report.add_about(Check::PowerBalance, "the kinetic energy is negative", &format!("{} J", number(energy)));
     }
 }
 
@@ -187,6 +203,10 @@ pub(super) fn value_name(probe: &Probe, k: usize) -> String {
         k -= count;
     }
     let states = probe.recording.initial_states.len();
+    let flexible = probe.recording.flexible();
+    if (flexible..2 * flexible).contains(&k) {
+        return format!("the force on flexible coordinate {}", k - flexible);
+    }
     if k < states {
         let name = descriptor.states.get(k).map_or_else(|| k.to_string(), |named| format!("`{}`", named.name));
         return format!("the rate of state {name}");

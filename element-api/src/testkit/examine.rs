@@ -325,6 +325,7 @@ impl<'a> Examination<'a> {
                 | Role::Limit(_)
                 | Role::SlidesWith(_)
                 | Role::Check(_)
+                | Role::Kinetic
                 | Role::Guess(_) => continue,
                 Role::Condition(_) if self.probe.descriptor.kind == Kind::Joint => continue,
                 Role::StateRate(_) if self.probe.descriptor.kind == Kind::Joint => continue,

@@ -23,7 +23,7 @@ pub fn interpret_with<S: Scalar>(recording: &Recording, read: impl Fn(Input) -> 
     // Conditions on unknowns lie behind the rates of states among plain numbers, the last one first.
     let conditions = if recording.unknowns() > 0 { &mut results[..] } else { &mut [] };
     conditions.sort_by_key(|(role, _)| match role {
-        Role::Force(_) | Role::Torque(_) | Role::StateRate(_) => (0, 0),
+        Role::Force(_) | Role::Torque(_) | Role::StateRate(_) | Role::FlexibleForce(_) => (0, 0),
         Role::Condition(k) => (1, u32::MAX - k),
         _ => (2, 0),
     });

@@ -186,7 +186,8 @@ impl Probe {
         // The number is one that the element takes, as it was added.
         let descriptor = class.descriptor().with_frames(count);
         recording.check(&descriptor.limits()).map_err(CreateError::Fault)?;
-        recording.outputs.sort_by_key(|output| place(output.role));
+        let flexible = recording.flexible() as u32;
+        recording.outputs.sort_by_key(|output| place(output.role, flexible));
         Ok(Self { descriptor, recording, set, fault: RefCell::new(None) })
     }
 
@@ -365,7 +366,9 @@ impl Probe {
 }
 
 /// Where a result stands among those of a recording, as [`Layout`] has them: an element in C gives them in any order.
-fn place(role: Role) -> (u8, Role) {
+fn place(role: Role, flexible: u32) -> (u8, Role) {
+    // Forces on flexible coordinates stand where the rates of their velocities would.
+    let role = if let Role::FlexibleForce(k) = role { Role::StateRate(flexible + k) } else { role };
     let group = match role {
         Role::Angle(_) => 1,
         Role::PosePosition(_) | Role::PoseRotation(_) => 2,

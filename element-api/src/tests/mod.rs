@@ -8,6 +8,7 @@ mod expressions;
 mod functions;
 mod interpolations;
 mod joints;
+mod kinetic;
 mod more_frames;
 mod parameters;
 mod recordings;

@@ -74,6 +74,8 @@ pub struct Linear {
     pub(crate) load_list: Vec<Load>,
     /// Names of the bodies.
     pub bodies: Vec<String>,
+    /// An element that brings kinetic energy of its own.
+    pub(crate) brings_kinetic: Option<String>,
     /// What the linearisation does not say by itself.
     pub notes: Vec<String>,
     /// Whether the scene neither moves nor accelerates there.
@@ -244,6 +246,7 @@ impl Linear {
                 }
             })
             .collect();
+        linear.brings_kinetic = model.elements.iter().find(|e| e.brings_kinetic()).map(|e| e.name.clone());
         linear.say(session, instant, &local);
         Ok(linear)
     }
@@ -297,6 +300,10 @@ impl Linear {
             self.notes.push(
                 "some equations have branches (friction, stops, tables): linearised in the branch in force".into(),
             );
+        }
+        if let Some(element) = &self.brings_kinetic {
+            self.notes
+                .push(format!("`{element}` brings kinetic energy of its own: modes are told without shares of energy"));
         }
         if layout.given_at > 0 {
             self.notes.push("element states that change only between steps are held".into());
@@ -424,6 +431,7 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         loads: DMatrix::zeros(0, states),
         expansion: e.clone(),
         load_list: Vec::new(),
+        brings_kinetic: None,
         bodies: Vec::new(),
         notes: Vec::new(),
         at_rest: false,

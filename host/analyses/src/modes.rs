@@ -144,7 +144,10 @@ impl Modes {
         let mut modes = Vec::with_capacity(found.pairs.len());
         for (k, pair) in found.pairs.iter().enumerate() {
             let value = pair.value;
-            let (energies, shape) = (energies(linear, &pair.vector), shape(linear, &pair.vector, length));
+            // Those of elements with kinetic energy of their own are not known by body.
+            let alone = linear.brings_kinetic.is_none();
+            let energies = if alone { energies(linear, &pair.vector) } else { Default::default() };
+            let shape = shape(linear, &pair.vector, length);
             let size = value.norm();
             if pair.residual > RESIDUAL {
                 notes.push(format!("mode {}: its vector is inaccurate, residual {:.1e}", k + 1, pair.residual));

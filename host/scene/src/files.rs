@@ -3,8 +3,9 @@
 //! into it and everything that depends on the text of a scene depends on it too.
 //!
 //! A file is CSV: fields between commas, semicolons or tabs, lines that begin with `#` are remarks, the first other line names the
-//! columns, `speed [rpm]` with the unit of plain numbers below. Without `columns`, a file of two columns is a curve; of more, a grid
-//! with the values of y in its first line and those of x in its first column.
+//! columns, `speed [rpm]` with the unit of plain numbers below. Two `columns` are a curve, three a grid; one, or four and more, a list of
+//! their numbers, line by line. Without `columns`, a file of two columns is a curve; of more, a grid with the values of y in its first line
+//! and those of x in its first column.
 
 use super::dimension::Dimension;
 use super::quantity::Quantity;
@@ -15,6 +16,8 @@ use std::io::Read;
 use std::ops::Range;
 
 const KEYS: [&str; 3] = ["file", "columns", "units"];
+/// Stands for a list of numbers among what a file becomes: no key of a scene.
+const LIST: &str = "";
 /// Longest file that is read, bytes.
 const LONGEST: u64 = 16 << 20;
 
@@ -32,6 +35,9 @@ pub(super) fn expand(root: &mut RawTable, source: &mut Source, diagnostics: &mut
                 let Some(file) = table.get("file") else { continue };
                 files.extend(file.as_text().map(ToOwned::to_owned));
                 match entries(table, source) {
+                    Ok(mut found) if found.len() == 1 && found[0].0.value == LIST => {
+                        *value = found.remove(0).1;
+                    }
                     Ok(found) => {
                         table.entries.retain(|(key, _)| !KEYS.contains(&key.value.as_str()));
                         table.entries.extend(found);
@@ -140,8 +146,12 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
             let cells = lines.iter().map(|line| Ok([cell(line, x)?, cell(line, y)?, cell(line, z)?]));
             grid(name, cells.collect::<Found<Vec<_>>>()?, place)
         }
-        _ => {
-            let message = format!("a curve needs two columns and a grid three, found {}", chosen.len());
+        [_] | [_, _, _, _, ..] => {
+            let numbers = lines.iter().flat_map(|line| chosen.iter().map(|k| cell(line, *k)));
+            Ok(vec![entry(LIST, numbers.collect::<Found<Vec<_>>>()?, place)])
+        }
+        [] => {
+            let message = "no column is named";
             let help = "name them: `columns = [\"speed\", \"torque\"]`, the arguments first";
             Err(Box::new(wrong(message, place.span.clone()).help(help)))
         }

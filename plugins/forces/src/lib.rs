@@ -12,9 +12,12 @@ mod deformation;
 pub mod drag;
 pub mod field;
 pub mod hydraulic_damper;
+pub mod inerter;
 pub mod joint_friction;
 mod matrix;
+pub mod modal_body;
 pub mod point_gravity;
+pub mod point_mass;
 pub mod rotational_actuator;
 pub mod rotational_bump_stop;
 pub mod rotational_spring_damper;
@@ -47,6 +50,9 @@ element_api::export_plugin! {
         hydraulic_damper::HydraulicDamper,
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
+        inerter::Inerter,
+        point_mass::PointMass,
+        modal_body::ModalBody,
     ],
 }
 

@@ -101,8 +101,8 @@ pub enum AnalysisError {
     },
     /// Forces that depend on reactions or accelerations have no solution together with them that was found.
     #[error(
-        "forces that depend on reactions or accelerations (friction) were not found together with them: too much \
-         friction can have no solution, or several (Painleve)"
+        "forces that depend on reactions or accelerations (friction, inertia of elements) were not found together with them: too \
+         much friction can have no solution, or several (Painleve)"
     )]
     NoCommonSolution,
     /// A torque acts on a point mass.

@@ -24,6 +24,9 @@ const TOLERANCE: f64 = 1e-11;
 /// Iterations for forces that depend on accelerations and multipliers, and the relative change at which they end.
 const MOST_ITERATIONS: usize = 500;
 const CLOSE: f64 = 1e-13;
+/// The same where round-off prevents a smaller change, and the step of difference quotients, for elements that bring kinetic energy.
+const CLOSE_ENOUGH: f64 = 1e-9;
+const DIFFERENCE: f64 = 1e-3;
 /// Newton corrections per projection.
 const MOST_CORRECTIONS: usize = 12;
 
@@ -50,6 +53,9 @@ pub struct ReferenceForm {
     counters: Counters,
     /// Whether forces, state rates or power depend on accelerations or multipliers.
     coupled: bool,
+    /// The inputs that forces depend on although they follow from them, where elements bring kinetic energy: plain iteration
+    /// ends nowhere if an element's mass is more than a body's.
+    inertial: Option<Vec<usize>>,
 }
 
 /// Where each kind of output begins.
@@ -119,6 +125,7 @@ impl ReferenceForm {
             layout: layout.clone(),
             counters: Counters::default(),
             coupled: equations.needs_solution(),
+            inertial: equations.inertial.then(|| equations.coupling.iter().map(|input| input.slot).collect()),
         }
     }
 
@@ -228,6 +235,11 @@ impl ReferenceForm {
         if !self.coupled {
             return Ok(());
         }
+        if let Some(slots) = self.inertial.take() {
+            let solved = self.solve_with_inertia(&slots);
+            self.inertial = Some(slots);
+            return solved;
+        }
         let mut least = f64::INFINITY;
         for _ in 0..MOST_ITERATIONS {
             let before = self.solution.clone();
@@ -246,6 +258,46 @@ impl ReferenceForm {
             self.counters.coupling_iterations += 1;
         }
         Err(AnalysisError::NoCommonSolution)
+    }
+
+    /// The same by Newton's method, with difference quotients: exact to round-off for what is linear in accelerations.
+    fn solve_with_inertia(&mut self, slots: &[usize]) -> Result<(), AnalysisError> {
+        let n = slots.len();
+        let mut z = vec![0.0; n];
+        let mut matrix = FullPivLu::new(n, 1e-14);
+        let (mut step, mut least) = (vec![0.0; n], f64::INFINITY);
+        for _ in 0..MOST_ITERATIONS {
+            let found = self.answer(slots, &z)?;
+            let difference: Vec<f64> = found.iter().zip(&z).map(|(found, z)| found - z).collect();
+            let change = largest(&difference) / largest(&found);
+            if change <= CLOSE || (change <= CLOSE_ENOUGH && change >= least) {
+                return Ok(());
+            }
+            least = least.min(change);
+            self.counters.coupling_iterations += 1;
+            let h = DIFFERENCE * largest(&found).max(1.0);
+            for k in 0..n {
+                let mut there = z.clone();
+                there[k] += h;
+                let moved = self.answer(slots, &there)?;
+                for (row, (moved, found)) in moved.iter().zip(&found).enumerate() {
+                    matrix.entries_mut()[row + n * k] = f64::from(u8::from(row == k)) - (moved - found) / h;
+                }
+            }
+            matrix.factor()?;
+            matrix.solve(&difference, &mut step)?;
+            z.iter_mut().zip(&step).for_each(|(z, step)| *z += step);
+        }
+        Err(AnalysisError::NoCommonSolution)
+    }
+
+    /// What the equations of motion answer to forces for these values of inputs at `slots`; the solution stays.
+    fn answer(&mut self, slots: &[usize], z: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+        slots.iter().zip(z).for_each(|(slot, z)| self.inputs[*slot] = *z);
+        self.evaluate()?;
+        self.solve_once()?;
+        self.publish();
+        Ok(slots.iter().map(|slot| self.inputs[*slot]).collect())
     }
 
     /// Writes accelerations and multipliers into the inputs.
@@ -319,6 +371,10 @@ impl ReferenceForm {
         let (body, k) = (column / 7, column % 7);
         if k < 3 { self.layout.body_slot(body, 7 + k) } else { self.layout.body_slot(body, 13 + k - 3) }
     }
+}
+
+fn largest(list: &[f64]) -> f64 {
+    list.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()))
 }
 
 /// omega' = 2 G p' (Haug 1989, eq. 9.3.32).

@@ -82,6 +82,7 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
                 orientation: record.orientation,
                 velocity: record.velocity.value,
                 angular_velocity: record.angular_velocity.value,
+                lent: None,
                 particle: record.particle,
                 thin,
             });

@@ -9,8 +9,8 @@ use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Vector3};
 
 use super::bodies::{Bodies, Target, quoted};
-use super::types::{Instance, Marker};
-use super::{margins, parameters, tables};
+use super::types::{Body, Instance, Marker};
+use super::{inertia, margins, parameters, tables};
 use crate::catalog::{Catalog, ElementHandle, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
@@ -71,7 +71,7 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         if class.more_frames.is_some() {
             table.insert(FRAME_COUNT.into(), (markers.len() as i64).into());
         }
-        match elements.create(record, &handle, &table, markers, joints) {
+        match elements.create(record, &handle, &table, markers, (joints, &bodies.movable)) {
             Ok(instance) => {
                 found.extend(tables::check(scene, record, class, &table, &instance.recording));
                 elements.instances.push(instance);
@@ -325,7 +325,7 @@ impl Elements {
         handle: &ElementHandle,
         table: &element_api::params::Table,
         markers: Vec<Marker>,
-        joints: Vec<usize>,
+        (joints, bodies): (Vec<usize>, &[Body]),
     ) -> Result<Instance, Box<Diagnostic>> {
         let full_name = handle.full_name();
         let set = self.set_names.iter().position(|name| *name == full_name).unwrap_or_else(|| {
@@ -367,6 +367,7 @@ impl Elements {
             return Err(misbehaved(format!("its row `{name}` is never set")));
         }
         recording.check(&class.limits()).map_err(misbehaved)?;
+        inertia::check(&recording, &markers, bodies).map_err(misbehaved)?;
         let mut rows: Vec<usize> = recording
             .outputs
             .iter()

@@ -11,6 +11,7 @@
 //! | `types.rs` | the model |
 //! | `bodies.rs` | masses and inertias, fixed bodies |
 //! | `elements.rs` | markers, creation and recording of elements |
+//! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
@@ -23,6 +24,7 @@ mod bodies;
 mod catalogue;
 mod channels;
 mod elements;
+mod inertia;
 mod margins;
 mod moved_rows;
 mod parameters;
@@ -46,8 +48,8 @@ pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
 pub use types::{
-    Axes, Body, Channel, GridUse, Instance, Level, Marker, Model, Quantity, Signal, Source, Thin, euler_parameters,
-    rotation, skew,
+    Axes, Body, Channel, GridUse, Instance, Lent, Level, Marker, Model, Quantity, Signal, Source, Thin,
+    euler_parameters, rotation, skew,
 };
 
 /// A model and what the user should know about it.
@@ -59,7 +61,7 @@ pub type Resolved = (Model, Vec<Diagnostic>);
 /// All mistakes found: unknown names, impossible masses, parameters out of range, elements that refuse, unknown outputs.
 pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnostic>> {
     let mut found = Vec::new();
-    let bodies = bodies::resolve(scene, &mut found);
+    let mut bodies = bodies::resolve(scene, &mut found);
     let mut elements = elements::resolve(scene, catalog, &bodies, &mut found);
     if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
         let place = scene.bodies.first().map_or(scene.simulation.span.clone(), |body| body.name.span.clone());
@@ -69,6 +71,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
                 .help("add a `[[body]]` without `fixed = true`"),
         );
     }
+    found.extend(inertia::meets_contacts(scene, &elements.instances));
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
     if !found.iter().any(Diagnostic::is_error) {
         signals::connect(scene, &channels, &mut elements.instances, &mut found);
@@ -77,6 +80,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     if found.iter().any(Diagnostic::is_error) {
         return Err(found);
     }
+    inertia::lend(&mut bodies.movable, &elements.instances);
     let model = Model {
         bodies: bodies.movable,
         elements: elements.instances,

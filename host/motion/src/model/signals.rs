@@ -314,7 +314,9 @@ pub(super) fn results_behind(quantity: &Quantity, instances: &[Instance]) -> Vec
                 let k = (3 * frame + k) as u32;
                 if *torque { Role::Torque(k) } else { Role::Force(k) }
             };
-            (0..3).map(|k| (*element, role(k))).collect()
+            // What the inertia of flexible coordinates does to the bodies depends on the forces that drive them.
+            let flexible = instances[*element].recording.flexible() as u32;
+            (0..3).map(role).chain((0..flexible).map(Role::FlexibleForce)).map(|role| (*element, role)).collect()
         }
         Quantity::PotentialEnergy | Quantity::TotalEnergy => {
             let forces = (0..instances.len()).filter(|k| instances[*k].class.kind == Kind::Force);

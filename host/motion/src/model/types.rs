@@ -45,10 +45,12 @@ pub struct Signal {
 pub struct Body {
     /// Name in the scene.
     pub name: String,
-    /// Mass, kg.
+    /// Mass, kg, with what elements lend.
     pub mass: f64,
-    /// Inertia about the centre of mass, body axes, kg m^2.
+    /// Inertia about the centre of mass, body axes, kg m^2, with what elements lend.
     pub inertia: Matrix3<f64>,
+    /// What elements that bring mass of their own lend to the body.
+    pub lent: Option<Lent>,
     /// Centre of mass in the body frame, m.
     pub center_of_mass: Vector3<f64>,
     /// Position of the centre of mass at the start as given, m, ground frame.
@@ -76,7 +78,33 @@ pub struct Thin {
     pub share: f64,
 }
 
+/// Mass that the equations of motion count to a body on both sides: among what is solved for, and taken off again as a load in proportion to
+/// accelerations. So a light body that carries the mass of an element is solved for as a heavy one, without loss of digits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lent {
+    /// kg.
+    pub mass: f64,
+    /// About the centre of mass, body axes, kg m^2.
+    pub inertia: Matrix3<f64>,
+    /// The body's own mass, kg.
+    pub own_mass: f64,
+    /// The same for its inertia.
+    pub own_inertia: Matrix3<f64>,
+}
+
 impl Body {
+    /// Its mass without what is lent, kg.
+    #[must_use]
+    pub fn own_mass(&self) -> f64 {
+        self.lent.as_ref().map_or(self.mass, |lent| lent.own_mass)
+    }
+
+    /// Its inertia without what is lent, kg m^2.
+    #[must_use]
+    pub fn own_inertia(&self) -> Matrix3<f64> {
+        self.lent.as_ref().map_or(self.inertia, |lent| lent.own_inertia)
+    }
+
     /// Gives an axis without moment of inertia, about which nothing holds the body and about which it does not turn, as much
     /// as the others: it keeps on not turning, without round-off being taken for motion.
     pub fn calm(&mut self, number: usize) {
@@ -145,6 +173,12 @@ impl Instance {
     #[must_use]
     pub fn has_states(&self) -> bool {
         !self.recording.initial_states.is_empty()
+    }
+
+    /// Whether it brings kinetic energy of its own.
+    #[must_use]
+    pub fn brings_kinetic(&self) -> bool {
+        self.recording.output(element_api::recording::Role::Kinetic).is_some()
     }
 
     /// Whether it is a joint with states, which may move its rows.

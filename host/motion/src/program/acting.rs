@@ -11,6 +11,7 @@ use odyn_graph::{Expr, Graph, Node, V3, operation};
 use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, FrameLoad, own_input};
+use super::inertia::Inertia;
 use super::kinematics::FrameNodes;
 use super::opaque::{call_inputs, opaque_results};
 use super::unknowns;
@@ -27,6 +28,8 @@ struct Import {
     first_table: u32,
     /// Results of an opaque element.
     results: Option<Vec<(Role, Node)>>,
+    /// What its kinetic energy does, where it brings some.
+    inertia: Option<Inertia>,
 }
 
 /// Potential energies of elements, by the states that their own.
@@ -69,12 +72,19 @@ impl Equations {
             let first_table = self.graph.tables.len() as u32;
             self.graph.tables.extend(element.recording.tables.iter().cloned());
             let nodes = vec![None; element.recording.ops.len()];
-            Import { frames: self.frames(&element.markers), nodes, first_table, results: None }
+            Import { frames: self.frames(&element.markers), nodes, first_table, ..Import::default() }
         });
         let elements: Vec<Import> = elements.collect();
         let stored = Stored { shared: self.graph.constant(0.0), own: Vec::new() };
         let reactions = FxHashMap::default();
         let mut imports = Imports { model, layout, elements, weight: self.potential, stored, reactions };
+        // Signals may be measured from all kinetic energy.
+        for index in 0..model.elements.len() {
+            if let Some(energy) = self.kinetic_of(index, &mut imports) {
+                self.kinetic = self.graph.add(self.kinetic, energy);
+                self.inertial = true;
+            }
+        }
         for (index, element) in model.elements.iter().enumerate() {
             if element.class.kind != Kind::Joint {
                 self.add_acting(index, &mut imports);
@@ -92,6 +102,49 @@ impl Equations {
             let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
             self.state_rates[imports.layout.state_at[index] + k] = node;
         }
+        if let Some(Inertia { rates, .. }) = self.inertia(index, imports) {
+            let first = imports.layout.state_at[index] + rates.len();
+            self.state_rates[first..first + rates.len()].copy_from_slice(&rates);
+        }
+    }
+
+    /// The kinetic energy that an element brings.
+    fn kinetic_of(&mut self, element: usize, imports: &mut Imports<'_>) -> Option<Node> {
+        let instance = &imports.model.elements[element];
+        let brings = instance.class.kind == Kind::Force && instance.recording.output(Role::Kinetic).is_some();
+        if brings { self.role(element, Role::Kinetic, imports) } else { None }
+    }
+
+    /// What it does to the bodies and to the element's flexible coordinates.
+    fn inertia(&mut self, element: usize, imports: &mut Imports<'_>) -> Option<Inertia> {
+        self.kinetic_of(element, imports)?;
+        if imports.elements[element].inertia.is_none() {
+            let recording = &imports.model.elements[element].recording;
+            let missing = self.graph.constant(f64::NAN);
+            let count = recording.flexible() as u32;
+            let forces: Vec<Node> =
+                (0..count).map(|k| self.role(element, Role::FlexibleForce(k), imports).unwrap_or(missing)).collect();
+            let layout = imports.layout;
+            let slot = layout.state_slot() + layout.state_at[element];
+            let Import { first_table, frames, .. } = &imports.elements[element];
+            let written = self.write_inertia((recording, *first_table), frames, slot, &forces, layout);
+            imports.elements[element].inertia = written;
+        }
+        imports.elements[element].inertia.clone()
+    }
+
+    /// The power of the forces on an element's flexible coordinates.
+    fn flexible_power(&mut self, element: usize, imports: &mut Imports<'_>) -> Node {
+        let mut power = self.graph.constant(0.0);
+        let n = imports.model.elements[element].recording.flexible();
+        let first = imports.layout.state_slot() + imports.layout.state_at[element] + n;
+        for k in 0..n {
+            let Some(force) = self.role(element, Role::FlexibleForce(k as u32), imports) else { continue };
+            let speed = self.graph.input(first + k);
+            let part = self.graph.mul(force, speed);
+            power = self.graph.add(power, part);
+        }
+        power
     }
 
     fn add_acting(&mut self, index: usize, imports: &mut Imports<'_>) {
@@ -102,17 +155,21 @@ impl Equations {
         let mut power = zero;
         if element.class.kind == Kind::Force {
             for (f, marker) in element.markers.iter().enumerate() {
+                let given = self.given_load(index, f, imports);
                 let load = self.load(index, f, imports);
                 self.elements[index].loads.push(load);
                 let frame = &imports.elements[index].frames[f];
                 let g = &mut self.graph;
-                let (p, q) = (g.dot3(load.force, frame.velocity), g.dot3(load.torque, frame.angular_velocity));
+                // What inertia does is a change of kinetic energy.
+                let (p, q) = (g.dot3(given.force, frame.velocity), g.dot3(given.torque, frame.angular_velocity));
                 let both = g.add(p, q);
                 power = g.add(power, both);
                 if let Some(body) = marker.body {
                     self.apply_load(body, load.force, load.torque, frame);
                 }
             }
+            let flexible = self.flexible_power(index, imports);
+            power = self.graph.add(power, flexible);
         }
         let (potential, dissipation) =
             (self.potential_of(index, imports), self.role(index, Role::Dissipation, imports));
@@ -197,8 +254,16 @@ impl Equations {
         })
     }
 
-    /// What a force element does to one of its frames.
+    /// What a force element does to one of its frames, with its inertia.
     fn load(&mut self, element: usize, frame: usize, imports: &mut Imports<'_>) -> FrameLoad {
+        let given = self.given_load(element, frame, imports);
+        let Some(inertia) = self.inertia(element, imports) else { return given };
+        let (g, own) = (&mut self.graph, &inertia.loads[frame]);
+        FrameLoad { force: g.add3(given.force, own.force), torque: g.add3(given.torque, own.torque) }
+    }
+
+    /// The load that a force element says it puts on one of its frames.
+    fn given_load(&mut self, element: usize, frame: usize, imports: &mut Imports<'_>) -> FrameLoad {
         let zero = self.graph.constant(0.0);
         let mut component =
             |role: fn(u32) -> Role, k: usize| self.role(element, role((3 * frame + k) as u32), imports).unwrap_or(zero);

@@ -120,6 +120,8 @@ pub struct Equations {
     pub elements: Vec<ElementEquations>,
     /// Accelerations and multipliers that the loads depend on.
     pub coupling: Vec<CoupledInput>,
+    /// Whether elements bring kinetic energy: the loads contain their inertia.
+    pub inertial: bool,
     /// The inputs that are accelerations or multipliers which rates of states or the power depend on, ascending.
     pub solved_in_rates: Vec<usize>,
     /// See [`Equations::program_of_rows`].
@@ -151,6 +153,7 @@ impl Equations {
             frictions: Vec::new(),
             open: Vec::new(),
             coupling: Vec::new(),
+            inertial: false,
             solved_in_rates: Vec::new(),
             of_rows: OnceLock::new(),
             graph,
@@ -162,6 +165,7 @@ impl Equations {
         }
         for (b, body) in model.bodies.iter().enumerate() {
             equations.add_body(b, body, model);
+            equations.take_back(b, body, layout);
         }
         for (index, element) in model.elements.iter().enumerate() {
             if element.class.kind == Kind::Joint {
@@ -212,6 +216,7 @@ impl Equations {
             mass_p: self.mass_p.clone(),
             elements: self.elements.clone(),
             coupling: self.coupling.clone(),
+            inertial: self.inertial,
             solved_in_rates: self.solved_in_rates.clone(),
             of_rows: OnceLock::new(),
         }
@@ -250,14 +255,21 @@ impl Equations {
     fn add_body(&mut self, b: usize, body: &Body, model: &Model) {
         let nodes = self.bodies[b].clone();
         let g = &mut self.graph;
-        let weight = g.vector(&(body.mass * model.gravity));
+        let weight = g.vector(&(body.own_mass() * model.gravity));
         let inertia = g.matrix(&body.inertia);
         let momentum = g.apply(&inertia, nodes.w);
         // Kinetic energy: (m v.v + omega'.J' omega') / 2; potential: -m g.r.
-        let mass = g.constant(0.5 * body.mass);
+        let mass = g.constant(0.5 * body.own_mass());
         let half = g.constant(0.5);
         let vv = g.dot3(nodes.v, nodes.v);
-        let wjw = g.dot3(nodes.w, momentum);
+        let own_momentum = match &body.lent {
+            Some(lent) => {
+                let own = g.matrix(&lent.own_inertia);
+                g.apply(&own, nodes.w)
+            }
+            None => momentum,
+        };
+        let wjw = g.dot3(nodes.w, own_momentum);
         let (translation, rotation) = (g.mul(mass, vv), g.mul(half, wjw));
         let kinetic = g.add(translation, rotation);
         self.kinetic = g.add(self.kinetic, kinetic);
@@ -415,6 +427,22 @@ impl Equations {
         seeds
     }
 
+    /// Takes off as a load what elements lend to a body: m v', and J omega'' + omega' x J omega'.
+    fn take_back(&mut self, b: usize, body: &Body, layout: &Layout) {
+        let Some(lent) = &body.lent else { return };
+        let w = self.bodies[b].w;
+        let g = &mut self.graph;
+        let slot = layout.acceleration_slot() + 6 * b;
+        let (mass, inertia) = (g.constant(lent.mass), g.matrix(&lent.inertia));
+        let (acceleration, turning) = (g.input_vector(slot), g.input_vector(slot + 3));
+        let force = g.scale3(mass, acceleration);
+        let change = g.apply(&inertia, turning);
+        let momentum = g.apply(&inertia, w);
+        let carried = g.cross(w, momentum);
+        let moment = g.add3(change, carried);
+        self.add_generalised(b, force, moment);
+    }
+
     /// Adds a load at a marker to the right side of its body.
     pub(super) fn apply_load(&mut self, body: usize, force: V3, torque: V3, frame: &FrameNodes) {
         let g = &mut self.graph;
@@ -423,6 +451,13 @@ impl Equations {
         let lever = g.cross(frame.arm, force);
         let moment = g.add3(torque, lever);
         let local = g.apply_transposed(&nodes.a, moment);
+        self.add_generalised(body, force, local);
+    }
+
+    /// Adds a force (ground axes) and a moment about the centre of mass (body axes) to the right side of a body.
+    fn add_generalised(&mut self, body: usize, force: V3, local: V3) {
+        let g = &mut self.graph;
+        let nodes = &self.bodies[body];
         let columns = self.form.columns();
         let at = columns * body;
         let mut generalised = force.to_vec();

@@ -17,6 +17,7 @@
 //! | `contacts.rs` | unilateral rows, and which rows are enforced |
 //! | `sliding.rs` | rows that hold up to a limit: friction |
 //! | `acting.rs` | force and control elements, and the signals between them |
+//! | `inertia.rs` | kinetic energy that elements bring, and their flexible coordinates |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
 //! | `joint.rs` | the equations of motion in the coordinates of joints |
 //! | `carry.rs` | other quantities in these coordinates |
@@ -37,6 +38,7 @@ mod carry;
 mod contacts;
 mod coupling;
 mod equations;
+mod inertia;
 mod joint;
 mod kinematics;
 mod moved_rows;

@@ -251,7 +251,7 @@ impl Equations {
     }
 
     /// The rate of a coordinate of the Jacobian's columns.
-    fn speed(&self, column: usize) -> Node {
+    pub(super) fn speed(&self, column: usize) -> Node {
         let (body, k) = (column / self.form.columns(), column % self.form.columns());
         let nodes = &self.bodies[body];
         match self.form {
@@ -262,7 +262,7 @@ impl Equations {
     }
 
     /// Its second derivative, from the accelerations among the inputs.
-    fn acceleration(&mut self, column: usize, layout: &Layout) -> Node {
+    pub(super) fn acceleration(&mut self, column: usize, layout: &Layout) -> Node {
         let (body, k) = (column / self.form.columns(), column % self.form.columns());
         let slot = layout.acceleration_slot() + 6 * body;
         let g = &mut self.graph;
@@ -286,7 +286,7 @@ impl Equations {
         let own = &model.bodies[body];
         let nodes = self.bodies[body].clone();
         let zero = self.graph.constant(0.0);
-        let (mut force, mut moment) = (self.graph.vector(&(own.mass * model.gravity)), [zero; 3]);
+        let (mut force, mut moment) = (self.graph.vector(&(own.own_mass() * model.gravity)), [zero; 3]);
         for (index, element) in model.elements.iter().enumerate() {
             let mut done = false;
             for (frame, marker) in element.markers.iter().enumerate() {
@@ -314,11 +314,11 @@ impl Equations {
         let slot = layout.acceleration_slot() + 6 * body;
         if !torque {
             let acceleration = g.input_vector(slot);
-            let mass = g.constant(own.mass);
+            let mass = g.constant(own.own_mass());
             let inertial = g.scale3(mass, acceleration);
             return g.sub3(force, inertial);
         }
-        let inertia = g.matrix(&own.inertia);
+        let inertia = g.matrix(&own.own_inertia());
         let spin = g.input_vector(slot + 3);
         let tangential = g.apply(&inertia, spin);
         let momentum = g.apply(&inertia, nodes.w);

@@ -3,6 +3,7 @@
 mod at_rest;
 mod elastic;
 mod friction;
+mod inertia;
 mod loads;
 mod springs;
 mod stops;

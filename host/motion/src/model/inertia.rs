@@ -1,0 +1,143 @@
+//! Kinetic energies that elements bring: whether the mass matrix behind one is that of masses, and what such an element cannot meet.
+
+use element_api::recording::{Input, Role};
+use element_api::{Kind, Recording};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+
+use super::types::{Body, Instance, Lent, Marker, rotation};
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::Scene;
+
+/// Share of the largest by which an eigenvalue of a matrix with ones on its diagonal may be negative, or is none.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Checks the mass matrix of a recording's kinetic energy where the bodies are given: never negative, and positive for the flexible
+/// coordinates alone, since the host solves for these.
+///
+/// # Errors
+/// In words.
+pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Result<(), String> {
+    let Some(mut mass) = mass_matrix(recording, markers, bodies) else { return Ok(()) };
+    let (flexible, n) = (recording.flexible(), mass.nrows());
+    if mass.iter().any(|entry| !entry.is_finite()) {
+        return Err("its kinetic energy has no value where the bodies are".into());
+    }
+    // In units in which each entry of the diagonal is one.
+    let scale: Vec<f64> = (0..n).map(|k| mass[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+    for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+        mass[(row, column)] *= if mass[(row, column)] == 0.0 { 1.0 } else { scale[row] * scale[column] };
+    }
+    let own = mass.view((n - flexible, n - flexible), (flexible, flexible)).into_owned();
+    let least =
+        |matrix: DMatrix<f64>| matrix.symmetric_eigen().eigenvalues.iter().copied().fold(f64::INFINITY, f64::min);
+    if flexible > 0 && least(own) <= ROUND_OFF {
+        return Err("its kinetic energy does not grow with the velocity of each of its flexible coordinates".into());
+    }
+    if n > 0 && least(mass) < -ROUND_OFF * n as f64 {
+        return Err("its kinetic energy is negative for some velocities".into());
+    }
+    Ok(())
+}
+
+/// The mass matrix of a recording's kinetic energy where the bodies are given: six velocities of each frame, ground axes, then those of
+/// flexible coordinates.
+fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Option<DMatrix<f64>> {
+    recording.output(Role::Kinetic)?;
+    let frames: Vec<(Vector3<f64>, Matrix3<f64>)> = markers
+        .iter()
+        .map(|marker| match marker.body {
+            None => (marker.position, marker.rotation),
+            Some(body) => {
+                let turn = rotation(&bodies[body].orientation);
+                (bodies[body].position + turn * marker.position, turn * marker.rotation)
+            }
+        })
+        .collect();
+    let (flexible, n) = (recording.flexible(), 6 * markers.len() + recording.flexible());
+    // A quadratic form gives its matrix: T(a + b) - T(a) - T(b).
+    let energy = |moved: [usize; 2]| {
+        let speed = |k: usize| f64::from(u8::from(moved.contains(&k)));
+        let read = |input: Input| match input {
+            Input::Position { frame, component } => frames[frame as usize].0[component as usize],
+            Input::Rotation { frame, row, column } => frames[frame as usize].1[(row as usize, column as usize)],
+            Input::Velocity { frame, component } => speed(6 * frame as usize + component as usize),
+            Input::AngularVelocity { frame, component } => speed(6 * frame as usize + 3 + component as usize),
+            Input::State(k) if (k as usize) < flexible => recording.initial_states[k as usize],
+            Input::State(k) => speed(6 * markers.len() + k as usize - flexible),
+            _ => 0.0,
+        };
+        let found = recording.evaluate(read).into_iter().find(|(role, _)| *role == Role::Kinetic);
+        found.map_or(f64::NAN, |(_, energy)| energy)
+    };
+    let mut mass = DMatrix::zeros(n, n);
+    for k in 0..n {
+        mass[(k, k)] = 2.0 * energy([k, k]);
+    }
+    for (row, column) in (0..n).flat_map(|row| (0..row).map(move |column| (row, column))) {
+        let entry = energy([row, column]) - 0.5 * (mass[(row, row)] + mass[(column, column)]);
+        (mass[(row, column)], mass[(column, row)]) = (entry, entry);
+    }
+    Some(mass)
+}
+
+/// Counts to each body what it feels of the elements' mass where it is given: the mean of its mass in all directions, and its inertia
+/// about the centre of mass.
+pub(super) fn lend(bodies: &mut [Body], elements: &[Instance]) {
+    let mut lent = vec![(0.0, Matrix3::zeros()); bodies.len()];
+    for element in elements.iter().filter(|element| element.brings_kinetic()) {
+        let Some(mass) = mass_matrix(&element.recording, &element.markers, bodies) else { continue };
+        // From the motion of the body to that of a frame of it.
+        let carried = |frame: usize| {
+            let marker = &element.markers[frame];
+            let turn = rotation(&bodies[marker.body?].orientation);
+            let mut carried = Matrix6::identity();
+            carried.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-(turn * marker.position).cross_matrix() * turn));
+            carried.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+            Some((marker.body?, carried))
+        };
+        let frames: Vec<Option<(usize, Matrix6<f64>)>> = (0..element.markers.len()).map(carried).collect();
+        for (i, left) in frames.iter().enumerate() {
+            for (j, right) in frames.iter().enumerate() {
+                let (Some((body, left)), Some((other, right))) = (left, right) else { continue };
+                if body == other {
+                    let part = left.transpose() * mass.fixed_view::<6, 6>(6 * i, 6 * j) * right;
+                    lent[*body].0 += part.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+                    lent[*body].1 += part.fixed_view::<3, 3>(3, 3);
+                }
+            }
+        }
+    }
+    for (body, (mass, inertia)) in bodies.iter_mut().zip(lent) {
+        let inertia = if body.particle { Matrix3::zeros() } else { 0.5 * (inertia + inertia.transpose()) };
+        if mass > 0.0 || inertia != Matrix3::zeros() {
+            body.lent = Some(Lent { mass, inertia, own_mass: body.mass, own_inertia: body.inertia });
+            body.mass += mass;
+            body.inertia += inertia;
+        }
+    }
+}
+
+/// Impacts and friction that sticks are solved for with the masses of bodies alone.
+pub(super) fn meets_contacts(scene: &Scene, elements: &[Instance]) -> Option<Diagnostic> {
+    let gives = |element: &Instance, wanted: fn(Role) -> bool| {
+        element.recording.outputs.iter().any(|output| wanted(output.role))
+    };
+    let brings = elements.iter().find(|element| element.brings_kinetic())?;
+    let contact = elements.iter().find(|element| {
+        element.class.kind == Kind::Joint && gives(element, |role| matches!(role, Role::Unilateral(_) | Role::Limit(_)))
+    })?;
+    let place = |name: &str| {
+        let record = scene.elements.iter().find(|record| record.name.value == name);
+        record.map_or(0..0, |record| record.name.span.clone())
+    };
+    let message = format!(
+        "`{}` brings kinetic energy, which the contact `{}` cannot take into account",
+        brings.name, contact.name
+    );
+    Some(
+        Diagnostic::error(codes::INERTIA_MEETS_CONTACT, message)
+            .at(place(&brings.name), "its mass would have no part in impacts and sticking")
+            .context(place(&contact.name), "strikes or sticks")
+            .help("give the mass to the body (`point_masses`), or make the contact compliant (`bump-stop`, `contact-friction`)"),
+    )
+}

@@ -1,0 +1,228 @@
+//! Inertia that elements bring: what a kinetic energy does to the bodies, and how it moves flexible coordinates.
+//!
+//! With T(p, A, v, omega; q, q') of an element's frames and flexible coordinates, a quadratic form of velocities, and the momenta
+//! h_v = dT/dv, h_w = dT/domega, h_q = dT/dq', Lagrange's equations in the frames' own velocities are
+//!
+//! F = dT/dp - h_v',   M = dT/dtheta + omega x h_w - h_w',   h_q' = dT/dq + Q
+//!
+//! for force and torque on each frame, at its origin, in ground axes. d/dtheta_k turns A by the ground axis k and holds omega
+//! (Meirovitch, Methods of Analytical Dynamics, 1970, section 4.12). The last equation is solved for q'': T has a matrix M_qq of its
+//! own for it, and where that is constant its factors are numbers. What is left is linear in the accelerations of the bodies; they are
+//! inputs here, which are found together with these loads as with all others that depend on them (`coupling.rs`).
+
+use element_api::Recording;
+use element_api::recording::{Input, Op, Role};
+use odyn_graph::{Elimination, Graph, Node, Rewriting, Seeds, V3, derivatives, operation};
+use rustc_hash::FxHashMap;
+
+use super::equations::{Equations, FrameLoad};
+use super::kinematics::{FrameNodes, entries};
+use crate::plan::Layout;
+
+/// Inputs per frame of an element by itself: position, rotation, twist, accelerations.
+const PER_FRAME: usize = 24;
+
+/// The inertia of one element.
+#[derive(Clone)]
+pub(super) struct Inertia {
+    /// Per frame.
+    pub(super) loads: Vec<FrameLoad>,
+    /// q'' of each flexible coordinate.
+    pub(super) rates: Vec<Node>,
+}
+
+/// An element by itself: everything that its kinetic energy depends on is an input.
+struct Alone {
+    graph: Graph,
+    /// Six per frame, then q''.
+    nodes: Vec<Node>,
+    frames: usize,
+    flexible: usize,
+}
+
+impl Alone {
+    fn frame(g: &mut Graph, frame: usize, from: usize) -> V3 {
+        g.input_vector(PER_FRAME * frame + from)
+    }
+
+    /// Slots of q, of q' and of the forces on them.
+    fn flexible_slot(&self, kind: usize, k: usize) -> usize {
+        PER_FRAME * self.frames + kind * self.flexible + k
+    }
+
+    fn new(recording: &Recording, frames: usize, (first_table, main): (u32, &Graph)) -> Option<Self> {
+        let kinetic = recording.output(Role::Kinetic)?;
+        let flexible = recording.flexible();
+        let mut alone = Self { graph: Graph::default(), nodes: Vec::new(), frames, flexible };
+        alone.graph.tables.clone_from(&main.tables);
+        let energy = alone.import(recording, kinetic, first_table);
+        let slots = |kind: usize| (0..flexible).map(|k| alone.flexible_slot(kind, k)).collect::<Vec<_>>();
+        let [q_slots, speed_slots, force_slots] = [0, 1, 2].map(slots);
+        let g = &mut alone.graph;
+        let one = g.constant(1.0);
+        let [q, speeds, forces] = [q_slots, speed_slots, force_slots]
+            .map(|slots| slots.into_iter().map(|slot| g.input(slot)).collect::<Vec<Node>>());
+        let along = |g: &mut Graph, nodes: &[Node], at: Node| derivatives(g, nodes, &Seeds::from_iter([(at, one)]));
+        // Everything moves, flexible velocities apart.
+        let mut motion: Seeds = q.iter().copied().zip(speeds.iter().copied()).collect();
+        let mut velocities = Vec::with_capacity(6 * frames);
+        for frame in 0..frames {
+            let [position, velocity, spin, acceleration, turning] =
+                [0, 12, 15, 18, 21].map(|from| Self::frame(g, frame, from));
+            motion.extend(position.into_iter().zip(velocity));
+            motion.extend(velocity.into_iter().zip(acceleration).chain(spin.into_iter().zip(turning)));
+            motion.extend(Self::turned(g, frame, spin));
+            velocities.extend(velocity.into_iter().chain(spin));
+        }
+        let momenta: Vec<Node> =
+            velocities.iter().chain(&speeds).map(|velocity| along(g, &[energy], *velocity)[0]).collect();
+        let changes = derivatives(g, &momenta, &motion);
+        let mut left: Vec<Node> = changes.into_iter().map(|change| g.neg(change)).collect();
+        for frame in 0..frames {
+            let [position, spin] = [0, 15].map(|from| Self::frame(g, frame, from));
+            let at = 6 * frame;
+            let carried = g.cross(spin, [momenta[at + 3], momenta[at + 4], momenta[at + 5]]);
+            for k in 0..3 {
+                let pushed = along(g, &[energy], position[k])[0];
+                left[at + k] = g.add(left[at + k], pushed);
+                let zero = g.constant(0.0);
+                let axis = std::array::from_fn(|i| if i == k { one } else { zero });
+                let seeds = Self::turned(g, frame, axis);
+                let turned = derivatives(g, &[energy], &seeds)[0];
+                let sum = g.add(turned, carried[k]);
+                left[at + 3 + k] = g.add(left[at + 3 + k], sum);
+            }
+        }
+        let at = 6 * frames;
+        let mut mass = Vec::new();
+        let mut coupling: Vec<Vec<Node>> = Vec::with_capacity(flexible);
+        for k in 0..flexible {
+            let pushed = along(g, &[energy], q[k])[0];
+            let sum = g.add(pushed, forces[k]);
+            left[at + k] = g.add(left[at + k], sum);
+            let slopes = along(g, &momenta, speeds[k]);
+            mass.extend((k..flexible).map(|row| (row, k, slopes[at + row])));
+            coupling.push(slopes[..at].to_vec());
+        }
+        let elimination = Elimination::new(g, flexible, &mass, &[]);
+        let (rates, _) = elimination.solve(g, &left[at..], &[]);
+        for (slopes, rate) in coupling.iter().zip(&rates) {
+            for (load, slope) in left.iter_mut().zip(slopes) {
+                let part = g.mul(*slope, *rate);
+                *load = g.sub(*load, part);
+            }
+        }
+        left.truncate(at);
+        left.extend(rates);
+        alone.nodes = left;
+        Some(alone)
+    }
+
+    /// The rates of a frame's rotation matrix that turns about an axis, ground axes: A' = omega~ A.
+    fn turned(g: &mut Graph, frame: usize, axis: V3) -> Seeds {
+        let rows: [V3; 3] = [3, 6, 9].map(|from| Self::frame(g, frame, from));
+        let mut seeds = Seeds::default();
+        for j in 0..3 {
+            let column = [rows[0][j], rows[1][j], rows[2][j]];
+            let rate = g.cross(axis, column);
+            seeds.extend(column.into_iter().zip(rate));
+        }
+        seeds
+    }
+
+    /// An operation of the recording, with everything it needs.
+    fn import(&mut self, recording: &Recording, wanted: u32, first_table: u32) -> Node {
+        let mut needed = vec![false; recording.ops.len()];
+        needed[wanted as usize] = true;
+        let op = |k: usize| Op::decode(recording.ops[k]).expect("recordings are checked when the model is built");
+        for k in (0..=wanted as usize).rev().filter(|k| recording.ops.get(*k).is_some()) {
+            if needed[k] {
+                op(k).operands().for_each(|a| needed[a as usize] = true);
+            }
+        }
+        let mut nodes: Vec<Option<Node>> = vec![None; wanted as usize + 1];
+        for k in (0..=wanted as usize).filter(|k| needed[*k]) {
+            let node = match op(k) {
+                Op::Input(input) => {
+                    let slot = self.slot(input);
+                    match slot {
+                        Some(slot) => self.graph.input(slot),
+                        None => self.graph.constant(f64::NAN),
+                    }
+                }
+                other => {
+                    let at = |k: u32| nodes[k as usize].expect("operands come before their operation");
+                    operation(&mut self.graph, recording, other, first_table, at)
+                }
+            };
+            nodes[k] = Some(node);
+        }
+        nodes[wanted as usize].expect("written down above")
+    }
+
+    fn slot(&self, input: Input) -> Option<usize> {
+        let place = |frame: u32, from: usize, k: u32| Some(PER_FRAME * frame as usize + from + k as usize);
+        match input {
+            Input::Position { frame, component } => place(frame, 0, component),
+            Input::Rotation { frame, row, column } => place(frame, 3, 3 * row + column),
+            Input::Velocity { frame, component } => place(frame, 12, component),
+            Input::AngularVelocity { frame, component } => place(frame, 15, component),
+            Input::State(k) => Some(self.flexible_slot(0, k as usize)),
+            // A checked recording's kinetic energy depends on nothing else.
+            _ => None,
+        }
+    }
+}
+
+impl Equations {
+    /// The inertia of an element with these frames, whose states begin at a slot and whose flexible coordinates are driven by
+    /// `forces`.
+    pub(super) fn write_inertia(
+        &mut self,
+        (recording, first_table): (&Recording, u32),
+        frames: &[FrameNodes],
+        state_slot: usize,
+        forces: &[Node],
+        layout: &Layout,
+    ) -> Option<Inertia> {
+        let mut alone = Alone::new(recording, frames.len(), (first_table, &self.graph))?;
+        let n = alone.flexible;
+        let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
+        for (f, frame) in frames.iter().enumerate() {
+            let accelerations = self.accelerations_of(frame, layout);
+            let here = frame.position.into_iter().chain(entries(&frame.rotation)).chain(frame.velocity);
+            let here = here.chain(frame.angular_velocity).chain(accelerations);
+            for (k, node) in here.enumerate() {
+                replaced.insert(alone.graph.input(PER_FRAME * f + k), node);
+            }
+        }
+        for (k, force) in forces.iter().enumerate() {
+            for (kind, node) in
+                [(0, self.graph.input(state_slot + k)), (1, self.graph.input(state_slot + n + k)), (2, *force)]
+            {
+                let slot = alone.flexible_slot(kind, k);
+                replaced.insert(alone.graph.input(slot), node);
+            }
+        }
+        let mut rewriting = Rewriting::new(&alone.graph, &mut self.graph, replaced);
+        let mut nodes = rewriting.carry_all(&mut self.graph, &alone.nodes);
+        let rates = nodes.split_off(6 * frames.len());
+        let three = |from: &[Node]| [from[0], from[1], from[2]];
+        let load = |six: &[Node]| FrameLoad { force: three(six), torque: three(&six[3..]) };
+        Some(Inertia { loads: nodes.chunks_exact(6).map(load).collect(), rates })
+    }
+
+    /// Acceleration of a frame's origin and angular acceleration, ground axes, from the accelerations among the inputs.
+    fn accelerations_of(&mut self, frame: &FrameNodes, layout: &Layout) -> Vec<Node> {
+        let mut velocities = frame.velocity.to_vec();
+        velocities.extend(frame.angular_velocity);
+        let Some(body) = frame.body else { return vec![self.graph.constant(0.0); 6] };
+        let mut seeds = self.motion_seeds(&[body]);
+        let columns = self.form.columns();
+        for column in columns * body..columns * (body + 1) {
+            let acceleration = self.acceleration(column, layout);
+            seeds.insert(self.speed(column), acceleration);
+        }
+        derivatives(&mut self.graph, &velocities, &seeds)
+    }
+}

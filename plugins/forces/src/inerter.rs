@@ -1,0 +1,120 @@
+//! An inerter: a massless device between two points whose force is in proportion to their relative acceleration, as that of a
+//! flywheel on a screw or a rack. To motion along its line it is a mass of `inertance`, which neither point carries as weight.
+//!
+//! ## Equations
+//! With l the distance of the two points and b the inertance, the kinetic energy is that of the flywheel,
+//!
+//! ```text
+//! T = b l'^2 / 2      l' = n . (v_j - v_i)      n = (p_j - p_i) / l      (1)
+//! ```
+//!
+//! and the force along the line is b l'' against the points' drawing apart. It follows from (1) by differentiation and is solved for
+//! together with the accelerations (Smith, IEEE Transactions on Automatic Control 47, 2002).
+//!
+//! ## Signs
+//! The quantity `force` at frame j is what the inerter does to body j: against l''. Channels are the distance, its rate, and T.
+//!
+//! ## Singular cases
+//! The line has no direction where the points meet. Bodies may be as light as they are beside b.
+//!
+//! ## Example
+//! ```toml
+//! title = "Mass on a spring, with an inerter"
+//!
+//! [plugins]
+//! libraries = ["odyn-forces", "odyn-joints"]
+//!
+//! [simulation]
+//! t_end = 1
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "slide"
+//! mass = 2
+//! inertia = [1, 1, 1]
+//! position = [1, 0, 0]
+//!
+//! [[joint]]
+//! name = "guide"
+//! type = "translational"
+//! bodies = ["ground", "slide"]
+//! axis = [1, 0, 0]
+//!
+//! [[force]]
+//! name = "spring"
+//! type = "translational-spring-damper"
+//! bodies = ["ground", "slide"]
+//! points = [[0, 0, 0], [1, 0, 0]]
+//! params = { stiffness = 80, free_length = 0.9 }
+//!
+//! [[force]]
+//! name = "flywheel"
+//! type = "inerter"
+//! bodies = ["ground", "slide"]
+//! points = [[0, 0, 0], [1, 0, 0]]
+//! params.inertance = 3
+//!
+//! [[output]]
+//! name = "x"
+//! quantity = "position"
+//! of = "slide"
+//! component = "x"
+//! ```
+
+use element_api::prelude::*;
+
+/// The element.
+#[derive(Debug, Clone, Copy)]
+pub struct Inerter {
+    inertance: f64,
+}
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Copy, Parameters)]
+pub struct InerterParameters {
+    /// Force per relative acceleration, b; of a flywheel on a screw J (2 pi / pitch)^2.
+    #[param(unit = "kg", min = 0.0)]
+    pub inertance: f64,
+}
+
+impl Element for Inerter {
+    const NAME: &'static str = "inerter";
+    const SUMMARY: &'static str = "force in proportion to the relative acceleration of two points along their line";
+    const DOC: &'static str = doc_of(include_str!("inerter.rs"));
+    const FRAMES: &'static [FrameSpec] =
+        &[FrameSpec::new("i", "its origin is the first point"), FrameSpec::new("j", "its origin is the second point")];
+    type Parameters = InerterParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        Ok(Self { inertance: p.inertance })
+    }
+}
+
+/// Distance and its rate.
+fn length<S: Scalar>(at: &Motion<'_, S>) -> (S, S) {
+    let d = at.frames()[1].position - at.frames()[0].position;
+    let length = d.dot(&d).sqrt();
+    (length, d.dot(&at.relative_velocity(0, 1)) / length)
+}
+
+impl Force for Inerter {
+    const CHANNELS: &'static [ChannelSpec] = &[
+        ChannelSpec::new("length", "m", "distance of the points"),
+        ChannelSpec::new("rate", "m/s", "rate of the distance"),
+        ChannelSpec::new("energy", "J", "kinetic energy"),
+    ];
+
+    fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
+
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let (length, rate) = length(at);
+        out.push(length);
+        out.push(rate);
+        out.push(rate * rate * (0.5 * self.inertance));
+    }
+
+    fn kinetic<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        let (_, rate) = length(at);
+        Some(rate * rate * (0.5 * self.inertance))
+    }
+}

@@ -1,0 +1,322 @@
+//! A body that bends: a linear superelement of Craig and Bampton's reduction, carried along by its first frame. It connects frames of
+//! bodies (its interfaces, usually light bodies that joints and loads take hold of) by mass and stiffness matrices of their motion and
+//! of further modes, read from a file that a finite element program writes.
+//!
+//! ## Equations
+//! With A the rotation of frame 0, X_i the points of the interfaces where nothing is deformed (frames then have the same axes), and q the
+//! amplitudes of the modes,
+//!
+//! ```text
+//! e = (u_i, theta_i, q)    u_i = A^T (p_i - p_0) - (X_i - X_0)    theta_i = rotation vector of A^T A_i    i = 1, 2, ...    (1)
+//! V = e . K e / 2 - m g . (p_0 + A c)      load = K (e + tau e')                                                        (2)
+//! w = (A^T v_i, A^T omega_i, q')  of all frames, 0 too      T = w . M w / 2                                                (3)
+//! ```
+//!
+//! K without the rows of frame 0, which equilibrium gives; m and c, mass and its centre, from M. Loads on the frames and the accelerations
+//! q'' follow from (2) and (3) by differentiation: a change of axes of M with frame 0 included, so that energy, momentum and angular
+//! momentum are those of (3) exactly. (Craig & Bampton, AIAA Journal 6, 1968; superelements carried by a frame: Cardona & Geradin,
+//! International Journal for Numerical Methods in Engineering 32, 1991.)
+//!
+//! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` tells. There
+//! is no stiffening by rotation (the linear stiffness does not know of axial forces), and what modes between interfaces add to the
+//! inertia of rotation is left out: both are of second order in the deformation.
+//!
+//! ## The file
+//! `params.matrices = { file = "beam.csv", columns = ["row", "column", "mass", "stiffness"] }`: a line for each pair of degrees of freedom
+//! that has an entry, in one triangle, numbered from 1: displacements x, y, z and rotations x, y, z of each interface in the order
+//! of `bodies`, then modes. SI units (kg, m, rad), no units in the file, since the entries of a matrix have different ones. Lines that begin with
+//! `#` are remarks. Modes may have any scale. `odyn-forces` has a program that writes such a file:
+//! `cargo run -p odyn-forces --example craig_bampton`.
+//!
+//! ## Signs
+//! Channels are the element's own: what the bodies that it joins have on top is not counted. Momenta are about the origin of the ground.
+//!
+//! ## Singular cases
+//! The bodies at the interfaces may be as light as they are beside the element; their inertia is on top of it.
+//! Interfaces must not turn by half a turn against frame 0. Modes of high frequency make the equations stiff: take as many as the motion
+//! needs, or `radau5`.
+//!
+//! ## Example
+//! ```toml
+//! title = "A bar that stretches, held at one end"
+//!
+//! [plugins]
+//! libraries = ["odyn-forces", "odyn-joints"]
+//!
+//! [simulation]
+//! t_end = 0.1
+//! output_step = 0.001
+//!
+//! [[body]]
+//! name = "tip"
+//! mass = 1
+//! inertia = [0.01, 0.01, 0.01]
+//! position = [1, 0, 0]
+//! velocity = [0.1, 0, 0]
+//!
+//! [[joint]]
+//! name = "guide"
+//! type = "translational"
+//! bodies = ["ground", "tip"]
+//! axis = [1, 0, 0]
+//!
+//! [[force]]
+//! name = "bar"
+//! type = "modal-body"
+//! bodies = ["ground", "tip"]
+//! frames = [{ position = [0, 0, 0] }, { position = [0, 0, 0] }]
+//! [force.params]
+//! points = [0, 0, 0, 1, 0, 0]
+//! # 3 kg in three thirds along x; 10 kN/m. Across, it does not bend.
+//! matrices = [
+//!   1, 1, 1, 1e4,
+//!   7, 1, 0.5, -1e4,
+//!   7, 7, 1, 1e4,
+//!   2, 2, 1, 0, 8, 2, 0.5, 0, 8, 8, 1, 0,
+//!   3, 3, 1, 0, 9, 3, 0.5, 0, 9, 9, 1, 0,
+//! ]
+//!
+//! [[output]]
+//! name = "x"
+//! quantity = "position"
+//! of = "tip"
+//! component = "x"
+//! ```
+
+mod data;
+
+use element_api::prelude::*;
+
+use data::Data;
+
+/// The element.
+#[derive(Debug, Clone)]
+pub struct ModalBody {
+    data: Data,
+    damping: f64,
+    gravity: [f64; 3],
+    amplitudes: Vec<f64>,
+}
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Parameters)]
+pub struct ModalBodyParameters {
+    /// Entries of the matrices: row, column, mass, stiffness of each, SI; see the page of the element.
+    #[param(example = [
+        1.0, 1.0, 1.0, 10000.0,
+        7.0, 1.0, 0.5, -10000.0,
+        7.0, 7.0, 1.0, 10000.0,
+        2.0, 2.0, 1.0, 0.0,
+        8.0, 2.0, 0.5, 0.0,
+        8.0, 8.0, 1.0, 0.0,
+        3.0, 3.0, 1.0, 0.0,
+        9.0, 3.0, 0.5, 0.0,
+        9.0, 9.0, 1.0, 0.0,
+        13.0, 1.0, 0.5, 0.0,
+        13.0, 13.0, 1.0, 9.0,
+    ])]
+    pub matrices: Vec<f64>,
+    /// Points of the interfaces where nothing is deformed, three numbers each, in axes of frame 0; only their differences count.
+    #[param(unit = "m", example = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0])]
+    pub points: Vec<f64>,
+    /// Damping in proportion to stiffness, tau.
+    #[param(unit = "s", min = 0.0, default = 0.0)]
+    pub damping: f64,
+    /// Gravity, ground axes; that of the scene is not known to elements.
+    #[param(unit = "m/s^2", default = [0.0; 3])]
+    pub gravity: [f64; 3],
+    /// Amplitudes of the modes at the start; none: zero.
+    pub amplitudes: Option<Vec<f64>>,
+}
+
+impl Element for ModalBody {
+    const NAME: &'static str = "modal-body";
+    const SUMMARY: &'static str = "a body that bends: mass and stiffness matrices of interfaces and modes, from a file";
+    const DOC: &'static str = doc_of(include_str!("modal_body.rs"));
+    const FRAMES: &'static [FrameSpec] =
+        &[FrameSpec::new("0", "the first interface; it carries the axes of the matrices")];
+    const MORE_FRAMES: Option<FrameSpec> =
+        Some(FrameSpec::new("interface", "a further interface; undeformed, with the axes of frame 0"));
+    type Parameters = ModalBodyParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        let data = Data::new(&p.matrices, &p.points)?;
+        let amplitudes = p.amplitudes.unwrap_or_else(|| vec![0.0; data.modes()]);
+        if amplitudes.len() != data.modes() {
+            let message = format!("needs {} numbers, one per mode; found {}", data.modes(), amplitudes.len());
+            return Err(ParamError::new("amplitudes", message));
+        }
+        Ok(Self { data, damping: p.damping, gravity: p.gravity, amplitudes })
+    }
+
+    fn with_frames(self, count: usize) -> Result<Self, ParamError> {
+        if self.data.points.len() == count {
+            return Ok(self);
+        }
+        let message = format!("are {count}, `points` has {} interfaces", self.data.points.len());
+        Err(ParamError::new("bodies", message))
+    }
+}
+
+/// What the deformation is at an instant.
+struct Deformed<S> {
+    /// e and e', numbered as the matrices; six zeros for frame 0.
+    e: Vec<S>,
+    rate: Vec<S>,
+}
+
+impl ModalBody {
+    /// (1)
+    fn deformed<S: Scalar>(&self, at: &Motion<'_, S>) -> Deformed<S> {
+        let (frames, twists) = (at.frames(), at.twists);
+        let first = &frames[0];
+        let (mut e, mut rate) = (vec![S::zero(); 6], vec![S::zero(); 6]);
+        for (i, frame) in frames.iter().enumerate().skip(1) {
+            let d = frame.position - first.position;
+            let u = first.rotation.tr_mul(&d) - Vec3::from(self.data.offset(i).map(S::from));
+            let theta = blocks::rotation_vector(first, frame);
+            e.extend(u.iter().chain(theta.iter()).copied());
+            let carried = twists[0].angular_velocity.cross(&d);
+            let u = first.rotation.tr_mul(&(at.relative_velocity(0, i) - carried));
+            let spin = first.rotation.tr_mul(&(twists[i].angular_velocity - twists[0].angular_velocity));
+            let turning = blocks::rotation_vector_rate(theta, spin);
+            rate.extend(u.iter().chain(turning.iter()).copied());
+        }
+        let (q, speeds) = at.states.split_at(self.data.modes());
+        e.extend(q);
+        rate.extend(speeds);
+        Deformed { e, rate }
+    }
+
+    /// What resists e: (2), less the weight's part.
+    fn load<S: Scalar>(&self, at: &Motion<'_, S>, deformed: &Deformed<S>) -> Vec<S> {
+        let whole: Vec<S> = match self.damping {
+            0.0 => deformed.e.clone(),
+            tau => deformed.e.iter().zip(&deformed.rate).map(|(e, rate)| *e + *rate * tau).collect(),
+        };
+        let mut load = self.data.stiffness.product(&whole);
+        if self.gravity != [0.0; 3] {
+            let weight = at.frames()[0].rotation.tr_mul(&Vec3::from(self.gravity.map(S::from)));
+            for (load, carried) in load.iter_mut().zip(&self.data.carried) {
+                *load -= weight.x * carried[0] + weight.y * carried[1] + weight.z * carried[2];
+            }
+        }
+        load
+    }
+
+    /// The centre of mass, ground.
+    fn centre<S: Scalar>(&self, at: &Motion<'_, S>, deformed: &Deformed<S>) -> Vec3<S> {
+        let first = &at.frames()[0];
+        let mut centre = Vec3::from(self.data.centre.map(S::from));
+        for (e, carried) in deformed.e.iter().zip(&self.data.carried) {
+            centre += Vec3::from(carried.map(|carried| *e * (carried / self.data.mass_of_all)));
+        }
+        first.position + first.rotation * centre
+    }
+
+    /// w of (3).
+    fn velocities<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
+        let rotation = at.frames()[0].rotation;
+        let mut w = Vec::new();
+        for twist in at.twists {
+            for vector in [twist.velocity, twist.angular_velocity] {
+                w.extend(rotation.tr_mul(&vector).iter());
+            }
+        }
+        w.extend(&at.states[self.data.modes()..]);
+        w
+    }
+}
+
+fn three<S: Scalar>(list: &[S], at: usize) -> Vec3<S> {
+    Vec3::new(list[at], list[at + 1], list[at + 2])
+}
+
+impl Force for ModalBody {
+    const CHANNELS: &'static [ChannelSpec] = &[
+        ChannelSpec::new("elastic_energy", "J", "energy of the deformation"),
+        ChannelSpec::new("kinetic_energy", "J", "kinetic energy"),
+        ChannelSpec::new("momentum_x", "kg m/s", "momentum along x of the ground"),
+        ChannelSpec::new("momentum_y", "kg m/s", "the same along y"),
+        ChannelSpec::new("momentum_z", "kg m/s", "the same along z"),
+        ChannelSpec::new("angular_momentum_x", "N m s", "angular momentum about the origin of the ground, x"),
+        ChannelSpec::new("angular_momentum_y", "N m s", "the same, y"),
+        ChannelSpec::new("angular_momentum_z", "N m s", "the same, z"),
+    ];
+    const CHECKS: &'static [ChannelSpec] =
+        &[ChannelSpec::new("small", "1", "is deformed by more than a tenth of its size, or 0.1 rad: it is linear")];
+
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+        let deformed = self.deformed(at);
+        let load = self.load(at, &deformed);
+        let rotation = at.frames()[0].rotation;
+        for i in 1..at.frames().len() {
+            let torque = blocks::conjugate_torque(three(&deformed.e, 6 * i + 3), three(&load, 6 * i + 3));
+            out.force_pair(0, i, -(rotation * three(&load, 6 * i)));
+            out.torque_pair(0, i, -(rotation * torque));
+        }
+        if self.gravity != [0.0; 3] {
+            let weight = Vec3::from(self.gravity.map(|g| S::from(g * self.data.mass_of_all)));
+            out.force_at(0, self.centre(at, &deformed), weight);
+        }
+    }
+
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(self.data.stiffness.form(&self.deformed(at).e) * 0.5);
+        let w = self.velocities(at);
+        out.push(self.data.mass.form(&w) * 0.5);
+        let momenta = self.data.mass.product(&w);
+        let rotation = at.frames()[0].rotation;
+        let (mut momentum, mut angular) = (Vec3::from_element(S::zero()), Vec3::from_element(S::zero()));
+        for (i, frame) in at.frames().iter().enumerate() {
+            let own = rotation * three(&momenta, 6 * i);
+            momentum += own;
+            angular += frame.position.cross(&own) + rotation * three(&momenta, 6 * i + 3);
+        }
+        out.push_vector(momentum);
+        out.push_vector(angular);
+    }
+
+    fn checks<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let e = self.deformed(at).e;
+        let mut most = S::zero();
+        for i in 1..at.frames().len() {
+            let (u, theta) = (three(&e, 6 * i) * S::from(1.0 / self.data.size), three(&e, 6 * i + 3));
+            most = most.max(u.dot(&u)).max(theta.dot(&theta));
+        }
+        out.push(S::from(0.01) - most);
+    }
+
+    fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        let deformed = self.deformed(at);
+        let elastic = self.data.stiffness.form(&deformed.e) * 0.5;
+        if self.gravity == [0.0; 3] {
+            return Some(elastic);
+        }
+        let weight = Vec3::from(self.gravity.map(|g| S::from(g * self.data.mass_of_all)));
+        Some(elastic - weight.dot(&self.centre(at, &deformed)))
+    }
+
+    fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        (self.damping > 0.0).then(|| self.data.stiffness.form(&self.deformed(at).rate) * self.damping)
+    }
+
+    fn kinetic<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
+        Some(self.data.mass.form(&self.velocities(at)) * 0.5)
+    }
+
+    fn flexible(&self) -> usize {
+        self.data.modes()
+    }
+
+    fn flexible_forces<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let load = self.load(at, &self.deformed(at));
+        load[6 * self.data.points.len()..].iter().for_each(|load| out.push(-*load));
+    }
+
+    fn initial_states(&self) -> Vec<f64> {
+        let mut states = self.amplitudes.clone();
+        states.resize(2 * self.data.modes(), 0.0);
+        states
+    }
+}

@@ -1,0 +1,337 @@
+//! Elements that bring kinetic energy: by every formulation and method, against bodies, finite elements and closed forms.
+
+use nalgebra::DMatrix;
+use odyn::analyses::linear::Linear;
+use odyn::analyses::modes::Modes;
+use odyn::analyses::statics::equilibrium;
+use odyn::session::{RunReport, Session};
+
+use crate::support::{Scratch, assert_same_motion, column, difference, options, root, run};
+
+#[path = "../plugins/forces/examples/craig_bampton.rs"]
+#[allow(dead_code)]
+mod craig_bampton;
+
+use craig_bampton::{BEAM, Beam, MODES};
+
+const WAYS: [&[&str]; 6] = [
+    &["simulation.formulation=\"cartesian\""],
+    &["simulation.formulation=\"joint\""],
+    &["simulation.method=\"radau5\""],
+    &["simulation.engine=\"reference\""],
+    &["simulation.engine=\"interpreted\""],
+    &["simulation.formulation=\"cartesian\"", "simulation.method=\"radau5\""],
+];
+
+/// A run by all ways; the motion of the first.
+fn all_ways(scene: &str, t_end: &str, tolerance: f64) -> RunReport {
+    let first = run(scene, &[t_end]);
+    for way in WAYS {
+        let sets = [way, &[t_end]].concat();
+        assert_same_motion(&run(scene, &sets), &first, tolerance);
+    }
+    first
+}
+
+#[test]
+fn every_formulation_and_method_gives_the_same_motion() {
+    all_ways("verification/inerter.toml", "simulation.t_end=1", 1e-7);
+    all_ways("verification/point-mass.toml", "simulation.t_end=0.4", 1e-6);
+    all_ways("verification/modal-body.toml", "simulation.t_end=0.02", 1e-5);
+}
+
+fn try_text(text: &str, sets: &[&str]) -> Result<RunReport, String> {
+    let scratch = Scratch::new();
+    std::fs::write(scratch.path().join("beam.csv"), craig_bampton::lines(&BEAM, MODES)).unwrap();
+    let session = Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).map_err(|e| e.to_string())?;
+    session.run(None, Box::new(|_| ()), &Default::default()).map_err(|error| error.to_string())
+}
+
+/// A double pendulum in a vertical plane; a rotor, a screw and added masses ride on it.
+const MACHINE: &str = r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.05
+tolerance = 1e-10
+[[body]]
+name = "upper"
+mass = 1
+inertia = [0.01, 0.1, 0.1]
+position = [0.5, 0, 0]
+angular_velocity = [0, 0, 1]
+[[body]]
+name = "lower"
+mass = 0.5
+inertia = [0.01, 0.05, 0.05]
+position = [1, -0.4, 0]
+orientation = { axis = [0, 0, 1], angle = "-90 deg" }
+[[joint]]
+name = "pivot"
+type = "revolute"
+bodies = ["ground", "upper"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "elbow"
+type = "revolute"
+bodies = ["upper", "lower"]
+point = [1, 0, 0]
+axis = [0, 0, 1]
+[[force]]
+name = "screw"
+type = "inerter"
+bodies = ["ground", "lower"]
+points = [[0, -1, 0], [1, -0.6, 0]]
+params.inertance = 4
+[[force]]
+name = "load"
+type = "point-mass"
+bodies = ["lower"]
+point = [1, -0.8, 0.1]
+params = { mass = 3, added_mass = [1, 0, 2], inertia = [0.1, 0.2, 0.1], gravity = [0, -9.81, 0] }
+[[output]]
+name = "y"
+quantity = "position"
+of = "lower"
+component = "y"
+[[output]]
+name = "w"
+quantity = "angular_velocity"
+of = "lower"
+component = "z"
+[[output]]
+name = "F"
+quantity = "reaction_force"
+of = "pivot"
+component = "x"
+[[output]]
+name = "M"
+quantity = "reaction_torque"
+of = "elbow"
+component = "x"
+[[output]]
+name = "screw_F"
+quantity = "force"
+of = "screw"
+on = "lower"
+component = "y"
+[[output]]
+name = "balance"
+quantity = "balance_force"
+of = "lower"
+component = "x"
+[[output]]
+name = "energy"
+quantity = "total_energy"
+"#;
+
+#[test]
+fn loads_balance_and_energy_stays_where_masses_ride_on_a_mechanism() {
+    let first = try_text(MACHINE, &[]).unwrap();
+    assert_eq!(first.exit_code(), 0, "{}", first.summary.reason);
+    let energy = column(&first, "energy");
+    assert!(energy.iter().all(|e| (e - energy[0]).abs() < 1e-7), "{energy:?}");
+    assert!(column(&first, "balance").iter().all(|force| force.abs() < 1e-9));
+    for way in WAYS {
+        let other = try_text(MACHINE, way).unwrap();
+        assert_eq!(other.exit_code(), 0, "{way:?} {}", other.summary.reason);
+        for (channel, (a, b)) in first.channels.iter().zip(first.columns.iter().zip(&other.columns)) {
+            let off = difference(a, b);
+            assert!(off < 1e-6 || channel.name == "balance", "{way:?} `{}` differs by {off:.1e}", channel.name);
+        }
+    }
+}
+
+/// A cantilever by so many elements `beam`, with lumped masses, and a body at the tip.
+fn chain(count: usize) -> String {
+    let (l, line) = (BEAM.length / count as f64, BEAM.density * BEAM.area);
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n",
+    );
+    for k in 1..=count {
+        let (mut mass, mut moment) = (line * l, line * l.powi(3) / 12.0);
+        if k == count {
+            (mass, moment) = (0.5 * mass + 0.054, 0.5 * moment + 1e-4);
+        }
+        let x = l * k as f64;
+        text += &format!(
+            "[[body]]\nname = \"n{k}\"\nmass = {mass:?}\ninertia = [1e-4, {moment:?}, {moment:?}]\nposition = [{x:?}, 0, 0]\n"
+        );
+        let before = if k == 1 { "ground".into() } else { format!("n{}", k - 1) };
+        let Beam { young, shear, area, iy, iz, torsion, .. } = BEAM;
+        text += &format!(
+            "[[force]]\nname = \"b{k}\"\ntype = \"beam\"\nbodies = [\"{before}\", \"n{k}\"]\n\
+             frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]\n\
+             params = {{ length = {l:?}, young = {young:?}, shear = {shear:?}, area = {area:?}, iy = {iy:?}, iz = {iz:?}, torsion = {torsion:?} }}\n"
+        );
+    }
+    text
+}
+
+/// The same by a modal body.
+fn modal(mode: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 0.1
+output_step = 0.1
+[[body]]
+name = "tip"
+mass = 0.054
+inertia = [1e-4, 1e-4, 1e-4]
+position = [1, 0, 0]
+[[force]]
+name = "beam"
+type = "modal-body"
+bodies = ["ground", "tip"]
+frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]
+[force.params]
+matrices = {{ file = "beam.csv", columns = ["row", "column", "mass", "stiffness"] }}
+points = [0, 0, 0, 1, 0, 0]
+{mode}
+[[output]]
+name = "z"
+quantity = "position"
+of = "tip"
+component = "z"
+"#
+    )
+}
+
+/// Frequencies at an equilibrium, rad/s, ascending.
+fn frequencies(text: &str) -> (Vec<f64>, Session) {
+    let scratch = Scratch::new();
+    std::fs::write(scratch.path().join("beam.csv"), craig_bampton::lines(&BEAM, MODES)).unwrap();
+    let path = scratch.file("scene.toml", text);
+    let make = || Session::open(&path, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
+    let mut started = make().prepare().unwrap().start().unwrap();
+    let instant = started.instant().unwrap();
+    let session = make();
+    let linear = Linear::at(&session, &instant, Some(&[]), Some(&[])).unwrap_or_else(|error| panic!("{error}"));
+    let found = Modes::of(&session, &linear).unwrap();
+    (found.modes.iter().map(|mode| mode.imaginary).filter(|w| *w > 0.0).collect(), session)
+}
+
+/// beta L of a cantilever of Euler and Bernoulli with a mass and a moment of inertia at the tip (shares of those of the beam, m L^2).
+fn lowest_root(mass: f64, moment: f64, from: f64, to: f64) -> f64 {
+    let determinant = |b: f64| {
+        let (s, c, sh, ch) = (b.sin(), b.cos(), b.sinh(), b.cosh());
+        // W = a (sin - sinh) + b (cos - cosh), its derivatives over beta^k.
+        let (w, slope) = ([s - sh, c - ch], [c - ch, -s - sh]);
+        let (bending, shear) = ([-s - sh, -c - ch], [-c - ch, s - sh]);
+        let row = |k: usize| (bending[k] - b.powi(3) * moment * slope[k], shear[k] + b * mass * w[k]);
+        row(0).0 * row(1).1 - row(1).0 * row(0).1
+    };
+    let (mut low, mut high) = (from, to);
+    assert!(determinant(low) * determinant(high) < 0.0);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if determinant(low) * determinant(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[test]
+fn a_cantilever_has_the_frequencies_of_the_closed_form_and_of_a_chain_of_beams() {
+    let line = BEAM.density * BEAM.area;
+    let (mass, moment) = (0.054 / line, 1e-4 / line);
+    let first = lowest_root(mass, moment, 1.5, 1.9);
+    let closed = |second: f64| first.powi(2) * (BEAM.young * second / line).sqrt();
+    let (modal, session) = frequencies(&modal("").replace("gravity = [0, 0, -9.81]", ""));
+    for (found, second) in modal.iter().zip([BEAM.iy, BEAM.iz]) {
+        let off = found / closed(second) - 1.0;
+        assert!((0.0..2e-5).contains(&off), "{found} rad/s, {off:e} above the closed form");
+    }
+    // Elements with shear, masses in points.
+    let (chain, _) = frequencies(&chain(16));
+    for (found, expected) in modal.iter().zip(&chain).take(2) {
+        assert!((found / expected - 1.0).abs() < 3e-3, "{modal:?} {chain:?}");
+    }
+    // The same by the matrices alone.
+    let (omega, _, _) = craig_bampton::lowest(&BEAM, MODES, (0.054, 1e-4));
+    assert!((modal[1] / omega - 1.0).abs() < 1e-9, "{} {omega}", modal[1]);
+    drop(session);
+}
+
+#[test]
+fn a_cantilever_hangs_by_its_weight_as_the_closed_form_says() {
+    let scratch = Scratch::new();
+    std::fs::write(scratch.path().join("beam.csv"), craig_bampton::lines(&BEAM, MODES)).unwrap();
+    let path = scratch.file("scene.toml", modal("gravity = [0, 0, -9.81]"));
+    let session = Session::open(&path, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
+    let found = equilibrium(&session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let z = found.outputs[0].value;
+    let (line, rigidity) = (BEAM.density * BEAM.area * 9.81, BEAM.young * BEAM.iy);
+    let expected = -(0.054 * 9.81 / (3.0 * rigidity) + line / (8.0 * rigidity));
+    assert!((z / expected - 1.0).abs() < 1e-9, "{z} {expected}");
+}
+
+#[test]
+fn the_file_of_the_verification_scenes_is_that_of_the_example() {
+    let kept = std::fs::read_to_string(root().join("scenes/verification/modal-body-beam.csv")).unwrap();
+    let numbers = |text: &str| -> Vec<Vec<f64>> {
+        let lines = text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
+        lines.map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
+    };
+    let (kept, made) = (numbers(&kept), numbers(&craig_bampton::lines(&BEAM, MODES)));
+    assert_eq!(kept.len(), made.len());
+    for (kept, made) in kept.iter().zip(&made) {
+        assert_eq!(kept[..2], made[..2]);
+        assert!(kept.iter().zip(made).all(|(a, b)| (a - b).abs() <= 1e-8 * b.abs()), "{kept:?} {made:?}");
+    }
+}
+
+#[test]
+fn the_reduction_keeps_the_rigid_body() {
+    let (mass, stiffness) = BEAM.reduce(MODES);
+    let mut turn = DMatrix::zeros(mass.nrows(), 1);
+    [(5, 1.0), (7, BEAM.length), (11, 1.0)].iter().for_each(|(k, value)| turn[(*k, 0)] = *value);
+    let moment = (turn.transpose() * &mass * &turn)[(0, 0)];
+    let expected = BEAM.density * BEAM.area * BEAM.length.powi(3) / 3.0;
+    assert!((moment / expected - 1.0).abs() < 1e-9, "{moment} {expected}");
+    assert!((stiffness * turn).amax() < 1e-6);
+}
+
+#[test]
+fn a_run_goes_on_from_a_checkpoint() {
+    let whole = run("verification/modal-body.toml", &["simulation.t_end=0.02"]);
+    let by_parts = run("verification/modal-body.toml", &["simulation.t_end=0.02", "simulation.checkpoint_every=0.006"]);
+    assert_same_motion(&by_parts, &whole, 1e-7);
+}
+
+#[test]
+fn contacts_and_masses_of_elements_do_not_go_together() {
+    let stop = "[[joint]]\nname = \"stop\"\ntype = \"rotational-stop\"\nof = \"pivot\"\nparams = { upper = 1 }\n";
+    let stop = stop.replace("of = \"pivot\"", "bodies = [\"ground\", \"upper\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]");
+    let error = try_text(&format!("{MACHINE}\n{stop}"), &[]).map(|report| report.summary.reason).unwrap_err();
+    assert!(error.contains("ODY0345") && error.contains("`screw`") && error.contains("`stop`"), "{error}");
+}
+
+#[test]
+fn bodies_may_be_lighter_than_what_an_element_brings_by_many_decades() {
+    let line = BEAM.density * BEAM.area;
+    let closed = lowest_root(0.0, 0.0, 1.5, 2.0).powi(2) * (BEAM.young * BEAM.iy / line).sqrt();
+    for (mass, moment) in [(1e-7, 1e-9), (1e-13, 1e-15)] {
+        let light = modal("").replace("0.054", &format!("{mass:?}")).replace("1e-4", &format!("{moment:?}"));
+        let (found, _) = frequencies(&light);
+        assert!((found[0] / closed - 1.0).abs() < 3e-5, "{} {closed}", found[0]);
+        let sets = [
+            format!("mt={mass:?}"),
+            format!("Jt={moment:?}"),
+            "simulation.t_end=0.01".to_owned(),
+            "simulation.formulation=\"cartesian\"".to_owned(),
+        ];
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let bodies = run("verification/modal-body-free.toml", &sets);
+        assert_same_motion(&run("verification/modal-body-free.toml", &sets[..3]), &bodies, 1e-6);
+        // (m + 2 m_t) v.
+        let momentum = column(&bodies, "p_z");
+        assert!(momentum.iter().all(|p| (p - 0.54 * 0.5).abs() < 1e-7 + mass), "{momentum:?}");
+    }
+}
