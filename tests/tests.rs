@@ -34,6 +34,8 @@
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
+//! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
+//! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
@@ -62,6 +64,7 @@ mod digits;
 mod enclosures;
 mod events;
 mod examples;
+mod fits;
 mod fixtures;
 mod formulations;
 mod friction;
@@ -81,6 +84,7 @@ mod rooms;
 mod ropes;
 mod runs;
 mod schema;
+mod sensitivities;
 mod singular;
 mod soak;
 mod speed_control;

@@ -204,6 +204,23 @@ impl Document {
         }
     }
 
+    /// The text.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// What the text, with overrides, has at a key that `--set` could set: a parameter, a key of a body or element, an entry of a
+    /// list (`rotor.velocity.x`). `None` where nothing is given there.
+    ///
+    /// # Errors
+    /// There is no such key.
+    pub fn setting(&self, key: &str, overrides: &[Override]) -> Result<Option<RawValue>, Box<Diagnostic>> {
+        let (mut root, mut source) = (self.root.clone(), self.source.clone());
+        overrides::apply(&mut root, overrides, &mut source, &mut Vec::new());
+        Ok(overrides::get(&root, key, 0..0)?.cloned())
+    }
+
     /// The scene with overrides; see [`parse`].
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use super::raw::{RawKind, RawTable, RawValue, Spanned, parse_value};
 use odyn_diagnostics::{Diagnostic, Source, codes, suggest};
 
-/// One `--set`: `crank.radius=9mm`, `simulation.t_end=50`, `rotor.mass=0.05`.
+/// One `--set`: `crank.radius=9mm`, `simulation.t_end=50`, `rotor.mass=0.05`, `rotor.velocity.x=2`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
     /// Key, `=`, value, as on the command line; checked by [`super::parse`].
@@ -107,10 +107,64 @@ fn set_inside<'p>(
             }
             match table.get_mut(first).map(|raw| &mut raw.kind) {
                 Some(RawKind::Table(inner)) => set_inside(inner, rest, value, span),
+                Some(RawKind::Array(items)) => set_entry(items, rest, value, span).ok_or(*first)?,
                 _ => Err(first),
             }
         }
     }
+}
+
+/// Sets an entry of a list, or of a list in it; `None` if there is no such entry.
+fn set_entry<'p>(
+    items: &mut [RawValue],
+    path: &[&'p str],
+    value: RawValue,
+    span: &std::ops::Range<usize>,
+) -> Option<Result<(), &'p str>> {
+    let item = items.get_mut(entry(path.first()?)?)?;
+    match (&mut item.kind, &path[1..]) {
+        (_, []) => *item = value,
+        (RawKind::Table(inner), rest) => return Some(set_inside(inner, rest, value, span)),
+        (RawKind::Array(inner), rest) => return set_entry(inner, rest, value, span),
+        _ => return None,
+    }
+    Some(Ok(()))
+}
+
+/// Number of an entry of a list, from 0: `x`, `y`, `z` or that number.
+fn entry(segment: &str) -> Option<usize> {
+    let axis = ["x", "y", "z"].iter().position(|axis| *axis == segment);
+    axis.or_else(|| segment.parse().ok())
+}
+
+/// What the scene has at a key that [`apply`] would set; `Ok(None)` where it gives none.
+pub(super) fn get<'t>(
+    root: &'t RawTable,
+    key: &str,
+    span: std::ops::Range<usize>,
+) -> Result<Option<&'t RawValue>, Diagnostic> {
+    let path: Vec<&str> = key.split('.').map(str::trim).collect();
+    if path.iter().any(|segment| segment.is_empty()) || path.len() > MOST_SEGMENTS {
+        return Err(bad(format!("`{key}` is not a key")));
+    }
+    let (table, rest) = match find_target(root, &path, &span)? {
+        Target::Section if path.len() == 1 => (Some(root), &path[..]),
+        Target::Section => (root.get(path[0]).and_then(RawValue::as_table), &path[1..]),
+        Target::Parameter => (root.get("parameters").and_then(RawValue::as_table), &path[..]),
+        Target::Named(list, index) => {
+            let item = root.get(list).and_then(RawValue::as_array).and_then(|items| items.get(index));
+            (item.and_then(RawValue::as_table), &path[if path[0] == list { 2 } else { 1 }..])
+        }
+    };
+    let found = rest.split_first().and_then(|(first, rest)| {
+        let start = table?.get(first)?;
+        rest.iter().try_fold(start, |raw, segment| match &raw.kind {
+            RawKind::Table(inner) => inner.get(segment),
+            RawKind::Array(items) => items.get(entry(segment)?),
+            _ => None,
+        })
+    });
+    Ok(found)
 }
 
 fn empty_table(span: &std::ops::Range<usize>) -> RawValue {

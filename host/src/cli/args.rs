@@ -6,7 +6,8 @@ use clap::{Args, Parser, Subcommand};
 
 use super::analyses_args::{LineariseArgs, ModesArgs, StaticsArgs};
 use super::export_args::ExportCommand;
-use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, StudyArgs, not_negative, positive};
+use super::fit_args::{FIT_HELP, FitArgs, SENSITIVITY_HELP, SensitivityArgs};
+use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, STUDY_HELP, SceneArgs, StudyArgs, not_negative, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
 use super::workshop_args::{CheckPluginArgs, NewPluginArgs};
 
@@ -65,17 +66,7 @@ Examples:
 The exit codes are those of `odyn run`; 0 also where the run had reached its end, 7 where its results were suspect then.")]
     Resume(ResumeArgs),
     /// Run a scene with other values, again and again, and tabulate what comes out
-    #[command(after_help = "\
-Every combination of the varied values is a run, the one that `odyn run` would do with the same --set; the table has the
-scene's figures, the last value of each output, status, audit and work of every run, and is the same however many runs go on
-at the same time. Runs that fail are told in the table; the others stay.
-
-Examples:
-  odyn study scenes/compressor.toml --vary crank.radius=8mm:10mm:11
-  odyn study scenes/compressor.toml --vary rod.length=40mm,42mm,45mm --vary piston.mass=0.03:0.05:5 --jobs 2
-  odyn study scenes/compressor.toml --vary simulation.tolerance=1e-6,1e-8,1e-10 --results -o results/tolerances
-
-The exit code is that of the first run that has one.")]
+    #[command(after_help = STUDY_HELP)]
     Study(StudyArgs),
     /// Find where a scene is at rest, and whether it stays there
     #[command(after_help = "\
@@ -109,6 +100,12 @@ Examples:
   odyn linearise scene.toml --inputs motor.torque --outputs angle,speed
   odyn linearise scene.toml --at equilibrium -o results/model")]
     Linearise(LineariseArgs),
+    /// Derivatives of outputs and figures with respect to numbers of a scene
+    #[command(after_help = SENSITIVITY_HELP)]
+    Sensitivity(SensitivityArgs),
+    /// Find numbers of a scene from measurements, with confidence intervals
+    #[command(after_help = FIT_HELP)]
+    Fit(FitArgs),
     /// Check a scene: mobility, redundant joint equations, reactions that are not unique, warnings
     #[command(after_help = "\
 Examples:
@@ -485,6 +482,8 @@ impl Command {
             Command::Statics(args) => args.scene.json,
             Command::Modes(args) => args.place.scene.json,
             Command::Linearise(args) => args.place.scene.json,
+            Command::Sensitivity(args) => args.scene.json,
+            Command::Fit(args) => args.scene.json,
             Command::Check(args) => args.scene.json,
             Command::Plan(args) => args.json,
             Command::Elements { command: ElementsCommand::List(args) } => args.json,

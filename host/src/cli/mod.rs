@@ -10,6 +10,7 @@
 //! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
 //! | `run.rs` | `run` |
 //! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
+//! | `sensitivity.rs`, `fit.rs`, `fit_args.rs` | `sensitivity`, `fit` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
 //! | `elements.rs` | `elements list`, `elements describe` |
@@ -36,6 +37,8 @@ mod explain;
 mod export;
 mod export_args;
 mod failure;
+mod fit;
+mod fit_args;
 mod inspect;
 mod plugin;
 mod report;
@@ -43,6 +46,7 @@ mod resume;
 mod run;
 mod scene_args;
 mod schema;
+mod sensitivity;
 mod shell;
 mod store;
 mod store_args;
@@ -131,6 +135,8 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Statics(args) => analyses::statics(args),
         Command::Modes(args) => analyses::modes(args),
         Command::Linearise(args) => analyses::linearise(args),
+        Command::Sensitivity(args) => sensitivity::sensitivity(args),
+        Command::Fit(args) => fit::fit(args),
         Command::Check(args) => inspect::check(args),
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),

@@ -123,6 +123,18 @@ pub(super) struct ResumeArgs {
     pub(super) quiet: bool,
 }
 
+pub(super) const STUDY_HELP: &str = "\
+Every combination of the varied values is a run, the one that `odyn run` would do with the same --set; the table has the
+scene's figures, the last value of each output, status, audit and work of every run, and is the same however many runs go on
+at the same time. Runs that fail are told in the table; the others stay.
+
+Examples:
+  odyn study scenes/compressor.toml --vary crank.radius=8mm:10mm:11
+  odyn study scenes/compressor.toml --vary rod.length=40mm,42mm,45mm --vary piston.mass=0.03:0.05:5 --jobs 2
+  odyn study scenes/compressor.toml --vary simulation.tolerance=1e-6,1e-8,1e-10 --results -o results/tolerances
+
+The exit code is that of the first run that has one.";
+
 #[derive(Debug, Args)]
 pub(super) struct StudyArgs {
     #[command(flatten)]

@@ -169,10 +169,10 @@ impl Explicit {
         if !all_finite(&self.y_new) {
             return Err(Trouble::Retry(StopReason::NotFinite { step: h }));
         }
-        if !self.pair.error.uses_end() || run.options.fixed_step.is_some() || self.error != self.y_new {
+        if !self.pair.error.uses_end() || run.options.steps_are_given() || self.error != self.y_new {
             self.end_derivative(run, t_new)?;
         }
-        let limited = run.options.fixed_step.is_none() && self.is_limited_by_stability(run, h);
+        let limited = !run.options.steps_are_given() && self.is_limited_by_stability(run, h);
         if let Some(time) = run.sample_before(t_new) {
             if limited {
                 return Err(Trouble::EndAt(time));

@@ -45,6 +45,8 @@
 //! stability limits an explicit method, and where an implicit method's error test says so. A step that is rejected because
 //! the right side switches inside it is made to end there (`events.rs`).
 
+use std::sync::Arc;
+
 mod auto;
 mod dop853;
 mod dop853_tableau;
@@ -84,6 +86,13 @@ pub use radau5::Radau5;
 pub use rk4::Rk4;
 pub use run::{Run, Trouble};
 pub use system::{Accepted, Failure, Flow, Guard, GuardSet, Guards, Price, System, Watched};
+
+impl Options {
+    /// Whether steps are given, so that their error is not looked at.
+    pub(crate) fn steps_are_given(&self) -> bool {
+        self.fixed_step.is_some() || self.steps.is_some()
+    }
+}
 
 /// A method of integration.
 pub trait Integrator: Send {
@@ -158,6 +167,9 @@ pub struct Options {
     /// Steps of this size without error control, made a little smaller so that a whole number
     /// of them fills the interval. `first_step`, `max_step` and hints are not looked at.
     pub fixed_step: Option<f64>,
+    /// Ends of steps to be taken whatever their error, ascending: those of another run, whose equations differ a little, so that
+    /// the result is a smooth function of what differs. Those that are not ahead are passed over; the last step ends at `t_end`.
+    pub steps: Option<Arc<[f64]>>,
     /// Share of the predicted step size that is tried, 0..1. At 0.9 a fifth of the steps of the benchmark scenes is rejected, at 0.8
     /// with a weight of 0.04 of the previous error one in thirty.
     pub safety: f64,
@@ -179,6 +191,7 @@ impl Default for Options {
             max_steps: 1_000_000,
             steps_before: 0,
             fixed_step: None,
+            steps: None,
             safety: 0.8,
             min_factor: 1.0 / 3.0,
             max_factor: 6.0,

@@ -88,7 +88,7 @@ impl Radau5 {
         self.allocate(y.len());
         self.control = Control::new(run.system.tolerance());
         self.control.keep_by_price(run.system.price(), y.len());
-        if run.options.fixed_step.is_some() {
+        if run.options.steps_are_given() {
             self.control.iterate_to_round_off(run.system.tolerance());
         }
         self.defender = defender;

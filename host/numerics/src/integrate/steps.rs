@@ -125,10 +125,46 @@ pub(super) fn steps(
     y: &mut [f64],
     first_step: Option<f64>,
 ) -> Result<End, Trouble> {
-    match run.options.fixed_step {
-        Some(h) => steps_of_one_size(method, run, y, h).map(|()| End::Completed),
-        None => adaptive_steps(method, run, y, first_step),
+    match (run.options.fixed_step, run.options.steps.clone()) {
+        (Some(h), _) => steps_of_one_size(method, run, y, h).map(|()| End::Completed),
+        (None, Some(ends)) => given_steps(method, run, y, &ends).map(|()| End::Completed),
+        (None, None) => adaptive_steps(method, run, y, first_step),
     }
+}
+
+/// Steps to given ends, whatever their error: the internal differentiation of Bock (1981) follows the steps of one run with runs of
+/// other parameters. Functions of time that jump still end steps, where they do for these parameters.
+fn given_steps(method: &mut dyn Adaptive, run: &mut Run<'_>, y: &mut [f64], ends: &[f64]) -> Result<(), Trouble> {
+    run.sample_start(y)?;
+    if run.t == run.span.t_end {
+        return Ok(());
+    }
+    method.start(run, y)?;
+    let mut events = Events::new(run, method.reach());
+    let mut scratch = vec![0.0; y.len()];
+    while run.t < run.span.t_end {
+        run.check_step_limit()?;
+        let ahead = ends.partition_point(|end| *end <= run.t + run.smallest_step());
+        let end = ends.get(ahead).copied().unwrap_or(f64::INFINITY);
+        let left = run.span.t_end - run.smallest_step();
+        let end = if end < left { end } else { run.span.t_end };
+        let t_new = events.end_of_step(run, end, method.seen());
+        run.system.begin_step(run.t, y, t_new - run.t);
+        if let Err(fault) = method.make_step(run, y, t_new) {
+            run.counters.rejected += 1;
+            return Err(match fault {
+                Fault::Trouble(trouble) => trouble,
+                Fault::Slow(_) => Trouble::Stop(StopReason::NoConvergence { step: t_new - run.t }),
+            });
+        }
+        finish_step(method, run, y, t_new, &mut scratch)?;
+        events.beyond_break(run);
+        if run.t != t_new && run.t < run.span.t_end {
+            method.forget();
+            method.start(run, y)?;
+        }
+    }
+    Ok(())
 }
 
 /// Steps of one size, whatever their error.

@@ -6,6 +6,7 @@ mod begun;
 mod events;
 mod factors;
 mod fixtures;
+mod given;
 mod kinematic;
 mod lanes;
 mod stiff;

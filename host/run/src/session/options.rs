@@ -1,6 +1,7 @@
 //! [`RunOptions`]: what the command line adds to a scene; and the words that scenes choose by.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::common::Common;
 use super::error::SessionError;
@@ -29,6 +30,9 @@ pub struct RunOptions {
     pub further_channels: Option<fn(&Model) -> Vec<Channel>>,
     /// What is had in common with other runs, if anything is. Results do not depend on it.
     pub common: Option<Common>,
+    /// Ends of the steps to take instead of those that error control would choose, s: see [`crate::integrate::Options::steps`]. For
+    /// scenes in which no contact closes and nothing switches.
+    pub steps: Option<Arc<[f64]>>,
     /// Who watches the calls into libraries that are loaded.
     pub watchdog: Option<Watchdog>,
 }

@@ -189,6 +189,7 @@ impl Prepared {
             max_steps: simulation.max_steps.map_or(Options::default().max_steps, |n| n as usize),
             steps_before: carried.map_or(0, |carried| carried.steps_tried as usize),
             fixed_step,
+            steps: session.options.steps.clone(),
             ..Options::default()
         };
         Ok(Run::new(session, system, method, state, options, sample_times))

@@ -1,0 +1,158 @@
+//! [`Parameter`]: a number of a scene that `--set` can set, with its value and unit.
+
+use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::{Dimension, Document, Override, RawKind, RawValue, parse_unit};
+use crate::session::Session;
+
+/// A number of a scene: a parameter, a key of a body or element, an entry of a list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// As for `--set`.
+    pub key: String,
+    /// Its value, in its unit.
+    pub value: f64,
+    /// Its unit. Empty for a pure number, and where a plain number stands in `[parameters]`, which takes the scene's unit of where it is
+    /// used.
+    pub unit: String,
+    /// One unit in SI; 1 where the unit is not known.
+    factor: f64,
+    dimension: Option<Dimension>,
+    /// Whether the scene gives a plain number, in the scene's unit.
+    plain: bool,
+}
+
+impl Parameter {
+    /// The number that a session has at a key. `document` and `changes` are what the session was made of.
+    ///
+    /// # Errors
+    /// The scene has no such key, gives nothing there, or no number.
+    pub fn read(
+        key: &str,
+        document: &Document,
+        changes: &[Override],
+        session: &Session,
+    ) -> Result<Self, Box<Diagnostic>> {
+        let key = key.trim();
+        let refused = |message: String| Diagnostic::error(codes::BAD_OVERRIDE, message);
+        let placeless = |error: Box<Diagnostic>| {
+            let again = Diagnostic::error(error.code, error.message.clone());
+            Box::new(error.help.iter().fold(again, |again, help| again.help(help.clone())))
+        };
+        let found = document.setting(key, changes).map_err(placeless)?;
+        let Some(raw) = found else {
+            let message = format!("the scene gives no value for `{key}`, so that there is none to start from");
+            return Err(Box::new(refused(message).help(format!("write it in the scene, or add `--set {key}=VALUE`"))));
+        };
+        let plain = match raw.kind {
+            RawKind::Number(value) => Some(value),
+            RawKind::Integer(value) => Some(value as f64),
+            _ => None,
+        };
+        if let Some(value) = plain {
+            let dimension = dimension_of(key, session);
+            let units = &session.scene.units;
+            let factor = dimension.map_or(1.0, |dimension| units.factor(dimension));
+            let unit = dimension.filter(|one| *one != Dimension::DIMENSIONLESS).map(|one| units.label(one));
+            return Ok(Self { key: key.into(), value, unit: unit.unwrap_or_default(), factor, dimension, plain: true });
+        }
+        let (si, dimension) = session.scene.any_quantity(&raw).map_err(|error| {
+            let message = format!("`{key}` is no number: {}", error.message);
+            let help = "an entry of a list is `rotor.velocity.x` or `rotor.inertia.0`";
+            Box::new(refused(message).help(help))
+        })?;
+        if dimension == Dimension::DIMENSIONLESS {
+            let (unit, dimension) = (String::new(), Some(dimension));
+            return Ok(Self { key: key.into(), value: si, unit, factor: 1.0, dimension, plain: true });
+        }
+        let units = &session.scene.units;
+        let (unit, factor) = (units.label(dimension), units.factor(dimension));
+        Ok(Self { key: key.into(), value: si / factor, unit, factor, dimension: Some(dimension), plain: false })
+    }
+
+    /// The change that gives it a value, in its unit.
+    #[must_use]
+    pub fn set(&self, value: f64) -> Override {
+        let unit = if self.plain || self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        Override::new(format!("{}={value:?}{unit}", self.key))
+    }
+
+    /// A value for it that is written with a unit of its own, or without one, in its unit.
+    ///
+    /// # Errors
+    /// It is no number, or has another dimension.
+    pub fn value_of(&self, text: &str, session: &Session) -> Result<f64, Box<Diagnostic>> {
+        let text = text.trim();
+        if let Ok(value) = text.parse::<f64>()
+            && value.is_finite()
+        {
+            return Ok(value);
+        }
+        let refused = |message: String| Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message));
+        let raw = RawValue { span: 0..0, kind: RawKind::Text(text.into()) };
+        let found = session.scene.any_quantity(&raw);
+        let (si, dimension) =
+            found.map_err(|error| refused(format!("`{text}` is no value for `{}`: {}", self.key, error.message)))?;
+        if self.dimension != Some(dimension) {
+            let own = if self.unit.is_empty() { "a plain number".to_owned() } else { format!("in {}", self.unit) };
+            return Err(refused(format!("`{text}` is no value for `{}`, which is {own}", self.key)));
+        }
+        Ok(si / self.factor)
+    }
+
+    /// What the derivative of something in `unit` is measured in.
+    #[must_use]
+    pub fn unit_of_derivative(&self, unit: &str) -> String {
+        let grouped = |unit: &str| if unit.contains([' ', '/', '*']) { format!("({unit})") } else { unit.to_owned() };
+        match (unit, self.unit.as_str()) {
+            (unit, "") => unit.to_owned(),
+            ("", own) => format!("1/{}", grouped(own)),
+            (unit, own) if unit == own => "1".to_owned(),
+            (unit, own) => format!("{}/{}", grouped(unit), grouped(own)),
+        }
+    }
+
+    /// Its value with its unit.
+    #[must_use]
+    pub fn shown(&self, value: f64, digits: usize) -> String {
+        let number = odyn_run::results::significant(value, digits);
+        if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
+    }
+}
+
+/// Dimension of a plain number at a key, where it is known.
+fn dimension_of(key: &str, session: &Session) -> Option<Dimension> {
+    let path: Vec<&str> = key.split('.').collect();
+    if path[0] == "simulation" {
+        return match *path.get(1)? {
+            "gravity" => Some(Dimension::ACCELERATION),
+            "t_start" | "t_end" | "output_step" | "max_step" | "fixed_step" | "first_step" => Some(Dimension::TIME),
+            _ => None,
+        };
+    }
+    if session.scene.parameters.get(key.strip_prefix("parameters.").unwrap_or(key)).is_some() {
+        return None;
+    }
+    let path = if ["body", "joint", "force", "control"].contains(&path[0]) { &path[1..] } else { &path[..] };
+    let (name, rest) = path.split_first()?;
+    let word = *rest.first()?;
+    if session.scene.bodies.iter().any(|body| body.name.value == *name) {
+        return match word {
+            "mass" => Some(Dimension::MASS),
+            "inertia" => Some(Dimension::INERTIA),
+            "position" | "com" => Some(Dimension::LENGTH),
+            "velocity" => Some(Dimension::VELOCITY),
+            "angular_velocity" => Some(Dimension::ANGULAR_VELOCITY),
+            "orientation" if rest.last() == Some(&"angle") => Some(Dimension::ANGLE),
+            _ => None,
+        };
+    }
+    let element = session.model.elements.iter().find(|element| element.name == *name)?;
+    match (word, rest.get(1)) {
+        ("point", _) => Some(Dimension::LENGTH),
+        ("params", Some(parameter)) if rest.len() == 2 => {
+            let spec = element.class.params.iter().find(|spec| spec.name == **parameter)?;
+            if spec.unit.is_empty() { None } else { parse_unit(&spec.unit).ok().map(|(dimension, _)| dimension) }
+        }
+        _ => None,
+    }
+}

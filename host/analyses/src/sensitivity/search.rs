@@ -1,0 +1,402 @@
+//! [`Search`]: the step h of each parameter, and the derivatives with their errors.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::runs::{Done, Kind, Nominal, Variants, Way};
+use super::{Parameter, Request, Stencil, Wanted};
+use crate::diagnostics::Diagnostic;
+use crate::pool;
+use crate::results::Remedy;
+use crate::session::SessionError;
+
+/// h that is tried first, as a share of the parameter.
+const FIRST: f64 = 1e-3;
+/// Steps that are tried for one parameter.
+const MOST_ROUNDS: usize = 5;
+/// Relative error of differences at which no other step is tried.
+const GOOD: f64 = 3e-11;
+/// Relative error that a smaller step is chosen for, where differences leave out too much.
+const AIM: f64 = 1e-12;
+/// Share of the derivative of order 2 by which that of order 4 may differ, before the step is far too large.
+const FAR_TOO_LARGE: f64 = 0.05;
+/// Least derivative, as a share of what the largest value over the parameter would be, that the step is judged by.
+const LEAST: f64 = 1e-7;
+/// Share of an output by which round-off changes its differences, at least.
+const ROUND_OFF: f64 = 2.0 * f64::EPSILON;
+/// Samples on each side whose errors count for one.
+const NEIGHBOURS: usize = 3;
+/// Tolerances of runs that take their own steps, and the least of those that follow.
+const OWN_STEPS: [f64; 2] = [1e-13, 1e-12];
+/// Ratio of the tolerances of runs that follow steps.
+const RATIO: f64 = 100.0;
+
+/// The derivatives by one parameter, outputs at all samples one after the other, then figures.
+pub(super) struct Found {
+    pub(super) derivative: Vec<f64>,
+    pub(super) error: Vec<f64>,
+    pub(super) step: f64,
+    pub(super) stencil: Stencil,
+    pub(super) runs: usize,
+    pub(super) tolerance: Option<f64>,
+    pub(super) notes: Vec<String>,
+}
+
+/// What is looked for.
+pub(super) struct Search<'a> {
+    pub(super) variants: &'a Variants,
+    pub(super) wanted: &'a Wanted,
+    pub(super) request: &'a Request,
+    /// What is natural for each output that is wanted.
+    pub(super) natural: &'a [f64],
+    pub(super) told: &'a (dyn Fn(f64) + Sync),
+}
+
+/// What is kept of a run.
+struct Sampled {
+    values: Vec<f64>,
+    samples: usize,
+    /// What happened to each row: samples before it, what.
+    events: BTreeMap<String, Vec<(usize, &'static str)>>,
+    switches: u64,
+}
+
+/// The runs of one parameter at one step.
+struct Round {
+    share: f64,
+    stencil: Stencil,
+    values: Vec<Sampled>,
+    /// Of each column, as shares of its largest derivative: by how much orders 6 and 4 differ, and orders 4 and 2.
+    errors: Vec<[f64; 2]>,
+    /// Samples that events pass.
+    marked: Vec<bool>,
+}
+
+impl Round {
+    /// The column that is worst in the best of all rounds for it.
+    fn worst(rounds: &[Self]) -> Option<(usize, f64)> {
+        let best = |column: usize| (column, rounds[choice(rounds, column)].errors[column][0]);
+        (0..rounds.first()?.errors.len()).map(best).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// The round that is best for a column, of those in which events pass fewest samples.
+fn choice(rounds: &[Round], column: usize) -> usize {
+    let passed = |number: usize| rounds[number].marked.iter().filter(|marked| **marked).count();
+    let least = (0..rounds.len()).map(passed).min().unwrap_or(0);
+    let error = |number: &usize| rounds[*number].errors[column][0];
+    let good = (0..rounds.len()).filter(|number| passed(*number) == least);
+    good.min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0)
+}
+
+impl Search<'_> {
+    /// All parameters.
+    pub(super) fn all(&self, nominal: &Nominal, parameters: &[Parameter]) -> Result<Vec<Found>, SessionError> {
+        let tolerances = match nominal.kind {
+            Kind::Frozen => {
+                let fine = (nominal.tolerance / RATIO).max(OWN_STEPS[0]).min(nominal.tolerance);
+                [fine, RATIO * fine]
+            }
+            _ => OWN_STEPS,
+        };
+        let fine = self.variants.level(nominal, &[], tolerances[0], 0.5)?;
+        let coarse = self.variants.level(nominal, &[], tolerances[1], 1.0)?;
+        let ended = AtomicUsize::new(0);
+        let expected = parameters.len() * (Stencil::Central.places().len() + 2);
+        let progress = || {
+            let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.told)((ended as f64 / expected as f64).min(0.99));
+        };
+        let first = self.request.step.unwrap_or(FIRST);
+        let mut open: Vec<(usize, f64)> = (0..parameters.len()).map(|number| (number, first)).collect();
+        let mut all: Vec<Vec<Round>> = parameters.iter().map(|_| Vec::new()).collect();
+        let mut runs = vec![0; parameters.len()];
+        for round in 0..MOST_ROUNDS {
+            let mut next = Vec::new();
+            let made = self.rounds(parameters, &open, (round == 0, &fine), &progress);
+            for ((number, share), made) in open.iter().zip(made) {
+                runs[*number] += Stencil::Central.places().len();
+                let rounds = &mut all[*number];
+                let made = match made {
+                    Ok(made) => made,
+                    // A step that was only tried may lead to where the scene does not run.
+                    Err(_) if !rounds.is_empty() => continue,
+                    Err(error) => return Err(error),
+                };
+                let before = Round::worst(rounds);
+                rounds.push(made);
+                let wanted = next_share(rounds, before).filter(|_| self.request.step.is_none());
+                next.extend(wanted.filter(|wanted| wanted != share).map(|wanted| (*number, wanted)));
+            }
+            open = next;
+            if open.is_empty() {
+                break;
+            }
+        }
+        let mut found = Vec::new();
+        for ((parameter, rounds), runs) in parameters.iter().zip(all).zip(runs) {
+            // What the steps leave out is seen at the step that most columns take.
+            let choices: Vec<usize> = (0..rounds[0].errors.len()).map(|column| choice(&rounds, column)).collect();
+            let most = |number: &usize| choices.iter().filter(|choice| *choice == number).count();
+            let main = (0..rounds.len()).max_by_key(most).unwrap_or(0);
+            let (stencil, step) = (rounds[main].stencil, rounds[main].share * base(parameter.value));
+            let places = &stencil.places()[..stencil.fewest()];
+            let jobs = places.iter().map(|place| parameter.value + place * step).collect();
+            let one = |value: f64| {
+                let done = self.at(parameter, value, &coarse);
+                progress();
+                done
+            };
+            let rough: Result<Vec<Sampled>, _> = pool::each(jobs, self.request.jobs, one).into_iter().collect();
+            let runs = runs + places.len();
+            let judged = self.judge(nominal, parameter, (&rounds, &choices, main), &rough?);
+            let tolerance = Some(tolerances[0]).filter(|_| !matches!(nominal.kind, Kind::Fixed(_)));
+            found.push(Found { runs, tolerance, ..judged });
+        }
+        Ok(found)
+    }
+
+    /// One round of each of these parameters at these steps.
+    fn rounds(
+        &self,
+        parameters: &[Parameter],
+        open: &[(usize, f64)],
+        (first, fine): (bool, &Way),
+        progress: &(dyn Fn() + Sync),
+    ) -> Vec<Result<Round, SessionError>> {
+        let places = |stencil: Stencil, number: usize, share: f64| {
+            let parameter = &parameters[number];
+            let step = share * base(parameter.value);
+            stencil.places().iter().map(move |place| (number, parameter.value + place * step))
+        };
+        let one = |(number, value): (usize, f64)| {
+            let done = self.at(&parameters[number], value, fine);
+            progress();
+            done
+        };
+        let jobs = open.iter().flat_map(|(number, share)| places(Stencil::Central, *number, *share)).collect();
+        let mut done = pool::each(jobs, self.request.jobs, one).into_iter();
+        let count = Stencil::Central.places().len();
+        open.iter()
+            .map(|(number, share)| {
+                let own: Vec<Result<Sampled, SessionError>> = done.by_ref().take(count).collect();
+                let fails = |side: usize| own.iter().skip(side).step_by(2).any(Result::is_err);
+                // Places alternate: below, above.
+                let stencil = match (fails(0), fails(1)) {
+                    (true, false) => Stencil::Forward,
+                    (false, true) => Stencil::Backward,
+                    _ => Stencil::Central,
+                };
+                let own = if stencil == Stencil::Central || !first {
+                    own
+                } else {
+                    pool::each(places(stencil, *number, *share).collect(), self.request.jobs, one)
+                };
+                let values: Vec<Sampled> = own.into_iter().collect::<Result<_, _>>()?;
+                Ok(self.round(&parameters[*number], *share, stencil, values))
+            })
+            .collect()
+    }
+
+    fn at(&self, parameter: &Parameter, value: f64, way: &Way) -> Result<Sampled, SessionError> {
+        let done = self.variants.run(&[parameter.set(value)], way).map_err(|mut error| {
+            if let Some(first) = error.diagnostics.first_mut() {
+                let at = format!("with {} = {}", parameter.key, parameter.shown(value, 9));
+                let told = Diagnostic::error(first.code, format!("{at}: {}", first.message));
+                *first = first.help.iter().fold(told, |told, help| told.help(help.clone()));
+            }
+            error
+        })?;
+        Ok(sampled(&done, self.wanted))
+    }
+
+    /// Judges a round, column by column.
+    fn round(&self, parameter: &Parameter, share: f64, stencil: Stencil, values: Vec<Sampled>) -> Round {
+        let step = share * base(parameter.value);
+        let rows: Vec<&[f64]> = values.iter().map(|one| one.values.as_slice()).collect();
+        let (count, marked) = (rows[0].len(), passed(&values));
+        let samples = self.samples(count);
+        let of_outputs = samples * self.wanted.outputs.len();
+        let good = |k: &usize| rows[0][*k].is_finite() && (*k >= of_outputs || !marked[*k % samples]);
+        let errors = columns(self.wanted, count).enumerate().map(|(number, column)| {
+            let natural = self.natural.get(number).copied().unwrap_or(0.0);
+            let (mut size, mut level, mut errors) = (0.0_f64, natural, [0.0_f64; 2]);
+            for k in column.filter(good) {
+                let [d2, d4, d6] = [0, 1, 2].map(|order| stencil.derivative(order, &rows, k, step));
+                size = size.max(d6.abs());
+                level = level.max(rows[0][k].abs());
+                errors = [errors[0].max((d6 - d4).abs()), errors[1].max((d4 - d2).abs())];
+            }
+            let size = size.max(LEAST * level / base(parameter.value));
+            if size > 0.0 { errors.map(|error| error / size) } else { [0.0; 2] }
+        });
+        let errors = errors.collect();
+        Round { share, stencil, errors, marked, values }
+    }
+
+    /// Samples of a run with so many values.
+    fn samples(&self, values: usize) -> usize {
+        (values - self.wanted.figures.len()) / self.wanted.outputs.len().max(1)
+    }
+
+    fn judge(
+        &self,
+        nominal: &Nominal,
+        parameter: &Parameter,
+        (rounds, choices, main): (&[Round], &[usize], usize),
+        rough: &[Sampled],
+    ) -> Found {
+        let rows: Vec<Vec<&[f64]>> =
+            rounds.iter().map(|round| round.values.iter().map(|one| one.values.as_slice()).collect()).collect();
+        let others: Vec<&[f64]> = rough.iter().map(|one| one.values.as_slice()).collect();
+        let step = |round: usize| rounds[round].share * base(parameter.value);
+        let of = |round: usize, order: usize, k: usize| {
+            rounds[round].stencil.derivative(order, &rows[round], k, step(round))
+        };
+        let count = rows[0][0].len();
+        let (mut derivative, mut error) = (vec![f64::NAN; count], vec![f64::NAN; count]);
+        for (number, (column, round)) in columns(self.wanted, count).zip(choices).enumerate() {
+            let mut own = Vec::new();
+            for k in column.clone() {
+                let of_steps = of(main, 0, k) - rounds[main].stencil.derivative(0, &others, k, step(main));
+                derivative[k] = of(*round, 2, k);
+                own.push((derivative[k] - of(*round, 1, k)).abs() + of_steps.abs());
+            }
+            // Differences that agree by chance say nothing: those of neighbours count, and what round-off leaves at least.
+            let level = column.clone().map(|k| rows[*round][0][k].abs()).filter(|x| x.is_finite());
+            let natural = self.natural.get(number).copied().unwrap_or(0.0);
+            let level = level.fold(natural, f64::max);
+            let least = ROUND_OFF * level / step(*round);
+            for (place, k) in column.enumerate() {
+                let near = &own[place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(own.len())];
+                error[k] = near.iter().copied().fold(least, f64::max);
+            }
+        }
+        let mut notes = Vec::new();
+        let samples = self.samples(count);
+        let mut marked = vec![false; samples];
+        for round in choices.iter().chain([&main]) {
+            marked.iter_mut().zip(&rounds[*round].marked).for_each(|(marked, passed)| *marked |= passed);
+        }
+        let many = marked.iter().filter(|marked| **marked).count();
+        if many > 0 {
+            for k in (0..samples * self.wanted.outputs.len()).filter(|k| marked[k % samples]) {
+                (derivative[k], error[k]) = (f64::NAN, f64::NAN);
+            }
+            notes.push(format!(
+                "{many} samples have no derivative by `{}`: an event passes them between the runs, or what happens before them differs",
+                parameter.key
+            ));
+        }
+        let values = &rounds[main].values;
+        if nominal.kind == Kind::Located && values.iter().any(|one| one.switches != values[0].switches) {
+            notes.push(format!("the number of switches differs between the runs around `{}`", parameter.key));
+        }
+        let (step, stencil) = (step(main), rounds[main].stencil);
+        Found { derivative, error, step, stencil, runs: 0, tolerance: None, notes }
+    }
+}
+
+/// What a share of a parameter of this value is a share of.
+pub(crate) fn base(value: f64) -> f64 {
+    if value == 0.0 { 1.0 } else { value.abs() }
+}
+
+/// The next step to try, if any: for the column that is worst so far. `before`: what was worst before the last round.
+fn next_share(rounds: &[Round], before: Option<(usize, f64)>) -> Option<f64> {
+    let (column, error) = Round::worst(rounds)?;
+    let last = rounds.last()?;
+    let passed = |round: &Round| round.marked.iter().filter(|marked| **marked).count();
+    let passes_more = rounds.iter().any(|round| passed(round) < passed(last));
+    if error <= GOOD || passes_more || before.is_some_and(|(_, before)| error > 0.5 * before) {
+        return None;
+    }
+    let best = &rounds[choice(rounds, column)];
+    let [fine, rough] = best.errors[column];
+    let wanted = if rough > FAR_TOO_LARGE {
+        0.03 * best.share
+    } else if fine < 0.1 * rough {
+        // What order 4 leaves out goes with the fourth power.
+        (AIM / fine).powf(0.25).clamp(0.02, 0.7) * best.share
+    } else {
+        10.0 * best.share
+    };
+    Some(wanted).filter(|wanted| *wanted != last.share)
+}
+
+/// The values of each column.
+fn columns(wanted: &Wanted, values: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let outputs = wanted.outputs.len();
+    let samples = (values - wanted.figures.len()) / outputs.max(1);
+    let figures = outputs * samples..values;
+    (0..outputs).map(move |k| k * samples..(k + 1) * samples).chain(figures.map(|k| k..k + 1))
+}
+
+fn sampled_values(done: &Done, wanted: &Wanted) -> Vec<f64> {
+    let report = &done.report;
+    let outputs = wanted.outputs.iter().flat_map(|output| report.columns[*output].iter().copied());
+    let figures = wanted.figures.iter().map(|figure| report.summary.figures[*figure].value.unwrap_or(f64::NAN));
+    outputs.chain(figures).collect()
+}
+
+fn sampled(done: &Done, wanted: &Wanted) -> Sampled {
+    let report = &done.report;
+    let before = |time: f64| report.times.partition_point(|sample| *sample * done.unit_of_time < time);
+    let mut events = BTreeMap::<String, Vec<(usize, &'static str)>>::new();
+    for event in &report.events {
+        let row = format!("{} {}", event.element, event.row);
+        events.entry(row).or_default().push((before(event.time), event.kind.name()));
+    }
+    Sampled {
+        values: sampled_values(done, wanted),
+        samples: report.times.len(),
+        events,
+        switches: report.summary.recoveries[Remedy::Event],
+    }
+}
+
+/// Samples that an event passes between the runs, and those before which what happened to a row differs.
+fn passed(values: &[Sampled]) -> Vec<bool> {
+    let samples = values[0].samples;
+    let mut passed = vec![false; samples];
+    let rows: BTreeSet<&String> = values.iter().flat_map(|one| one.events.keys()).collect();
+    for row in rows {
+        let of_row =
+            |one: &'_ Sampled, number: usize| one.events.get(row).and_then(|events| events.get(number)).copied();
+        for number in 0.. {
+            let known: Vec<(usize, &str)> = values.iter().filter_map(|one| of_row(one, number)).collect();
+            let Some(first) = known.iter().map(|event| event.0).min() else { break };
+            let last = known.iter().map(|event| event.0).max().unwrap_or(first);
+            let same = known.len() == values.len() && known.iter().all(|event| event.1 == known[0].1);
+            let end = if same { last } else { samples };
+            passed[first.min(samples)..end.min(samples)].fill(true);
+            if !same {
+                break;
+            }
+        }
+    }
+    passed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(events: &[(usize, &'static str)]) -> Sampled {
+        let events = BTreeMap::from([("floor gap".to_owned(), events.to_vec())]);
+        Sampled { values: vec![0.0; 6], samples: 6, events, switches: 0 }
+    }
+
+    #[test]
+    fn samples_are_marked_where_events_pass_and_where_they_differ() {
+        let marked = |runs: &[&[(usize, &'static str)]]| {
+            let runs: Vec<Sampled> = runs.iter().map(|events| run(events)).collect();
+            passed(&runs).iter().map(|marked| u8::from(*marked)).collect::<Vec<_>>()
+        };
+        assert_eq!(marked(&[&[(2, "impact")], &[(2, "impact")]]), [0; 6]);
+        assert_eq!(marked(&[&[(1, "impact")], &[(3, "impact")]]), [0, 1, 1, 0, 0, 0]);
+        assert_eq!(marked(&[&[(2, "impact"), (4, "impact")], &[(2, "impact")]]), [0, 0, 0, 0, 1, 1]);
+        assert_eq!(marked(&[&[(1, "closes")], &[(1, "impact")]]), [0, 1, 1, 1, 1, 1]);
+        assert_eq!(marked(&[&[], &[(5, "impact")]]), [0, 0, 0, 0, 0, 1]);
+    }
+}

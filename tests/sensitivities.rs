@@ -1,0 +1,438 @@
+//! Derivatives of results by numbers of a scene: against closed forms, differentiated by steps in the complex plane where they are
+//! analytic, in both formulations, by both kinds of methods, through closed loops, contacts and foreign binaries.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Complex;
+use odyn::analyses::sensitivity::{OutputSensitivity, Request, Sensitivities};
+use odyn::session::SessionError;
+
+use crate::support::{Scratch, options, root};
+
+type C = Complex<f64>;
+
+fn try_of(path: &Path, of: &[&str], to: &[&str], sets: &[&str]) -> Result<Sensitivities, SessionError> {
+    let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let request = Request { of: owned(of), to: owned(to), ..Request::default() };
+    Sensitivities::of(path, &options(sets, &[]), &request, &|_| (), &Default::default())
+}
+
+#[track_caller]
+fn of(path: &Path, of: &[&str], to: &[&str], sets: &[&str]) -> Sensitivities {
+    try_of(path, of, to, sets).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn scene(name: &str) -> PathBuf {
+    root().join("scenes").join(name)
+}
+
+/// What a closed form gives for one parameter changed by a step along the imaginary axis.
+fn exact(times: &[f64], form: impl Fn(f64, C) -> C, at: f64) -> Vec<f64> {
+    const STEP: f64 = 1e-40;
+    times.iter().map(|t| form(*t, C::new(at, STEP)).im / STEP).collect()
+}
+
+/// The largest error of a derivative against exact values, as a share of their largest; it has to be within what was estimated.
+#[track_caller]
+fn compare(times: &[f64], found: &OutputSensitivity, exact: &[f64]) -> f64 {
+    assert_eq!(times.len(), exact.len());
+    let size = exact.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut worst = 0.0_f64;
+    for ((found, estimate), exact) in found.derivative.iter().zip(&found.error).zip(exact) {
+        if found.is_finite() {
+            worst = worst.max((found - exact).abs() / size);
+            // An estimate is no bound; ten times it, with the last digits of what is differenced, is.
+            assert!((found - exact).abs() <= 10.0 * estimate + 1e-11 * size, "{found} {exact} {estimate:e}");
+        }
+    }
+    worst
+}
+
+const OSCILLATOR: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 2
+output_step = 0.1
+[[body]]
+name = "block"
+mass = 2
+inertia = [1, 1, 1]
+position = [0.5, 0, 0]
+velocity = [0.3, 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "spring"
+type = "translational-spring-damper"
+bodies = ["ground", "block"]
+frames = [{ position = [-1, 0, 0] }, { position = [0, 0, 0] }]
+params = { stiffness = 50, damping = 1.5, free_length = 1 }
+[[output]]
+name = "x"
+quantity = "position"
+of = "block"
+component = "x"
+[[figure]]
+name = "end"
+channel = "x"
+take = "final"
+"#;
+
+/// x of the oscillator by mass, stiffness, damping, start, speed at the start.
+fn oscillator(t: f64, p: [C; 5]) -> C {
+    let [m, k, c, x0, v0] = p;
+    let d = c / (m * 2.0);
+    let w = (k / m - d * d).sqrt();
+    (-d * t).exp() * (x0 * (w * t).cos() + (v0 + d * x0) / w * (w * t).sin())
+}
+
+const OF_OSCILLATOR: [(&str, f64); 5] = [
+    ("block.mass", 2.0),
+    ("spring.params.stiffness", 50.0),
+    ("spring.params.damping", 1.5),
+    ("block.position.x", 0.5),
+    ("block.velocity.x", 0.3),
+];
+
+#[test]
+fn an_oscillator_in_every_way_has_the_derivatives_of_its_closed_form() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", OSCILLATOR);
+    let keys = OF_OSCILLATOR.map(|(key, _)| key);
+    let ways: [&[&str]; 5] = [
+        &[],
+        &["simulation.formulation=cartesian"],
+        &["simulation.method=radau5"],
+        &["simulation.method=dopri5"],
+        &["simulation.fixed_step=0.002", "simulation.method=rk4"],
+    ];
+    for sets in ways {
+        let found = of(&path, &["x", "end"], &keys, sets);
+        assert_eq!(found.status, "certain", "{sets:?} {:?}", found.notes);
+        for (place, one) in found.outputs.iter().enumerate() {
+            let form = |t: f64, p: C| {
+                let mut all = OF_OSCILLATOR.map(|(_, value)| C::from(value));
+                all[place] = p;
+                oscillator(t, all)
+            };
+            let exact = exact(&found.times, form, OF_OSCILLATOR[place].1);
+            let worst = compare(&found.times, one, &exact);
+            assert!(worst < 1e-8, "{sets:?} {} {worst:e}", one.parameter);
+            assert!(one.digits > 7.0, "{sets:?} {} {}", one.parameter, one.digits);
+            let figure = &found.figures[place];
+            assert_eq!(figure.parameter, one.parameter);
+            assert_eq!(figure.derivative, *one.derivative.last().unwrap());
+        }
+    }
+}
+
+#[test]
+fn units_are_those_of_the_output_over_those_of_the_number() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", OSCILLATOR);
+    let found =
+        of(&path, &["x"], &["block.mass", "spring.params.stiffness", "block.position.x"], &["block.mass=2000 g"]);
+    let units: Vec<&str> = found.outputs.iter().map(|one| one.unit.as_str()).collect();
+    assert_eq!(units, ["m/kg", "m/(N/m)", "1"]);
+    assert_eq!(found.parameters[0].value, 2.0);
+    let plain = of(&path, &["x"], &["block.mass"], &[]);
+    let difference = plain.outputs[0].peak / found.outputs[0].peak - 1.0;
+    assert!(difference.abs() < 1e-10, "{difference:e}");
+}
+
+/// A pendulum scaled in time: phi(t; l) = f(t / sqrt(l)), so that d phi / d l = -t phi' / (2 l), exactly.
+#[test]
+fn a_pendulum_by_its_length_is_itself_stretched_in_time() {
+    const TEXT: &str = r#"
+[plugins]
+libraries = ["joints"]
+[parameters]
+length = 0.8
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 4
+output_step = 0.25
+[[body]]
+name = "bob"
+mass = 1
+inertia = ["0.1 * length^2", "0.1 * length^2", "0.1 * length^2"]
+position = ["length", 0, 0]
+[[joint]]
+name = "pivot"
+type = "revolute"
+bodies = ["ground", "bob"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[output]]
+name = "phi"
+quantity = "coordinate"
+of = "pivot"
+[[output]]
+name = "rate"
+quantity = "angular_velocity"
+of = "bob"
+component = "z"
+"#;
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", TEXT);
+    let report = {
+        let session = odyn::session::Session::open(&path, &options(&["simulation.tolerance=1e-13"], &[])).unwrap();
+        session.run(None, Box::new(|_| ()), &Default::default()).unwrap()
+    };
+    let rate = &report.columns[report.channels.iter().position(|channel| channel.name == "rate").unwrap()];
+    let exact: Vec<f64> = report.times.iter().zip(rate).map(|(t, rate)| -t * rate / (2.0 * 0.8)).collect();
+    for formulation in ["joint", "cartesian"] {
+        let found = of(&path, &["phi"], &["length"], &[&format!("simulation.formulation={formulation}")]);
+        let worst = compare(&found.times, &found.outputs[0], &exact);
+        assert!(worst < 1e-8, "{formulation} {worst:e}");
+    }
+}
+
+/// A ball that falls from h onto a floor and bounces with e: between impacts by parabolas.
+#[test]
+fn a_bouncing_ball_by_restitution_gravity_and_height() {
+    const TEXT: &str = r#"
+[plugins]
+libraries = ["joints"]
+[parameters]
+e = 0.8
+h = 1.0
+g = 9.81
+[simulation]
+gravity = [0, 0, "-g"]
+t_end = 1.5
+output_step = 0.05
+[[body]]
+name = "ball"
+particle = true
+mass = 0.3
+position = [0, 0, "h"]
+[[joint]]
+name = "floor"
+type = "plane-contact"
+bodies = ["ground", "ball"]
+frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [0, 0, 0] }]
+params.restitution = "e"
+[[output]]
+name = "z"
+quantity = "position"
+of = "ball"
+component = "z"
+"#;
+    let form = |t: f64, [e, h, g]: [C; 3]| {
+        let fall = (h * 2.0 / g).sqrt();
+        let (mut start, mut speed) = (C::from(0.0), C::from(0.0));
+        if t < fall.re {
+            return h - g * t * t * 0.5;
+        }
+        start += fall;
+        speed += g * fall * e;
+        while t > (start + speed * 2.0 / g).re {
+            start += speed * 2.0 / g;
+            speed *= e;
+        }
+        let s = C::from(t) - start;
+        speed * s - g * s * s * 0.5
+    };
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", TEXT);
+    let found = of(&path, &["z"], &["e", "h", "g"], &[]);
+    let values = [0.8, 1.0, 9.81];
+    for (place, one) in found.outputs.iter().enumerate() {
+        let own = |t: f64, p: C| {
+            let mut all = values.map(C::from);
+            all[place] = p;
+            form(t, all)
+        };
+        let worst = compare(&found.times, one, &exact(&found.times, own, values[place]));
+        assert!(worst < 1e-8, "{} {worst:e}", one.parameter);
+        assert!(one.passed <= 2, "{one:?}");
+    }
+    assert!(found.how.contains("own events"));
+}
+
+/// A slider-crank driven at a constant rate: x = r cos a + sqrt(l^2 - r^2 sin^2 a), through its closed loop.
+#[test]
+fn a_piston_by_the_length_of_its_rod_and_the_radius_of_its_crank() {
+    const TEXT: &str = r#"
+[plugins]
+libraries = ["joints"]
+[parameters]
+r = 0.05
+l = 0.17
+[simulation]
+t_end = 1.2
+output_step = 0.05
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+[[body]]
+name = "rod"
+mass = 0.5
+inertia = [0.01, 0.01, 0.01]
+position = ["r", 0, 0]
+[[body]]
+name = "piston"
+mass = 0.4
+inertia = [0.01, 0.01, 0.01]
+position = ["r + l", 0, 0]
+[[joint]]
+name = "main"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "drive"
+type = "rotation-driver"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.angle = "5 t"
+[[joint]]
+name = "pin"
+type = "revolute"
+bodies = ["crank", "rod"]
+point = ["r", 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "wrist"
+type = "spherical"
+bodies = ["rod", "piston"]
+point = ["r + l", 0, 0]
+[[joint]]
+name = "bore"
+type = "translational"
+bodies = ["ground", "piston"]
+point = ["r + l", 0, 0]
+axis = [1, 0, 0]
+[[output]]
+name = "x"
+quantity = "position"
+of = "piston"
+component = "x"
+"#;
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", TEXT);
+    let form = |t: f64, [r, l]: [C; 2]| {
+        let (sin, cos) = (5.0 * t).sin_cos();
+        r * cos + (l * l - r * r * sin * sin).sqrt()
+    };
+    for sets in [&["simulation.formulation=joint"][..], &["simulation.formulation=cartesian"]] {
+        let found = of(&path, &["x"], &["r", "l"], sets);
+        for (place, value) in [0.05, 0.17].into_iter().enumerate() {
+            let own = |t: f64, p: C| {
+                let mut all = [C::from(0.05), C::from(0.17)];
+                all[place] = p;
+                form(t, all)
+            };
+            let worst = compare(&found.times, &found.outputs[place], &exact(&found.times, own, value));
+            assert!(worst < 1e-8, "{sets:?} {place} {worst:e}");
+        }
+    }
+}
+
+/// What no closed form tells, formulations, methods and tolerances tell each other.
+#[test]
+fn formulations_and_methods_agree_on_machines_with_closed_loops() {
+    let cases: [(&str, &[&str], &[&str]); 6] = [
+        ("compressor.toml", &["crank.radius", "rod.length", "piston.mass"], &["simulation.t_end=60"]),
+        ("benchmarks/A01.toml", &[], &[]),
+        ("benchmarks/dpend.toml", &[], &[]),
+        ("verification/rotational-spring-damper.toml", &[], &[]),
+        ("verification/bushing.toml", &[], &[]),
+        ("verification/gear-planetary.toml", &[], &[]),
+    ];
+    for (name, keys, sets) in cases {
+        let path = scene(name);
+        let first = odyn::scene::Document::open(&path).unwrap();
+        let session = odyn::session::Session::open(&path, &options(sets, &[])).unwrap_or_else(|e| panic!("{name} {e}"));
+        let own: Vec<String> = if keys.is_empty() {
+            let masses = session.scene.bodies.iter().filter(|body| body.mass.is_some());
+            let masses = masses.map(|body| format!("body.{}.mass", body.name.value));
+            masses.filter(|key| first.setting(key, &[]).is_ok_and(|found| found.is_some())).take(2).collect()
+        } else {
+            keys.iter().map(|key| (*key).to_owned()).collect()
+        };
+        let own: Vec<&str> = own.iter().map(String::as_str).collect();
+        let by = |extra: &str| {
+            let sets: Vec<&str> = sets.iter().copied().chain([extra]).collect();
+            of(&path, &[], &own, &sets)
+        };
+        let (joint, bodies) = (by("simulation.formulation=joint"), by("simulation.formulation=cartesian"));
+        for (a, b) in
+            joint.outputs.iter().zip(&bodies.outputs).filter(|(a, b)| a.unique && !a.independent && !b.independent)
+        {
+            let size = a.peak.abs();
+            let errors = a.error.iter().zip(&b.error).map(|(a, b)| a + b);
+            for ((a, b), error) in a.derivative.iter().zip(&b.derivative).zip(errors) {
+                assert!((a - b).abs() <= 10.0 * error + 1e-8 * size, "{name} {a} {b} {error:e} {size:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", OSCILLATOR);
+    let with = |jobs| {
+        let request = Request { to: vec!["block.mass".into()], jobs, ..Request::default() };
+        Sensitivities::of(&path, &options(&[], &[]), &request, &|_| (), &Default::default()).unwrap().csv()
+    };
+    assert_eq!(with(1), with(3));
+}
+
+/// Damping below zero is refused by the element: differences are taken on the other side.
+#[test]
+fn at_the_edge_of_what_is_allowed_differences_are_one_sided() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", OSCILLATOR);
+    let found = of(&path, &["x"], &["spring.params.damping"], &["spring.params.damping=0"]);
+    assert_eq!(found.parameters[0].stencil, "forward");
+    let form = |t: f64, c: C| oscillator(t, [C::from(2.0), C::from(50.0), c, C::from(0.5), C::from(0.3)]);
+    let worst = compare(&found.times, &found.outputs[0], &exact(&found.times, form, 0.0));
+    assert!(worst < 1e-8, "{worst:e}");
+}
+
+#[test]
+fn a_number_that_changes_nothing_has_no_influence_and_one_that_is_not_there_is_refused() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", OSCILLATOR);
+    let found = of(&path, &["x"], &["block.inertia.2"], &[]);
+    assert!(found.outputs[0].independent && found.status == "certain", "{found:?}");
+    let told = |of: &[&str], to: &[&str]| try_of(&path, of, to, &[]).unwrap_err().to_string();
+    assert!(told(&[], &["block.mas"]).contains("gives no value for `block.mas`"));
+    assert!(told(&[], &["blok.mass"]).contains("there is no `blok.mass`"));
+    assert!(told(&["y"], &["block.mass"]).contains("no output or figure `y`"));
+    assert!(told(&[], &["block.name"]).contains("is no number"));
+    assert!(told(&[], &["block.position"]).contains("an entry of a list is"));
+    assert!(told(&[], &["block.mass", "block.mass"]).contains("given twice"));
+}
+
+/// A scene in which a switch is passed at one value and not at the next has no derivative, and says so.
+#[test]
+fn what_is_not_smooth_is_uncertain() {
+    let scratch = Scratch::new();
+    // Plainly not smooth: a figure that is the largest of two samples that are equal here.
+    let text = OSCILLATOR.replace("[[figure]]", "[[figure]]\nname = \"kink\"\nchannel = \"y\"\ntake = \"peak\"\nabs = true\n[[output]]\nname = \"y\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"y\"\n[[figure]]");
+    let text = text
+        .replace("axis = [1, 0, 0]", "axis = [1, 1, 0]")
+        .replace("position = [0.5, 0, 0]", "position = [0.5, 0.5, 0]");
+    let text = text.replace("position = [0.5, 0.5, 0]", "position = [0.5, 0, 0]");
+    let path = scratch.file("scene.toml", text);
+    // |y| at y = 0, at rest: its derivative by the start has two signs.
+    let found = of(
+        &path,
+        &["kink"],
+        &["block.position.y"],
+        &["block.velocity=[0,0,0]", "spring.params.stiffness=0", "spring.params.damping=0"],
+    );
+    assert_eq!((found.status, found.exit_code()), ("uncertain", 7), "{found:?}");
+}
