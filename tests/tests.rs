@@ -33,6 +33,8 @@
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
+//! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
+//! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
@@ -66,10 +68,12 @@ mod formulations;
 mod friction;
 mod hostile;
 mod interleaved;
+mod inverse;
 mod judged;
 mod limit;
 mod margins;
 mod masses;
+mod mechanisms;
 mod methods;
 mod motion;
 mod opaque;

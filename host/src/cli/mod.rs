@@ -10,6 +10,7 @@
 //! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
 //! | `run.rs` | `run` |
 //! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
+//! | `motions.rs`, `loads.rs`, `balance.rs`, `motion_args.rs` | `inverse`, `kinematics`; `loads`; `balance` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
 //! | `elements.rs` | `elements list`, `elements describe` |
@@ -28,6 +29,7 @@
 mod analyses;
 mod analyses_args;
 mod args;
+mod balance;
 mod bench;
 mod choices;
 mod compare;
@@ -37,6 +39,9 @@ mod export;
 mod export_args;
 mod failure;
 mod inspect;
+mod loads;
+mod motion_args;
+mod motions;
 mod plugin;
 mod report;
 mod resume;
@@ -131,6 +136,10 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Statics(args) => analyses::statics(args),
         Command::Modes(args) => analyses::modes(args),
         Command::Linearise(args) => analyses::linearise(args),
+        Command::Inverse(args) => motions::inverse(args),
+        Command::Kinematics(args) => motions::kinematics(args),
+        Command::Loads(args) => loads::loads(args),
+        Command::Balance(args) => balance::balance(args),
         Command::Check(args) => inspect::check(args),
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),
@@ -153,5 +162,31 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Schema(args) => schema::schema(args),
         Command::Completions(args) => shell::completions(args),
         Command::Man(args) => shell::man(args),
+    }
+}
+
+impl Command {
+    /// Whether standard output is for a program.
+    pub(super) fn wants_json(&self) -> bool {
+        match self {
+            Command::Run(args) => args.scene.json,
+            Command::Resume(args) => args.json,
+            Command::Study(args) => args.scene.json,
+            Command::Statics(args) => args.scene.json,
+            Command::Modes(args) => args.place.scene.json,
+            Command::Linearise(args) => args.place.scene.json,
+            Command::Inverse(args) => args.scene.json,
+            Command::Kinematics(args) => args.scene.json,
+            Command::Loads(args) => args.scene.json,
+            Command::Balance(args) => args.scene.json,
+            Command::Check(args) => args.scene.json,
+            Command::Plan(args) => args.json,
+            Command::Elements { command: ElementsCommand::List(args) } => args.json,
+            Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
+            Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
+            Command::Plugin { command: PluginCommand::Check(args) } => args.json,
+            Command::Compare(args) => args.json,
+            _ => false,
+        }
     }
 }
