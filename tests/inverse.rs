@@ -2,9 +2,12 @@
 
 use std::fmt::Write as _;
 use std::fs;
+use std::path::Path;
 
 use odyn::analyses::inverse::{Inverse, inverse};
 use odyn::analyses::prescribed::{Motion, quantity, values_at_start};
+use odyn::analysis::Evaluator;
+use odyn::model::{Axes, Level, Quantity};
 use odyn::scene::Dimension;
 use odyn::session::Session;
 
@@ -401,4 +404,86 @@ fn motion_files_have_units_and_derivatives() {
         let message = read(text).map(|_| ()).unwrap_err().to_string();
         assert!(message.contains(words), "{text}: {message}");
     }
+}
+
+/// Values of quantities at an instant of a run.
+fn seen(session: &Session, inputs: &[f64], quantities: &[Quantity]) -> Vec<f64> {
+    let mut equations = session.equations.clone();
+    let nodes: Vec<_> =
+        quantities.iter().map(|one| equations.observe(one, &session.model, &session.plan.layout)).collect();
+    Evaluator::new(&equations.graph, &nodes).run(inputs, &[]).unwrap().to_vec()
+}
+
+/// The largest effort, as a share of the loads, along the coordinates of all joints for the motion that a scene begins with by
+/// itself. `None`: these do not determine it, or it is refused for what only a run can tell.
+fn needless(path: &Path) -> Option<f64> {
+    let open = || Session::open(path, &options(&[], &[])).ok();
+    let session = open()?;
+    let mut run = open()?.prepare().ok()?.start().ok()?;
+    let inputs = run.instant().ok()?.inputs;
+    let (mut names, mut coordinates, mut loads) = (Vec::new(), Vec::new(), Vec::new());
+    for (element, instance) in session.model.elements.iter().enumerate() {
+        let kind = instance.class.kind.word();
+        if kind == "control" {
+            continue;
+        }
+        for (coordinate, channel) in instance.class.channels.iter().enumerate().filter(|_| kind == "joint") {
+            names.push(format!("{}.{}", instance.name, channel.name));
+            coordinates.extend(
+                [Level::Position, Level::Velocity, Level::Acceleration].map(|level| Quantity::Coordinate {
+                    element,
+                    coordinate,
+                    level,
+                }),
+            );
+        }
+        for frame in 0..instance.markers.len() {
+            loads.extend([false, true].into_iter().flat_map(|torque| {
+                (0..3).map(move |component| Quantity::Load { element, frame, torque, axes: Axes::Ground, component })
+            }));
+        }
+    }
+    let weight: f64 = session.model.bodies.iter().map(|body| body.mass * (session.model.gravity.norm() + 1e-3)).sum();
+    let size = seen(&session, &inputs, &loads).iter().fold(weight, |size, load| size.max(load.abs()));
+    let values = seen(&session, &inputs, &coordinates);
+    let wanted: Vec<_> = names.iter().map(|name| quantity(&session, name).ok()).collect::<Option<_>>()?;
+    let nodes = values.chunks(3).map(|one| vec![[one[0], one[1], one[2]]]).collect();
+    let motion = Motion::through(wanted, vec![inputs[0]], nodes);
+    match inverse(&session, &motion, Some(&names), None, &mut |_| ()) {
+        Ok(found) => {
+            let most = (found.actuators.iter().zip(&found.efforts))
+                .fold(0.0_f64, |most, (port, efforts)| most.max((efforts[0] * port.factor).abs()));
+            Some(most / size)
+        }
+        Err(error) => {
+            let message = error.to_string();
+            let told = ["not there yet", "need the derivatives", "depends on a", "leave this free", "no function of"];
+            assert!(told.iter().any(|words| message.contains(words)), "{}: {message}", path.display());
+            None
+        }
+    }
+}
+
+/// The motion that a scene begins with needs no effort beside its own loads: whatever the elements of the scene are.
+#[test]
+fn what_scenes_do_by_themselves_needs_no_effort() {
+    let (mut judged, mut wrong) = (0, Vec::new());
+    for folder in ["benchmarks", "verification"] {
+        for entry in fs::read_dir(root().join("scenes").join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+            // The long ones of their families.
+            if path.extension().is_none_or(|kind| kind != "toml") || ["chain_N100", "A02_N40"].contains(&name.as_str())
+            {
+                continue;
+            }
+            let Some(share) = needless(&path) else { continue };
+            judged += 1;
+            if share >= 1e-9 || share.is_nan() {
+                wrong.push(format!("{name}: {share:e} of the loads"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "of {judged}: {wrong:#?}");
+    assert!(judged >= 30, "{judged}");
 }
