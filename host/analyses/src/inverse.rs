@@ -1,6 +1,6 @@
 //! [`Inverse`]: the forces and torques of named actuators that cause a prescribed motion.
 //!
-//! With positions, velocities and accelerations known ([`crate::driven`]), the balance of all bodies
+//! With positions, velocities and accelerations known (`driven.rs`), the balance of all bodies
 //!
 //! R(lambda, u) = Q(lambda, u) - M a - Phi_q^T lambda = 0
 //!
