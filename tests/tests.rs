@@ -36,6 +36,8 @@
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
+//! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
+//! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `study.rs` | studies do not depend on the number of threads |
@@ -71,10 +73,12 @@ mod friction;
 mod hostile;
 mod inertia;
 mod interleaved;
+mod inverse;
 mod judged;
 mod limit;
 mod margins;
 mod masses;
+mod mechanisms;
 mod methods;
 mod motion;
 mod opaque;

@@ -71,7 +71,7 @@ pub fn npz(matrices: &[(&str, &DMatrix<f64>)]) -> io::Result<Vec<u8>> {
 }
 
 /// A name as a cell of CSV.
-fn cell(name: &str) -> String {
+pub(crate) fn cell(name: &str) -> String {
     if name.contains([',', '"', '\n']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 

@@ -1,7 +1,7 @@
 //! Analyses of a scene beside its runs: where it is at rest, how it vibrates, what it looks like to a controller.
 //!
 //! - **Takes**: a session, and of a run the instant at which it is looked at.
-//! - **Gives**: [`statics::Equilibrium`], [`modes::Modes`], [`linear::Linear`], as they are and as files.
+//! - **Gives**: [`statics::Equilibrium`], [`modes::Modes`], [`linear::Linear`], [`inverse::Inverse`], as they are and as files.
 //! - **May touch**: the equations of a session by way of [`odyn_motion::analysis::Local`]; the folder of its results.
 //! - **Must not know**: how runs are stepped, the terminal.
 //!
@@ -13,17 +13,31 @@
 //! | [`statics`] | a session -> an equilibrium, or the reason why there is none | files |
 //! | [`sensitivity`] | a scene file, outputs, numbers of the scene -> derivatives with their errors | how runs are stepped |
 //! | [`fit`] | a scene file, measurements, numbers of the scene with bounds -> these numbers with intervals | how runs are stepped |
+//! | [`prescribed`] | a motion file -> quantities over time with two derivatives | mechanics |
+//! | [`kinematics`] | a session and what drives it -> places, ratios, limits, dead points | files |
+//! | [`inverse`] | a session and a prescribed motion -> the efforts of actuators that cause it | files |
+//! | [`loads`] | instants of a run -> all loads on one body, as tables and decks for finite elements | how they were reached |
+//! | [`balance`] | a scene that turns -> harmonics of what shakes the ground, a counterweight | files |
+//! | [`folder`] | quantities over time -> a folder that `odyn report` shows | mechanics |
 //! | [`files`] | matrices and reports -> JSON, CSV, `.npz` | mechanics |
 //!
 //! Every derivative is exact, by the recorded operations of the elements ([`odyn_motion::analysis::Local`]), whatever coordinates a
 //! run of the scene takes.
 
+pub mod balance;
+mod driven;
 pub mod eigen;
 pub mod files;
 pub mod fit;
+pub mod folder;
+pub mod inverse;
+pub mod kinematics;
 pub mod linear;
+pub mod loads;
 pub mod modes;
 pub mod sensitivity;
+mod moves;
+pub mod prescribed;
 pub mod statics;
 
 pub(crate) use odyn_catalog as catalog;

@@ -24,25 +24,25 @@ use super::terminal::{self, Progress, Stream};
 const NAMED: usize = 3;
 
 /// `results/NAME-KIND`.
-fn folder(scene: &SceneArgs, kind: &str) -> PathBuf {
+pub(super) fn folder(scene: &SceneArgs, kind: &str) -> PathBuf {
     let mut folder = scene.default_output();
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     folder.set_file_name(format!("{name}-{kind}"));
     folder
 }
 
-fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Failure> {
+pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Failure> {
     files::write(folder, name, content).map_err(|error| ResultsError::write(folder, error).into())
 }
 
-fn warn(session: &Session, quiet: bool) {
+pub(super) fn warn(session: &Session, quiet: bool) {
     if !quiet {
         eprint!("{}", render(&session.warnings, &session.scene.source, terminal::color(Stream::Error)));
     }
 }
 
 /// The progress of something that may take long, unless nobody wants to see it.
-fn listener(progress: &Progress, hidden: bool) -> Box<dyn FnMut(f64) + Send> {
+pub(super) fn listener(progress: &Progress, hidden: bool) -> Box<dyn FnMut(f64) + Send> {
     if hidden { Box::new(|_| ()) } else { progress.listener() }
 }
 

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use super::analyses_args::{LineariseArgs, ModesArgs, StaticsArgs};
 use super::export_args::ExportCommand;
 use super::fit_args::{FIT_HELP, FitArgs, SENSITIVITY_HELP, SensitivityArgs};
+use super::motion_args::{self, BalanceArgs, InverseArgs, KinematicsArgs, LoadsArgs};
 use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, STUDY_HELP, SceneArgs, StudyArgs, not_negative, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
 use super::workshop_args::{CheckPluginArgs, NewPluginArgs};
@@ -106,6 +107,18 @@ Examples:
     /// Find numbers of a scene from measurements, with confidence intervals
     #[command(after_help = FIT_HELP)]
     Fit(FitArgs),
+    /// The forces and torques of actuators that cause a prescribed motion
+    #[command(after_help = motion_args::INVERSE)]
+    Inverse(InverseArgs),
+    /// Places, ratios, limits and dead points of a driven mechanism, whatever its masses
+    #[command(after_help = motion_args::KINEMATICS)]
+    Kinematics(KinematicsArgs),
+    /// All loads on one body at chosen times or at its peaks, in balance, as input for finite elements
+    #[command(after_help = motion_args::LOADS)]
+    Loads(LoadsArgs),
+    /// Shaking force and moment on the ground by harmonics, and the counterweight that makes them least
+    #[command(after_help = motion_args::BALANCE)]
+    Balance(BalanceArgs),
     /// Check a scene: mobility, redundant joint equations, reactions that are not unique, warnings
     #[command(after_help = "\
 Examples:
@@ -470,28 +483,4 @@ pub(super) struct ManArgs {
     /// Folder for odyn.1 and a page of each command
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
-}
-
-impl Command {
-    /// Whether standard output is for a program.
-    pub(super) fn wants_json(&self) -> bool {
-        match self {
-            Command::Run(args) => args.scene.json,
-            Command::Resume(args) => args.json,
-            Command::Study(args) => args.scene.json,
-            Command::Statics(args) => args.scene.json,
-            Command::Modes(args) => args.place.scene.json,
-            Command::Linearise(args) => args.place.scene.json,
-            Command::Sensitivity(args) => args.scene.json,
-            Command::Fit(args) => args.scene.json,
-            Command::Check(args) => args.scene.json,
-            Command::Plan(args) => args.json,
-            Command::Elements { command: ElementsCommand::List(args) } => args.json,
-            Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
-            Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
-            Command::Plugin { command: PluginCommand::Check(args) } => args.json,
-            Command::Compare(args) => args.json,
-            _ => false,
-        }
-    }
 }

@@ -11,6 +11,7 @@
 //! | `run.rs` | `run` |
 //! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
 //! | `sensitivity.rs`, `fit.rs`, `fit_args.rs` | `sensitivity`, `fit` |
+//! | `motions.rs`, `loads.rs`, `balance.rs`, `motion_args.rs` | `inverse`, `kinematics`; `loads`; `balance` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
 //! | `elements.rs` | `elements list`, `elements describe` |
@@ -29,6 +30,7 @@
 mod analyses;
 mod analyses_args;
 mod args;
+mod balance;
 mod bench;
 mod choices;
 mod compare;
@@ -40,6 +42,9 @@ mod failure;
 mod fit;
 mod fit_args;
 mod inspect;
+mod loads;
+mod motion_args;
+mod motions;
 mod plugin;
 mod report;
 mod resume;
@@ -137,6 +142,10 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Linearise(args) => analyses::linearise(args),
         Command::Sensitivity(args) => sensitivity::sensitivity(args),
         Command::Fit(args) => fit::fit(args),
+        Command::Inverse(args) => motions::inverse(args),
+        Command::Kinematics(args) => motions::kinematics(args),
+        Command::Loads(args) => loads::loads(args),
+        Command::Balance(args) => balance::balance(args),
         Command::Check(args) => inspect::check(args),
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),
@@ -159,5 +168,33 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Schema(args) => schema::schema(args),
         Command::Completions(args) => shell::completions(args),
         Command::Man(args) => shell::man(args),
+    }
+}
+
+impl Command {
+    /// Whether standard output is for a program.
+    pub(super) fn wants_json(&self) -> bool {
+        match self {
+            Command::Run(args) => args.scene.json,
+            Command::Resume(args) => args.json,
+            Command::Study(args) => args.scene.json,
+            Command::Statics(args) => args.scene.json,
+            Command::Modes(args) => args.place.scene.json,
+            Command::Linearise(args) => args.place.scene.json,
+            Command::Inverse(args) => args.scene.json,
+            Command::Kinematics(args) => args.scene.json,
+            Command::Loads(args) => args.scene.json,
+            Command::Balance(args) => args.scene.json,
+            Command::Sensitivity(args) => args.scene.json,
+            Command::Fit(args) => args.scene.json,
+            Command::Check(args) => args.scene.json,
+            Command::Plan(args) => args.json,
+            Command::Elements { command: ElementsCommand::List(args) } => args.json,
+            Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
+            Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
+            Command::Plugin { command: PluginCommand::Check(args) } => args.json,
+            Command::Compare(args) => args.json,
+            _ => false,
+        }
     }
 }

@@ -13,6 +13,7 @@ use crate::analysis::start_inputs;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linear::{Linear, Port, check_elements, refuse};
 use crate::modes::{Modes, Stability};
+use crate::moves;
 use crate::session::{Instant, Restart, Session, SessionError};
 use search::{Place, Search};
 
@@ -75,15 +76,7 @@ impl Equilibrium {
     /// The state, to go on from.
     #[must_use]
     pub fn restart(&self, session: &Session) -> Restart {
-        let layout = &session.plan.layout;
-        let inputs = &self.instant.inputs;
-        let mut working: Vec<f64> = Vec::new();
-        (0..layout.bodies).for_each(|body| working.extend(&inputs[layout.body_slot(body, 0)..][..13]));
-        working.extend(&inputs[layout.state_slot()..layout.reference_slot()]);
-        working.push(0.0);
-        let references = &inputs[layout.reference_slot()..layout.discrete_slot()];
-        let discrete = &inputs[layout.discrete_slot()..layout.acceleration_slot()];
-        Restart::new(&session.model, self.time, working, references, discrete)
+        moves::restart(session, &self.instant.inputs)
     }
 }
 

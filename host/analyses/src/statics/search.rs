@@ -1,10 +1,11 @@
 //! [`Search`]: the way to an equilibrium.
 
-use nalgebra::{DMatrix, DVector, Quaternion, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 use super::Audit;
 use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function, Local, Unknowns};
 use crate::linear::rows_in_force;
+use crate::moves;
 use crate::plan::Layout;
 use crate::program::{Equations, Node};
 use crate::session::Session;
@@ -38,8 +39,6 @@ const AWAY: f64 = 20.0;
 const MOST_CHANGES: usize = 60;
 /// Share of the forces below which a closed contact does not pull.
 const PULLS: f64 = 1e-9;
-/// An angle that has moved this far from its reference gets a new one, rad.
-const NEW_REFERENCE: f64 = 1.0;
 
 /// Where loads are in balance.
 pub(super) struct Place {
@@ -222,40 +221,16 @@ impl<'s> Search<'s> {
         Ok(inputs)
     }
 
-    /// Velocities, accelerations and multipliers are zero.
     fn rest(&self, inputs: &mut [f64]) {
-        for body in 0..self.layout.bodies {
-            let slot = self.layout.body_slot(body, 7);
-            inputs[slot..slot + 10].fill(0.0);
-        }
-        inputs[self.layout.acceleration_slot()..].fill(0.0);
+        moves::rest(self.layout, inputs);
     }
 
-    /// Moves bodies by displacements and small turns, ground axes.
     fn go(&self, inputs: &mut [f64], step: &DVector<f64>) {
-        for body in 0..self.layout.bodies {
-            let slot = self.layout.body_slot(body, 0);
-            (0..3).for_each(|k| inputs[slot + k] += step[6 * body + k]);
-            let turn = Vector3::new(step[6 * body + 3], step[6 * body + 4], step[6 * body + 5]);
-            let half = 0.5 * turn.norm();
-            let share = if half > 0.0 { half.sin() / half } else { 1.0 };
-            let by = Quaternion::from_parts(half.cos(), turn * (0.5 * share));
-            let at = &mut inputs[slot + 3..slot + 7];
-            let turned = (by * Quaternion::new(at[0], at[1], at[2], at[3])).normalize();
-            at.copy_from_slice(&[turned.w, turned.i, turned.j, turned.k]);
-        }
+        moves::go(self.layout, inputs, step);
     }
 
-    /// Angles are counted on from where they are.
     fn count(&mut self, inputs: &mut [f64]) -> Result<(), String> {
-        let angles = self.angles.run(inputs, &[]).map_err(|error| error.to_string())?;
-        for (k, angle) in angles.iter().enumerate() {
-            let slot = self.layout.reference_slot() + k;
-            if (angle - inputs[slot]).abs() > NEW_REFERENCE {
-                inputs[slot] = *angle;
-            }
-        }
-        Ok(())
+        moves::count(self.layout, &mut self.angles, inputs)
     }
 
     fn gap_values(&mut self, inputs: &[f64]) -> Result<Vec<f64>, String> {
@@ -282,7 +257,7 @@ impl<'s> Search<'s> {
             let jacobian = found.jacobian().select_rows(rows.iter());
             let values = found.value(Function::Rows).select_rows(rows.iter());
             let freedom = Freedom::of(&jacobian, &found.scales).map_err(|error| error.to_string())?;
-            let worst = violation(&jacobian, &values, &found.scales) / self.length;
+            let worst = moves::violation(&jacobian, &values, &found.scales).0 / self.length;
             if worst <= ROWS || worst >= 0.5 * last && worst <= MET {
                 return Ok(());
             }
@@ -458,7 +433,7 @@ impl<'s> Search<'s> {
         let holonomic = e.holonomic();
         let jacobian = e.jacobian().select_rows(holonomic.iter());
         let values = e.value(Function::Rows).select_rows(holonomic.iter());
-        let rows = violation(&jacobian, &values, &e.scales) / self.length;
+        let rows = moves::violation(&jacobian, &values, &e.scales).0 / self.length;
         let body = self.session.model.bodies.get(which).map_or_else(String::new, |body| body.name.clone());
         Ok(Audit { balance, body, rows, states })
     }
@@ -512,11 +487,4 @@ impl<'s> Search<'s> {
             if states.is_empty() { String::new() } else { format!("; states still change: {}", states.join(", ")) };
         format!("{reason}{still}{states}")
     }
-}
-
-/// Largest distance of a row from being met, m.
-fn violation(jacobian: &DMatrix<f64>, values: &DVector<f64>, scales: &DVector<f64>) -> f64 {
-    let gradient =
-        |row: usize| (0..jacobian.ncols()).map(|k| (jacobian[(row, k)] * scales[k]).powi(2)).sum::<f64>().sqrt();
-    (0..values.len()).map(|row| values[row].abs() / gradient(row).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }

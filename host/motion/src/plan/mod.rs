@@ -21,7 +21,7 @@ mod tests;
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent};
 pub use glyph::Place;
-pub use layout::Layout;
+pub use layout::{BODY_SLOTS, Layout};
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};
 pub use tree::{Follower, SpanningTree, TreeJoint};

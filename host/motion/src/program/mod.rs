@@ -29,6 +29,7 @@
 //! | `rate_sizes.rs` | what the rates of element states are made of |
 //! | `observe.rs` | requested output channels |
 //! | `switches.rs` | where equations switch |
+//! | `prescribed.rs` | quantities as rows that prescribe them |
 //! | `unknowns.rs` | internal unknowns of elements |
 //! | `sharp.rs` | functions of time, and functions that rise and fall on a short stretch |
 
@@ -44,6 +45,7 @@ mod kinematics;
 mod moved_rows;
 mod observe;
 mod opaque;
+mod prescribed;
 mod projection;
 mod rate_sizes;
 mod reactions;

@@ -1,0 +1,455 @@
+//! [`Inverse`]: the forces and torques of named actuators that cause a prescribed motion.
+//!
+//! With positions, velocities and accelerations known (`driven.rs`), the balance of all bodies
+//!
+//! R(lambda, u) = Q(lambda, u) - M a - Phi_q^T lambda = 0
+//!
+//! is solved for the multipliers of independent rows of joints and the efforts u of the actuators by Newton's method with exact
+//! derivatives: friction that follows reactions is in dR/dlambda. Z spans what dR/dlambda leaves out (its left null space, in
+//! coordinates scaled by what bodies move), so that Z^T dR/du du = -Z^T R are as many equations as the scene has freedoms. Where
+//! actuators are more than that, u is the one of least norm; where what is left lies in a direction that none of them moves, there is
+//! no solution, and the direction is named. (Nakamura & Ghodoussi 1989, "Dynamics computation of closed-link robot mechanisms with
+//! nonredundant and redundant actuators".)
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function};
+use crate::diagnostics::suggest;
+use crate::driven::{Driven, cannot};
+use crate::linear::Port;
+use crate::model::Quantity;
+use crate::moves;
+use crate::prescribed::{Motion, Wanted, quantity};
+use crate::program::{Expr, Node};
+use crate::scene::Dimension;
+use crate::session::{Restart, Session, SessionError};
+
+/// Share of an actuator's own load, at full leverage, below which it moves nothing.
+const RANK: f64 = 1e-9;
+/// What round-off leaves of loads, as a share of those on a body, and of the largest on any.
+const LOADS: f64 = 1e-12;
+/// The same that passes where iterations gain nothing any more.
+const PASSES: f64 = 1e-9;
+const BESIDE: f64 = 1e-3;
+/// Newton steps where loads depend on reactions.
+const ITERATIONS: usize = 40;
+
+/// Efforts over time.
+#[derive(Debug, Clone, Serialize)]
+pub struct Inverse {
+    /// s.
+    pub times: Vec<f64>,
+    /// The actuators, with their unit; the value is that at the end.
+    pub actuators: Vec<Port>,
+    /// Their efforts, actuator by actuator, in their units.
+    pub efforts: Vec<Vec<f64>>,
+    /// The outputs of the scene that a prescribed motion tells.
+    pub outputs: Vec<Port>,
+    /// Their values, output by output, in their units.
+    pub values: Vec<Vec<f64>>,
+    /// Degrees of freedom that the joints leave.
+    pub freedoms: usize,
+    /// Largest force or moment left on a body, as a share of the loads on it.
+    pub balance: f64,
+    /// What has to be known about it.
+    pub notes: Vec<String>,
+    /// The state at the first time, to run from.
+    #[serde(skip)]
+    pub start: Restart,
+}
+
+/// What gives the effort.
+enum Actuator {
+    /// An `[[input]]`, by its number.
+    Input(usize),
+    /// A force along a quantity: the place of its row.
+    Along(usize),
+}
+
+/// A solution at one time.
+struct Balanced {
+    share: f64,
+    freedoms: usize,
+    rank: usize,
+}
+
+struct Solver<'s> {
+    driven: Driven<'s>,
+    actuators: Vec<Actuator>,
+    names: Vec<String>,
+    /// SI efforts that count as one in the norm.
+    weights: DVector<f64>,
+}
+
+impl Solver<'_> {
+    fn effort(&self, k: usize) -> f64 {
+        let layout = &self.driven.layout;
+        match self.actuators[k] {
+            Actuator::Input(input) => self.driven.inputs[layout.given_slot(input)],
+            Actuator::Along(place) => -self.driven.inputs[layout.multiplier_slot() + self.driven.local.rows()[place]],
+        }
+    }
+
+    fn set_effort(&mut self, k: usize, value: f64) {
+        let layout = &self.driven.layout;
+        match self.actuators[k] {
+            Actuator::Input(input) => self.driven.inputs[layout.given_slot(input)] = value,
+            Actuator::Along(place) => {
+                let slot = layout.multiplier_slot() + self.driven.local.rows()[place];
+                self.driven.inputs[slot] = -value;
+            }
+        }
+    }
+
+    /// What a unit of each effort puts on the bodies.
+    fn loads(&self, e: &Expansion) -> DMatrix<f64> {
+        let by_inputs = e.slope(Function::Balance, Direction::Inputs);
+        let by_rows = e.slope(Function::Balance, Direction::Multipliers);
+        let mut loads = DMatrix::zeros(by_rows.nrows(), self.actuators.len());
+        for (k, actuator) in self.actuators.iter().enumerate() {
+            match actuator {
+                Actuator::Input(input) => loads.set_column(k, &by_inputs.column(*input)),
+                Actuator::Along(place) => loads.set_column(k, &-by_rows.column(*place)),
+            }
+        }
+        loads
+    }
+
+    /// What is left on the bodies, as a share of the loads there; largest of all.
+    fn left(&self, e: &Expansion) -> f64 {
+        let residual = e.value(Function::Balance);
+        let weigh = |vector: &DVector<f64>, body: usize| {
+            (0..6).map(|k| (vector[6 * body + k] * e.scales[6 * body + k]).abs()).fold(0.0, f64::max)
+        };
+        let bodies = residual.len() / 6;
+        let most = (0..bodies).map(|body| weigh(&e.sizes, body)).fold(f64::MIN_POSITIVE, f64::max);
+        (0..bodies).map(|body| weigh(&residual, body) / (weigh(&e.sizes, body) + BESIDE * most)).fold(0.0, f64::max)
+    }
+
+    /// Multipliers and efforts that balance all bodies where they are.
+    fn balance(&mut self) -> Result<Balanced, String> {
+        let own = self.driven.own;
+        let mut last = f64::INFINITY;
+        let mut unmoved: Option<String> = None;
+        let (mut freedoms, mut rank) = (0, 0);
+        for iteration in 0..ITERATIONS {
+            let e = self.driven.expansion()?;
+            if e.value(Function::Balance).iter().any(|value| !value.is_finite()) {
+                return Err("a load has no finite value".into());
+            }
+            let share = self.left(&e);
+            if iteration > 0 && (share <= LOADS || share <= PASSES && share >= 0.5 * last) {
+                return Ok(Balanced { share, freedoms, rank });
+            }
+            if iteration > 3
+                && let Some(direction) = unmoved
+            {
+                return Err(format!("no actuator moves this: {direction}"));
+            }
+            last = share;
+            unmoved = None;
+            let n = e.mass.nrows();
+            let mut rows = DMatrix::zeros(own + e.idle.nrows(), n);
+            rows.rows_mut(0, own).copy_from(&e.jacobian().rows(0, own));
+            rows.rows_mut(own, e.idle.nrows()).copy_from(&e.idle);
+            let words = |error: crate::analysis::AnalysisError| error.to_string();
+            let independent = Freedom::of(&rows, &e.scales).map_err(|error| words(error.into()))?.independent;
+            if iteration == 0 {
+                // Rows that follow from others take nothing.
+                let first = self.driven.layout.multiplier_slot();
+                for row in (0..own).filter(|row| !independent.contains(row)) {
+                    self.driven.inputs[first + self.driven.local.rows()[row]] = 0.0;
+                }
+            }
+            // What multipliers put on the bodies, friction that follows them included; rows that mean nothing take any moment.
+            let slopes = e.slope(Function::Balance, Direction::Multipliers);
+            let mut held = DMatrix::zeros(independent.len(), n);
+            for (k, row) in independent.iter().enumerate() {
+                if *row < own {
+                    held.set_row(k, &slopes.column(*row).transpose());
+                } else {
+                    held.set_row(k, &e.idle.row(*row - own));
+                }
+            }
+            let space = Freedom::of(&held, &e.scales).map_err(|error| words(error.into()))?;
+            if space.independent.len() < independent.len() {
+                return Err("friction leaves the reactions undetermined".into());
+            }
+            freedoms = space.count();
+            let loads = self.loads(&e);
+            let residual = e.value(Function::Balance);
+            let count = self.actuators.len();
+            let efforts = DVector::from_fn(count, |k, _| self.effort(k));
+            // Z^T B W x = Z^T (B u - R), u = W x of least norm.
+            let moved = space.basis.transpose() * &loads;
+            let wished = &moved * &efforts - space.basis.transpose() * &residual;
+            let next = if count == 0 || freedoms == 0 {
+                rank = 0;
+                DVector::zeros(count)
+            } else {
+                let scaled = &moved * DMatrix::from_diagonal(&self.weights);
+                let svd = scaled.svd(true, true);
+                let (Some(u), Some(v)) = (&svd.u, &svd.v_t) else { return Err("no singular values".into()) };
+                // On what the actuators put on the bodies by themselves: at a dead point none of it moves anything.
+                let strength = |k: usize| loads.column(k).component_mul(&e.scales).norm() * self.weights[k];
+                let least = RANK * (0..count).map(strength).fold(0.0, f64::max);
+                rank = svd.singular_values.iter().filter(|value| **value > least).count();
+                let mut found = DVector::zeros(count);
+                let mut rest = wished.clone();
+                for k in 0..svd.singular_values.len() {
+                    if svd.singular_values[k] <= least {
+                        continue;
+                    }
+                    let part = u.column(k).dot(&wished);
+                    found += v.row(k).transpose() * (part / svd.singular_values[k]);
+                    rest -= u.column(k) * part;
+                }
+                if rank < freedoms {
+                    unmoved = Some(self.driven.described(&(&space.basis * &rest), &e.scales));
+                }
+                found.component_mul(&self.weights)
+            };
+            if freedoms > 0 && rank == 0 {
+                unmoved = Some(self.driven.described(&(&space.basis * &wished), &e.scales));
+            }
+            let change = &next - &efforts;
+            (0..count).for_each(|k| self.set_effort(k, next[k]));
+            let taken = space.lift.transpose() * -(residual + loads * change);
+            let first = self.driven.layout.multiplier_slot();
+            for (k, row) in independent.iter().enumerate().filter(|(_, row)| **row < own) {
+                self.driven.inputs[first + self.driven.local.rows()[*row]] += taken[k];
+            }
+        }
+        Err(match unmoved {
+            Some(direction) => format!("no actuator moves this: {direction}"),
+            None => format!("reactions and friction find no balance: {last:.1e} of the loads are left"),
+        })
+    }
+}
+
+/// The efforts along a quantity: their unit and its size.
+fn effort_unit(session: &Session, wanted: &Wanted) -> (String, f64, Dimension) {
+    let units = &session.scene.units;
+    if wanted.dimension == Dimension::ANGLE {
+        return (units.torque_label(), units.factor(Dimension::TORQUE), Dimension::TORQUE);
+    }
+    let dimension = Dimension::ENERGY.over(wanted.dimension).unwrap_or(Dimension::ENERGY);
+    (units.label(dimension), units.factor(dimension), dimension)
+}
+
+/// The actuators by name, or those that the scene suggests; then the quantities along which efforts act.
+fn choose(
+    session: &Session,
+    motion: &Motion,
+    by: Option<&[String]>,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<Option<usize>>, Vec<Wanted>), SessionError> {
+    let inputs = &session.model.inputs;
+    let Some(names) = by else {
+        if inputs.is_empty() {
+            let names: Vec<&str> = motion.wanted.iter().map(|one| one.name.as_str()).collect();
+            notes.push(format!(
+                "the scene has no [[input]]: each effort acts along its prescribed quantity ({})",
+                names.join(", ")
+            ));
+            return Ok((vec![None; motion.wanted.len()], motion.wanted.clone()));
+        }
+        return Ok(((0..inputs.len()).map(Some).collect(), Vec::new()));
+    };
+    let (mut chosen, mut along) = (Vec::new(), Vec::new());
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) {
+            return Err(cannot(session, format!("the actuator `{name}` is named twice"), "name each once"));
+        }
+        if let Some(input) = inputs.iter().position(|input| input.name == *name) {
+            chosen.push(Some(input));
+            continue;
+        }
+        let Ok(wanted) = quantity(session, name) else {
+            let known: Vec<&str> = inputs.iter().map(|input| input.name.as_str()).collect();
+            let nearest = suggest(name, known.iter().copied()).map(|one| format!("did you mean `{one}`? "));
+            let help = format!(
+                "{}name an [[input]], or a coordinate or position along which an effort acts",
+                nearest.unwrap_or_default()
+            );
+            return Err(cannot(session, format!("there is no actuator `{name}`"), &help));
+        };
+        chosen.push(None);
+        along.push(wanted);
+    }
+    Ok((chosen, along))
+}
+
+/// The efforts that a motion needs, at its rows or at other times within them.
+///
+/// `by` names the actuators: `[[input]]`s, or quantities along which an effort acts; all inputs where it is `None`, and where there are
+/// none, the prescribed quantities themselves.
+///
+/// # Errors
+/// A scene whose motion a prescribed one does not determine (contacts, element states in loads); a motion that joints do not
+/// allow, or that leaves something free; a freedom that no actuator moves.
+pub fn inverse(
+    session: &Session,
+    motion: &Motion,
+    by: Option<&[String]>,
+    times: Option<&[f64]>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Inverse, SessionError> {
+    let mut notes = Vec::new();
+    let (chosen, along) = choose(session, motion, by, &mut notes)?;
+    let driven = Driven::new(session, &motion.wanted, &along, "inverse dynamics")?;
+    if let Some(element) = driven.state_in_loads() {
+        let message =
+            format!("the load of `{}` depends on a state, which a prescribed motion does not tell", element.name);
+        return Err(cannot(session, message, "take an element without states in its place, or a run"));
+    }
+    if let Some(open) = session.plan.undetermined.iter().find(|one| one.load) {
+        let message = format!(
+            "the load of `{}` depends on a reaction that redundant joints leave undetermined, and so do the efforts",
+            session.model.elements[open.element].name
+        );
+        return Err(cannot(session, message, "`odyn check` names the redundant rows: take joints with fewer"));
+    }
+    let length = driven.length;
+    let (mut ports, mut actuators, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    let mut rest = along.iter();
+    let mut place = driven.held;
+    let mut plain = false;
+    for input in chosen {
+        let (name, unit, factor, dimension) = if let Some(input) = input {
+            actuators.push(Actuator::Input(input));
+            let signal = &session.model.inputs[input];
+            (signal.name.clone(), signal.unit.clone(), signal.factor, signal.dimension)
+        } else {
+            let Some(wanted) = rest.next() else { continue };
+            actuators.push(Actuator::Along(place));
+            place += 1;
+            let (unit, factor, dimension) = effort_unit(session, wanted);
+            (format!("{}.effort", wanted.name), unit, factor, dimension)
+        };
+        weights.push(match dimension {
+            Dimension::FORCE => 1.0,
+            Dimension::TORQUE => length,
+            _ => {
+                plain = true;
+                factor
+            }
+        });
+        ports.push(Port { name, unit, factor, value: 0.0 });
+    }
+    let names = ports.iter().map(|port| port.name.clone()).collect();
+    let mut solver = Solver { driven, actuators, names, weights: DVector::from_vec(weights) };
+    let own_times: Vec<f64> = times.map_or_else(|| motion.times.clone(), <[f64]>::to_vec);
+    let span = [motion.times[0], motion.times[motion.times.len() - 1]];
+    if let Some(time) = own_times.iter().find(|time| !(span[0]..=span[1]).contains(*time)) {
+        let message = format!("the motion is prescribed from {} s to {} s, not at {time} s", span[0], span[1]);
+        return Err(cannot(session, message, "give rows for that time, or other times"));
+    }
+    let mut watch =
+        Outputs::new(&solver.driven, solver.actuators.iter().any(|one| matches!(one, Actuator::Along(_))), &mut notes);
+    let first = motion.at(own_times[0]);
+    let at = |time: f64, reason: &str| {
+        let help = "see `odyn check` for what the joints leave free; `--by` names other actuators";
+        cannot(session, format!("at t = {time} s: {reason}"), help)
+    };
+    solver.driven.begin(own_times[0], &first).map_err(|reason| at(own_times[0], &reason))?;
+    if let Some(motion) = solver.driven.free().map_err(|reason| at(own_times[0], &reason))? {
+        let message = format!("joints and prescribed quantities leave this free: {motion}");
+        return Err(cannot(session, message, "prescribe it, too, or take a joint that holds it"));
+    }
+    let mut found = Inverse {
+        times: own_times.clone(),
+        efforts: vec![Vec::with_capacity(own_times.len()); ports.len()],
+        actuators: ports,
+        outputs: watch.ports.clone(),
+        values: vec![Vec::with_capacity(own_times.len()); watch.ports.len()],
+        freedoms: 0,
+        balance: 0.0,
+        notes: Vec::new(),
+        start: moves::restart(session, &solver.driven.inputs),
+    };
+    let (mut still, mut spare) = (None, 0);
+    for (number, time) in own_times.iter().enumerate() {
+        progress(number as f64 / own_times.len() as f64);
+        if number > 0 {
+            solver.driven.follow(*time, &|time| motion.at(time)).map_err(|reason| at(*time, &reason))?;
+        }
+        let balanced = solver.balance().map_err(|reason| at(*time, &reason))?;
+        found.balance = found.balance.max(balanced.share);
+        found.freedoms = found.freedoms.max(balanced.freedoms);
+        spare = spare.max(solver.actuators.len() - balanced.rank);
+        if still.is_none() && solver.driven.still.contains(&true) {
+            still = Some(*time);
+        }
+        for k in 0..found.actuators.len() {
+            let port = &mut found.actuators[k];
+            port.value = solver.effort(k) / port.factor;
+            found.efforts[k].push(port.value);
+        }
+        for (k, value) in watch.at(&solver.driven).map_err(|reason| at(*time, &reason))?.into_iter().enumerate() {
+            found.outputs[k].value = value;
+            found.values[k].push(value);
+        }
+    }
+    if spare > 0 {
+        notes.push(format!(
+            "{} actuators ({}) for {} freedoms: of all efforts that cause this motion, these have the least sum of squares, forces in N \
+             and torques in N m divided by the scene's size ({length:.4} m){}",
+            solver.actuators.len(),
+            solver.names.join(", "),
+            found.freedoms,
+            if plain { ", other signals in their own units" } else { "" }
+        ));
+    }
+    if let Some(time) = still {
+        notes.push(format!(
+            "friction that could stick takes no load where nothing slides (first at t = {time} s): there efforts may differ by as much as it holds"
+        ));
+    }
+    if !session.plan.redundant_rows.is_empty() {
+        notes.push(
+            "rows of joints are redundant: efforts are unique, reactions that are not share loads as they come".into(),
+        );
+    }
+    found.notes = notes;
+    Ok(found)
+}
+
+/// The outputs that a prescribed motion tells.
+struct Outputs {
+    ports: Vec<Port>,
+    values: Evaluator,
+}
+
+impl Outputs {
+    fn new(driven: &Driven<'_>, along: bool, notes: &mut Vec<String>) -> Self {
+        let mut equations = driven.equations.clone();
+        let (layout, model) = (&driven.layout, &driven.session.model);
+        let (mut nodes, mut ports, mut left_out): (Vec<Node>, Vec<Port>, Vec<&str>) = Default::default();
+        let states = layout.state_slot()..layout.reference_slot();
+        for channel in &model.channels {
+            let node = equations.observe(&channel.quantity, model, layout);
+            let of_states = equations.graph.live(&[node]).into_iter().any(
+                |node| matches!(equations.graph.expr(node), Expr::Input(slot) if states.contains(&(slot as usize))),
+            );
+            // Efforts along quantities belong to no element: balances of reported loads lack them.
+            if of_states || along && matches!(channel.quantity, Quantity::Balance { .. }) {
+                left_out.push(&channel.name);
+                continue;
+            }
+            nodes.push(node);
+            let (name, unit) = (channel.name.clone(), channel.unit.clone());
+            ports.push(Port { name, unit, factor: channel.factor, value: 0.0 });
+        }
+        if !left_out.is_empty() {
+            notes.push(format!("outputs that a prescribed motion does not tell are left out: {}", left_out.join(", ")));
+        }
+        Self { values: Evaluator::new(&equations.graph, &nodes), ports }
+    }
+
+    fn at(&mut self, driven: &Driven<'_>) -> Result<Vec<f64>, String> {
+        let found = self.values.run(&driven.inputs, &[]).map_err(|error| error.to_string())?;
+        Ok(found.iter().zip(&self.ports).map(|(value, port)| value / port.factor).collect())
+    }
+}

@@ -1,0 +1,393 @@
+//! [`Loads`]: everything that acts on one body at some instants, in the axes of the body, as a finite-element program takes it.
+//!
+//! By d'Alembert the reactions of joints, the loads of force elements and the weight are in balance with the loads of inertia,
+//! -m a at the centre of mass and -(J alpha + omega x J omega). What is left of their sum is told: it is round-off, or the deck is
+//! not to be used. (R. R. Craig & A. J. Kurdila, Fundamentals of Structural Dynamics, 2006, on inertia relief.)
+//!
+//! Of a body that turns, inertia is a field: g - a along all of it, omega^2 r from the axis through the centre of mass, and
+//! -alpha x r. Finite elements with the body's mass make the first two of it (gravity, centrifugal load); the third has no such load in
+//! CalculiX and is given as the moment -J alpha.
+
+use std::fmt::Write as _;
+
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+
+use crate::analysis::Evaluator;
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::linear::refuse;
+use crate::model::{Axes, Quantity, rotation};
+use crate::program::Node;
+use crate::session::{Instant, Session, SessionError};
+
+/// A peak counts from this share of the largest force, or moment, on.
+const PEAK: f64 = 1e-6;
+
+/// Where an element holds or loads a body.
+#[derive(Debug, Clone, Serialize)]
+pub struct Attachment {
+    /// The element.
+    pub element: String,
+    /// `joint` or `force`.
+    pub kind: String,
+    /// Which of its frames, from 1.
+    pub frame: usize,
+    /// The frame's origin in the frame of the body, m.
+    pub point: [f64; 3],
+}
+
+/// A force, N, and a moment about the point where it acts, N m; axes of the body.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Wrench {
+    /// N.
+    pub force: [f64; 3],
+    /// N m.
+    pub moment: [f64; 3],
+}
+
+/// The loads at one instant.
+#[derive(Debug, Clone, Serialize)]
+pub struct Case {
+    /// s.
+    pub time: f64,
+    /// Why this time was taken.
+    pub why: String,
+    /// By attachment.
+    pub wrenches: Vec<Wrench>,
+    /// Gravity less the acceleration of the centre of mass, m/s^2: what acts on every kilogram.
+    pub field: [f64; 3],
+    /// Weight, at the centre of mass, N.
+    pub weight: [f64; 3],
+    /// -m a and -(J alpha + omega x J omega), at the centre of mass.
+    pub inertia: Wrench,
+    /// Angular velocity, rad/s.
+    pub spin: [f64; 3],
+    /// -J alpha, N m: the part of it that is no gravity and no centrifugal load.
+    pub euler: [f64; 3],
+    /// What is left of all forces, and of all moments about the centre of mass, as a share of their sizes.
+    pub left: [f64; 2],
+}
+
+/// The loads of a body.
+#[derive(Debug, Clone, Serialize)]
+pub struct Loads {
+    /// Its name.
+    pub body: String,
+    /// kg.
+    pub mass: f64,
+    /// The centre of mass in the frame of the body, m.
+    pub center_of_mass: [f64; 3],
+    /// About it, axes of the body, kg m^2.
+    pub inertia: [[f64; 3]; 3],
+    /// What holds or loads it.
+    pub attachments: Vec<Attachment>,
+    /// At each instant.
+    pub cases: Vec<Case>,
+    /// What has to be known about them.
+    pub notes: Vec<String>,
+}
+
+/// Evaluates the loads of one body at instants of a run.
+pub struct Watch {
+    body: usize,
+    layout: crate::plan::Layout,
+    gravity: Vector3<f64>,
+    tensor: Matrix3<f64>,
+    values: Evaluator,
+    /// What was found so far.
+    pub loads: Loads,
+}
+
+impl Watch {
+    /// Of a body of a session, before that is prepared to run.
+    ///
+    /// # Errors
+    /// The names of the bodies, if there is none of this name.
+    pub fn new(session: &Session, name: &str) -> Result<Self, SessionError> {
+        let (model, layout) = (&session.model, session.plan.layout.clone());
+        let Some(body) = model.bodies.iter().position(|body| body.name == name) else {
+            let known: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
+            let help = match suggest(name, known.iter().copied()) {
+                Some(nearest) => format!("did you mean `{nearest}`?"),
+                None => format!("known are {}", known.join(", ")),
+            };
+            let message = format!("there is no body `{name}` that moves");
+            return Err(refuse(session, Diagnostic::error(codes::UNKNOWN_TARGET, message).help(help)));
+        };
+        let mut equations = session.equations.clone();
+        let own = &model.bodies[body];
+        let (mut nodes, mut attachments): (Vec<Node>, Vec<Attachment>) = (Vec::new(), Vec::new());
+        let mut notes = Vec::new();
+        for (element, instance) in model.elements.iter().enumerate() {
+            let kind = instance.class.kind.word();
+            if kind == "control" {
+                continue;
+            }
+            let mut frames: Vec<usize> =
+                (0..instance.markers.len()).filter(|frame| instance.markers[*frame].body == Some(body)).collect();
+            if kind == "joint" {
+                // What a joint does to a body is told at its first frame there.
+                frames.truncate(1);
+            }
+            for frame in frames {
+                for torque in [false, true] {
+                    nodes.extend((0..3).map(|component| {
+                        let load = Quantity::Load { element, frame, torque, axes: Axes::Body(body), component };
+                        equations.observe(&load, model, &layout)
+                    }));
+                }
+                let point = instance.markers[frame].position + own.center_of_mass;
+                attachments.push(Attachment {
+                    element: instance.name.clone(),
+                    kind: kind.into(),
+                    frame: frame + 1,
+                    point: point.into(),
+                });
+            }
+            let shared = session.plan.reactions.iter().any(|one| one.element == element && !one.is_unique());
+            if kind == "joint" && shared && instance.markers.iter().any(|marker| marker.body == Some(body)) {
+                notes.push(format!(
+                    "`{}` shares its reaction with redundant joints: it is one of many that are in balance",
+                    instance.name
+                ));
+            }
+        }
+        if own.particle {
+            notes.push("it is a particle: it has no moments".into());
+        }
+        Ok(Self {
+            body,
+            gravity: model.gravity,
+            tensor: own.inertia,
+            values: Evaluator::new(&equations.graph, &nodes),
+            layout,
+            loads: Loads {
+                body: name.into(),
+                mass: own.mass,
+                center_of_mass: own.center_of_mass.into(),
+                inertia: std::array::from_fn(|i| std::array::from_fn(|j| own.inertia[(i, j)])),
+                attachments,
+                cases: Vec::new(),
+                notes,
+            },
+        })
+    }
+
+    /// The loads at an instant.
+    ///
+    /// # Errors
+    /// An element that fails, in words.
+    pub fn at(&mut self, instant: &Instant, why: &str) -> Result<Case, String> {
+        let inputs = &instant.inputs;
+        let found = self.values.run(inputs, &[]).map_err(|error| error.to_string())?;
+        let vector = |at: usize| Vector3::new(inputs[at], inputs[at + 1], inputs[at + 2]);
+        let turn = rotation(&std::array::from_fn(|k| inputs[self.layout.body_slot(self.body, 3 + k)]));
+        let spin = vector(self.layout.body_slot(self.body, 10));
+        let at = self.layout.acceleration_slot() + 6 * self.body;
+        let (acceleration, angular) = (turn.transpose() * vector(at), vector(at + 3));
+        let gravity = turn.transpose() * self.gravity;
+        let mass = self.loads.mass;
+        let euler = -(self.tensor * angular);
+        let gyroscopic = -spin.cross(&(self.tensor * spin));
+        let center = Vector3::from(self.loads.center_of_mass);
+        let (mut force, mut moment) = (mass * (gravity - acceleration), euler + gyroscopic);
+        let mut sizes = [mass * (gravity.norm() + acceleration.norm()), euler.norm() + gyroscopic.norm()];
+        let mut wrenches = Vec::with_capacity(self.loads.attachments.len());
+        for (attachment, values) in self.loads.attachments.iter().zip(found.chunks_exact(6)) {
+            let (own, torque) =
+                (Vector3::new(values[0], values[1], values[2]), Vector3::new(values[3], values[4], values[5]));
+            let arm = Vector3::from(attachment.point) - center;
+            force += own;
+            moment += torque + arm.cross(&own);
+            sizes[0] += own.norm();
+            sizes[1] += torque.norm() + arm.norm() * own.norm();
+            wrenches.push(Wrench { force: own.into(), moment: torque.into() });
+        }
+        let share = |left: f64, size: f64| if size > 0.0 { left / size } else { 0.0 };
+        Ok(Case {
+            time: instant.time,
+            why: why.into(),
+            wrenches,
+            field: (gravity - acceleration).into(),
+            weight: (mass * gravity).into(),
+            inertia: Wrench { force: (-mass * acceleration).into(), moment: (euler + gyroscopic).into() },
+            spin: spin.into(),
+            euler: euler.into(),
+            left: [share(force.norm(), sizes[0]), share(moment.norm(), sizes[1])],
+        })
+    }
+}
+
+/// The peaks of loads: for each attachment the cases of the largest force and the largest moment, each time once.
+#[must_use]
+pub fn peaks(loads: &Loads, cases: &[Case]) -> Vec<Case> {
+    let size = |of: &[f64; 3]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut chosen: Vec<(usize, String)> = Vec::new();
+    // What round-off leaves has no peak.
+    let largest = |of: &dyn Fn(&Wrench) -> f64| {
+        let all = cases.iter().flat_map(|case| case.wrenches.iter().chain([&case.inertia]));
+        all.map(of).fold(0.0, f64::max)
+    };
+    let least = [PEAK * largest(&|one| size(&one.force)), PEAK * largest(&|one| size(&one.moment))];
+    for (k, attachment) in loads.attachments.iter().enumerate() {
+        for moment in [false, true] {
+            let of = |case: &Case| {
+                let wrench = &case.wrenches[k];
+                size(if moment { &wrench.moment } else { &wrench.force })
+            };
+            let largest = (0..cases.len()).max_by(|a, b| of(&cases[*a]).total_cmp(&of(&cases[*b])));
+            let Some(at) = largest.filter(|at| of(&cases[*at]) > least[usize::from(moment)]) else { continue };
+            let why = format!("largest {} of {}", if moment { "moment" } else { "force" }, attachment.element);
+            match chosen.iter_mut().find(|(place, _)| *place == at) {
+                Some((_, own)) => {
+                    own.push_str(", ");
+                    own.push_str(&why);
+                }
+                None => chosen.push((at, why)),
+            }
+        }
+    }
+    chosen.sort_by_key(|(at, _)| *at);
+    chosen.into_iter().map(|(at, why)| Case { why, ..cases[at].clone() }).collect()
+}
+
+/// A set of units in which a finite-element model is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Consistent {
+    /// m, N, kg, s.
+    Metres,
+    /// mm, N, t, s.
+    Millimetres,
+}
+
+impl Consistent {
+    fn length(self) -> f64 {
+        if self == Self::Metres { 1.0 } else { 1e3 }
+    }
+
+    fn words(self) -> &'static str {
+        if self == Self::Metres { "m, N, kg, s" } else { "mm, N, t, s" }
+    }
+}
+
+impl Loads {
+    /// One row per case and load: at its point in the frame of the body, in the axes of the body.
+    #[must_use]
+    pub fn csv(&self, units: Consistent) -> String {
+        let l = units.length();
+        let unit = if units == Consistent::Metres { "m" } else { "mm" };
+        let mut text = format!("# axes and origin of the frame of the body; units {}\n", units.words());
+        text += "t [s],load,kind,";
+        let _ = writeln!(
+            text,
+            "x [{unit}],y [{unit}],z [{unit}],Fx [N],Fy [N],Fz [N],Mx [N {unit}],My [N {unit}],Mz [N {unit}]"
+        );
+        for case in &self.cases {
+            let mut row = |name: &str, kind: &str, point: &[f64; 3], force: &[f64; 3], moment: &[f64; 3]| {
+                let _ = write!(text, "{:?},{},{kind}", case.time, crate::files::cell(name));
+                let values =
+                    point.iter().map(|x| x * l).chain(force.iter().copied()).chain(moment.iter().map(|x| x * l));
+                values.for_each(|value| {
+                    let _ = write!(text, ",{value:?}");
+                });
+                text.push('\n');
+            };
+            for (attachment, wrench) in self.attachments.iter().zip(&case.wrenches) {
+                row(&attachment.element, &attachment.kind, &attachment.point, &wrench.force, &wrench.moment);
+            }
+            row("weight", "gravity", &self.center_of_mass, &case.weight, &[0.0; 3]);
+            row("inertia", "inertia", &self.center_of_mass, &case.inertia.force, &case.inertia.moment);
+        }
+        text
+    }
+
+    /// Reference nodes with rigid bodies on node sets of the mesh, and a static step per case: `*CLOAD` at the reference nodes,
+    /// gravity and centrifugal loads on an element set (CalculiX CrunchiX User's Manual 2.20, `*RIGID BODY`, `*DLOAD`). The first text is
+    /// for the part of the input file before its steps, the others for its end, one for each job:
+    /// CalculiX 2.20 takes a centrifugal load in its first step only.
+    #[must_use]
+    pub fn calculix(&self, units: Consistent, elements: &str, first_node: usize) -> (String, Vec<String>) {
+        let l = units.length();
+        let center = self.center_of_mass.map(|x| x * l);
+        let mut names: Vec<String> = Vec::new();
+        for (k, attachment) in self.attachments.iter().enumerate() {
+            let mut name: String = attachment
+                .element
+                .chars()
+                .map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' })
+                .collect();
+            let twice = self.attachments.iter().enumerate().any(|(j, one)| j != k && one.element == attachment.element);
+            if twice {
+                name = format!("{name}_{}", attachment.frame);
+            }
+            names.push(format!("N_{name}"));
+        }
+        names.push("N_EULER".into());
+        let mut head = format!(
+            "** Loads on `{}`: reference nodes in the frame of the body. Units: {}.\n\
+             ** Define a node set of the mesh for each: the surface that the joint or force takes hold of.\n\
+             ** N_EULER takes the moment of angular acceleration, and is held: a few nodes near the centre of mass that no other set has.\n",
+            self.body,
+            units.words()
+        );
+        let points = self.attachments.iter().map(|one| one.point.map(|x| x * l)).chain([center]);
+        for (k, (point, name)) in points.zip(&names).enumerate() {
+            let node = first_node + 2 * k;
+            let [x, y, z] = point;
+            let _ = write!(
+                head,
+                "*NODE, NSET=REF{name}\n{node}, {x:.12e}, {y:.12e}, {z:.12e}\n{}, {x:.12e}, {y:.12e}, {z:.12e}\n\
+                 *RIGID BODY, NSET={name}, REF NODE={node}, ROT NODE={}\n",
+                node + 1,
+                node + 1
+            );
+        }
+        let held = first_node + 2 * self.attachments.len();
+        let _ = write!(head, "*BOUNDARY\n{held}, 1, 3\n{}, 1, 3\n", held + 1);
+        let begin = format!(
+            "** `{}`: all loads of an instant, as a job of its own. They are in balance: what is printed for N_EULER is the\n\
+             ** share of GRAV and CENTRIF of its own nodes (RF has all external forces there), its moment, and what is left.\n\
+             ** The elements must have the mass {:.9e} and the centre of mass ({:.6e}, {:.6e}, {:.6e}).\n",
+            self.body,
+            if units == Consistent::Metres { self.mass } else { self.mass * 1e-3 },
+            center[0],
+            center[1],
+            center[2]
+        );
+        let step = |case: &Case| {
+            let mut steps = begin.clone();
+            let _ = writeln!(steps, "** t = {:?} s: {}", case.time, case.why);
+            steps += "*STEP\n*STATIC\n*CLOAD, OP=NEW\n";
+            let euler = Wrench { force: [0.0; 3], moment: case.euler };
+            for (k, wrench) in case.wrenches.iter().chain([&euler]).enumerate() {
+                let node = first_node + 2 * k;
+                for (at, values) in [(node, wrench.force), (node + 1, wrench.moment.map(|x| x * l))] {
+                    for (direction, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                        let _ = writeln!(steps, "{at}, {}, {value:.12e}", direction + 1);
+                    }
+                }
+            }
+            steps += "*DLOAD, OP=NEW\n";
+            let field = Vector3::from(case.field) * l;
+            let size = field.norm();
+            if size > 0.0 {
+                let n = field / size;
+                let _ = writeln!(steps, "{elements}, GRAV, {size:.12e}, {:.12e}, {:.12e}, {:.12e}", n.x, n.y, n.z);
+            }
+            let spin = Vector3::from(case.spin);
+            let square = spin.norm_squared();
+            if square > 0.0 {
+                let n = spin / square.sqrt();
+                let _ = writeln!(
+                    steps,
+                    "{elements}, CENTRIF, {square:.12e}, {:.12e}, {:.12e}, {:.12e}, {:.12e}, {:.12e}, {:.12e}",
+                    center[0], center[1], center[2], n.x, n.y, n.z
+                );
+            }
+            steps += "*NODE PRINT, NSET=REFN_EULER\nRF\n*END STEP\n";
+            steps
+        };
+        let steps = self.cases.iter().map(step).collect();
+        (head, steps)
+    }
+}

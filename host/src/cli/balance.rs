@@ -1,0 +1,217 @@
+//! `odyn balance`
+
+use std::fmt::Write as _;
+
+use odyn::analyses::balance::{Counterweight, Question, Shaking, balance as shaken};
+use odyn::analyses::prescribed;
+use odyn::desk::page::chart::{COLORS, Chart, Curve, SIZE, draw, drawing, linear_axis};
+use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::results::significant;
+use odyn::scene::{Dimension, Override};
+use odyn::session::{RunOptions, Session};
+use serde::Serialize;
+
+use super::analyses::{folder as folder_of, listener, warn, write};
+use super::exit;
+use super::failure::Failure;
+use super::motion_args::BalanceArgs;
+use super::terminal::{self, Progress};
+
+/// What `balance.json` has; SI.
+#[derive(Serialize)]
+struct Balanced {
+    before: Shaking,
+    counterweight: Counterweight,
+    /// If the machine turned as before.
+    predicted: Shaking,
+    /// As a run with the counterweight shows it.
+    after: Shaking,
+}
+
+/// `odyn balance`
+pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
+    let options = args.scene.options(None);
+    let session = Session::open(&args.scene.scene, &options)?;
+    warn(&session, args.quiet);
+    let length = session.scene.units.factor(Dimension::LENGTH);
+    let radius = match &args.radius {
+        None => None,
+        Some(text) => {
+            let found = prescribed::amount(text, Dimension::LENGTH, length).filter(|radius| *radius > 0.0);
+            Some(found.ok_or_else(|| {
+                let message = format!("`--radius {text}` is no length");
+                let help = "give a positive number, in the scene's unit of length or with its own";
+                Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE)
+            })?)
+        }
+    };
+    let about = std::array::from_fn(|k| args.about.get(k).copied().unwrap_or(0.0) * length);
+    let question = Question { turn: args.turn.clone(), turns: args.turns, harmonics: args.harmonics.max(1), about };
+    let progress = Progress::new();
+    let mut listen = listener(&progress, args.quiet || args.scene.json);
+    let open = |more: Option<&str>| {
+        let mut overrides = options.overrides.clone();
+        overrides.extend(more.map(Override::new));
+        let options = RunOptions { overrides, ..args.scene.options(None) };
+        Session::open(&args.scene.scene, &options)
+    };
+    let before = shaken(&|| open(None), &question, &mut |share| listen(0.5 * share))?;
+    let (counterweight, predicted) = before.counterweight(&session, &question, radius)?;
+    let after = shaken(&|| open(Some(&counterweight.set)), &question, &mut |share| listen(0.5 + 0.5 * share))?;
+    drop(listen);
+    drop(progress);
+    let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "balance"));
+    let found = Balanced { before: before.shaking, counterweight, predicted, after: after.shaking };
+    let json = terminal::json(&found);
+    write(&folder, "balance.json", json.as_bytes())?;
+    write(&folder, "harmonics.csv", harmonics(&found).as_bytes())?;
+    write(&folder, "shaking.csv", over_angle(&found).as_bytes())?;
+    write(&folder, "shaking.svg", figure(&found).as_bytes())?;
+    if args.scene.json {
+        terminal::print_as_it_is(&json)?;
+    } else if !args.quiet {
+        let mut text = told(&found);
+        let _ = writeln!(text, "results: {} (harmonics.csv, shaking.csv, shaking.svg, balance.json)", folder.display());
+        let _ = writeln!(
+            text,
+            "to run with it: odyn run {} --set '{}'",
+            args.scene.scene.display(),
+            found.counterweight.set
+        );
+        terminal::print_as_it_is(&shown(&text))?;
+    }
+    Ok(exit::DONE)
+}
+
+fn size(of: &[f64; 3]) -> f64 {
+    of.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The force without its mean over the angle, before and after, as a file of its own.
+fn figure(found: &Balanced) -> String {
+    let all = [("before", &found.before), ("with the counterweight", &found.after)].map(|(name, one)| {
+        let mean = one.harmonics.first().map_or([0.0; 3], |mean| mean.force);
+        let first = one.angles.first().copied().unwrap_or(0.0);
+        let points: Vec<(f64, f64)> = (one.angles.iter().zip(&one.force))
+            .map(|(angle, force)| {
+                let left = size(&std::array::from_fn(|c| force[c] - mean[c]));
+                ((angle - first).abs().to_degrees(), left)
+            })
+            .collect();
+        (name, points)
+    });
+    let most =
+        |of: fn(&(f64, f64)) -> f64| all.iter().flat_map(|(_, points)| points.iter().map(of)).fold(0.0, f64::max);
+    let x = linear_axis(0.0, most(|point| point.0).max(1.0), "angle [deg]".into());
+    let y = linear_axis(0.0, 1.05 * most(|point| point.1).max(f64::MIN_POSITIVE), "force without its mean [N]".into());
+    let (width, height) = SIZE;
+    let mut key = String::new();
+    for (k, ((name, _), (_, color))) in all.iter().zip(COLORS).enumerate() {
+        let (left, top) = (160 + 420 * k, height + 30);
+        key.push_str(&format!(
+            "<line x1=\"{left}\" y1=\"{top}\" x2=\"{}\" y2=\"{top}\" stroke=\"{color}\" stroke-width=\"6\"/>\
+             <text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"28\" fill=\"currentColor\">{name}</text>\n",
+            left + 50,
+            left + 64,
+            top + 10
+        ));
+    }
+    let curves: Vec<Curve> =
+        (all.into_iter().zip(COLORS)).map(|((_, points), (color, _))| Curve { points, color }).collect();
+    let chart = Chart { x: &x, y: &y, curves: &curves, dots: false, bound: None };
+    let drawn = drawing("", |area| draw(area, &chart));
+    let content = drawn.split_once('>').map_or("", |(_, content)| content).trim_end().trim_end_matches("</svg>");
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {}\" style=\"color:#7d8590\" role=\"img\" \
+         aria-label=\"Shaking force over the angle, before and after\">{content}{key}</svg>\n",
+        height + 60
+    )
+}
+
+fn harmonics(found: &Balanced) -> String {
+    let mut text = String::from("order");
+    for when in ["before", "predicted", "after"] {
+        for what in ["Fx", "Fy", "Fz"] {
+            let _ = write!(text, ",{what} {when} [N]");
+        }
+        for what in ["Mx", "My", "Mz"] {
+            let _ = write!(text, ",{what} {when} [N m]");
+        }
+    }
+    text.push('\n');
+    for k in 0..found.before.harmonics.len() {
+        let _ = write!(text, "{k}");
+        for shaking in [&found.before, &found.predicted, &found.after] {
+            let one = &shaking.harmonics[k];
+            one.force.iter().chain(&one.moment).for_each(|value| {
+                let _ = write!(text, ",{value:?}");
+            });
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn over_angle(found: &Balanced) -> String {
+    let mut text =
+        String::from("angle [rad],Fx before [N],Fy before [N],Fz before [N],Fx after [N],Fy after [N],Fz after [N]\n");
+    for (k, angle) in found.before.angles.iter().enumerate() {
+        let _ = write!(text, "{angle:?}");
+        found.before.force[k].iter().chain(&found.after.force[k]).for_each(|value| {
+            let _ = write!(text, ",{value:?}");
+        });
+        text.push('\n');
+    }
+    text
+}
+
+fn told(found: &Balanced) -> String {
+    let number = |value: f64| significant(value, 5);
+    let weight = &found.counterweight;
+    let mut text = format!(
+        "{} angles at {} rad/s; from turn to turn the speed changes by {:.1e}\n",
+        found.before.angles.len(),
+        number(found.before.speed),
+        found.before.drift.abs()
+    );
+    if found.before.drift.abs() > 1e-3 {
+        text += "note: the turning is not steady yet: harmonics are those of these turns; let the run last longer\n";
+    }
+    let _ = writeln!(
+        text,
+        "{:>6} {:>12} {:>12} {:>12}   {:>12} {:>12} {:>12}",
+        "order", "force [N]", "predicted", "after", "moment [N m]", "predicted", "after"
+    );
+    for k in 0..found.before.harmonics.len() {
+        let all = [&found.before, &found.predicted, &found.after].map(|shaking| &shaking.harmonics[k]);
+        let _ = write!(text, "{k:>6}");
+        all.iter().for_each(|one| {
+            let _ = write!(text, " {:>12}", number(size(&one.force)));
+        });
+        text.push_str("  ");
+        all.iter().for_each(|one| {
+            let _ = write!(text, " {:>12}", number(size(&one.moment)));
+        });
+        text.push('\n');
+    }
+    let rows = [&found.before, &found.predicted, &found.after];
+    let line = |of: &dyn Fn(&Shaking) -> f64| rows.map(|one| number(of(one))).join(", ");
+    let _ = writeln!(text, "without the mean, before, predicted, after:");
+    let _ = writeln!(
+        text,
+        "  force, root mean square: {} N; largest: {} N",
+        line(&|one| one.force_rms),
+        line(&|one| one.force_peak)
+    );
+    let _ = writeln!(text, "  moment, root mean square: {} N m", line(&|one| one.moment_rms));
+    let _ = writeln!(
+        text,
+        "counterweight on {}: {} kg at {} m (unbalance {} kg m), {} deg from the x axis of the joint's frame there",
+        weight.body,
+        number(weight.mass),
+        number(weight.radius),
+        number(weight.unbalance),
+        number(weight.phase.to_degrees())
+    );
+    text
+}

@@ -1,0 +1,143 @@
+//! `odyn loads`
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use odyn::analyses::loads::{Case, Consistent, Loads, Watch, peaks};
+use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::results::{SUMMARY_FILE, significant};
+use odyn::scene::{Dimension, Override};
+use odyn::session::{RunOptions, Session};
+
+use super::analyses::{folder as folder_of, listener, warn, write};
+use super::exit;
+use super::failure::Failure;
+use super::motion_args::{LoadsArgs, LoadsFormat, LoadsUnits};
+use super::terminal::{self, Progress};
+
+/// What is left of all loads, as a share of their sizes, that is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The scene with its options: as named, or as the summary of a folder of results has it.
+fn scene(args: &LoadsArgs) -> Result<(PathBuf, RunOptions), Failure> {
+    let mut options = args.scene.options(None);
+    let named = &args.scene.scene;
+    if !named.is_dir() {
+        return Ok((named.clone(), options));
+    }
+    let path = named.join(SUMMARY_FILE);
+    let wrong = |reason: String| {
+        let message = format!("{} is no folder of results: {reason}", named.display());
+        let help = "name a scene, or the folder that `odyn run` left";
+        Failure::new(Diagnostic::error(codes::CANNOT_READ_RESULTS, message).help(help)).exit(exit::FILES)
+    };
+    let text = std::fs::read_to_string(&path).map_err(|error| wrong(error.to_string()))?;
+    let summary: serde_json::Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let scene = summary.get("scene").and_then(serde_json::Value::as_str);
+    let scene = scene.ok_or_else(|| wrong(format!("{SUMMARY_FILE} names no scene")))?;
+    let sets = summary.get("overrides").and_then(serde_json::Value::as_array).into_iter().flatten();
+    let mut overrides: Vec<Override> = sets.filter_map(|one| one.as_str()).map(Override::new).collect();
+    overrides.append(&mut options.overrides);
+    options.overrides = overrides;
+    Ok((PathBuf::from(scene), options))
+}
+
+/// The times that were asked for, in the scene's unit; `None`: those of the outputs, for peaks.
+fn times(args: &LoadsArgs) -> Result<Option<Vec<f64>>, Failure> {
+    if args.at.trim() == "peaks" {
+        return Ok(None);
+    }
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|time| time.is_finite());
+    let mut times: Vec<f64> = args.at.split(',').map(number).collect::<Option<_>>().ok_or_else(|| {
+        let message = format!("`--at {}` is neither `peaks` nor times", args.at);
+        let help = "give numbers in the scene's unit of time, separated by commas";
+        Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE)
+    })?;
+    times.sort_by(f64::total_cmp);
+    Ok(Some(times))
+}
+
+/// `odyn loads`
+pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
+    let asked = times(args)?;
+    let (path, options) = scene(args)?;
+    let session = Session::open(&path, &options)?;
+    warn(&session, args.quiet);
+    let mut watch = Watch::new(&session, &args.body)?;
+    let unit = session.scene.units.factor(Dimension::TIME);
+    let samples =
+        || session.scene.simulation.sample_times(&session.scene.units).iter().map(|time| time.si / unit).collect();
+    let times: Vec<f64> = asked.clone().unwrap_or_else(samples);
+    let progress = Progress::new();
+    let mut listen = listener(&progress, args.quiet || args.scene.json);
+    let mut run = session.prepare()?.start()?;
+    let mut cases: Vec<Case> = Vec::with_capacity(times.len());
+    for (k, time) in times.iter().enumerate() {
+        listen(k as f64 / times.len() as f64);
+        run.advance(*time)?;
+        let instant = run.instant()?;
+        let case = watch.at(&instant, "asked for").map_err(|reason| {
+            Failure::new(Diagnostic::error(codes::MOTION_NOT_FINITE, reason)).exit(exit::INTEGRATION)
+        })?;
+        cases.push(case);
+    }
+    drop(listen);
+    drop(progress);
+    let mut found = watch.loads;
+    found.cases = if asked.is_none() { peaks(&found, &cases) } else { cases };
+    let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "loads"));
+    let units = if args.units == LoadsUnits::M { Consistent::Metres } else { Consistent::Millimetres };
+    let json = terminal::json(&found);
+    write(&folder, "loads.json", json.as_bytes())?;
+    write(&folder, "loads.csv", found.csv(units).as_bytes())?;
+    if args.format == LoadsFormat::Calculix {
+        let (head, steps) = found.calculix(units, &args.elset, args.first_node);
+        write(&folder, "head.inp", head.as_bytes())?;
+        for (k, step) in steps.iter().enumerate() {
+            write(&folder, &format!("step-{}.inp", k + 1), step.as_bytes())?;
+        }
+    }
+    let worst = found.cases.iter().flat_map(|case| case.left).fold(0.0, f64::max);
+    if args.scene.json {
+        terminal::print_as_it_is(&json)?;
+    } else if !args.quiet {
+        let mut text = told(&found, worst);
+        let name =
+            if args.format == LoadsFormat::Calculix { "head.inp, step-1.inp, ..., loads.csv" } else { "loads.csv" };
+        let _ = writeln!(text, "results: {} ({name}, loads.json)", folder.display());
+        terminal::print_as_it_is(&shown(&text))?;
+    }
+    Ok(if worst <= ROUND_OFF { exit::DONE } else { exit::AUDIT })
+}
+
+fn told(found: &Loads, worst: f64) -> String {
+    let size = |of: &[f64; 3]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut text = format!("loads on {} at {} times", found.body, found.cases.len());
+    let _ = match worst {
+        worst if worst <= ROUND_OFF => writeln!(text, "; in balance to {worst:.1e} of their sizes"),
+        _ => writeln!(text, "; NOT in balance: {worst:.1e} of their sizes is left"),
+    };
+    for note in &found.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    for case in &found.cases {
+        let _ = writeln!(text, "t = {} s: {}", significant(case.time, 9), case.why);
+        for (attachment, wrench) in found.attachments.iter().zip(&case.wrenches) {
+            let _ = writeln!(
+                text,
+                "  {:<24} {:>14} N {:>14} N m",
+                attachment.element,
+                significant(size(&wrench.force), 6),
+                significant(size(&wrench.moment), 6)
+            );
+        }
+        let _ = writeln!(
+            text,
+            "  {:<24} {:>14} N {:>14} N m",
+            "inertia",
+            significant(size(&case.inertia.force), 6),
+            significant(size(&case.inertia.moment), 6)
+        );
+    }
+    text
+}

@@ -1,0 +1,489 @@
+//! Inverse dynamics: efforts that are found for a motion, given back to the scene over time, reproduce it.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use odyn::analyses::inverse::{Inverse, inverse};
+use odyn::analyses::prescribed::{Motion, quantity, values_at_start};
+use odyn::analysis::Evaluator;
+use odyn::model::{Axes, Level, Quantity};
+use odyn::scene::Dimension;
+use odyn::session::Session;
+
+use crate::support::{Scratch, column, options, root};
+
+/// A coordinate with the actuator that drives it: joint.channel, bodies, axis, how far it goes, and how fast steadily.
+struct Drive {
+    coordinate: &'static str,
+    bodies: [&'static str; 2],
+    axis: [i32; 3],
+    /// rad or m, rad/s or m/s.
+    swing: f64,
+    steady: f64,
+    force: bool,
+}
+
+const fn turn(coordinate: &'static str, bodies: [&'static str; 2], axis: [i32; 3], swing: f64) -> Drive {
+    Drive { coordinate, bodies, axis, swing, steady: 0.0, force: false }
+}
+
+fn benchmark(name: &str) -> String {
+    fs::read_to_string(root().join(format!("scenes/benchmarks/{name}.toml"))).unwrap()
+}
+
+/// The scene with an output, an input and an actuator for each coordinate; `tables`: efforts over time in place of signals.
+fn driven(text: &str, drives: &[Drive], tables: Option<&[String]>) -> String {
+    let mut text = text.replacen("libraries = [\"joints\"", "libraries = [\"forces\", \"joints\"", 1);
+    text = text.replacen("\"forces\", \"joints\", \"forces\"", "\"forces\", \"joints\"", 1);
+    for (k, drive) in drives.iter().enumerate() {
+        let (joint, channel) = drive.coordinate.split_once('.').unwrap();
+        let [x, y, z] = drive.axis;
+        let [i, j] = drive.bodies;
+        let _ = write!(
+            text,
+            "\n[[output]]\nname = \"c{k}\"\nquantity = \"coordinate\"\nof = \"{joint}\"\nchannel = \"{channel}\"\n\
+             [[input]]\nname = \"motor{k}\"\n\
+             [[force]]\nname = \"drive{k}\"\ntype = \"{}\"\nbodies = [\"{i}\", \"{j}\"]\naxis = [{x}, {y}, {z}]\n\
+             inputs = {{ signal = \"motor{k}\" }}\n",
+            if drive.force { "translational-actuator" } else { "rotational-actuator" },
+        );
+        if drive.force {
+            text += "params.along = \"axis\"\n";
+        }
+        if let Some(tables) = tables {
+            let _ = writeln!(text, "params.of_time = {{ points = [{}], interpolation = \"spline\" }}", tables[k]);
+        }
+    }
+    text
+}
+
+fn open(text: &str, sets: &[&str]) -> Session {
+    let scratch = Scratch::new();
+    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Values of the outputs `c0`, ... where a scene starts, SI.
+fn at_start(session: &Session, count: usize) -> Vec<f64> {
+    let names: Vec<String> = (0..count).map(|k| format!("c{k}")).collect();
+    let wanted: Vec<_> = names.iter().map(|name| quantity(session, name).unwrap()).collect();
+    values_at_start(session, &wanted).unwrap()
+}
+
+/// Swings that begin and end smoothly: value and derivatives at a time.
+fn wish(start: f64, drive: &Drive, w: f64, k: usize, t: f64) -> [f64; 3] {
+    let (a, w) = (drive.swing, w * (1.0 + 0.3 * k as f64));
+    [
+        start + drive.steady * t + a * (1.0 - (w * t).cos()),
+        drive.steady + a * w * (w * t).sin(),
+        a * w * w * (w * t).cos(),
+    ]
+}
+
+/// The motion of all coordinates, known at these times.
+fn motion(session: &Session, drives: &[Drive], start: &[f64], w: f64, times: &[f64]) -> Motion {
+    let wanted = (0..drives.len()).map(|k| quantity(session, &format!("c{k}")).unwrap()).collect();
+    let nodes = |k: usize| times.iter().map(|t| wish(start[k], &drives[k], w, k, *t)).collect();
+    Motion::through(wanted, times.to_vec(), (0..drives.len()).map(nodes).collect())
+}
+
+fn efforts(session: &Session, motion: &Motion) -> Inverse {
+    inverse(session, motion, None, None, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Gives the efforts of a motion of some length, known every h, back to the scene, and returns how far its run is off, as a share
+/// of the swing.
+fn fed_back(name: &str, text: &str, drives: &[Drive], w: f64, (end, h): (f64, f64), sets: &[&str]) -> f64 {
+    let plain = driven(text, drives, None);
+    let session = open(&plain, sets);
+    let start = at_start(&session, drives.len());
+    // Beyond both ends, so that those of the spline do not count.
+    let margin = 16;
+    let steps = (end / h).round() as i32;
+    let times: Vec<f64> = (-margin..=steps + margin).map(|k| f64::from(k) * h).collect();
+    let found = efforts(&session, &motion(&session, drives, &start, w, &times));
+    assert!(found.balance < 1e-11, "{name}: {:e}", found.balance);
+    assert_eq!(found.freedoms, drives.len(), "{name}");
+    // From the state at zero.
+    let from_zero: Vec<f64> = vec![0.0, h];
+    let begins = efforts(&session, &motion(&session, drives, &start, w, &from_zero)).start;
+    let time = session.scene.units.factor(Dimension::TIME);
+    let tables: Vec<String> = (0..drives.len())
+        .map(|k| {
+            let effort = session.scene.units.factor(if drives[k].force { Dimension::FORCE } else { Dimension::TORQUE });
+            let pairs = times.iter().zip(&found.efforts[k]);
+            pairs.map(|(t, u)| format!("[{:?}, {:?}]", t / time, u / effort)).collect::<Vec<_>>().join(", ")
+        })
+        .collect();
+    let ends = [format!("simulation.t_end={end:?} s"), format!("simulation.output_step={:?} s", end / 10.0)];
+    let mut sets = sets.to_vec();
+    sets.extend(ends.iter().map(String::as_str));
+    sets.extend(["simulation.tolerance=1e-12"]);
+    let mut again = open(&driven(text, drives, Some(&tables)), &sets);
+    again.go_on_from(begins).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let run = again.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let mut worst = 0.0_f64;
+    for (k, drive) in drives.iter().enumerate() {
+        let factor = run.channels.iter().find(|channel| channel.name == format!("c{k}")).unwrap().factor;
+        for (t, value) in run.times.iter().zip(column(&run, &format!("c{k}"))) {
+            let expected = wish(start[k], drive, w, k, t * time)[0];
+            let off = (value * factor - expected).abs() / drive.swing;
+            worst = if off <= worst { worst } else { off };
+        }
+    }
+    worst
+}
+
+const PENDULUM: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "rod"
+mass = 2
+inertia = [0.01, 0.5, 0.5]
+position = [0.7, 0, 0]
+[[joint]]
+name = "pivot"
+type = "revolute"
+bodies = ["ground", "rod"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[force]]
+name = "rubs"
+type = "joint-friction"
+joints = ["pivot"]
+params.kind = "rotation"
+params.radius = 0.05
+params.mu = 0.2
+params.transition_speed = 0.02
+"#;
+
+/// As many rows as its motion needs: a ball at the piston pin. Friction of the piston on its guide, and of the crank in its bearing.
+const SLIDER_CRANK: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.01, 0.01, 0.02]
+position = [0.1, 0, 0]
+[[body]]
+name = "rod"
+mass = 2
+inertia = [0.01, 0.1, 0.1]
+position = [0.45, 0, 0]
+[[body]]
+name = "piston"
+mass = 3
+inertia = [0.01, 0.01, 0.01]
+position = [0.7, 0, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "pin"
+type = "cylindrical"
+bodies = ["crank", "rod"]
+point = [0.2, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "ball"
+type = "spherical"
+bodies = ["rod", "piston"]
+point = [0.7, 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "piston"]
+point = [0.7, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "rubs"
+type = "joint-friction"
+joints = ["guide"]
+params.kind = "translation"
+params.mu = 0.15
+params.guide_length = 0.1
+params.transition_speed = 0.02
+[[force]]
+name = "rubs_too"
+type = "joint-friction"
+joints = ["bearing"]
+params.kind = "rotation"
+params.radius = 0.02
+params.mu = 0.1
+params.transition_speed = 0.02
+"#;
+
+/// A block on a guide with friction that sticks, driven one way.
+const BLOCK: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "block"
+mass = 2
+inertia = [0.01, 0.01, 0.01]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[joint]]
+name = "friction"
+type = "dry-friction"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+params.force = "4 N"
+"#;
+
+#[test]
+fn efforts_given_back_over_time_reproduce_the_motion() {
+    let z = [0, 0, 1];
+    let crank = |mut drive: Drive, steady: f64| {
+        drive.steady = steady;
+        drive
+    };
+    let pivot = [turn("pivot.angle", ["ground", "rod"], z, 0.7)];
+    let off = fed_back("pendulum with friction", PENDULUM, &pivot, 2.0, (0.4, 1e-3), &[]);
+    assert!(off < 1e-9, "pendulum with friction: {off:e}");
+    let bob = [turn("pivot.angle", ["ground", "bob"], z, 0.5)];
+    let two = [turn("shoulder.angle", ["ground", "upper"], z, 0.4), turn("elbow.angle", ["upper", "lower"], z, 0.3)];
+    let bricard = [turn("P1.angle", ["ground", "rod1"], [0, 1, 0], 0.3)];
+    let link = [turn("A0.angle", ["ground", "link0"], z, 0.5)];
+    for (name, drives, h) in [
+        ("A01", &bob[..], 2e-3),
+        ("dpend", &two[..], 1e-3),
+        ("A04", &bricard[..], 2e-3),
+        ("A02_N1", &link[..], 2e-3),
+        ("A02_N2", &link[..], 2e-3),
+    ] {
+        let off = fed_back(name, &benchmark(name), drives, 2.0, (0.4, h), &[]);
+        assert!(off < 1e-9, "{name}: {off:e}");
+    }
+    let slow = [crank(turn("bearing.angle", ["ground", "crank"], z, 0.3), 1.0)];
+    let off = fed_back("slider-crank with friction", SLIDER_CRANK, &slow, 2.0, (0.4, 1e-3), &[]);
+    assert!(off < 1e-9, "slider-crank with friction: {off:e}");
+    let push = [Drive {
+        coordinate: "guide.displacement",
+        bodies: ["ground", "block"],
+        axis: [1, 0, 0],
+        swing: 0.1,
+        steady: 0.5,
+        force: true,
+    }];
+    let off = fed_back("block with dry friction", BLOCK, &push, 2.0, (0.4, 2e-3), &[]);
+    assert!(off < 1e-9, "block with dry friction: {off:e}");
+}
+
+#[test]
+fn efforts_given_back_to_machines_reproduce_the_motion() {
+    let z = [0, 0, 1];
+    let squeezer = [turn("O.angle", ["ground", "K1"], z, 0.3)];
+    let off = fed_back("squeezer", &benchmark("A03"), &squeezer, 30.0, (0.02, 1e-4), &[]);
+    assert!(off < 1e-9, "squeezer: {off:e}");
+    let mut rotor = turn("main_bearing.angle", ["block", "rotor"], z, 0.1);
+    rotor.steady = 10.0;
+    let compressor = fs::read_to_string(root().join("scenes/compressor.toml")).unwrap();
+    let off = fed_back("compressor", &compressor, &[rotor], 20.0, (0.04, 1e-4), &[]);
+    assert!(off < 1e-9, "compressor: {off:e}");
+    let names: [(&'static str, [&'static str; 2]); 10] = [
+        ("joint1.angle", ["ground", "rod1"]),
+        ("joint2.angle", ["rod1", "rod2"]),
+        ("joint3.angle", ["rod2", "rod3"]),
+        ("joint4.angle", ["rod3", "rod4"]),
+        ("joint5.angle", ["rod4", "rod5"]),
+        ("joint6.angle", ["rod5", "rod6"]),
+        ("joint7.angle", ["rod6", "rod7"]),
+        ("joint8.angle", ["rod7", "rod8"]),
+        ("joint9.angle", ["rod8", "rod9"]),
+        ("joint10.angle", ["rod9", "rod10"]),
+    ];
+    let chain: Vec<Drive> = names.iter().map(|(name, bodies)| turn(name, *bodies, z, 0.05)).collect();
+    let off = fed_back("chain", &benchmark("chain_N10"), &chain, 1.0, (0.1, 2e-3), &[]);
+    assert!(off < 1e-9, "chain: {off:e}");
+}
+
+fn refused(session: &Session, motion: &Motion, by: &[&str]) -> String {
+    let by: Vec<String> = by.iter().map(|name| (*name).to_owned()).collect();
+    let error = inverse(session, motion, Some(&by), None, &mut |_| ()).map(|_| ()).expect_err("refused");
+    assert_eq!(error.exit_code(), 5, "{error}");
+    error.to_string()
+}
+
+/// A motion of one coordinate at some values, at rest.
+fn held(session: &Session, name: &str, value: f64) -> Motion {
+    Motion::through(vec![quantity(session, name).unwrap()], vec![0.0], vec![vec![[value, 0.0, 0.0]]])
+}
+
+#[test]
+fn more_actuators_than_freedoms_share_by_least_norm() {
+    let drives = [turn("P1.angle", ["ground", "rod1"], [0, 1, 0], 0.3)];
+    let session = open(&benchmark("A04"), &[]);
+    let motion = Motion::through(
+        vec![quantity(&session, "P1.angle").unwrap()],
+        vec![0.3, 0.4],
+        vec![[0.3, 0.4].iter().map(|t| wish(0.0, &drives[0], 2.0, 0, *t)).collect()],
+    );
+    let names = |list: &[&str]| -> Vec<String> { list.iter().map(|name| (*name).to_owned()).collect() };
+    let solve = |motion: &Motion, list: &[&str]| {
+        inverse(&session, motion, Some(&names(list)), None, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let (one, other) = (solve(&motion, &["P1.angle"]), solve(&motion, &["P2.angle"]));
+    let both = solve(&motion, &["P1.angle", "P2.angle"]);
+    assert!(one.notes.iter().all(|note| !note.contains("least sum")), "{:?}", one.notes);
+    assert!(both.notes.iter().any(|note| note.contains("least sum of squares")), "{:?}", both.notes);
+    // c / a1 and c / a2 alone; a c / |a|^2 together.
+    for k in 0..2 {
+        let (a, b) = (1.0 / one.efforts[0][k], 1.0 / other.efforts[0][k]);
+        let expected = [a / (a * a + b * b), b / (a * a + b * b)];
+        for (found, expected) in [both.efforts[0][k], both.efforts[1][k]].iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn what_no_actuator_moves_is_named() {
+    // The elbow's weight without a torque there.
+    let session = open(&benchmark("dpend"), &[]);
+    let wanted: Vec<_> = ["shoulder.angle", "elbow.angle"].map(|name| quantity(&session, name).unwrap()).into();
+    let motion = Motion::through(wanted, vec![0.0], vec![vec![[0.3, 0.0, 0.0]], vec![[0.4, 0.0, 0.0]]]);
+    let message = refused(&session, &motion, &["shoulder.angle"]);
+    assert!(message.contains("no actuator moves this: `lower` "), "{message}");
+    let message = refused(&session, &held(&session, "shoulder.angle", 0.3), &["shoulder.angle"]);
+    assert!(message.contains("leave this free: `lower`"), "{message}");
+    // At its dead centre the piston does not move the crank; elsewhere it does.
+    let slider_crank = SLIDER_CRANK.replace("gravity = [0, -9.81, 0]", "gravity = [-1, -9.81, 0]");
+    let session = open(&slider_crank, &[]);
+    let message = refused(&session, &held(&session, "bearing.angle", 0.0), &["guide.displacement"]);
+    assert!(message.contains("no actuator moves this: `"), "{message}");
+    let by = ["guide.displacement".to_owned()];
+    inverse(&session, &held(&session, "bearing.angle", 0.3), Some(&by), None, &mut |_| ()).unwrap();
+    // Velocities cannot be prescribed by themselves, nor what the joints contradict.
+    let message = refused(&session, &held(&session, "guide.displacement", 0.5), &["bearing.angle"]);
+    assert!(message.contains("cannot be reached"), "{message}");
+}
+
+#[test]
+fn motion_files_have_units_and_derivatives() {
+    let session = open(&benchmark("A04"), &[]);
+    let scratch = Scratch::new();
+    let read = |text: &str| Motion::read(&session, &scratch.file("motion.csv", text), None);
+    let motion = read("t [ms],P1.angle [deg],P1.angle' [deg/s]\n0,0,0\n100,9,180\n200,36,360\n300,81,540\n").unwrap();
+    let [value, slope, bend] = motion.at(0.15)[0];
+    let degrees = |x: f64| x.to_degrees();
+    // 900 t^2 degrees.
+    let off = [degrees(value) - 20.25, degrees(slope) - 270.0, degrees(bend) - 1800.0];
+    assert!(off.iter().all(|off| off.abs() < 1e-9), "{off:?}");
+    for (text, words) in [
+        ("t,P1.angle [mm]\n0,0\n1,1\n2,2\n3,3\n", "an angle"),
+        ("t,P1.angel\n0,0\n1,1\n2,2\n3,3\n", "did you mean `P1.angle`"),
+        ("x,P1.angle\n0,0\n", "`t` or `time`"),
+        ("t,P1.angle\n0,0\n1,x\n", "line 3"),
+        ("t,P1.angle\n0,0\n0,1\n", "must increase"),
+        ("t,P1.angle\n0,0\n1,1\n", "at least 4"),
+        ("t,P1.angle'\n0,0\n1,1\n2,2\n3,3\n", "needs its values"),
+    ] {
+        let message = read(text).map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains(words), "{text}: {message}");
+    }
+}
+
+/// Values of quantities at an instant of a run.
+fn seen(session: &Session, inputs: &[f64], quantities: &[Quantity]) -> Vec<f64> {
+    let mut equations = session.equations.clone();
+    let nodes: Vec<_> =
+        quantities.iter().map(|one| equations.observe(one, &session.model, &session.plan.layout)).collect();
+    Evaluator::new(&equations.graph, &nodes).run(inputs, &[]).unwrap().to_vec()
+}
+
+/// The largest effort, as a share of the loads, along the coordinates of all joints for the motion that a scene begins with by
+/// itself. `None`: these do not determine it, or it is refused for what only a run can tell.
+fn needless(path: &Path) -> Option<f64> {
+    let open = || Session::open(path, &options(&[], &[])).ok();
+    let session = open()?;
+    let mut run = open()?.prepare().ok()?.start().ok()?;
+    let inputs = run.instant().ok()?.inputs;
+    let (mut names, mut coordinates, mut loads) = (Vec::new(), Vec::new(), Vec::new());
+    for (element, instance) in session.model.elements.iter().enumerate() {
+        let kind = instance.class.kind.word();
+        if kind == "control" {
+            continue;
+        }
+        for (coordinate, channel) in instance.class.channels.iter().enumerate().filter(|_| kind == "joint") {
+            names.push(format!("{}.{}", instance.name, channel.name));
+            coordinates.extend(
+                [Level::Position, Level::Velocity, Level::Acceleration].map(|level| Quantity::Coordinate {
+                    element,
+                    coordinate,
+                    level,
+                }),
+            );
+        }
+        for frame in 0..instance.markers.len() {
+            loads.extend([false, true].into_iter().flat_map(|torque| {
+                (0..3).map(move |component| Quantity::Load { element, frame, torque, axes: Axes::Ground, component })
+            }));
+        }
+    }
+    let weight: f64 = session.model.bodies.iter().map(|body| body.mass * (session.model.gravity.norm() + 1e-3)).sum();
+    let size = seen(&session, &inputs, &loads).iter().fold(weight, |size, load| size.max(load.abs()));
+    let values = seen(&session, &inputs, &coordinates);
+    let wanted: Vec<_> = names.iter().map(|name| quantity(&session, name).ok()).collect::<Option<_>>()?;
+    let nodes = values.chunks(3).map(|one| vec![[one[0], one[1], one[2]]]).collect();
+    let motion = Motion::through(wanted, vec![inputs[0]], nodes);
+    match inverse(&session, &motion, Some(&names), None, &mut |_| ()) {
+        Ok(found) => {
+            let most = (found.actuators.iter().zip(&found.efforts))
+                .fold(0.0_f64, |most, (port, efforts)| most.max((efforts[0] * port.factor).abs()));
+            Some(most / size)
+        }
+        Err(error) => {
+            let message = error.to_string();
+            let told = ["not there yet", "need the derivatives", "depends on a", "leave this free", "no function of"];
+            assert!(told.iter().any(|words| message.contains(words)), "{}: {message}", path.display());
+            None
+        }
+    }
+}
+
+/// The motion that a scene begins with needs no effort beside its own loads: whatever the elements of the scene are.
+#[test]
+fn what_scenes_do_by_themselves_needs_no_effort() {
+    let (mut judged, mut wrong) = (0, Vec::new());
+    for folder in ["benchmarks", "verification"] {
+        for entry in fs::read_dir(root().join("scenes").join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+            // The long ones of their families.
+            if path.extension().is_none_or(|kind| kind != "toml") || ["chain_N100", "A02_N40"].contains(&name.as_str())
+            {
+                continue;
+            }
+            let Some(share) = needless(&path) else { continue };
+            judged += 1;
+            if share >= 1e-9 || share.is_nan() {
+                wrong.push(format!("{name}: {share:e} of the loads"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "of {judged}: {wrong:#?}");
+    assert!(judged >= 30, "{judged}");
+}

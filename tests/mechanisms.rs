@@ -1,0 +1,415 @@
+//! Kinematics of driven mechanisms, loads on one body, shaking forces: against closed forms, and against what runs and CalculiX show.
+
+use std::f64::consts::PI;
+use std::path::Path;
+use std::process::Command;
+
+use odyn::analyses::balance::{Question, balance};
+use odyn::analyses::kinematics::{Drive, Kinematics, kinematics};
+use odyn::analyses::loads::{Case, Consistent, Loads, Watch};
+use odyn::analyses::prescribed::quantity;
+use odyn::session::Session;
+
+use crate::support::{Scratch, options, root};
+
+fn open(text: &str, sets: &[&str]) -> Session {
+    let scratch = Scratch::new();
+    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Crank 0.2 m, rod 0.5 m, piston along x; it starts at its outer dead centre.
+const SLIDER_CRANK: &str = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+t_end = 1
+output_step = 0.05
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.01, 0.01, 0.02]
+position = [0.1, 0, 0]
+[[body]]
+name = "rod"
+mass = 2
+inertia = [0.01, 0.1, 0.1]
+position = [0.45, 0, 0]
+[[body]]
+name = "piston"
+mass = 3
+inertia = [0.01, 0.01, 0.01]
+position = [0.7, 0, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "pin"
+type = "revolute"
+bodies = ["crank", "rod"]
+point = [0.2, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "wrist"
+type = "revolute"
+bodies = ["rod", "piston"]
+point = [0.7, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "piston"]
+point = [0.7, 0, 0]
+axis = [1, 0, 0]
+[[output]]
+name = "x"
+quantity = "position"
+of = "piston"
+component = "x"
+"#;
+
+const DRIVER: &str = r#"
+[[joint]]
+name = "motor"
+type = "rotation-driver"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.angle = "3 t + 2 t^2"
+"#;
+
+/// Place of the piston with its first and second derivative by the angle of the crank.
+fn piston(angle: f64) -> [f64; 3] {
+    let (r, l) = (0.2_f64, 0.5_f64);
+    let (s, c) = angle.sin_cos();
+    let w = (l * l - r * r * s * s).sqrt();
+    let slope = -r * s - r * r * s * c / w;
+    let bend = -r * c - r * r * ((c * c - s * s) / w + r * r * s * s * c * c / (w * w * w));
+    [r * c + w, slope, bend]
+}
+
+fn found(session: &Session, drive: &Drive) -> Kinematics {
+    kinematics(session, drive, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn column<'a>(found: &'a Kinematics, name: &str) -> &'a [f64] {
+    let k = found.columns.iter().position(|port| port.name == name).unwrap();
+    &found.values[k]
+}
+
+#[test]
+fn a_slider_crank_moves_as_its_closed_form() {
+    let session = open(SLIDER_CRANK, &[]);
+    let angle = quantity(&session, "bearing.angle").unwrap();
+    for range in [[0.0, 4.0 * PI], [2.0 * PI, 0.3]] {
+        let over = found(&session, &Drive::Over(angle.clone(), range, 73));
+        for (k, place) in over.places.iter().enumerate() {
+            let expected = piston(*place);
+            for (name, expected) in ["x", "x'", "x''"].iter().zip(expected) {
+                let value = column(&over, name)[k];
+                assert!((value - expected).abs() < 1e-11, "{name} at {place}: {value} {expected}");
+            }
+        }
+    }
+    // Its own driver, over time.
+    let session = open(&format!("{SLIDER_CRANK}{DRIVER}"), &[]);
+    let over = found(&session, &Drive::Time);
+    for (k, t) in over.places.iter().enumerate() {
+        let ([x, slope, bend], speed) = (piston(3.0 * t + 2.0 * t * t), 3.0 + 4.0 * t);
+        assert!((column(&over, "x")[k] - x).abs() < 1e-11, "{t}");
+        assert!((column(&over, "x'")[k] - slope * speed).abs() < 1e-10, "{t}");
+        assert!((column(&over, "x''")[k] - (bend * speed * speed + slope * 4.0)).abs() < 1e-9, "{t}");
+    }
+}
+
+#[test]
+fn all_its_motion_has_the_dead_centres() {
+    let session = open(SLIDER_CRANK, &[]);
+    let whole = found(&session, &Drive::Whole(quantity(&session, "bearing.angle").unwrap()));
+    assert!(whole.closed, "{:?}", whole.notes);
+    let x = whole.extents.iter().find(|one| one.name == "x").unwrap();
+    assert!((x.values[0] - 0.3).abs() < 1e-12 && (x.values[1] - 0.7).abs() < 1e-12, "{x:?}");
+    let dead: Vec<f64> = whole.dead_points.iter().filter(|one| one.of == "x").map(|one| one.values[1]).collect();
+    assert_eq!(dead.len(), 2, "{:?}", whole.dead_points);
+    assert!(whole.dead_points.iter().all(|one| one.of == "x"), "the crank turns fully: {:?}", whole.dead_points);
+    for angle in dead {
+        assert!((angle / PI - (angle / PI).round()).abs() < 1e-7, "{angle}");
+    }
+    for (k, angle) in whole.places.iter().enumerate() {
+        let [x, slope, _] = piston(*angle);
+        assert!((column(&whole, "x")[k] - x).abs() < 1e-11 && (column(&whole, "x'")[k] - slope).abs() < 1e-10);
+    }
+    // The piston cannot drive it beyond the dead centre.
+    let drive = Drive::Over(quantity(&session, "x").unwrap(), [0.6, 0.75], 4);
+    let error = kinematics(&session, &drive, &mut |_| ()).unwrap_err();
+    assert!(error.to_string().contains("dead point") && error.exit_code() == 5, "{error}");
+}
+
+/// A crank of 1 m, a coupler and a rocker of 3 m, 4 m apart.
+fn four_bar() -> String {
+    let h = (9.0_f64 - 2.25).sqrt();
+    let mut text = String::from("[plugins]\nlibraries = [\"joints\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n");
+    let points =
+        [("crank", [0.0, 0.0], [1.0, 0.0]), ("coupler", [1.0, 0.0], [2.5, h]), ("rocker", [4.0, 0.0], [2.5, h])];
+    for (name, from, to) in points {
+        text += &format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [{:?}, {:?}, 0]\n",
+            0.5 * (from[0] + to[0]),
+            0.5 * (from[1] + to[1])
+        );
+    }
+    let joints = [
+        ("A", "ground", "crank", [0.0, 0.0]),
+        ("B", "crank", "coupler", [1.0, 0.0]),
+        ("C", "coupler", "rocker", [2.5, h]),
+        ("D", "ground", "rocker", [4.0, 0.0]),
+    ];
+    for (name, i, j, [x, y]) in joints {
+        text += &format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nbodies = [\"{i}\", \"{j}\"]\npoint = [{x:?}, {y:?}, 0]\naxis = [0, 0, 1]\n"
+        );
+    }
+    text
+}
+
+#[test]
+fn a_rocker_swings_between_its_limits() {
+    let session = open(&four_bar(), &[]);
+    let whole = found(&session, &Drive::Whole(quantity(&session, "A.angle").unwrap()));
+    assert!(whole.closed, "{:?}", whole.notes);
+    // Crank and coupler in line: law of cosines at D. Angles of the rocker are from its start.
+    let at = |side: f64| PI - ((16.0 + 9.0 - side * side) / 24.0_f64).acos();
+    let start = PI - (1.5_f64 / 3.0).acos();
+    let rocker = whole.extents.iter().find(|one| one.name == "D.angle").unwrap();
+    let expected = [at(4.0) - start, at(2.0) - start];
+    for (found, expected) in rocker.values.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-12, "{rocker:?} {expected:?}");
+    }
+    assert_eq!(whole.dead_points.iter().filter(|one| one.of == "D.angle").count(), 2);
+    assert_eq!(whole.dead_points.iter().filter(|one| one.of == "A.angle").count(), 0);
+    // As a drive the rocker turns back there: the path is the same.
+    let other = found(&session, &Drive::Whole(quantity(&session, "D.angle").unwrap()));
+    let crank = other.extents.iter().find(|one| one.name == "A.angle").unwrap();
+    assert!(other.closed && (crank.values[1] - crank.values[0] - 2.0 * PI).abs() < 0.1, "{crank:?}");
+}
+
+#[test]
+fn mechanisms_without_a_drive_are_refused() {
+    let session = open(SLIDER_CRANK, &[]);
+    let error = kinematics(&session, &Drive::Time, &mut |_| ()).unwrap_err();
+    assert!(error.to_string().contains("--drive"), "{error}");
+}
+
+/// Two bars in space: boxes of 1 x 0.1 x 0.06 m, so that finite elements have the same mass.
+const BARS: &str = r#"
+[plugins]
+libraries = ["joints"]
+[parameters]
+m = "2 kg"
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "upper"
+mass = "m"
+inertia = ["m * (0.1 m)^2 / 12 + m * (0.06 m)^2 / 12", "m * (1 m)^2 / 12 + m * (0.06 m)^2 / 12", "m * (1 m)^2 / 12 + m * (0.1 m)^2 / 12"]
+position = [0.5, 0, 0]
+angular_velocity = [0, 0, 3]
+[[body]]
+name = "lower"
+mass = 1
+inertia = [0.01, 0.1, 0.1]
+position = [1.5, 0, 0]
+angular_velocity = [0, 2, 3]
+[[joint]]
+name = "shoulder"
+type = "universal"
+bodies = ["ground", "upper"]
+frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [-0.5, 0, 0], axis = [0, 1, 0] }]
+[[joint]]
+name = "elbow"
+type = "spherical"
+bodies = ["upper", "lower"]
+point = [1, 0, 0]
+"#;
+
+fn loads_of(open: &dyn Fn() -> Session, body: &str, times: &[f64]) -> Loads {
+    let mut watch = Watch::new(&open(), body).unwrap_or_else(|error| panic!("{error}"));
+    let mut run = open().prepare().unwrap().start().unwrap();
+    let cases: Vec<Case> = times
+        .iter()
+        .map(|time| {
+            run.advance(*time).unwrap();
+            watch.at(&run.instant().unwrap(), "asked for").unwrap()
+        })
+        .collect();
+    watch.loads.cases = cases;
+    watch.loads
+}
+
+#[test]
+fn loads_on_each_body_are_in_balance() {
+    let compressor = || crate::support::open("compressor.toml", &[]);
+    for body in ["block", "rotor", "conrod", "piston"] {
+        let found = loads_of(&compressor, body, &[0.0, 31.25, 150.0, 183.5]);
+        for case in &found.cases {
+            assert!(case.left.iter().all(|left| *left < 1e-12), "{body} at {}: {:?}", case.time, case.left);
+            let most = case.wrenches.iter().flat_map(|one| one.force).fold(0.0, |a: f64, b| a.max(b.abs()));
+            assert!(most > 0.0, "{body}");
+        }
+    }
+    let found = loads_of(&|| open(BARS, &[]), "upper", &[0.0, 0.4, 1.0]);
+    assert!(found.cases.iter().all(|case| case.left.iter().all(|left| *left < 1e-12)), "{:?}", found.cases);
+}
+
+/// The values of the lines that follow a keyword in a step of a deck.
+fn lines<'a>(step: &'a str, keyword: &str) -> Vec<Vec<&'a str>> {
+    let after = step.split(keyword).nth(1).unwrap_or("");
+    let own = after.lines().skip(1).take_while(|line| !line.starts_with('*'));
+    own.map(|line| line.split(',').map(str::trim).collect()).collect()
+}
+
+/// What is read back from the deck is in balance with the inertia of a box of 10 x 1 x 1 elements, by CalculiX where it is there.
+#[test]
+fn decks_for_finite_elements_are_in_balance() {
+    let found = loads_of(&|| open(BARS, &[]), "upper", &[0.4, 1.0]);
+    let (head, steps) = found.calculix(Consistent::Metres, "EALL", 900_001);
+    for (case, step) in found.cases.iter().zip(&steps) {
+        let mut force = [0.0; 3];
+        for line in lines(step, "*CLOAD") {
+            let (node, direction, value) =
+                (line[0].parse::<usize>().unwrap(), line[1].parse::<usize>().unwrap(), line[2].parse::<f64>().unwrap());
+            if node % 2 == 1 {
+                force[direction - 1] += value;
+            }
+        }
+        let fields = lines(step, "*DLOAD");
+        let gravity: Vec<f64> = fields[0][2..].iter().map(|x| x.parse().unwrap()).collect();
+        (0..3).for_each(|k| force[k] += found.mass * gravity[0] * gravity[k + 1]);
+        let size = found.mass * gravity[0];
+        assert!(force.iter().all(|left| left.abs() < 1e-10 * size), "{force:?} at {}", case.time);
+        assert_eq!((fields[0][1], fields[1][1]), ("GRAV", "CENTRIF"));
+    }
+    if Command::new("ccx").arg("-v").output().is_err() {
+        eprintln!("no ccx here: the deck was read back only");
+        return;
+    }
+    let scratch = Scratch::new();
+    let mut text = String::from("*NODE, NSET=NALL\n");
+    let number = |i: usize, j: usize, k: usize| 1 + i + 11 * (j + 2 * k);
+    for (i, j, k) in (0..11).flat_map(|i| [(i, 0, 0), (i, 1, 0), (i, 0, 1), (i, 1, 1)]) {
+        let (x, y, z) = (-0.5 + 0.1 * i as f64, -0.05 + 0.1 * j as f64, -0.03 + 0.06 * k as f64);
+        text += &format!("{}, {x:.9}, {y:.9}, {z:.9}\n", number(i, j, k));
+    }
+    text += "*ELEMENT, TYPE=C3D8, ELSET=EALL\n";
+    for i in 0..10 {
+        let corners = [(i, 0), (i + 1, 0), (i + 1, 1), (i, 1)];
+        let nodes: Vec<String> =
+            [0, 1].iter().flat_map(|k| corners.map(|(i, j)| number(i, j, *k).to_string())).collect();
+        text += &format!("{}, {}\n", i + 1, nodes.join(", "));
+    }
+    let section = |i: usize| [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(j, k)| number(i, j, k).to_string()).join(", ");
+    for (name, i) in [("N_SHOULDER", 0), ("N_ELBOW", 10), ("N_EULER", 5)] {
+        text += &format!("*NSET, NSET={name}\n{}\n", section(i));
+    }
+    text += &head;
+    let density = found.mass / (1.0 * 0.1 * 0.06);
+    text += &format!(
+        "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1E11, 0.3\n*DENSITY\n{density:.12e}\n*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL\n"
+    );
+    for (case, step) in found.cases.iter().zip(&steps) {
+        scratch.file("job.inp", format!("{text}{step}"));
+        let output = Command::new("ccx").args(["-i", "job"]).current_dir(scratch.path()).output().unwrap();
+        let held = reactions(&std::fs::read_to_string(scratch.path().join("job.dat")).unwrap_or_default());
+        assert_eq!(held.len(), 2, "{}", String::from_utf8_lossy(&output.stdout));
+        let size = case.wrenches.iter().flat_map(|one| one.force).fold(0.0, |a: f64, b| a.max(b.abs()));
+        // CalculiX counts the share of the distributed loads of the nodes that are held, of the middle section: hats of two elements.
+        let (share, yy, zz) = (0.1 * found.mass, 0.1 * 0.1 / 12.0, 0.06 * 0.06 / 12.0);
+        let w = case.spin;
+        let turned = [share * w[1] * w[2] * (zz - yy), -share * w[0] * w[2] * zz, share * w[0] * w[1] * yy];
+        for k in 0..3 {
+            let (force, moment) = (held[0][k] - share * case.field[k], held[1][k] - case.euler[k] - turned[k]);
+            assert!(force.abs() < 2e-6 * size && moment.abs() < 2e-6 * size, "{k}: {held:?} beside {size}, {case:?}");
+        }
+    }
+}
+
+/// Forces of `job.dat`: lines of a node number and three values.
+fn reactions(data: &str) -> Vec<[f64; 3]> {
+    data.lines()
+        .filter_map(|line| {
+            let parts: Vec<f64> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+            (parts.len() == 4).then(|| [parts[1], parts[2], parts[3]])
+        })
+        .collect()
+}
+
+/// A wheel with a mass off its axis, turning steadily.
+const WHEEL: &str = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+t_end = 1
+output_step = 0.01
+[[body]]
+name = "wheel"
+mass = 10
+inertia = [0.2, 0.2, 0.4]
+point_masses = [{ mass = 0.5, position = [0.06, 0.08, 0.02] }]
+angular_velocity = [0, 0, 50]
+[[joint]]
+name = "axle"
+type = "revolute"
+bodies = ["ground", "wheel"]
+point = [0, 0, 0.02]
+axis = [0, 0, 1]
+"#;
+
+#[test]
+fn an_unbalanced_wheel_is_balanced_opposite() {
+    let scratch = Scratch::new();
+    let path = scratch.file("wheel.toml", WHEEL);
+    let open = |sets: &[&str]| Session::open(&path, &options(sets, &[]));
+    let question = Question { turn: "axle.angle".into(), turns: 2, harmonics: 3, about: [0.0, 0.0, 0.0] };
+    let found = balance(&|| open(&[]), &question, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let expected = 0.5 * 0.1 * 2500.0;
+    let first = &found.shaking.harmonics[1];
+    assert!(
+        (first.force[0] / expected - 1.0).abs() < 1e-9 && (first.force[1] / expected - 1.0).abs() < 1e-9,
+        "{first:?}"
+    );
+    assert!((first.moment[0] / (expected * 0.02) - 1.0).abs() < 1e-9, "{first:?}");
+    let (weight, left) = found.counterweight(&open(&[]).unwrap(), &question, Some(0.2)).unwrap();
+    assert!((weight.unbalance - 0.05).abs() < 1e-10 && (weight.mass - 0.25).abs() < 1e-9, "{weight:?}");
+    assert!((weight.position[0] + 0.12).abs() < 1e-9 && (weight.position[1] + 0.16).abs() < 1e-9, "{weight:?}");
+    assert!(
+        left.force_rms < 1e-8 * expected && left.moment_rms < 1e-8 * expected,
+        "{} {}",
+        left.force_rms,
+        left.moment_rms
+    );
+    // The masses that it has stay: with the counterweight it runs quietly.
+    let after = balance(&|| open(&[&weight.set]), &question, &mut |_| ()).unwrap().shaking;
+    assert!(after.force_rms < 1e-8 * expected, "{}", after.force_rms);
+}
+
+#[test]
+fn the_compressor_shakes_less_as_predicted() {
+    let path = root().join("scenes/compressor.toml");
+    let open = |sets: &[&str]| Session::open(Path::new(&path), &options(sets, &[]));
+    let question = Question { turn: "main_bearing.angle".into(), turns: 2, harmonics: 6, about: [0.0; 3] };
+    let found = balance(&|| open(&[]), &question, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let (weight, left) = found.counterweight(&open(&[]).unwrap(), &question, Some(0.008)).unwrap();
+    let after = balance(&|| open(&[&weight.set]), &question, &mut |_| ()).unwrap().shaking;
+    let before = &found.shaking;
+    assert!(after.force_rms < 0.5 * before.force_rms, "{} {}", after.force_rms, before.force_rms);
+    assert!((after.force_rms / left.force_rms - 1.0).abs() < 0.02, "{} {}", after.force_rms, left.force_rms);
+    for k in 0..3 {
+        let (expected, shown) = (left.harmonics[k].force, after.harmonics[k].force);
+        let size = before.harmonics[1].force[0];
+        (0..3).for_each(|c| assert!((expected[c] - shown[c]).abs() < 0.01 * size, "{k} {c}: {expected:?} {shown:?}"));
+    }
+}
