@@ -341,16 +341,28 @@ component = "x"
 /// What no closed form tells, formulations, methods and tolerances tell each other.
 #[test]
 fn formulations_and_methods_agree_on_machines_with_closed_loops() {
-    let cases: [(&str, &[&str], &[&str]); 6] = [
+    let cases: [(&str, &[&str], &[&str]); 14] = [
         ("compressor.toml", &["crank.radius", "rod.length", "piston.mass"], &["simulation.t_end=60"]),
-        ("benchmarks/A01.toml", &[], &[]),
-        ("benchmarks/dpend.toml", &[], &[]),
-        ("verification/rotational-spring-damper.toml", &[], &[]),
+        (
+            "compressor.toml",
+            &["bearing_friction.params.damping", "motor.params.breakdown_slip"],
+            &["simulation.t_end=60"],
+        ),
+        ("benchmarks/A01.toml", &[], &["simulation.t_end=2"]),
+        ("benchmarks/A02_N1.toml", &[], &["simulation.t_end=1"]),
+        ("benchmarks/dpend.toml", &[], &["simulation.t_end=2"]),
         ("verification/bushing.toml", &[], &[]),
         ("verification/gear-planetary.toml", &[], &[]),
+        ("verification/coupler.toml", &[], &[]),
+        ("verification/screw.toml", &[], &[]),
+        ("verification/hydraulic-damper.toml", &[], &[]),
+        ("verification/pid-speed.toml", &[], &[]),
+        ("verification/rack-and-pinion.toml", &[], &[]),
+        ("verification/drag.toml", &[], &[]),
+        ("verification/dry-friction.toml", &[], &[]),
     ];
     for (name, keys, sets) in cases {
-        let path = scene(name);
+        let (path, mut compared) = (scene(name), 0);
         let first = odyn::scene::Document::open(&path).unwrap();
         let session = odyn::session::Session::open(&path, &options(sets, &[])).unwrap_or_else(|e| panic!("{name} {e}"));
         let own: Vec<String> = if keys.is_empty() {
@@ -371,10 +383,13 @@ fn formulations_and_methods_agree_on_machines_with_closed_loops() {
         {
             let size = a.peak.abs();
             let errors = a.error.iter().zip(&b.error).map(|(a, b)| a + b);
-            for ((a, b), error) in a.derivative.iter().zip(&b.derivative).zip(errors) {
+            let known = a.derivative.iter().zip(&b.derivative).zip(errors);
+            for ((a, b), error) in known.filter(|((a, b), _)| a.is_finite() && b.is_finite()) {
+                compared += 1;
                 assert!((a - b).abs() <= 10.0 * error + 1e-8 * size, "{name} {a} {b} {error:e} {size:e}");
             }
         }
+        assert!(compared > 10, "{name}: {compared}");
     }
 }
 
@@ -414,6 +429,7 @@ fn a_number_that_changes_nothing_has_no_influence_and_one_that_is_not_there_is_r
     assert!(told(&[], &["block.name"]).contains("is no number"));
     assert!(told(&[], &["block.position"]).contains("an entry of a list is"));
     assert!(told(&[], &["block.mass", "block.mass"]).contains("given twice"));
+    assert!(told(&[], &["simulation.output_step"]).contains("changes the times of the samples"));
 }
 
 /// A scene in which a switch is passed at one value and not at the next has no derivative, and says so.

@@ -3,7 +3,7 @@
 //! Steps solve (J^T J + mu D) s = -J^T r with D the largest diagonal of J^T J so far, mu by the gain of each step (Nielsen 1999;
 //! Madsen, Nielsen & Tingleff, "Methods for non-linear least squares problems", 2nd ed. 2004, algorithm 3.16). Parameters at a bound
 //! that the residuals would push beyond stay there for the step; the others are cut at theirs (projected steps: Kanzow, Yamashita &
-//! Fukushima 2004).
+//! Fukushima 2004), and the rest takes the step that is best with that.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,8 +16,8 @@ pub(crate) struct Bounds {
 
 /// Damping at the start, as a share of the largest diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
-/// A step whose expected gain is below this share of the variance changes no parameter by more than a thousandth of its error.
-const LEAST_GAIN: f64 = 1e-6;
+/// A step whose expected gain is below this share of the variance changes no parameter by more than a ten-thousandth of its error.
+const LEAST_GAIN: f64 = 1e-8;
 /// Relative change of all parameters below which there is none.
 const LEAST_CHANGE: f64 = 1e-11;
 /// Steps tried one after the other without gain.
@@ -89,13 +89,30 @@ pub(crate) fn minimise<P: Problem>(
         let mut trials = 0;
         loop {
             trials += 1;
-            let step = damped(&square, &gradient, &free, damping, |k| scale[k].max(1e-9 * largest));
+            let room = |k: usize| [bounds[k].low, bounds[k].high].map(|bound| (bound - minimum.at[k]) / sizes[k]);
+            let step = damped(&square, &gradient, &free, (damping, &|k| scale[k].max(1e-9 * largest)), &room);
             let mut next = minimum.at.clone();
             for k in 0..count {
                 next[k] = (next[k] + sizes[k] * step[k]).clamp(bounds[k].low, bounds[k].high);
+                // What goes to a bound is there, without round-off.
+                let [low, high] = room(k);
+                next[k] = if step[k] <= low {
+                    bounds[k].low
+                } else if step[k] >= high {
+                    bounds[k].high
+                } else {
+                    next[k]
+                };
             }
             let taken = DVector::from_fn(count, |k, _| (next[k] - minimum.at[k]) / sizes[k]);
             let expected = -taken.dot(&gradient) - 0.5 * (&jacobian * &taken).norm_squared();
+            let cut = (0..count).any(|k| taken[k] != 0.0 && (next[k] <= bounds[k].low || next[k] >= bounds[k].high));
+            if cut && expected <= 0.0 && trials < MOST_TRIALS {
+                // Of steps that are short enough, what is left within the bounds goes downhill.
+                damping *= growth;
+                growth *= 2.0;
+                continue;
+            }
             if 2.0 * expected <= LEAST_GAIN * variance || taken.amax() <= LEAST_CHANGE {
                 minimum.converged = true;
                 return Ok(minimum);
@@ -125,27 +142,38 @@ pub(crate) fn minimise<P: Problem>(
     Ok(minimum)
 }
 
-/// The damped step of the free parameters; the others have none.
+/// The damped step of the free parameters; the others have none. Those that would go beyond their `room` go to its end, and the rest
+/// takes the step that is best with that.
 fn damped(
     square: &DMatrix<f64>,
     gradient: &DVector<f64>,
     free: &[usize],
-    damping: f64,
-    scale: impl Fn(usize) -> f64,
+    (damping, scale): (f64, &dyn Fn(usize) -> f64),
+    room: &dyn Fn(usize) -> [f64; 2],
 ) -> DVector<f64> {
     let mut step = DVector::zeros(gradient.len());
-    if free.is_empty() {
-        return step;
-    }
-    let mut matrix = square.select_rows(free).select_columns(free);
-    let mut side = DVector::zeros(free.len());
-    for (row, k) in free.iter().enumerate() {
-        matrix[(row, row)] += damping * scale(*k);
-        side[row] = -gradient[*k];
-    }
-    if let Some(factors) = matrix.cholesky() {
+    let mut free = free.to_vec();
+    while !free.is_empty() {
+        let held = square * &step;
+        let mut matrix = square.select_rows(&free).select_columns(&free);
+        let mut side = DVector::zeros(free.len());
+        for (row, k) in free.iter().enumerate() {
+            matrix[(row, row)] += damping * scale(*k);
+            side[row] = -gradient[*k] - held[*k];
+        }
+        let Some(factors) = matrix.cholesky() else { return DVector::zeros(gradient.len()) };
         let solved = factors.solve(&side);
-        free.iter().zip(solved.iter()).for_each(|(k, value)| step[*k] = *value);
+        let beyond = |(row, k): (usize, &usize)| {
+            let [low, high] = room(*k);
+            (solved[row] < low || solved[row] > high).then(|| (*k, solved[row].clamp(low, high)))
+        };
+        let beyond: Vec<(usize, f64)> = free.iter().enumerate().filter_map(beyond).collect();
+        if beyond.is_empty() {
+            free.iter().zip(solved.iter()).for_each(|(k, value)| step[*k] = *value);
+            break;
+        }
+        beyond.iter().for_each(|(k, value)| step[*k] = *value);
+        free.retain(|k| !beyond.iter().any(|(other, _)| other == k));
     }
     step
 }
@@ -189,7 +217,8 @@ mod tests {
     fn a_bound_holds_and_the_rest_is_minimised() {
         let found = search(10.0, [Bounds { low: -5.0, high: 0.5 }, WIDE]);
         assert!(found.converged, "{found:?}");
-        assert!(found.at[0] == 0.5 && (found.at[1] - 0.25).abs() < 1e-9, "{found:?}");
+        // To a ten-thousandth of the error that a residual of 0.5 stands for.
+        assert!(found.at[0] == 0.5 && (found.at[1] - 0.25).abs() < 1e-5, "{found:?}");
     }
 
     #[test]

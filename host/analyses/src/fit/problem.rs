@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::data::Data;
 use super::levenberg::{Bounds, Problem};
-use crate::diagnostics::{Exit, Source};
+use crate::diagnostics::{Diagnostic, Exit, Source, codes};
 use crate::pool;
 use crate::scene::{Dimension, Override};
 use crate::sensitivity::runs::{Done, Kind, Nominal, Variants, Way};
@@ -39,10 +39,14 @@ pub(super) fn place_samples(variants: &mut Variants, data: &Data, session: &Sess
     variants.times = Some(times);
 }
 
+/// Derivatives by one parameter, and by how much orders 4 and 6 differ.
+type Column = (Vec<f64>, Vec<f64>);
+
 /// A run that residuals were taken from.
 struct Known {
     at: Vec<f64>,
-    steps: Arc<[f64]>,
+    /// None where events ended steps.
+    steps: Option<Arc<[f64]>>,
 }
 
 /// See the module documentation.
@@ -116,7 +120,13 @@ impl<'a> Fitting<'a> {
         let runs = self.runs.fetch_add(1, Ordering::Relaxed) as f64;
         // How many there will be is not known.
         (self.told)(runs / (runs + 40.0));
-        self.variants.run(&changes(self.parameters, at), way)
+        let done = self.variants.run(&changes(self.parameters, at), way)?;
+        let wanted = self.variants.times.as_ref().map_or(done.report.times.len(), Vec::len);
+        if done.report.times.len() == wanted {
+            return Ok(done);
+        }
+        let message = "the parameters change the end of the run, so that it does not have the measured times";
+        Err(SessionError::one(self.variants.document.source(), Diagnostic::error(codes::BAD_OVERRIDE, message)))
     }
 
     /// What the scene gives for the measured numbers.
@@ -135,15 +145,21 @@ impl<'a> Fitting<'a> {
     }
 
     /// Derivatives at parameters: by each, entries one after the other, with the difference of orders 4 and 6 where they are fine.
-    fn derivatives(&self, at: &[f64], share: f64, fine: bool) -> Result<Vec<(Vec<f64>, Vec<f64>)>, SessionError> {
-        let known = self.known.iter().rev().find(|known| known.at == at);
+    fn derivatives(&self, at: &[f64], share: f64, fine: bool) -> Result<Vec<Column>, SessionError> {
         let mut way = if fine { self.tight.clone() } else { self.way.clone() };
+        let mut share = share;
         if self.kind == Kind::Frozen {
-            way.tolerance = self.way.tolerance;
-            way.steps = match known {
-                Some(known) => Some(Arc::clone(&known.steps)),
-                None => Some(self.run(at, &self.way)?.steps),
+            let known = self.known.iter().rev().find(|known| known.at == at).map(|known| known.steps.clone());
+            let steps = match known {
+                Some(steps) => steps,
+                None => Some(self.run(at, &self.way)?).filter(|done| !done.met_events()).map(|done| done.steps),
             };
+            way = match steps {
+                Some(steps) => Way { steps: Some(steps), ..self.way.clone() },
+                None => self.tight.clone(),
+            };
+            // Runs of their own steps differ by more than round-off.
+            share = if way.steps.is_none() { share.max(ON_THE_WAY[1]) } else { share };
         }
         let count = |stencil: Stencil| if fine { stencil.places().len() } else { stencil.fewest() };
         let step = |k: usize| share * base(at[k]);
@@ -223,7 +239,7 @@ impl<'a> Fitting<'a> {
         best.ok_or_else(|| SessionError::new(&Source::new("", ""), Vec::new()))
     }
 
-    fn matrix(&self, columns: &[(Vec<f64>, Vec<f64>)]) -> DMatrix<f64> {
+    fn matrix(&self, columns: &[Column]) -> DMatrix<f64> {
         DMatrix::from_fn(self.noise.len(), columns.len(), |row, k| columns[k].0[row] / self.noise[row])
     }
 }
@@ -246,7 +262,8 @@ impl Problem for Fitting<'_> {
             self.reason = Some("a figure has no value".into());
             return Ok(None);
         }
-        self.known.push(Known { at: at.to_vec(), steps: done.steps });
+        let steps = (!done.met_events()).then(|| Arc::clone(&done.steps));
+        self.known.push(Known { at: at.to_vec(), steps });
         let kept = self.known.len().saturating_sub(4);
         self.known.drain(..kept);
         let measured = self.data.values();

@@ -191,7 +191,9 @@ impl Sensitivities {
         let energy = nominal.done.report.summary.audit.largest_energy();
         let natural = session.natural_sizes().of(energy);
         let natural: Vec<f64> = wanted.outputs.iter().map(|output| natural[*output]).collect();
-        let search = Search { variants: &variants, wanted: &wanted, request, natural: &natural, told };
+        let times = nominal.done.report.times.clone();
+        let (natural, times) = (natural.as_slice(), times.as_slice());
+        let search = Search { variants: &variants, wanted: &wanted, request, natural, times, told };
         let found = match search.all(&nominal, &parameters) {
             Err(error) if nominal.kind == Kind::Frozen && error.exit == Exit::Integration => {
                 // Steps of another run are too long for one of the variants: each takes its own.
@@ -200,7 +202,7 @@ impl Sensitivities {
             }
             found => found?,
         };
-        Ok(assemble(&nominal, &session, (&wanted, &natural), &parameters, found))
+        Ok(assemble(&nominal, &session, (&wanted, natural), &parameters, found))
     }
 
     /// Exit code of the program.

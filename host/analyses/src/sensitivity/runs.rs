@@ -45,6 +45,15 @@ pub(crate) struct Done {
     pub(crate) unit_of_time: f64,
 }
 
+impl Done {
+    /// Whether contacts, switches or anything else ended steps, so that others have to meet them themselves.
+    pub(crate) fn met_events(&self) -> bool {
+        const ENDING: [Remedy; 4] = [Remedy::Event, Remedy::Chatter, Remedy::WithinStep, Remedy::Missed];
+        let summary = &self.report.summary;
+        !self.report.events.is_empty() || ENDING.into_iter().any(|remedy| summary.recoveries[remedy] > 0)
+    }
+}
+
 impl Variants {
     pub(crate) fn open(path: &Path, options: &RunOptions, stop: &Arc<AtomicBool>) -> Result<Self, SessionError> {
         let mut options = options.clone();
@@ -132,9 +141,7 @@ impl Variants {
         let summary = &own.report.summary;
         let kinematic = summary.method == "kinematic";
         let happened = |remedy: Remedy| summary.recoveries[remedy] > 0;
-        let events = switching
-            || !own.report.events.is_empty()
-            || [Remedy::Event, Remedy::Chatter, Remedy::WithinStep, Remedy::Missed].into_iter().any(happened);
+        let events = switching || own.met_events();
         let method = match name.as_str() {
             "auto" if happened(Remedy::MethodSwitch) => IMPLICIT,
             "auto" => DEFAULT_METHOD,
@@ -151,10 +158,18 @@ impl Variants {
         Ok(Nominal { done: own, kind, way, tolerance: tolerance.unwrap_or(1e-10) })
     }
 
+    /// Why variants have to take steps of their own.
+    fn not_frozen(&self) -> SessionError {
+        let message = "steps are ended by events at a smaller tolerance";
+        let mut error = SessionError::one(self.document.source(), Diagnostic::error(codes::STEP_TOO_SMALL, message));
+        error.exit = Exit::Integration;
+        error
+    }
+
     /// A level of accuracy at which variants are computed.
     ///
     /// # Errors
-    /// That of the run whose steps are followed.
+    /// That of the run whose steps are followed, with [`Exit::Integration`] where that cannot be.
     pub(crate) fn level(
         &self,
         nominal: &Nominal,
@@ -168,7 +183,12 @@ impl Variants {
             Kind::Found | Kind::Located => way.tolerance = Some(tolerance),
             Kind::Frozen => {
                 way.tolerance = Some(tolerance);
-                way.steps = Some(self.run(changes, &way)?.steps);
+                let done = self.run(changes, &way)?;
+                if done.met_events() {
+                    // Larger steps did not notice them.
+                    return Err(self.not_frozen());
+                }
+                way.steps = Some(done.steps);
             }
         }
         Ok(way)

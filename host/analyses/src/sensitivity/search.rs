@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::runs::{Done, Kind, Nominal, Variants, Way};
 use super::{Parameter, Request, Stencil, Wanted};
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::pool;
 use crate::results::Remedy;
 use crate::session::SessionError;
@@ -24,6 +24,10 @@ const FAR_TOO_LARGE: f64 = 0.05;
 const LEAST: f64 = 1e-7;
 /// Share of an output by which round-off changes its differences, at least.
 const ROUND_OFF: f64 = 2.0 * f64::EPSILON;
+/// Share of the largest derivative by which differences disagree where what is differenced is not smooth.
+const DISAGREE: f64 = 1e-2;
+/// One of so many samples may not be smooth, without all being doubtful.
+const FEW: usize = 10;
 /// Samples on each side whose errors count for one.
 const NEIGHBOURS: usize = 3;
 /// Tolerances of runs that take their own steps, and the least of those that follow.
@@ -49,6 +53,8 @@ pub(super) struct Search<'a> {
     pub(super) request: &'a Request,
     /// What is natural for each output that is wanted.
     pub(super) natural: &'a [f64],
+    /// Times of the samples.
+    pub(super) times: &'a [f64],
     pub(super) told: &'a (dyn Fn(f64) + Sync),
 }
 
@@ -207,6 +213,13 @@ impl Search<'_> {
             }
             error
         })?;
+        if done.report.times != self.times {
+            let message =
+                format!("`{}` changes the times of the samples, at which derivatives are taken", parameter.key);
+            let error = Diagnostic::error(codes::BAD_OVERRIDE, message);
+            let help = "give the times of the simulation as numbers of their own";
+            return Err(SessionError::one(self.variants.document.source(), error.help(help)));
+        }
         Ok(sampled(&done, self.wanted))
     }
 
@@ -255,12 +268,22 @@ impl Search<'_> {
         };
         let count = rows[0][0].len();
         let (mut derivative, mut error) = (vec![f64::NAN; count], vec![f64::NAN; count]);
+        let mut disagree = 0;
         for (number, (column, round)) in columns(self.wanted, count).zip(choices).enumerate() {
             let mut own = Vec::new();
             for k in column.clone() {
                 let of_steps = of(main, 0, k) - rounds[main].stencil.derivative(0, &others, k, step(main));
                 derivative[k] = of(*round, 2, k);
                 own.push((derivative[k] - of(*round, 1, k)).abs() + of_steps.abs());
+            }
+            let rough = not_smooth(&derivative[column.clone()], &own);
+            for (k, own) in
+                column.clone().zip(&mut own).enumerate().filter(|(place, _)| rough[*place]).map(|(_, at)| at)
+            {
+                (derivative[k], *own) = (f64::NAN, f64::NAN);
+            }
+            if number < self.wanted.outputs.len() {
+                disagree += rough.iter().filter(|rough| **rough).count();
             }
             // Differences that agree by chance say nothing: those of neighbours count, and what round-off leaves at least.
             let level = column.clone().map(|k| rows[*round][0][k].abs()).filter(|x| x.is_finite());
@@ -269,7 +292,7 @@ impl Search<'_> {
             let least = ROUND_OFF * level / step(*round);
             for (place, k) in column.enumerate() {
                 let near = &own[place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(own.len())];
-                error[k] = near.iter().copied().fold(least, f64::max);
+                error[k] = if rough[place] { f64::NAN } else { near.iter().copied().fold(least, f64::max) };
             }
         }
         let mut notes = Vec::new();
@@ -288,6 +311,12 @@ impl Search<'_> {
                 parameter.key
             ));
         }
+        if disagree > 0 {
+            notes.push(format!(
+                "{disagree} values have no derivative by `{}`: the differences disagree, as where equations switch",
+                parameter.key
+            ));
+        }
         let values = &rounds[main].values;
         if nominal.kind == Kind::Located && values.iter().any(|one| one.switches != values[0].switches) {
             notes.push(format!("the number of switches differs between the runs around `{}`", parameter.key));
@@ -295,6 +324,19 @@ impl Search<'_> {
         let (step, stencil) = (step(main), rounds[main].stencil);
         Found { derivative, error, step, stencil, runs: 0, tolerance: None, notes }
     }
+}
+
+/// Values of a column at which differences disagree, where they agree at nine of ten others. `own` are their errors.
+fn not_smooth(derivative: &[f64], own: &[f64]) -> Vec<bool> {
+    let mut order: Vec<usize> = (0..own.len()).collect();
+    order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
+    let (good, others) = order.split_at(own.len() - own.len() / FEW);
+    let size = good.iter().map(|k| derivative[*k].abs()).fold(0.0, f64::max);
+    let mut rough = vec![false; own.len()];
+    if good.iter().all(|k| own[*k] <= DISAGREE * size) {
+        others.iter().for_each(|k| rough[*k] = own[*k] > DISAGREE * size);
+    }
+    rough
 }
 
 /// What a share of a parameter of this value is a share of.
@@ -385,6 +427,14 @@ mod tests {
     fn run(events: &[(usize, &'static str)]) -> Sampled {
         let events = BTreeMap::from([("floor gap".to_owned(), events.to_vec())]);
         Sampled { values: vec![0.0; 6], samples: 6, events, switches: 0 }
+    }
+
+    #[test]
+    fn a_few_values_at_which_differences_disagree_are_left_out_and_many_are_not() {
+        let derivative = [1.0; 20];
+        let errors = |bad: usize| (0..20).map(|k| if k < bad { 0.5 } else { 1e-9 }).collect::<Vec<f64>>();
+        let count = |bad| not_smooth(&derivative, &errors(bad)).iter().filter(|rough| **rough).count();
+        assert_eq!([count(0), count(1), count(2), count(3), count(20)], [0, 1, 2, 0, 0]);
     }
 
     #[test]

@@ -119,3 +119,28 @@ fn a_scene_without_the_table_can_be_completed() {
     let scene = accept_with("", &["simulation.t_end=1", "simulation.output_step=0.5"]);
     assert_eq!(scene.simulation.t_end, 1.0);
 }
+
+#[test]
+fn entries_of_lists_are_set_and_read() {
+    let overrides =
+        ["rotor.position.y=2 mm", "rotor.inertia.2=7", "rotor.point_masses=[{ mass = 1, position = [0, 0, 0] }]"];
+    let further = [&overrides[..], &["rotor.point_masses.0.position.z=3"]].concat();
+    let scene = accept_with(SCENE, &further);
+    assert!(near(scene.bodies[0].position[1], 2e-3) && near(scene.bodies[0].position[0], 8.5e-3));
+    assert!(near(scene.bodies[0].point_masses[0].position[2], 3e-3));
+    let document = Document::parse(Source::new("scene.toml", SCENE)).unwrap();
+    let changes: Vec<Override> = further.iter().map(|text| Override::new(*text)).collect();
+    let get = |key: &str| document.setting(key, &changes).unwrap().map(|raw| raw.kind);
+    assert_eq!(get("rotor.inertia.2"), Some(RawKind::Integer(7)));
+    assert_eq!(get("body.rotor.inertia.0"), Some(RawKind::Integer(1)));
+    assert_eq!(get("rotor.position.y"), Some(RawKind::Text("2 mm".into())));
+    assert_eq!(get("bearing.params.friction"), Some(RawKind::Integer(1)));
+    assert_eq!(get("crank.radius"), Some(RawKind::Text("8.5 mm".into())));
+    assert_eq!(get("simulation.t_end"), Some(RawKind::Integer(1)));
+    // Nothing is given there.
+    assert_eq!([get("rotor.velocity.x"), get("rotor.inertia.3"), get("rotor.mass.x")], [None, None, None]);
+    let told = document.setting("rotr.mass", &changes).unwrap_err();
+    assert!(told.message.contains("there is no `rotr.mass`"), "{told:?}");
+    assert!(document.setting("rotor..mass", &changes).is_err());
+    assert_eq!(reject_with(SCENE, &["rotor.inertia.3=7"]).codes(), [codes::BAD_OVERRIDE]);
+}
