@@ -53,6 +53,7 @@ mod enclosure;
 mod events;
 mod explicit;
 mod fill;
+mod halves;
 mod interpolation;
 mod jacobian;
 mod kinematic;

@@ -127,7 +127,7 @@ impl Radau5 {
         }
         run.counters.factorisations += 1;
         let mut regular = self.factor(h);
-        if !regular && self.jacobian.fill.head > 0 {
+        if !regular && self.jacobian.fill.ahead() > 0 {
             // Pivots are searched for then.
             self.jacobian.leave_dense();
             regular = self.factor(h);
@@ -233,22 +233,22 @@ impl Radau5 {
     fn correct(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> f64 {
         let n = y.len();
         let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
+        let (right, pair) = (&mut self.error[..n], &mut self.pair[..n]);
+        let [f1, f2, f3] = self.f.each_mut().map(|f| &mut f[..n]);
+        let [w1, w2, w3] = self.w.each_mut().map(|w| &mut w[..n]);
         for k in 0..n {
-            let f = [self.f[0][k], self.f[1][k], self.f[2][k]];
-            let side = |i: usize| T_INVERSE[i][0] * f[0] + T_INVERSE[i][1] * f[1] + T_INVERSE[i][2] * f[2];
-            let (w1, w2, w3) = (self.w[0][k], self.w[1][k], self.w[2][k]);
-            self.error[k] = side(0) - gamma * w1;
-            self.pair[k] = Complex::new(side(1) - alpha * w2 + beta * w3, side(2) - alpha * w3 - beta * w2);
+            let side = |row: &[f64; STAGES]| row[0] * f1[k] + row[1] * f2[k] + row[2] * f3[k];
+            right[k] = side(&T_INVERSE[0]) - gamma * w1[k];
+            pair[k].re = side(&T_INVERSE[1]) - alpha * w2[k] + beta * w3[k];
+            pair[k].im = side(&T_INVERSE[2]) - alpha * w3[k] - beta * w2[k];
         }
-        self.real.solve(&mut self.error, &self.jacobian.fill);
-        self.complex.solve(&mut self.pair, &self.jacobian.fill);
+        self.real.solve(right, &self.jacobian.fill);
+        self.complex.solve(pair, &self.jacobian.fill);
         for k in 0..n {
-            self.f[0][k] = self.error[k];
-            self.f[1][k] = self.pair[k].re;
-            self.f[2][k] = self.pair[k].im;
-            for (w, f) in self.w.iter_mut().zip(&self.f) {
-                w[k] += f[k];
-            }
+            (f1[k], f2[k], f3[k]) = (right[k], pair[k].re, pair[k].im);
+            w1[k] += f1[k];
+            w2[k] += f2[k];
+            w3[k] += f3[k];
         }
         transform(&T, &self.w, &mut self.z);
         // Mean square over the transformed corrections, each in the system's norm.
