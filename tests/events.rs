@@ -76,7 +76,7 @@ fn the_plan_names_what_switches() {
 
 #[test]
 fn elements_sample_at_their_times_by_every_method() {
-    for method in ["dop853", "dopri5", "radau5", "auto"] {
+    for method in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
         let report = run("digital-pid", &[&format!("simulation.method={method}")]);
         assert_eq!(report.summary.status, Status::Completed, "{method}: {}", report.summary.reason);
         assert!(worst(&report.summary) < 1.0, "{method}: {:?}", report.summary.checks);

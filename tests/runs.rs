@@ -78,7 +78,7 @@ fn what_is_saved_is_all_that_the_future_depends_on() {
         // Where forces depend on reactions, there are only coordinates of bodies.
         let formulations = if scene.contains("friction") { &["cartesian"][..] } else { &["joint", "cartesian"] };
         for formulation in formulations {
-            for method in ["dop853", "dopri5", "radau5", "auto"] {
+            for method in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
                 let sets = [
                     format!("simulation.t_end={end} s"),
                     format!("simulation.output_step={} s", end / 40.0),

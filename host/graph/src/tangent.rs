@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 use super::derivative::Seeds;
 use super::graph::{Expr, Graph, Node};
 use super::tape::{Program, Sets, Used, Workspace};
+use super::turn;
 
 /// Directions that are taken at a time.
 const LANES: usize = 8;
@@ -18,15 +19,22 @@ type Lanes = [f64; LANES];
 /// The place of what does not depend on any direction: its derivatives are zero.
 const CONSTANT: u32 = 0;
 
-/// In place of the second factor: one of the two operands is chosen.
-const CHOICE: u32 = u32::MAX;
+/// Terms up to which a sum is written out where it is used, if only once.
+const SHORT: usize = 8;
 
-/// The chain rule for a node: its derivative is the sum of those of two nodes before it, each times a number; or one of the two,
-/// the first where the number is not zero.
+/// The derivative of a node before, times a number.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    operand: u32,
+    factor: u32,
+}
+
+/// The chain rule for a node: its derivative is a sum of terms, from the end of those of the node before to here; or that of one of
+/// two nodes, the first where its number is not zero.
 #[derive(Debug, Clone, Copy)]
 struct Step {
-    operands: [u32; 2],
-    factors: [u32; 2],
+    end: u32,
+    is_choice: bool,
 }
 
 /// Directions that are taken together.
@@ -55,6 +63,7 @@ pub struct Tangents {
     varying: usize,
     /// By place.
     steps: Vec<Step>,
+    terms: Vec<Term>,
     blocks: Vec<Block>,
     lanes: Vec<Lanes>,
 }
@@ -64,32 +73,42 @@ impl Tangents {
     /// them. `graph` is added to.
     #[must_use]
     pub fn new(graph: &mut Graph, functions: &[Node], directions: &[Seeds]) -> Self {
-        let mut numbers = Numbers::default();
-        let mut place_of: FxHashMap<Node, u32> = FxHashMap::default();
+        let mut rule = Rule { multiple_of: FxHashMap::default(), sums: vec![Sum::default()] };
         let seeded = directions.iter().flat_map(Seeds::keys);
         let seeded: FxHashMap<Node, ()> = seeded.map(|node| (*node, ())).collect();
-        let nothing = Step { operands: [CONSTANT; 2], factors: [numbers.of(graph.constant(0.0)); 2] };
-        let mut steps = vec![nothing];
         for node in graph.live(functions) {
-            let step =
-                if seeded.contains_key(&node) { Some(nothing) } else { step(graph, node, &place_of, &mut numbers) };
-            if let Some(step) = step {
-                place_of.insert(node, steps.len() as u32);
-                steps.push(step);
+            if seeded.contains_key(&node) {
+                rule.add(graph, node, Sum { is_kept: true, ..Sum::default() });
+            } else {
+                rule.take(graph, node);
             }
         }
-        let places: Vec<u32> = functions.iter().map(|node| place_of.get(node).copied().unwrap_or(CONSTANT)).collect();
+        let places: Vec<u32> = functions.iter().map(|node| rule.place(graph, *node)).collect();
+        rule.write_out(graph);
+        let Rule { multiple_of, sums } = rule;
+        let mut numbers = Numbers::default();
+        let (mut steps, mut terms, mut new_place) = (Vec::new(), Vec::new(), vec![CONSTANT; sums.len()]);
+        for (sum, place) in sums.iter().zip(0..).filter(|(sum, _)| !sum.is_written_out) {
+            new_place[place] = steps.len() as u32;
+            let term = |(operand, factor): &(u32, Node)| Term {
+                operand: new_place[*operand as usize],
+                factor: numbers.of(*factor),
+            };
+            terms.extend(sum.terms.iter().map(term));
+            steps.push(Step { end: terms.len() as u32, is_choice: sum.is_choice });
+        }
+        let places: Vec<u32> = places.into_iter().map(|place| new_place[place as usize]).collect();
         let mut masks = vec![0_u8; steps.len()];
         let blocks = directions.chunks(LANES).map(|directions| {
             let mut block = Block::default();
             for (lane, seeds) in directions.iter().enumerate() {
                 for (node, rate) in seeds {
-                    if let Some(place) = place_of.get(node).filter(|_| !graph.is_zero(*rate)) {
-                        block.seeds.push((*place, lane as u8, numbers.of(*rate)));
+                    if let Some((place, _)) = multiple_of.get(node).filter(|_| !graph.is_zero(*rate)) {
+                        block.seeds.push((new_place[*place as usize], lane as u8, numbers.of(*rate)));
                     }
                 }
             }
-            block.reach(&steps, &places, &mut masks);
+            block.reach(&steps, &terms, &places, &mut masks);
             block
         });
         let mut blocks: Vec<Block> = blocks.collect();
@@ -107,17 +126,14 @@ impl Tangents {
             numbers: vec![0.0; varying.len()],
             lanes: vec![[0.0; LANES]; steps.len()],
             steps,
+            terms,
             blocks,
         };
         tangents.numbers.extend(constant.iter().filter_map(|node| graph.value(*node)));
         let place = varying.iter().chain(&constant).enumerate().map(|(place, node)| (*node, place as u32));
         let place: FxHashMap<Node, u32> = place.collect();
-        let renumber = |number: &mut u32| {
-            if *number != CHOICE {
-                *number = place[&numbers.list[*number as usize]];
-            }
-        };
-        tangents.steps.iter_mut().flat_map(|step| &mut step.factors).for_each(renumber);
+        let renumber = |number: &mut u32| *number = place[&numbers.list[*number as usize]];
+        tangents.terms.iter_mut().map(|term| &mut term.factor).for_each(renumber);
         tangents.blocks.iter_mut().flat_map(|block| &mut block.seeds).for_each(|(_, _, number)| renumber(number));
         tangents
     }
@@ -130,8 +146,8 @@ impl Tangents {
     /// Products of a number with a derivative that a run takes, over all directions: what it costs.
     #[must_use]
     pub fn work(&self) -> usize {
-        let steps = |block: &Block| block.runs.iter().map(|run| run.len()).sum::<usize>();
-        2 * LANES * self.blocks.iter().map(steps).sum::<usize>()
+        let runs = self.blocks.iter().flat_map(|block| &block.runs);
+        LANES * runs.map(|run| terms_of(&self.steps, run.clone()).len()).sum::<usize>()
     }
 
     /// Gives (direction, function, derivative) of all derivatives that are not zero everywhere, by directions. `[hot]`
@@ -144,16 +160,14 @@ impl Tangents {
         sets: &Sets,
         mut found: impl FnMut(usize, usize, f64),
     ) -> Result<(), (usize, Fault)> {
-        let Self { program, workspace, numbers, varying, steps, blocks, lanes } = self;
+        let Self { program, workspace, numbers, varying, steps, terms, blocks, lanes } = self;
         program.run(inputs, sets, workspace, &mut numbers[..*varying])?;
         for (number, block) in blocks.iter().enumerate() {
             block.clear.iter().for_each(|run| lanes[run.start as usize..run.end as usize].fill([0.0; LANES]));
             for (place, lane, number) in &block.seeds {
                 lanes[*place as usize][*lane as usize] = numbers[*number as usize];
             }
-            for run in &block.runs {
-                carry(run.clone(), steps, numbers, lanes);
-            }
+            turn::in_widest_lanes(Carry { runs: &block.runs, steps, terms, numbers, lanes });
             for (function, place, mask) in &block.results {
                 let derivatives = &lanes[*place as usize];
                 for lane in (0..LANES).filter(|lane| mask >> lane & 1 == 1) {
@@ -166,31 +180,57 @@ impl Tangents {
     }
 }
 
-/// The chain rule through a run of steps.
-fn carry(run: Range<u32>, steps: &[Step], numbers: &[f64], lanes: &mut [Lanes]) {
-    for at in run.start as usize..run.end as usize {
-        let Step { operands, factors } = steps[at];
-        let [a, b] = operands.map(|operand| lanes[operand as usize]);
-        let first = numbers[factors[0] as usize];
-        if factors[1] == CHOICE {
-            lanes[at] = if first == 0.0 { b } else { a };
-            continue;
-        }
-        let second = numbers[factors[1] as usize];
-        for ((slope, a), b) in lanes[at].iter_mut().zip(a).zip(b) {
-            *slope = first * a + second * b;
+/// Places of the terms of some steps.
+fn terms_of(steps: &[Step], run: Range<u32>) -> Range<usize> {
+    let end = |at: u32| steps[at as usize].end as usize;
+    // What comes first depends on nothing.
+    end(run.start.max(1) - 1)..end(run.end.max(1) - 1)
+}
+
+/// The chain rule through the runs of a block.
+struct Carry<'a> {
+    runs: &'a [Range<u32>],
+    steps: &'a [Step],
+    terms: &'a [Term],
+    numbers: &'a [f64],
+    lanes: &'a mut [Lanes],
+}
+
+impl turn::Work for Carry<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { runs, steps, terms, numbers, lanes } = self;
+        for run in runs {
+            let mut from = terms_of(steps, run.clone()).start;
+            for at in run.start as usize..run.end as usize {
+                let Step { end, is_choice } = steps[at];
+                let own = &terms[from..end as usize];
+                from = end as usize;
+                if is_choice {
+                    let chosen = if numbers[own[0].factor as usize] == 0.0 { own[1] } else { own[0] };
+                    lanes[at] = lanes[chosen.operand as usize];
+                    continue;
+                }
+                let mut sums = [0.0; LANES];
+                for Term { operand, factor } in own {
+                    let factor = numbers[*factor as usize];
+                    let slopes = &lanes[*operand as usize];
+                    sums.iter_mut().zip(slopes).for_each(|(sum, slope)| *sum += factor * slope);
+                }
+                lanes[at] = sums;
+            }
         }
     }
 }
 
 impl Block {
     /// Finds what depends on the seeds. `masks` are room, zero before and after.
-    fn reach(&mut self, steps: &[Step], functions: &[u32], masks: &mut [u8]) {
+    fn reach(&mut self, steps: &[Step], terms: &[Term], functions: &[u32], masks: &mut [u8]) {
         let Some(first) = self.seeds.iter().map(|(place, ..)| *place).min() else { return };
         self.seeds.iter().for_each(|(place, lane, _)| masks[*place as usize] |= 1 << lane);
         for at in first..steps.len() as u32 {
-            let [a, b] = steps[at as usize].operands;
-            let mask = masks[a as usize] | masks[b as usize];
+            let own = &terms[terms_of(steps, at..at + 1)];
+            let mask = own.iter().fold(0, |mask, term| mask | masks[term.operand as usize]);
             if mask == 0 {
                 continue;
             }
@@ -246,44 +286,130 @@ impl Numbers {
     }
 }
 
-/// The chain rule for a node, if it depends on any direction.
-fn step(g: &mut Graph, node: Node, place_of: &FxHashMap<Node, u32>, numbers: &mut Numbers) -> Option<Step> {
-    let place = |operand: Node| place_of.get(&operand).copied();
-    let mut moves = false;
-    g.operands(node, |operand| moves |= place(operand).is_some());
-    if !moves {
-        return None;
+/// The chain rule for a node, while it is written.
+#[derive(Default)]
+struct Sum {
+    terms: Vec<(u32, Node)>,
+    is_choice: bool,
+    /// Whether it is asked for by itself.
+    is_kept: bool,
+    /// Whether it is part of another one instead.
+    is_written_out: bool,
+}
+
+/// The chain rule, written node by node. What would be carried for all directions is spared where a few products of numbers do:
+/// nodes with one edge in or out are eliminated (Griewank & Walther, ch. 9).
+struct Rule {
+    /// Nodes that depend on any direction: a place, and the number by which its derivative is multiplied.
+    multiple_of: FxHashMap<Node, (u32, Node)>,
+    /// By place.
+    sums: Vec<Sum>,
+}
+
+impl Rule {
+    fn add(&mut self, g: &mut Graph, node: Node, sum: Sum) -> u32 {
+        let place = self.sums.len() as u32;
+        self.sums.push(sum);
+        self.multiple_of.insert(node, (place, g.constant(1.0)));
+        place
     }
-    if let Expr::Select(a, b, c, d) = g.expr(node) {
-        let operands = [c, d].map(|operand| place(operand).unwrap_or(CONSTANT));
-        if operands == [CONSTANT; 2] {
-            return None;
+
+    /// The place with the derivative of a node itself.
+    fn place(&mut self, g: &mut Graph, node: Node) -> u32 {
+        let Some((place, factor)) = self.multiple_of.get(&node).copied() else { return CONSTANT };
+        if g.value(factor) == Some(1.0) {
+            self.sums[place as usize].is_kept = true;
+            return place;
         }
-        let (one, zero) = (g.constant(1.0), g.constant(0.0));
-        let first = g.select(a, b, one, zero);
-        return Some(Step { operands, factors: [numbers.of(first), CHOICE] });
+        self.add(g, node, Sum { terms: vec![(place, factor)], is_kept: true, ..Sum::default() })
     }
-    if let Expr::Call { .. } = g.expr(node) {
-        // Opaque results are differentiated by whoever knows what they mean.
-        return None;
-    }
-    let zero = numbers.of(g.constant(0.0));
-    let mut step = Step { operands: [CONSTANT; 2], factors: [zero; 2] };
-    let (mut places, mut count) = ([None; 2], 0);
-    g.operands(node, |operand| {
-        places[count] = place(operand);
-        count += 1;
-    });
-    let mut found = 0;
-    for (k, at) in places.into_iter().enumerate() {
-        let Some(at) = at else { continue };
-        let slope = partial(g, node, k);
-        if !g.is_zero(slope) {
-            (step.operands[found], step.factors[found]) = (at, numbers.of(slope));
-            found += 1;
+
+    /// A node, if it depends on any direction.
+    fn take(&mut self, g: &mut Graph, node: Node) {
+        let (mut operands, mut count) = ([None; 4], 0);
+        g.operands(node, |operand| {
+            // Opaque results, with any number of operands, are differentiated by whoever knows what they mean.
+            if let Some(place) = operands.get_mut(count) {
+                *place = self.multiple_of.get(&operand).copied();
+            }
+            count += 1;
+        });
+        match g.expr(node) {
+            Expr::Call { .. } => {}
+            Expr::Select(a, b, c, d) => {
+                if operands[2..].iter().any(Option::is_some) {
+                    let (one, zero) = (g.constant(1.0), g.constant(0.0));
+                    let first = g.select(a, b, one, zero);
+                    let terms = [c, d].map(|operand| (self.place(g, operand), first)).to_vec();
+                    self.add(g, node, Sum { terms, is_choice: true, ..Sum::default() });
+                }
+            }
+            _ => self.sum(g, node, [operands[0], operands[1]]),
         }
     }
-    (found > 0).then_some(step)
+
+    /// A node with these multiples as operands.
+    fn sum(&mut self, g: &mut Graph, node: Node, operands: [Option<(u32, Node)>; 2]) {
+        let mut terms = Vec::new();
+        for (k, operand) in operands.into_iter().enumerate() {
+            let Some((place, factor)) = operand else { continue };
+            let slope = partial(g, node, k);
+            let slope = g.mul(slope, factor);
+            add_term(g, &mut terms, (place, slope));
+        }
+        match terms[..] {
+            [] => {}
+            [only] => {
+                self.multiple_of.insert(node, only);
+            }
+            _ => {
+                self.add(g, node, Sum { terms, ..Sum::default() });
+            }
+        }
+    }
+
+    /// Puts short sums that are used once where they are used.
+    fn write_out(&mut self, g: &mut Graph) {
+        let mut users = vec![0_u32; self.sums.len()];
+        self.sums.iter().flat_map(|sum| &sum.terms).for_each(|(operand, _)| users[*operand as usize] += 1);
+        for at in 0..self.sums.len() {
+            let (before, rest) = self.sums.split_at_mut(at);
+            let own = &mut rest[0];
+            if own.is_choice {
+                continue;
+            }
+            let mut terms = Vec::new();
+            for (operand, factor) in std::mem::take(&mut own.terms) {
+                let of = &mut before.get_mut(operand as usize);
+                match of {
+                    Some(of) if users[operand as usize] == 1 && of.can_be_written_out() => {
+                        of.is_written_out = true;
+                        for (inner, slope) in std::mem::take(&mut of.terms) {
+                            let slope = g.mul(factor, slope);
+                            add_term(g, &mut terms, (inner, slope));
+                        }
+                    }
+                    _ => add_term(g, &mut terms, (operand, factor)),
+                }
+            }
+            own.terms = terms;
+        }
+    }
+}
+
+impl Sum {
+    fn can_be_written_out(&self) -> bool {
+        !self.is_kept && !self.is_choice && (1..=SHORT).contains(&self.terms.len())
+    }
+}
+
+/// Adds a term to others, of which none has the same operand.
+fn add_term(g: &mut Graph, terms: &mut Vec<(u32, Node)>, (operand, factor): (u32, Node)) {
+    if let Some((_, sum)) = terms.iter_mut().find(|(other, _)| *other == operand) {
+        *sum = g.add(*sum, factor);
+    } else if !g.is_zero(factor) {
+        terms.push((operand, factor));
+    }
 }
 
 /// The partial derivative of a node with respect to the first or second of its operands.

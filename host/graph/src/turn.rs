@@ -109,19 +109,44 @@ pub(super) fn lanes(angles: usize) -> usize {
 
 /// [`sin_cos`] of each of the angles; the slices have the same length. `[hot, no allocation]`
 pub(super) fn all(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
+    in_widest_lanes(Angles { angles, sines, cosines });
+}
+
+struct Angles<'a> {
+    angles: &'a [f64],
+    sines: &'a mut [f64],
+    cosines: &'a mut [f64],
+}
+
+impl Work for Angles<'_> {
+    #[inline(always)]
+    fn run(self) {
+        in_lanes(self.angles, self.sines, self.cosines);
+    }
+}
+
+/// Work that is written without regard to the width of vectors. What it calls has to be inlined, as `run` itself is, to be
+/// compiled for each of the widths.
+pub(super) trait Work {
+    fn run(self);
+}
+
+/// Does work in the widest vectors in use. The bits are the same in all: nothing is fused. `[hot, no allocation]`
+#[inline]
+pub(super) fn in_widest_lanes(work: impl Work) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: this machine has what the function was compiled for.
-        unsafe { in_wide_lanes(angles, sines, cosines) };
+        unsafe { in_wide_lanes(work) };
         return;
     }
-    in_lanes(angles, sines, cosines);
+    work.run();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn in_wide_lanes(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    in_lanes(angles, sines, cosines);
+fn in_wide_lanes(work: impl Work) {
+    work.run();
 }
 
 /// Without branches in the first loop, so that the compiler turns it into vector instructions.

@@ -22,7 +22,7 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub(super) t_end: Option<String>,
     /// Method of integration: dop853 (default) and dopri5 (explicit), auto (dop853 or radau5, whichever costs less, also on the way),
-    /// radau5 (implicit, for stiff scenes), rk4 (needs --fixed-step)
+    /// radau5 (implicit, for stiff scenes), radau9 (the same at tight tolerances), rk4 (needs --fixed-step)
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// Steps of this size without error control, with any method: in the scene's unit, or with its own such as "10 us"

@@ -122,36 +122,55 @@ impl Constraints {
         &self.program
     }
 
-    /// How far each row is from being met, as a displacement: value over the length of its gradient, rotations taken on
-    /// `length`. Calls `found(row, violation)`.
-    pub fn violations(&self, values: &[f64], length: f64, mut found: impl FnMut(usize, f64)) {
+    /// Calls `found(k, gradient)` with the length of the gradient of each row, rotations taken on `length`.
+    fn gradients(&self, length: f64, mut found: impl FnMut(usize, f64)) {
         let mut at = 0;
         let entries = &self.structure.jacobian;
         let numbers = self.jacobian();
-        for (k, value) in values.iter().enumerate() {
+        for k in 0..self.rows.len() {
             let mut square = 0.0;
             while at < entries.len() && entries[at].0 == k {
                 let scale = if entries[at].1 % 6 < 3 { 1.0 } else { 1.0 / length };
                 square += (numbers[at] * scale).powi(2);
                 at += 1;
             }
-            let gradient = f64::sqrt(square);
-            found(self.rows[k], if gradient > 0.0 { value.abs() / gradient } else { value.abs() });
+            found(k, f64::sqrt(square));
         }
+    }
+
+    /// How far each row is from being met, as a displacement: value over the length of its gradient, rotations taken on
+    /// `length`. Calls `found(row, violation)`.
+    pub fn violations(&self, values: &[f64], length: f64, mut found: impl FnMut(usize, f64)) {
+        self.gradients(length, |k, gradient| found(self.rows[k], violation(values[k], gradient)));
     }
 
     /// Largest violation of `values`, and its row.
     #[must_use]
     pub fn worst(&self, values: &[f64], length: f64) -> (f64, Option<usize>) {
-        let (mut worst, mut which) = (0.0, None);
-        self.violations(values, length, |row, violation| {
-            // NaN wins, so that it is not lost.
-            if violation.is_nan() || violation > worst {
-                (worst, which) = (violation, Some(row));
+        let [worst] = self.worst_of([values], length);
+        worst
+    }
+
+    /// The same of several values of each row.
+    #[must_use]
+    pub fn worst_of<const N: usize>(&self, values: [&[f64]; N], length: f64) -> [(f64, Option<usize>); N] {
+        let mut worst = [(0.0, None); N];
+        self.gradients(length, |k, gradient| {
+            for (worst, values) in worst.iter_mut().zip(values) {
+                let violation = violation(values[k], gradient);
+                // NaN wins, so that it is not lost.
+                if violation.is_nan() || violation > worst.0 {
+                    *worst = (violation, Some(self.rows[k]));
+                }
             }
         });
-        (worst, which)
+        worst
     }
+}
+
+/// How far a row with such a value and gradient is from being met.
+fn violation(value: f64, gradient: f64) -> f64 {
+    if gradient > 0.0 { value.abs() / gradient } else { value.abs() }
 }
 
 /// Patterns of the mass matrix and of the Jacobian of a choice of rows.

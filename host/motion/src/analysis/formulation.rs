@@ -26,6 +26,11 @@ pub enum Group {
     Work,
 }
 
+/// Magnitudes of the entries of a state that are angular velocities, rad/s.
+pub(super) fn angular_velocities(groups: &[Group], state: &[f64]) -> impl Iterator<Item = f64> {
+    groups.iter().zip(state).filter(|(group, _)| **group == Group::AngularVelocity).map(|(_, rate)| rate.abs())
+}
+
 /// Work done so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
@@ -358,10 +363,10 @@ pub trait Formulation: Send {
         let _ = slot;
         None
     }
-    /// How many entries of the angular velocity can add up in the rate of an angle between two bodies.
-    fn turns_added(&self) -> f64 {
+    /// The rate, rad/s, that no angle between two bodies exceeds at a state.
+    fn turning(&self, state: &[f64]) -> f64 {
         // Two bodies, three components each.
-        2.0 * 3.0_f64.sqrt()
+        2.0 * 3.0_f64.sqrt() * angular_velocities(self.groups(), state).fold(0.0, f64::max)
     }
     /// Nodes of the working form in a graph whose inputs are copies of the state ([`Formulation::entry_of`]), of time and of what
     /// stays as it is during a step; `None` where they can't be written so.

@@ -13,7 +13,7 @@ use super::balance::{Imbalance, Trial};
 use super::constraints::mass_entries;
 use super::coupling::Coupling;
 use super::evaluator::Evaluator;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
+use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces, angular_velocities};
 use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, motion_nodes, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
@@ -65,8 +65,8 @@ pub struct JointForm {
     last: Look,
     /// Whether it was trusted where a closer look was taken last.
     trusted: bool,
-    /// See [`Formulation::turns_added`].
-    turns_added: f64,
+    /// Whether angles are counted between bodies that no joint of the tree connects.
+    counts_others: bool,
     /// The equations, for their derivatives.
     equations: JointEquations,
     derivatives: Derivatives,
@@ -99,10 +99,8 @@ impl JointForm {
         let coordinates = joint.coordinates.clone();
         let mut safe = Safe::new(&joint, &plan.rows, &plan.sizes, plan.length, MOTION_RANK_TOLERANCE)?;
         safe.solver.set_rank_limit(plan.at_start.rank);
-        // The angles of the tree's own joints are coordinates; between other bodies the rates of joints add up.
         let used = plan.tree.used(model.elements.len());
         let counts_others = model.elements.iter().zip(&used).any(|(element, used)| element.class.angles > 0 && !used);
-        let turns_added = if counts_others { coordinates.columns as f64 } else { 3.0_f64.sqrt() };
         // Rows close to dependent at the start are for the rank-safe engine throughout.
         let start = plan.start;
         let regular = Some(plan.regular).filter(|_| start.kept.min(start.independence) >= LEAST_HEALTH);
@@ -125,7 +123,7 @@ impl JointForm {
             last: start,
             trusted: false,
             planned: start,
-            turns_added,
+            counts_others,
             row_sizes: plan.sizes,
             derivatives,
             size: joint.size,
@@ -287,8 +285,10 @@ impl Formulation for JointForm {
         self.follow(traces);
     }
 
-    fn turns_added(&self) -> f64 {
-        self.turns_added
+    fn turning(&self, state: &[f64]) -> f64 {
+        let rates = angular_velocities(&self.motion.groups, state);
+        // The angles of the tree's own joints are coordinates; between other bodies the rates of joints add up.
+        if self.counts_others { rates.sum() } else { 3.0_f64.sqrt() * rates.fold(0.0, f64::max) }
     }
 
     fn entry_of(&self, slot: usize) -> Option<usize> {

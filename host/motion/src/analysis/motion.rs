@@ -4,7 +4,7 @@
 use super::formulation::{AnalysisError, Counters, Group};
 use super::passage::Passage;
 use crate::linalg::Health;
-use crate::plan::{Coordinates, Layout, Measure};
+use crate::plan::{Coordinates, Layout, Line, Measure};
 
 /// Share of the rank-safe engine's pivot ratio at the start below which nothing is solved, but interpolated: see
 /// [`Passage`].
@@ -22,6 +22,8 @@ pub(super) const SICK_TREE: f64 = 1e-12;
 pub(super) struct Motion {
     pub(super) layout: Layout,
     pub(super) coordinates: Coordinates,
+    /// Coordinates whose rate is their velocity, side by side.
+    runs: Vec<Run>,
     /// What each entry of the state is.
     pub(super) groups: Vec<Group>,
     /// Of the scene, m.
@@ -44,6 +46,15 @@ pub(super) struct Motion {
     planned: Health,
     pub(super) passage: Passage,
     pub(super) counters: Counters,
+}
+
+/// Numbers from which on copying them all at once is faster than one by one.
+const LONG: usize = 6;
+
+/// Lines that follow each other everywhere: the first, and how many.
+struct Run {
+    first: Line,
+    length: usize,
 }
 
 /// Which engine solved.
@@ -137,6 +148,7 @@ impl Motion {
         let dim = coordinates.motion + layout.states + 1;
         Self {
             groups: groups(&coordinates, layout),
+            runs: runs(&coordinates.lines),
             length,
             row_names,
             inputs: vec![0.0; coordinates.input_count],
@@ -183,9 +195,16 @@ impl Motion {
 
     /// The rates of a state with the accelerations solved for.
     pub(super) fn write_rates(&self, state: &[f64], rates: &mut [f64]) {
-        for line in &self.coordinates.lines {
-            rates[line.position] = state[line.velocity];
-            rates[line.velocity] = self.accelerations[line.column];
+        for Run { first: Line { position, velocity, column, .. }, length } in &self.runs {
+            if *length < LONG {
+                for k in 0..*length {
+                    rates[position + k] = state[velocity + k];
+                    rates[velocity + k] = self.accelerations[column + k];
+                }
+                continue;
+            }
+            rates[*position..][..*length].copy_from_slice(&state[*velocity..][..*length]);
+            rates[*velocity..][..*length].copy_from_slice(&self.accelerations[*column..][..*length]);
         }
         for rotation in &self.coordinates.rotations {
             let w = [0, 1, 2].map(|k| state[rotation.velocity + k]);
@@ -307,6 +326,23 @@ pub(super) fn next_step<F: Engines>(form: &mut F, t: f64, state: &[f64]) -> Resu
         form.motion_mut().careful = false;
     }
     Ok(())
+}
+
+/// Lines in as few runs as there are.
+fn runs(lines: &[Line]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for line in lines {
+        match runs.last_mut() {
+            Some(Run { first, length })
+                if [first.position, first.velocity, first.column].map(|at| at + *length)
+                    == [line.position, line.velocity, line.column] =>
+            {
+                *length += 1;
+            }
+            _ => runs.push(Run { first: *line, length: 1 }),
+        }
+    }
+    runs
 }
 
 fn groups(coordinates: &Coordinates, layout: &Layout) -> Vec<Group> {

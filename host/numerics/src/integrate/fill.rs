@@ -1,43 +1,74 @@
 //! [`Fill`]: in which order the matrices of implicit steps are eliminated, and which entries they have then.
 
+use super::halves::Halves;
+
 /// What an operation on scattered entries takes, in operations on entries side by side. Measured.
 const SCATTERED: usize = 4;
 /// Share of the operations of the dense elimination up to which it is left.
 const WORTH: f64 = 0.5;
 
-/// The order of elimination of `shift I - J` for a `J` with a certain pattern: first unknowns of which rows and columns are
-/// short, with pivots on the diagonal (Markowitz 1957), such as positions, whose rates are velocities; then all others as a dense
-/// matrix. Nothing is eliminated ahead where that saves little.
+/// The order of elimination of `shift I - J` for a `J` with a certain pattern: of what [`Halves`] keep first unknowns of which rows
+/// and columns are short, with pivots on the diagonal (Markowitz 1957); then all others as a dense matrix. Nothing is eliminated
+/// ahead where that saves little.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Fill {
     n: usize,
     /// Entries of `J` that were not zero at some time: by columns, a bit each.
     pattern: Vec<u64>,
-    /// The unknown at each place.
+    pub(super) halves: Halves,
+    /// The unknown at each place of the matrix that is kept.
     pub(super) order: Vec<usize>,
     /// Places before the dense rest.
     pub(super) head: usize,
-    /// By place: where the entries of `J` of that row are: (place of the column, index in `J`).
-    entries: Vec<Vec<(u32, u32)>>,
-    /// By place: the entries of `J` of that row: place of the column, value.
-    pub(super) values: Vec<Vec<(u32, f64)>>,
+    /// By place: where the entries of that row come from.
+    entries: Vec<Vec<Source>>,
+    /// By place: the entries of that row.
+    pub(super) values: Vec<Vec<Entry>>,
+    /// Entries of kept rows in the columns of positions: place of the row, position, value.
+    pub(super) through: Vec<(u32, u32, f64)>,
     /// By place: places of the head before it that its row has entries at, ascending.
     pub(super) before: Vec<Vec<u32>>,
     /// By place of the head: places after it that its row has entries at, ascending.
     pub(super) after: Vec<Vec<u32>>,
 }
 
+/// An entry of a matrix `J_oo + J_op c / shift`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    /// Its place in the row.
+    pub(super) column: u32,
+    /// `J_oo`.
+    pub(super) own: f64,
+    /// `J_op c`.
+    pub(super) through: f64,
+}
+
+/// Where an entry comes from: places in `J`, and the pair of the second.
+#[derive(Debug, Clone, Copy)]
+struct Source {
+    column: u32,
+    own: u32,
+    through: Option<(u32, u32)>,
+}
+
 impl Fill {
     /// For `n` unknowns; no entry is known yet.
     pub(super) fn resize(&mut self, n: usize) {
         *self = Self { n, pattern: vec![0; n * n.div_ceil(64)], ..Self::default() };
+        self.halves = Halves::none(n, &self.pattern);
         self.arrange(Vec::new(), &[]);
     }
 
     /// All of `jacobian`, which was taken last, in one dense matrix, in its own order.
     pub(super) fn leave_dense(&mut self, jacobian: &[f64]) {
+        self.halves = Halves::none(self.n, &self.pattern);
         self.arrange(Vec::new(), &[]);
         self.take(jacobian);
+    }
+
+    /// Unknowns that are not in the dense rest.
+    pub(super) fn ahead(&self) -> usize {
+        self.halves.saved() + self.head
     }
 
     /// Takes `jacobian`, column by column. True if it has entries that were zero up to now.
@@ -52,21 +83,31 @@ impl Fill {
             }
         }
         if grown {
+            self.halves = Halves::of(self.n, &self.pattern);
             let (head, fill) = self.choose();
             self.arrange(head, &fill);
         }
-        for (values, entries) in self.values.iter_mut().zip(&self.entries) {
-            for ((_, value), (_, index)) in values.iter_mut().zip(entries) {
-                *value = jacobian[*index as usize];
+        self.halves.take(jacobian, self.n);
+        for (values, sources) in self.values.iter_mut().zip(&self.entries) {
+            for (entry, source) in values.iter_mut().zip(sources) {
+                entry.own = jacobian[source.own as usize];
+                if let Some((at, pair)) = source.through {
+                    entry.through = jacobian[at as usize] * self.halves.pairs[pair as usize].slope;
+                }
             }
+        }
+        for (place, position, value) in &mut self.through {
+            *value = jacobian[self.order[*place as usize] + self.n * *position as usize];
         }
         grown
     }
 
-    /// The unknowns to be eliminated ahead, in their order, and the rows with what they then have: a bit for each column.
+    /// Which of the unknowns that are kept are eliminated ahead, in their order, and the rows with what they then have: a bit for
+    /// each column.
     fn choose(&self) -> (Vec<usize>, Vec<u64>) {
-        let (n, words) = (self.n, self.n.div_ceil(64));
-        let mut columns = self.pattern.clone();
+        let n = self.halves.kept.len();
+        let words = n.div_ceil(64);
+        let mut columns = self.halves.pattern.clone();
         let mut rows = vec![0_u64; n * words];
         for k in 0..n {
             columns[words * k + k / 64] |= 1 << (k % 64);
@@ -120,42 +161,64 @@ impl Fill {
 
     /// Makes the lists for an order of the head.
     fn arrange(&mut self, head: Vec<usize>, fill: &[u64]) {
-        let (n, words) = (self.n, self.n.div_ceil(64));
+        let n = self.halves.kept.len();
+        let words = n.div_ceil(64);
         self.head = head.len();
         let mut place_of = vec![usize::MAX; n];
         head.iter().enumerate().for_each(|(place, unknown)| place_of[*unknown] = place);
-        self.order = head;
+        let mut order = head;
         for (unknown, place) in place_of.iter_mut().enumerate().filter(|(_, place)| **place == usize::MAX) {
-            *place = self.order.len();
-            self.order.push(unknown);
+            *place = order.len();
+            order.push(unknown);
         }
-        self.entries = vec![Vec::new(); n];
-        for (column, known) in self.pattern.chunks_exact(words.max(1)).enumerate() {
-            for row in bits(known) {
-                self.entries[place_of[row]].push((place_of[column] as u32, (row + n * column) as u32));
-            }
-        }
-        let values = |entries: &Vec<(u32, u32)>| entries.iter().map(|(column, _)| (*column, 0.0)).collect();
-        self.values = self.entries.iter().map(values).collect();
+        self.list_entries(&place_of);
         (self.before, self.after) = (vec![Vec::new(); n], vec![Vec::new(); self.head]);
-        if self.head == 0 {
-            return;
-        }
-        for (place, unknown) in self.order.iter().enumerate() {
-            let mut places: Vec<u32> =
-                bits(&fill[words * unknown..words * (unknown + 1)]).map(|column| place_of[column] as u32).collect();
-            places.sort_unstable();
-            let (end, head) = (place as u32, self.head as u32);
-            self.before[place] = places.iter().copied().filter(|k| *k < end.min(head)).collect();
-            if place < self.head {
-                self.after[place] = places.into_iter().filter(|k| *k > end).collect();
+        if self.head > 0 {
+            for (place, unknown) in order.iter().enumerate() {
+                let mut places: Vec<u32> =
+                    bits(&fill[words * unknown..words * (unknown + 1)]).map(|column| place_of[column] as u32).collect();
+                places.sort_unstable();
+                let (end, head) = (place as u32, self.head as u32);
+                self.before[place] = places.iter().copied().filter(|k| *k < end.min(head)).collect();
+                if place < self.head {
+                    self.after[place] = places.into_iter().filter(|k| *k > end).collect();
+                }
             }
         }
+        self.order = order.into_iter().map(|unknown| self.halves.kept[unknown]).collect();
+    }
+
+    /// Finds where entries come from, with the place of each unknown that is kept.
+    fn list_entries(&mut self, place_of: &[usize]) {
+        let (n, kept) = (self.n, &self.halves.kept);
+        let mut position_of = vec![None; n];
+        for (number, pair) in self.halves.pairs.iter().enumerate() {
+            position_of[pair.velocity] = Some((number as u32, pair.position));
+        }
+        self.entries = vec![Vec::new(); kept.len()];
+        self.through.clear();
+        let words = kept.len().div_ceil(64);
+        for (column, rows) in self.halves.pattern.chunks_exact(words.max(1)).enumerate() {
+            for row in bits(rows) {
+                let own = (kept[row] + n * kept[column]) as u32;
+                let mut source = Source { column: place_of[column] as u32, own, through: None };
+                if let Some((pair, position)) = position_of[kept[column]] {
+                    let has = &self.pattern[n.div_ceil(64) * position..];
+                    if has[kept[row] / 64] >> (kept[row] % 64) & 1 == 1 {
+                        source.through = Some(((kept[row] + n * position) as u32, pair));
+                        self.through.push((place_of[row] as u32, position as u32, 0.0));
+                    }
+                }
+                self.entries[place_of[row]].push(source);
+            }
+        }
+        let value = |source: &Source| Entry { column: source.column, own: 0.0, through: 0.0 };
+        self.values = self.entries.iter().map(|sources| sources.iter().map(value).collect()).collect();
     }
 }
 
 /// The places of the bits that are set, ascending.
-fn bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
     words.iter().enumerate().flat_map(|(at, word)| {
         let mut rest = *word;
         std::iter::from_fn(move || {

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{Complex, ComplexField};
 
-use super::fill::Fill;
+use super::fill::{Entry, Fill};
+use super::halves::{Pair, Sum};
 
 /// Columns of the rest that are eliminated at a time.
 const PANEL: usize = 4;
@@ -108,7 +109,11 @@ impl Number for Complex<f64> {
 }
 
 /// The sum of products, four at a time.
+#[inline]
 fn products(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 4 {
+        return a.iter().zip(b).map(|(a, b)| a * b).sum();
+    }
     let (a, a_rest) = a.as_chunks::<4>();
     let (b, b_rest) = b.as_chunks::<4>();
     let mut sums = [0.0; 4];
@@ -121,15 +126,18 @@ fn products(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// `shift I - J`, eliminated in the order of a [`Fill`]: the head row by row with pivots on the diagonal, what is left as
-/// `P A = L U` with row pivoting, where zero factors are skipped. Allocates where the fill is new only.
+/// `shift I - J`, eliminated in the order of a [`Fill`]: of what is kept the head row by row with pivots on the diagonal, what is
+/// left as `P A = L U` with row pivoting, where zero factors are skipped. Allocates where the fill is new only.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lu<T> {
+    inverse_shift: T,
     /// By place: factors of the rows of the head that were taken from this one, as [`Fill::before`].
     lower: Vec<Vec<T>>,
     /// By place of the head: entries after the diagonal, as [`Fill::after`]; the inverse of the pivot.
     upper: Vec<Vec<T>>,
     inverses: Vec<T>,
+    /// The inverses of the pivots of the dense rest.
+    pivots: Vec<T>,
     /// The dense rest.
     rest: usize,
     rows: Vec<f64>,
@@ -151,6 +159,7 @@ impl<T: Number> Lu<T> {
         self.rows = vec![0.0; T::PARTS * self.rest * self.rest];
         self.unknowns = vec![0.0; T::PARTS * self.rest];
         self.swaps = vec![0; self.rest];
+        self.pivots = vec![T::zero(); self.rest];
         self.row = vec![T::zero(); fill.order.len()];
     }
 
@@ -162,10 +171,11 @@ impl<T: Number> Lu<T> {
         }
         let (head, rest) = (fill.head, self.rest);
         let least = LEAST_PIVOT * shift.norm1();
+        self.inverse_shift = T::one() / shift;
         for (place, values) in fill.values.iter().enumerate() {
             self.row[place] = shift;
-            for (column, value) in values {
-                self.row[*column as usize] -= T::from_real(*value);
+            for Entry { column, own, through } in values {
+                self.row[*column as usize] -= self.inverse_shift.scale(*through) + T::from_real(*own);
             }
             for (k, factor) in fill.before[place].iter().zip(&mut self.lower[place]) {
                 let k = *k as usize;
@@ -252,6 +262,7 @@ impl<T: Number> Lu<T> {
         let (above, below) = self.rows.split_at_mut(length * (k + 1));
         let row = &above[length * k..];
         let inverse = T::one() / T::get(row, n, k);
+        self.pivots[k] = inverse;
         for target in below.chunks_exact_mut(length) {
             let entry = T::get(target, n, k);
             if entry.is_zero() {
@@ -268,9 +279,18 @@ impl<T: Number> Lu<T> {
     pub(super) fn solve(&mut self, x: &mut [T], fill: &Fill) {
         let (head, n) = (fill.head, self.rest);
         let mut y = std::mem::take(&mut self.row);
-        for (place, unknown) in fill.order.iter().enumerate() {
-            let taken = fill.before[place].iter().zip(&self.lower[place]);
-            y[place] = taken.fold(x[*unknown], |sum, (k, factor)| sum - *factor * y[*k as usize]);
+        y.iter_mut().zip(&fill.order).for_each(|(value, unknown)| *value = x[*unknown]);
+        for Pair { position, .. } in &fill.halves.pairs {
+            x[*position] *= self.inverse_shift;
+        }
+        for (place, position, entry) in &fill.through {
+            y[*place as usize] += x[*position as usize].scale(*entry);
+        }
+        if head > 0 {
+            for place in 0..y.len() {
+                let taken = fill.before[place].iter().zip(&self.lower[place]);
+                y[place] = taken.fold(y[place], |sum, (k, factor)| sum - *factor * y[*k as usize]);
+            }
         }
         let rest = &mut y[head..];
         for (k, swap) in self.swaps.iter().enumerate() {
@@ -281,8 +301,7 @@ impl<T: Number> Lu<T> {
             (*value - T::dot(self.row(i), &z, n, 0..i)).put(&mut z, n, i);
         }
         for (i, value) in rest.iter_mut().enumerate().rev() {
-            let row = self.row(i);
-            *value = (T::get(&z, n, i) - T::dot(row, &z, n, i + 1..n)) / T::get(row, n, i);
+            *value = (T::get(&z, n, i) - T::dot(self.row(i), &z, n, i + 1..n)) * self.pivots[i];
             value.put(&mut z, n, i);
         }
         self.unknowns = z;
@@ -295,5 +314,12 @@ impl<T: Number> Lu<T> {
             x[*unknown] = std::mem::replace(value, T::zero());
         }
         self.row = y;
+        for Pair { position, velocity, slope } in &fill.halves.pairs {
+            x[*position] += (self.inverse_shift * x[*velocity]).scale(*slope);
+        }
+        for Sum { unknown, row } in &fill.halves.sums {
+            let sum = row.iter().fold(x[*unknown], |sum, (k, entry)| sum + x[*k as usize].scale(*entry));
+            x[*unknown] = sum * self.inverse_shift;
+        }
     }
 }

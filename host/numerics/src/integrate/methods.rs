@@ -1,6 +1,6 @@
 //! [`Methods`]: the methods of integration by name.
 
-use super::{Auto, Integrator, Radau5, Rk4, dop853, dopri5};
+use super::{Auto, Integrator, Radau5, Radau9, Rk4, dop853, dopri5};
 
 /// A method of integration that can be asked for by name.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Method {
 }
 
 /// Those of this library.
-const STANDARD: [Method; 5] = [
+const STANDARD: [Method; 6] = [
     Method {
         name: "auto",
         summary: "dop853 or radau5, whichever gets on at less cost; changes on the way",
@@ -30,6 +30,11 @@ const STANDARD: [Method; 5] = [
         name: "radau5",
         summary: "implicit, Radau IIA of order 5, for stiff scenes",
         make: || Box::new(Radau5::default()),
+    },
+    Method {
+        name: "radau9",
+        summary: "implicit, Radau IIA of order 9, for stiff scenes at tight tolerances",
+        make: || Box::new(Radau9::default()),
     },
     Method { name: "rk4", summary: "classical Runge-Kutta, steps of one size", make: || Box::new(Rk4::default()) },
 ];

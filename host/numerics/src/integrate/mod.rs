@@ -18,7 +18,7 @@
 //! | `steps.rs` | the loop over steps: error control, steps tried again, steps of one size |
 //! | `explicit.rs`, `pair.rs` | what explicit pairs share: stages, dense output, step control; their table |
 //! | `dop853.rs`, `dop853_tableau.rs`, `dopri5.rs` | the pairs |
-//! | `radau5.rs`, `radau5/` | Radau IIA: Newton's method, coefficients, control of steps and iterations |
+//! | `radau5.rs`, `radau5/` | Radau IIA of orders 5 and 9: Newton's method, coefficients, control of steps and iterations |
 //! | `jacobian.rs`, `fill.rs`, `lu.rs` | the matrices of implicit steps |
 //! | `rk4.rs` | the classical method, steps of one size |
 //! | `auto.rs`, `rivals.rs`, `stiffness.rs` | the choice between dop853 and radau5 |
@@ -55,6 +55,7 @@ mod enclosure;
 mod events;
 mod explicit;
 mod fill;
+mod halves;
 mod interpolation;
 mod jacobian;
 mod kinematic;
@@ -82,7 +83,7 @@ pub use kinematic::Kinematic;
 pub use methods::{Method, Methods, by_name, names};
 pub use outcome::{Counters, IntegrateError, Outcome, Recoveries, Status, StopReason};
 pub use pair::{Estimate, Pair, Row};
-pub use radau5::Radau5;
+pub use radau5::{Radau5, Radau9};
 pub use rk4::Rk4;
 pub use run::{Run, Trouble};
 pub use system::{Accepted, Failure, Flow, Guard, GuardSet, Guards, Price, System, Watched};

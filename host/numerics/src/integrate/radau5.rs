@@ -1,12 +1,14 @@
-//! Implicit Runge-Kutta method of order 5 for stiff problems.
+//! Implicit Runge-Kutta methods for stiff problems.
 
 mod control;
+mod sums;
 mod tableau;
 
 use nalgebra::Complex;
 
 use self::control::Control;
-use self::tableau::{A, ALPHA, BETA, C, E, GAMMA, SEEN, STAGES, T, T_INVERSE};
+use self::sums::{product, rise, transform};
+use self::tableau::{FIFTH, NINTH, Tableau};
 use super::jacobian::Jacobian;
 use super::lu::Lu;
 use super::rivals::Defender;
@@ -23,35 +25,39 @@ const NEAR_SAMPLE: f64 = 0.01;
 /// Share of a step by which its interpolation may be continued: its error goes with the distance from the end.
 const REACH: f64 = 1e-3;
 
-/// Radau IIA of order 5 after Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed. 1996, section IV.8
-/// and the program RADAU5: simplified Newton iterations in transformed variables (a real and a complex linear system),
-/// Jacobian and factorisation used again where they serve, predictive step control after Gustafsson.
+/// Radau IIA with `S` stages, of order `2 S - 1`, after Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed. 1996, section IV.8
+/// and the programs RADAU5 and RADAU: simplified Newton iterations in transformed variables (a real and one or two complex linear
+/// systems), Jacobian and factorisation used again where they serve, predictive step control after Gustafsson.
 ///
 /// Deviations from the book:
 /// - the new state is projected, and the derivative there starts the next step;
 /// - norms come from the system, and the error test aims at its tolerance only if [`super::System::tolerance`] is known;
-/// - the interpolation is of order 3 only, as the error estimate is; where that estimate is above the tolerance, steps end
+/// - the interpolation is of order `S` only, as the error estimate is; where that estimate is above the tolerance, steps end
 ///   at samples instead.
 ///
 /// With [`super::Options::fixed_step`] the error is not looked at.
-#[derive(Debug, Clone, Default)]
-pub struct Radau5 {
+#[derive(Debug, Clone)]
+pub struct Radau<const S: usize> {
+    tableau: &'static Tableau<S>,
     jacobian: Jacobian,
     real: Lu<f64>,
-    complex: Lu<Complex<f64>>,
+    /// One for each pair of eigenvalues.
+    complex: Vec<Lu<Complex<f64>>>,
     /// `f(t, y)` at the start of the step.
     start: Vec<f64>,
     /// Increments of the stages.
-    z: [Vec<f64>; STAGES],
+    z: [Vec<f64>; S],
     /// The same, transformed.
-    w: [Vec<f64>; STAGES],
-    /// Derivatives at the stages, then right sides.
-    f: [Vec<f64>; STAGES],
+    w: [Vec<f64>; S],
+    /// Derivatives at the stages.
+    f: [Vec<f64>; S],
+    /// Right sides of the transformed systems, then their solutions.
+    right: [Vec<f64>; S],
     pair: Vec<Complex<f64>>,
     /// Derivatives of sums at the stages.
-    sum_rates: [Vec<f64>; STAGES],
+    sum_rates: [Vec<f64>; S],
     /// Divided differences of the collocation polynomial of the last step, from its end backwards.
-    polynomial: [Vec<f64>; STAGES],
+    polynomial: [Vec<f64>; S],
     y_new: Vec<f64>,
     argument: Vec<f64>,
     error: Vec<f64>,
@@ -61,9 +67,27 @@ pub struct Radau5 {
     explicit_step: Option<f64>,
 }
 
-impl Integrator for Radau5 {
+/// Of order 5: see [`Radau`].
+pub type Radau5 = Radau<3>;
+
+/// Of order 9: see [`Radau`]. At tight tolerances its steps are several times as long.
+pub type Radau9 = Radau<5>;
+
+impl Default for Radau5 {
+    fn default() -> Self {
+        Self::new(&FIFTH)
+    }
+}
+
+impl Default for Radau9 {
+    fn default() -> Self {
+        Self::new(&NINTH)
+    }
+}
+
+impl<const S: usize> Integrator for Radau<S> {
     fn name(&self) -> &'static str {
-        "radau5"
+        self.tableau.name
     }
 
     fn may_use_jacobian(&self) -> bool {
@@ -75,7 +99,31 @@ impl Integrator for Radau5 {
     }
 }
 
-impl Radau5 {
+impl<const S: usize> Radau<S> {
+    fn new(tableau: &'static Tableau<S>) -> Self {
+        let vectors = || std::array::from_fn(|_| Vec::new());
+        Self {
+            tableau,
+            jacobian: Jacobian::default(),
+            real: Lu::default(),
+            complex: vec![Lu::default(); tableau.pairs.len()],
+            start: Vec::new(),
+            z: vectors(),
+            w: vectors(),
+            f: vectors(),
+            right: vectors(),
+            pair: Vec::new(),
+            sum_rates: vectors(),
+            polynomial: vectors(),
+            y_new: Vec::new(),
+            argument: Vec::new(),
+            error: Vec::new(),
+            control: Control::new(S, None),
+            defender: None,
+            explicit_step: None,
+        }
+    }
+
     /// From an accepted state to the end, or until the defender gives up: then the step for the method to follow is returned.
     /// `first_step` is chosen here if absent.
     pub(super) fn whole_run(
@@ -86,7 +134,7 @@ impl Radau5 {
         defender: Option<Defender>,
     ) -> Result<Option<f64>, Trouble> {
         self.allocate(y.len());
-        self.control = Control::new(run.system.tolerance());
+        self.control = Control::new(S, run.system.tolerance());
         self.control.keep_by_price(run.system.price(), y.len());
         if run.options.steps_are_given() {
             self.control.iterate_to_round_off(run.system.tolerance());
@@ -101,7 +149,7 @@ impl Radau5 {
         self.jacobian.resize(n);
         self.pair.clear();
         self.pair.resize(n, Complex::new(0.0, 0.0));
-        let groups = [&mut self.z, &mut self.w, &mut self.f, &mut self.polynomial];
+        let groups = [&mut self.z, &mut self.w, &mut self.f, &mut self.right, &mut self.polynomial];
         let single = [&mut self.start, &mut self.y_new, &mut self.argument, &mut self.error];
         for work in groups.into_iter().flatten().chain(single) {
             work.clear();
@@ -127,7 +175,7 @@ impl Radau5 {
         }
         run.counters.factorisations += 1;
         let mut regular = self.factor(h);
-        if !regular && self.jacobian.fill.head > 0 {
+        if !regular && self.jacobian.fill.ahead() > 0 {
             // Pivots are searched for then.
             self.jacobian.leave_dense();
             regular = self.factor(h);
@@ -140,8 +188,11 @@ impl Radau5 {
     fn factor(&mut self, h: f64) -> bool {
         let Jacobian { fill, fill_is_new, .. } = &mut self.jacobian;
         let is_new = std::mem::replace(fill_is_new, false);
-        let real = self.real.factor(GAMMA / h, fill, is_new);
-        self.complex.factor(Complex::new(ALPHA / h, BETA / h), fill, is_new) && real
+        let mut regular = self.real.factor(self.tableau.gamma / h, fill, is_new);
+        for (lu, (alpha, beta)) in self.complex.iter_mut().zip(self.tableau.pairs) {
+            regular &= lu.factor(Complex::new(alpha / h, beta / h), fill, is_new);
+        }
+        regular
     }
 
     /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
@@ -154,7 +205,7 @@ impl Radau5 {
         let (mut last, mut last_rate) = (0.0, 0.0);
         for iteration in 1..=self.control.most_iterations {
             run.counters.newton_iterations += 1;
-            for (i, c) in C.iter().enumerate() {
+            for (i, c) in self.tableau.c.iter().enumerate() {
                 for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
                     *argument = start + z;
                 }
@@ -186,7 +237,7 @@ impl Radau5 {
                 self.control.iterations = iteration;
                 if change * self.control.test * run.system.tolerance().unwrap_or(1.0) > SUMS_ACCURACY && sums < y.len()
                 {
-                    for (i, c) in C.iter().enumerate() {
+                    for (i, c) in self.tableau.c.iter().enumerate() {
                         for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
                             *argument = start + z;
                         }
@@ -196,7 +247,7 @@ impl Radau5 {
                     }
                     self.sum_up(sums, h);
                 }
-                for ((new, old), z) in self.y_new.iter_mut().zip(y).zip(&self.z[2]) {
+                for ((new, old), z) in self.y_new.iter_mut().zip(y).zip(&self.z[S - 1]) {
                     *new = old + z;
                 }
                 return Ok(());
@@ -207,7 +258,7 @@ impl Radau5 {
 
     /// Increments of sums, which the iterations are not judged by: those that their rates at the stages give.
     fn sum_up(&mut self, from: usize, h: f64) {
-        for (z, row) in self.z.iter_mut().zip(&A) {
+        for (z, row) in self.z.iter_mut().zip(&self.tableau.a) {
             for (k, sum) in z[from..].iter_mut().enumerate() {
                 *sum = h * row.iter().zip(&self.sum_rates).map(|(a, rates)| a * rates[k]).sum::<f64>();
             }
@@ -220,47 +271,49 @@ impl Radau5 {
             self.z.iter_mut().chain(&mut self.w).for_each(|vector| vector.fill(0.0));
             return;
         };
-        for (i, c) in C.iter().enumerate() {
+        for (i, c) in self.tableau.c.iter().enumerate() {
             let s = c * h / last;
             for (k, z) in self.z[i].iter_mut().enumerate() {
-                *z = rise(&self.polynomial, k, s);
+                *z = rise(&self.tableau.c, &self.polynomial, k, s);
             }
         }
-        transform(&T_INVERSE, &self.z, &mut self.w);
+        transform(&self.tableau.t_inverse, &self.z, &mut self.w);
     }
 
     /// One Newton correction in transformed variables (section IV.8, eq. 8.4). Gives its size in tolerances.
     fn correct(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> f64 {
-        let n = y.len();
-        let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
-        for k in 0..n {
-            let f = [self.f[0][k], self.f[1][k], self.f[2][k]];
-            let side = |i: usize| T_INVERSE[i][0] * f[0] + T_INVERSE[i][1] * f[1] + T_INVERSE[i][2] * f[2];
-            let (w1, w2, w3) = (self.w[0][k], self.w[1][k], self.w[2][k]);
-            self.error[k] = side(0) - gamma * w1;
-            self.pair[k] = Complex::new(side(1) - alpha * w2 + beta * w3, side(2) - alpha * w3 - beta * w2);
-        }
-        self.real.solve(&mut self.error, &self.jacobian.fill);
-        self.complex.solve(&mut self.pair, &self.jacobian.fill);
-        for k in 0..n {
-            self.f[0][k] = self.error[k];
-            self.f[1][k] = self.pair[k].re;
-            self.f[2][k] = self.pair[k].im;
-            for (w, f) in self.w.iter_mut().zip(&self.f) {
-                w[k] += f[k];
+        let Tableau { t, t_inverse, gamma, pairs, .. } = self.tableau;
+        transform(t_inverse, &self.f, &mut self.right);
+        let gamma = gamma / h;
+        self.right[0].iter_mut().zip(&self.w[0]).for_each(|(right, w)| *right -= gamma * w);
+        self.real.solve(&mut self.right[0], &self.jacobian.fill);
+        for ((number, (alpha, beta)), lu) in pairs.iter().enumerate().zip(&mut self.complex) {
+            let (alpha, beta, at) = (alpha / h, beta / h, 1 + 2 * number);
+            let [right, w] = [&self.right, &self.w].map(|of| of[at].iter().zip(&of[at + 1]));
+            for ((pair, (re, im)), (w_re, w_im)) in self.pair.iter_mut().zip(right).zip(w) {
+                *pair = Complex::new(re - alpha * w_re + beta * w_im, im - alpha * w_im - beta * w_re);
+            }
+            lu.solve(&mut self.pair, &self.jacobian.fill);
+            let [re, im] = &mut self.right[at..=at + 1] else { continue };
+            for ((pair, re), im) in self.pair.iter().zip(re).zip(im) {
+                (*re, *im) = (pair.re, pair.im);
             }
         }
-        transform(&T, &self.w, &mut self.z);
+        for (w, change) in self.w.iter_mut().zip(&self.right) {
+            w.iter_mut().zip(change).for_each(|(w, change)| *w += change);
+        }
+        transform(t, &self.w, &mut self.z);
         // Mean square over the transformed corrections, each in the system's norm.
-        let squares: f64 = self.f.iter().map(|f| run.system.error_norm(y, y, f).powi(2)).sum();
-        (squares / STAGES as f64).sqrt()
+        let squares: f64 = self.right.iter().map(|change| run.system.error_norm(y, y, change).powi(2)).sum();
+        (squares / S as f64).sqrt()
     }
 
     /// Error of the step, 1 = what the test allows: `(gamma/h - J)^-1 (f(t, y) + sum e_i z_i / h)`, once more through the
     /// right side where that is too much after a rejection or at the start (eq. 8.19, 8.20).
     fn error_of_step(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<f64, Trouble> {
         for k in 0..y.len() {
-            self.f[0][k] = (E[0] * self.z[0][k] + E[1] * self.z[1][k] + E[2] * self.z[2][k]) / h;
+            let z = std::array::from_fn(|i| self.z[i][k]);
+            self.f[0][k] = product(&self.tableau.error, &z) / h;
             self.error[k] = self.f[0][k] + self.start[k];
         }
         self.real.solve(&mut self.error, &self.jacobian.fill);
@@ -286,30 +339,32 @@ impl Radau5 {
     fn end_of_step(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
         let h = t_new - run.t;
         run.project(t_new, &mut self.y_new, h)?;
-        run.rhs(t_new, &self.y_new, &mut self.f[2], h)?;
+        run.rhs(t_new, &self.y_new, &mut self.f[S - 1], h)?;
         finite_or_retry(&self.y_new, h)?;
-        finite_or_retry(&self.f[2], h)?;
+        finite_or_retry(&self.f[S - 1], h)?;
+        // Values at the nodes from the end backwards, the start last, where there is no increment.
+        let node = |i: usize| if i < S { self.tableau.c[S - 1 - i] } else { 0.0 };
         for k in 0..self.y_new.len() {
-            let (z1, z2, z3) = (self.z[0][k], self.z[1][k], self.z[2][k]);
-            let middle = (z1 - z2) / (C[0] - C[1]);
-            let first = (z2 - z3) / (C[1] - 1.0);
-            let second = (middle - first) / (C[0] - 1.0);
-            let third = second - (middle - z1 / C[0]) / C[1];
-            for (polynomial, value) in self.polynomial.iter_mut().zip([first, second, third]) {
-                polynomial[k] = value;
+            let mut values: [f64; S] = std::array::from_fn(|i| self.z[S - 1 - i][k]);
+            for (level, polynomial) in (1..).zip(&mut self.polynomial) {
+                for i in 0..=S - level {
+                    let next = values.get(i + 1).copied().unwrap_or(0.0);
+                    values[i] = (next - values[i]) / (node(i + level) - node(i));
+                }
+                polynomial[k] = values[0];
             }
         }
         Ok(())
     }
 }
 
-impl Stepper for Radau5 {
+impl<const S: usize> Stepper for Radau<S> {
     fn reach(&self) -> f64 {
         REACH
     }
 
     fn seen(&self) -> &[f64] {
-        &SEEN
+        self.tableau.seen
     }
 
     fn start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
@@ -324,7 +379,7 @@ impl Stepper for Radau5 {
     fn go_on(&mut self, h: f64) {
         self.control.polynomial_of = Some(h);
         self.control.jacobian_is_current = false;
-        self.start.copy_from_slice(&self.f[2]);
+        self.start.copy_from_slice(&self.f[S - 1]);
     }
 
     fn y_new(&self) -> &[f64] {
@@ -332,21 +387,21 @@ impl Stepper for Radau5 {
     }
 
     fn rates(&self) -> [&[f64]; 2] {
-        [&self.start, &self.f[2]]
+        [&self.start, &self.f[S - 1]]
     }
 
     fn degree(&self) -> usize {
-        STAGES
+        S
     }
 
     fn interpolate(&self, share: f64, out: &mut [f64]) {
         for (k, value) in out.iter_mut().enumerate() {
-            *value = self.y_new[k] + rise(&self.polynomial, k, share - 1.0);
+            *value = self.y_new[k] + rise(&self.tableau.c, &self.polynomial, k, share - 1.0);
         }
     }
 }
 
-impl Adaptive for Radau5 {
+impl<const S: usize> Adaptive for Radau<S> {
     fn try_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Fault> {
         self.solve_step(run, y, t_new)?;
         let error = self.error_of_step(run, y, t_new - run.t)?;
@@ -416,7 +471,7 @@ impl Adaptive for Radau5 {
     fn predict(&mut self, y: &[f64], h: f64) -> bool {
         let Some(last) = self.control.polynomial_of else { return false };
         for (k, value) in self.y_new.iter_mut().enumerate() {
-            *value = y[k] + rise(&self.polynomial, k, h / last);
+            *value = y[k] + rise(&self.tableau.c, &self.polynomial, k, h / last);
         }
         true
     }
@@ -424,22 +479,6 @@ impl Adaptive for Radau5 {
     fn gives_way(&mut self, run: &mut Run<'_>) -> bool {
         self.explicit_step = self.defender.as_mut().and_then(|defender| defender.see(run, &self.jacobian.matrix));
         self.explicit_step.is_some()
-    }
-}
-
-/// The collocation polynomial at the share `s` of the step after its end (negative inside it), less its value there.
-fn rise(polynomial: &[Vec<f64>; STAGES], k: usize, s: f64) -> f64 {
-    let [first, second, third] = polynomial;
-    s * (first[k] + (s - (C[1] - 1.0)) * (second[k] + (s - (C[0] - 1.0)) * third[k]))
-}
-
-/// `out_i := sum_j matrix_ij vectors_j`
-fn transform(matrix: &[[f64; STAGES]; STAGES], vectors: &[Vec<f64>; STAGES], out: &mut [Vec<f64>; STAGES]) {
-    let [a, b, c] = vectors;
-    for (row, out) in matrix.iter().zip(out) {
-        for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
-            *out = row[0] * a + row[1] * b + row[2] * c;
-        }
     }
 }
 

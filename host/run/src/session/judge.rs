@@ -198,7 +198,7 @@ impl Session {
         }
         let tolerance = significant(self.tolerance() / 100.0, 2);
         let method = match self.scene.simulation.method.as_ref().map(|method| method.value.as_str()) {
-            Some("radau5") => DEFAULT_METHOD,
+            Some("radau5" | "radau9") => DEFAULT_METHOD,
             _ => "radau5",
         };
         format!(

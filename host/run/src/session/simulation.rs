@@ -13,6 +13,8 @@ mod system;
 mod unknowns;
 mod watch;
 
+use std::ops::Range;
+
 pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
 use self::floor::Floor;
@@ -26,7 +28,7 @@ use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
 use super::tier::Tier;
-use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Scales};
+use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Group, Scales};
 use crate::model::{Model, Thin};
 use crate::plan::Layout;
 use crate::program::{Equations, MachineError, Node, Used};
@@ -62,6 +64,23 @@ impl Heat {
     }
 }
 
+/// The energies at accepted states, where the bodies are known anyway: in their coordinates, unless solutions are needed.
+fn energy_of(formulation: &dyn Formulation, equations: &Equations, heat: &Heat, layout: &Layout) -> Part {
+    let nodes = heat.energies(equations);
+    let plain = Part::new(equations, &nodes, layout);
+    if plain.needs_dynamics { Part::near(formulation, equations, &nodes, layout) } else { plain }
+}
+
+/// Groups of the same kind that follow each other.
+fn group_runs(groups: &[Group]) -> Vec<(Group, Range<usize>)> {
+    let mut at = 0;
+    let runs = groups.chunk_by(|a, b| a == b).map(|run| {
+        at += run.len();
+        (run[0], at - run.len()..at)
+    });
+    runs.collect()
+}
+
 /// Whether constraints depend on time and do work.
 fn is_driven(equations: &Equations) -> bool {
     equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
@@ -77,6 +96,8 @@ struct Told {
 /// See the module documentation.
 pub(super) struct Simulation<'a> {
     formulation: Box<dyn Formulation>,
+    /// What entries of the state are, as many as are alike at a time.
+    group_runs: Vec<(Group, Range<usize>)>,
     layout: Layout,
     tolerance: f64,
     scales: Scales,
@@ -142,6 +163,8 @@ pub(super) struct Simulation<'a> {
     samples_in_all: usize,
     rows_taken: Rows<'a>,
     row_right: Vec<f64>,
+    /// Room for the velocities of all bodies.
+    velocities: Vec<f64>,
     tier: Tier,
     /// Sizes of the last two steps, s.
     last_steps: [f64; 2],
@@ -194,7 +217,7 @@ impl<'a> Simulation<'a> {
         let heat = Heat::of(equations);
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
-            energy: Part::near(formulation.as_ref(), equations, &heat.energies(equations), layout),
+            energy: energy_of(formulation.as_ref(), equations, &heat, layout),
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
@@ -214,6 +237,7 @@ impl<'a> Simulation<'a> {
                 .collect(),
             period: formulation.states_per_audit(),
             channels: model.channels.len(),
+            group_runs: group_runs(formulation.groups()),
             formulation,
             tolerance,
             scales: assembly.scales,
@@ -239,6 +263,7 @@ impl<'a> Simulation<'a> {
             samples_in_all: 0,
             rows_taken,
             row_right: vec![0.0; rows_in_force],
+            velocities: Vec::with_capacity(layout.velocities()),
             tier: Tier::fixed(),
             last_steps: [0.0; 2],
             now: 0.0,

@@ -2,9 +2,8 @@
 
 use super::super::Price;
 use super::super::steps::Fault;
-use super::tableau::STAGES;
 
-/// Iterations of Newton's method before a step is given up.
+/// Iterations of Newton's method before a step with three stages is given up; with more, steps are longer (program RADAU).
 const MOST_ITERATIONS: usize = 7;
 /// The same for steps of a fixed size, which cannot be made smaller.
 const MOST_ITERATIONS_FIXED: usize = 50;
@@ -21,9 +20,12 @@ const KEEP_STEP: [f64; 2] = [1.0, 1.2];
 /// Limits of the ratio of step sizes.
 const RATIO: [f64; 2] = [0.2, 8.0];
 const SAFETY: f64 = 0.9;
-/// Weight of the tolerance in the error test, `0.1 tol^(2/3)`: the error estimate is of order 3, the result of order 5
-/// (program RADAU5).
+/// Weight of the tolerance in the error test, `0.1 tol^((s+1)/2s)`: with s stages the error estimate is of order s, the result of
+/// order 2 s - 1 (programs RADAU5 and RADAU).
 const TEST_FACTOR: f64 = 0.1;
+/// The same with more than three stages: stiff equations take more of such a method's order, and with this weight the result still
+/// meets the tolerance on van der Pol's oscillator.
+const TEST_FACTOR_OF_MORE: f64 = 5e-2;
 /// Error of the interpolation in tolerances, as the error test estimates it, up to which samples are interpolated.
 const INTERPOLATED_ERROR: f64 = 1.0;
 /// Least error that the predictive control remembers, in units of the error test.
@@ -32,6 +34,7 @@ const LEAST_REMEMBERED_ERROR: f64 = 1e-2;
 /// What a step carries to the next.
 #[derive(Debug, Clone)]
 pub(super) struct Control {
+    stages: usize,
     /// Step size of the factorisation in force.
     pub(super) factored: Option<f64>,
     pub(super) jacobian_is_current: bool,
@@ -56,17 +59,24 @@ pub(super) struct Control {
     pub(super) most_iterations: usize,
 }
 
+fn most_iterations(stages: usize) -> usize {
+    MOST_ITERATIONS + (stages - 3) * 5 / 2
+}
+
 impl Default for Control {
     fn default() -> Self {
-        Self::new(None)
+        Self::new(3, None)
     }
 }
 
 impl Control {
     /// For a system whose error test stands for this relative tolerance, if it is known.
-    pub(super) fn new(tolerance: Option<f64>) -> Self {
-        let relative = tolerance.map_or(1e-6, |tol| TEST_FACTOR * tol.powf(2.0 / 3.0));
+    pub(super) fn new(stages: usize, tolerance: Option<f64>) -> Self {
+        let power = (stages + 1) as f64 / (2 * stages) as f64;
+        let factor = if stages > 3 { TEST_FACTOR_OF_MORE } else { TEST_FACTOR };
+        let relative = tolerance.map_or(1e-6, |tol| factor * tol.powf(power));
         Self {
+            stages,
             factored: None,
             jacobian_is_current: false,
             has_jacobian: false,
@@ -79,24 +89,29 @@ impl Control {
             last_estimate: None,
             rejected: false,
             test: tolerance.map_or(1.0, |tol| (relative / tol).max(1.0)),
-            most_iterations: MOST_ITERATIONS,
+            most_iterations: most_iterations(stages),
             newton: (10.0 * f64::EPSILON / relative).max(relative.sqrt().min(0.03)),
         }
+    }
+
+    /// The estimate of the error goes with the size of a step to the power of one over this.
+    fn exponent(&self) -> f64 {
+        1.0 / (self.stages + 1) as f64
     }
 
     /// Ratio of the size of the next step to that of one with this error (section IV.8, eq. 8.21).
     fn ratio(&self, error: f64) -> f64 {
         let iterations = self.iterations as f64;
-        let most = MOST_ITERATIONS as f64;
+        let most = most_iterations(self.stages) as f64;
         let safety = SAFETY.min(SAFETY * (1.0 + 2.0 * most) / (iterations + 2.0 * most));
-        (safety / error.max(1e-10).powf(0.25)).clamp(RATIO[0], RATIO[1])
+        (safety / error.max(1e-10).powf(self.exponent())).clamp(RATIO[0], RATIO[1])
     }
 
     /// Keeps Jacobians longer where they cost much against iterations, for a state of `n` numbers.
     pub(super) fn keep_by_price(&mut self, price: Price, n: usize) {
         let n = n as f64;
         let jacobian = price.jacobian.unwrap_or(n * price.evaluation) + n.powi(3);
-        let iteration = STAGES as f64 * price.evaluation + 5.0 * n * n;
+        let iteration = self.stages as f64 * price.evaluation + 5.0 * n * n;
         self.keep_jacobian = if jacobian > EXPENSIVE * iteration { KEEP_EXPENSIVE_JACOBIAN } else { KEEP_JACOBIAN };
     }
 
@@ -130,7 +145,7 @@ impl Control {
     fn ratio_after_acceptance(&mut self, h: f64, error: f64) -> f64 {
         let mut ratio = self.ratio(error);
         if let Some((last_h, last_error)) = self.last {
-            let growth = (error * error / last_error).max(1e-40).powf(0.25) / SAFETY;
+            let growth = (error * error / last_error).max(1e-40).powf(self.exponent()) / SAFETY;
             ratio = ratio.min((h / last_h / growth).clamp(RATIO[0], RATIO[1]));
         }
         self.last = Some((h, error.max(LEAST_REMEMBERED_ERROR)));
@@ -161,6 +176,7 @@ impl Control {
 
     /// Whether samples inside a step of this size will be good.
     pub(super) fn interpolates(&self, h: f64) -> bool {
-        self.last_estimate.is_none_or(|(last, error)| error * (h / last).powi(4) <= INTERPOLATED_ERROR)
+        self.last_estimate
+            .is_none_or(|(last, error)| error * (h / last).powi(self.stages as i32 + 1) <= INTERPOLATED_ERROR)
     }
 }

@@ -47,7 +47,7 @@ impl System for Announced {
 
 #[test]
 fn every_step_is_announced_with_its_size() {
-    for name in ["dop853", "dopri5", "radau5", "auto"] {
+    for name in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
         let mut system = Announced { probe: Probe::new(smooth, 3, 1e-8), steps: Vec::new(), now: 0.0 };
         let span = Span { t_start: 0.0, t_end: 7.0, sample_times: &[] };
         let mut y = [1.0, 1.0, 0.0];

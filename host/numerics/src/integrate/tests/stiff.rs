@@ -113,6 +113,52 @@ fn radau5_has_order_five_and_interpolates_with_order_three() {
     assert!((3.6..4.6).contains(&inside), "{inside}");
 }
 
+/// The same with an entry that changes nothing but the pattern: the first row is not that of a position any more.
+fn van_der_pol_jacobian_unhalved(t: f64, y: &[f64], matrix: &mut [f64]) {
+    van_der_pol_jacobian(t, y, matrix);
+    matrix[0] = f64::MIN_POSITIVE;
+}
+
+#[test]
+fn halved_matrices_give_the_steps_of_whole_ones() {
+    for name in ["radau5", "radau9"] {
+        let end = |jacobian: fn(f64, &[f64], &mut [f64])| {
+            let mut probe = Probe::new(van_der_pol, 2, 1e-8);
+            probe.jacobian = Some(jacobian);
+            let mut y = [2.0, 0.0];
+            let mut method = by_name(name).unwrap();
+            let outcome = run(method.as_mut(), &mut probe, &mut y, 2.0, &[], &Options::default());
+            (y, outcome.counters)
+        };
+        let ((halved, work), (whole, other)) = (end(van_der_pol_jacobian), end(van_der_pol_jacobian_unhalved));
+        assert_eq!((work.steps, work.newton_iterations), (other.steps, other.newton_iterations), "{name}");
+        let difference = distance(&halved, &whole);
+        assert!(difference < 1e-11, "{name}: {difference:e}");
+    }
+}
+
+#[test]
+fn radau9_has_order_nine_and_interpolates_with_order_five() {
+    let mut method = Radau9::default();
+    let (coarse, fine) = (errors(&mut method, 4.0, 4.0 / 6.0), errors(&mut method, 4.0, 0.5));
+    let end = order(coarse.0, fine.0) / order(4.0 / 6.0, 0.5);
+    assert!((8.5..9.6).contains(&end), "{end}");
+    let (coarse, fine) = (errors(&mut method, 4.0, 1.0), errors(&mut method, 4.0, 0.5));
+    let inside = order(coarse.1, fine.1);
+    assert!((5.6..7.0).contains(&inside), "{inside}");
+}
+
+#[test]
+fn radau9_takes_a_fraction_of_the_steps_at_tight_tolerances() {
+    for (tolerance, fraction) in [(1e-6, 2), (1e-8, 4), (1e-10, 6), (1e-12, 8)] {
+        let (error, counters) = van_der_pol_run("radau9", tolerance, true);
+        assert!(error < tolerance, "{tolerance:e} {error:e}");
+        let (_, fifth) = van_der_pol_run("radau5", tolerance, true);
+        assert!(fraction * counters.steps < fifth.steps, "{counters:?} {fifth:?}");
+        assert!(counters.evaluations < fifth.evaluations, "{counters:?} {fifth:?}");
+    }
+}
+
 #[test]
 fn radau5_solves_van_der_pol_to_its_tolerance() {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {

@@ -45,7 +45,7 @@ fn end_of(method: &str, height: f64, speed: f64, t_end: f64) -> (f64, f64, bool)
 
 #[test]
 fn they_end_there_to_round_off() {
-    for method in ["dop853", "dopri5", "radau5", "auto"] {
+    for method in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
         let (t, y, stopped) = end_of(method, 0.5, 0.0, 10.0);
         assert!(stopped && (t - 1.0).abs() < 1e-12 && y.abs() < 1e-12, "{method}: {t} {y}");
         // A start at zero, on the way up, is none; what comes down again ends where it was.

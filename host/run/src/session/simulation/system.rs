@@ -32,7 +32,7 @@ impl Simulation<'_> {
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
         let mut worst = 0.0_f64;
-        for (k, group) in self.formulation.groups().iter().enumerate() {
+        for (group, range) in &self.group_runs {
             let size = match group {
                 Group::Position => length,
                 Group::Parameter => 1.0,
@@ -40,7 +40,12 @@ impl Simulation<'_> {
                 Group::AngularVelocity => spin,
                 Group::State | Group::Work => continue,
             };
-            let share = error[k].abs() / size;
+            let most = error[range.clone()].iter().fold(0.0_f64, |most, error| {
+                let error = error.abs();
+                // What is no number stays.
+                if error > most || error.is_nan() { error } else { most }
+            });
+            let share = most / size;
             if share.is_nan() || share > worst {
                 worst = share;
             }
@@ -207,7 +212,7 @@ impl System for Simulation<'_> {
     }
 
     fn turning(&self, y: &[f64]) -> f64 {
-        self.formulation.turns_added() * self.fastest(y)
+        self.formulation.turning(y)
     }
 
     fn look(&mut self, of: Watched, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {

@@ -52,10 +52,15 @@ impl Simulation<'_> {
     pub(in crate::session) fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         // Copied, since the formulation lends both its inputs and its element sets.
         let mut inputs = std::mem::take(&mut self.observed);
-        inputs.clear();
-        self.energy.at(self.formulation.as_mut(), &mut inputs, t, state)?;
+        let together = !self.energy.needs_dynamics && !self.energy.own;
+        if !together {
+            self.energy.at(self.formulation.as_mut(), &mut inputs, t, state)?;
+        }
         inputs.clear();
         inputs.extend_from_slice(self.formulation.observe(t, state, false)?.inputs);
+        if together {
+            self.energy.run(&inputs, self.formulation.sets())?;
+        }
         let result = self.watch_inputs(&inputs, state);
         self.observed = inputs;
         result.and_then(|()| self.look_at_margins(t, state))
@@ -185,12 +190,16 @@ impl Simulation<'_> {
     /// Violations of all rows.
     fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
         self.rows.evaluate(inputs, self.formulation.sets())?;
-        let (position, row) = self.rows.worst(self.rows.values(), self.scales.length);
         self.row_right.copy_from_slice(self.rows.rates_in_time());
-        for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
-            self.row_right[*row] += value * inputs[self.layout.body_slot(column / 6, 7 + column % 6)];
+        self.velocities.clear();
+        for body in 0..self.layout.bodies {
+            self.velocities.extend_from_slice(&inputs[self.layout.body_slot(body, 7)..][..6]);
         }
-        let (velocity, rate) = self.rows.worst(&self.row_right, self.scales.length);
+        for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
+            self.row_right[*row] += value * self.velocities[*column];
+        }
+        let found = self.rows.worst_of([self.rows.values(), &self.row_right], self.scales.length);
+        let [(position, row), (velocity, rate)] = found;
         let (length, speed) = (self.scales.length, self.scales.speed_scale());
         self.audit.violation(inputs[Layout::TIME], (position / length, row), (velocity / speed, rate));
         Ok(())
