@@ -1,5 +1,7 @@
 //! A library in C, built as its author would build it, beside the same elements in Rust.
 
+#[path = "c_plugin/recent.rs"]
+pub mod recent;
 #[path = "c_plugin/twins.rs"]
 mod twins;
 

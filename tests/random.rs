@@ -19,6 +19,7 @@ mod checks;
 mod damping;
 mod differential;
 mod furnish;
+mod guided;
 mod inertia;
 mod mechanism;
 mod numbers;
@@ -173,7 +174,7 @@ fn differential(count: u64, draw: fn(u64, Style) -> Mechanism) {
 fn all_standard_elements_are_drawn() {
     let draw = |seed| {
         let style = STYLES[(seed % 3) as usize];
-        let made = [Mechanism::furnished, Mechanism::striking, Mechanism::rubbing];
+        let made = [Mechanism::furnished, Mechanism::striking, Mechanism::rubbing, Mechanism::guided];
         made.map(|make| make(seed, style).parts).concat()
     };
     let drawn: BTreeSet<&str> = (1..2000).flat_map(draw).map(|part| part.kind).collect();
@@ -181,10 +182,9 @@ fn all_standard_elements_are_drawn() {
     for library in [odyn_joints::library(), odyn_forces::library(), odyn_controls::library()] {
         for class in &library.classes {
             let name = class.descriptor().name.clone();
-            // A surface over two signals, and what samples: `scenes/verification/` has them, and `events.rs` every method. What needs
-            // a place that fits others, or only looks: `scenes/verification/`, `unknowns.rs`, `margins.rs`.
-            let apart = ["servo-rotation", "servo-displacement", "gear-backlash", "ellipse-contact", "bearing-rating"];
-            if ["map", "digital-pid"].iter().chain(&apart).any(|one| one == &name) {
+            // A surface over two signals, and what samples: `scenes/verification/` has them, and `events.rs` every method. What only
+            // looks: `margins.rs`.
+            if ["map", "digital-pid", "bearing-rating"].iter().any(|one| one == &name) {
                 continue;
             }
             if !drawn.contains(name.as_str()) {
@@ -254,6 +254,11 @@ fn equilibria_stay_and_are_judged_rightly() {
     eprintln!("{found}");
     assert!(failed == 0, "{failed} of {count} failed:\n{told}");
     assert!(count < 20 || 4 * found.compared > found.scenes, "too few compared: {found}");
+}
+
+#[test]
+fn every_way_of_running_a_scene_with_guides_agrees() {
+    differential(60, Mechanism::guided);
 }
 
 /// Checks the scenes of a folder below `tests`; tells all that fail.

@@ -25,6 +25,7 @@
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
 //! | `masses.rs` | what joints decide does not depend on masses; light and heavy bodies side by side move as they should |
 //! | `random.rs` | what must hold of any mechanism, in hundreds of random ones; `regressions/`: those that once failed |
+//! | `joint_memory.rs` | joints report values and remember; internal unknowns whose solution ends are named |
 //! | `states.rs` | continuous and discrete states, memory, angles over many turns |
 //! | `allocations.rs` | our elements allocate nothing when they are called |
 //! | `examples.rs` | every standard element has a complete manual page, and its example runs |
@@ -74,6 +75,7 @@ mod hostile;
 mod inertia;
 mod interleaved;
 mod inverse;
+mod joint_memory;
 mod judged;
 mod limit;
 mod margins;

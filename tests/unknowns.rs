@@ -135,3 +135,66 @@ fn a_start_without_a_contact_names_element_and_unknown() {
     let error = try_run(&text, &[]).map(|report| report.summary.reason).unwrap_err();
     assert!(error.contains("`contact`: its internal unknown `"), "{error}");
 }
+
+/// A wheel that slides down a slope and over its end, or what is behind `from`.
+fn rail(ends: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 2
+output_step = 0.05
+[[body]]
+name = "wheel"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+position = [0, 1.1, 0]
+velocity = [0.5, 0, 0]
+[[joint]]
+name = "plane"
+type = "planar"
+bodies = ["ground", "wheel"]
+axis = [0, 0, 1]
+[[joint]]
+name = "rail"
+type = "rail-contact"
+bodies = ["ground", "wheel"]
+points = [[0, 0, 0], [0, 1.1, 0]]
+params.height = "cos(x)"
+params.wheel_radius = 0.1
+{ends}
+[[output]]
+name = "x"
+quantity = "position"
+of = "wheel"
+component = "x"
+[[output]]
+name = "place"
+quantity = "coordinate"
+of = "rail"
+channel = "place"
+"#
+    )
+}
+
+#[test]
+fn a_wheel_that_leaves_its_profile_ends_the_run_with_the_name_of_the_rail() {
+    for (ends, sign) in [("params.from = -1\nparams.to = 0.6", 1.0), ("params.from = -0.6\nparams.to = 1", -1.0)] {
+        let text = rail(ends).replace("[0.5, 0, 0]", &format!("[{:?}, 0, 0]", 0.5 * sign));
+        for sets in [
+            &[][..],
+            &["simulation.formulation=\"cartesian\""],
+            &["simulation.method=\"radau5\""],
+            &["simulation.method=\"rk4\"", "simulation.fixed_step=0.001"],
+        ] {
+            let report = try_run(&text, sets).unwrap();
+            let reason = &report.summary.reason;
+            assert_ne!(report.exit_code(), 0, "{sets:?}: {reason}");
+            assert!(reason.contains("`rail`") && reason.contains("`place`"), "{sets:?}: {reason}");
+            let last = *report.columns[1].last().unwrap();
+            assert!(sign * last > 0.4 && sign * last <= 0.6, "{sets:?}: {last}");
+        }
+    }
+}

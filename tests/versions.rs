@@ -58,6 +58,7 @@ mod earlier {
     use odyn::session::{RunReport, Session};
 
     use super::*;
+    use crate::c_plugin::recent::{SCENE, STRIKING, run_with};
     use crate::fixtures::build_crate;
     use crate::plugins::STRANGERS_SCENE;
     use crate::support::options;
@@ -135,6 +136,29 @@ mod earlier {
             scenes += 1;
         }
         assert!(scenes > 5, "{scenes}");
+    }
+
+    /// What came with contract 1.2: joints with states, memory and signals, over any number of points, that strike and slide; internal
+    /// unknowns, surfaces, slopes, checks, catalogues.
+    #[test]
+    fn a_library_of_contract_1_2_gives_the_bits_of_today() {
+        let scratch = Scratch::new();
+        let made = "92418efefdd0317c2a44b3a2af55eca03b9afd6f1f3c398b531bb39418631727";
+        let path = unpack("recent-plugin-1.2", made, "recent-plugin", scratch.path());
+        let today = file(&build("recent-plugin"), "recent-plugin");
+        let ((earlier, interface), (now, _)) = (load(&path), load(&today));
+        assert_eq!(interface, "1.2.0");
+        assert_eq!(earlier.elements().count(), 4);
+        for element in earlier.elements() {
+            let name = &element.descriptor().name;
+            assert_eq!(element.descriptor(), now.find(name, None).unwrap().descriptor(), "{name}");
+        }
+        for scene in [SCENE, STRIKING] {
+            let [earlier, today] = [&path, &today].map(|library| run_with(scene, "recent-plugin", library));
+            assert_eq!(earlier.exit_code(), 0, "{}", earlier.summary.reason);
+            assert_ne!(earlier.summary.libraries, today.summary.libraries);
+            assert_eq!(earlier.columns, today.columns);
+        }
     }
 }
 

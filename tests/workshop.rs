@@ -193,3 +193,20 @@ fn parameters_are_written_as_in_a_scene_and_taken_from_their_range() {
     let unknown = Given::read(&["lenght=1".to_string()]).unwrap().check(&[rod.descriptor()]).unwrap_err();
     assert_eq!(unknown.help, ["did you mean `length`?"]);
 }
+
+#[test]
+fn every_standard_element_passes_without_options() {
+    let mut catalog = Catalog::new();
+    for library in
+        [odyn_joints::library(), odyn_forces::library(), odyn_controls::library(), odyn_compressor::library()]
+    {
+        catalog.add_library(library).unwrap();
+    }
+    let verdicts: Vec<Verdict> = catalog
+        .elements()
+        .map(|element| workshop::examine(&element, &Given::default(), &[]).expect("defaults"))
+        .collect();
+    assert!(verdicts.len() >= 71, "{}", verdicts.len());
+    let failed: String = verdicts.iter().filter(|verdict| !verdict.passed()).map(found).collect();
+    assert!(failed.is_empty(), "{failed}");
+}

@@ -79,7 +79,9 @@ enum {
     /* Pairs of argument and value. */
     ODYN_CURVE = 6,
     /* A function of one variable that the scene gives: number, expression, points. */
-    ODYN_FUNCTION = 7
+    ODYN_FUNCTION = 7,
+    /* A function of two variables that the scene gives on a grid. Contract 1.2. */
+    ODYN_SURFACE = 8
 };
 
 /* Operations on values, for odyn_recorder.operation; the inline functions below use them. */
@@ -112,7 +114,8 @@ enum {
     ODYN_IN_SIGNAL = 8,           /* signal taken */
     ODYN_IN_COORDINATE = 9,       /* joint coordinate of the mobility */
     ODYN_IN_REACTION_FORCE = 10,  /* 3 joint + component, N */
-    ODYN_IN_REACTION_TORQUE = 11  /* 3 joint + component, N m */
+    ODYN_IN_REACTION_TORQUE = 11, /* 3 joint + component, N m */
+    ODYN_IN_UNKNOWN = 12          /* internal unknown; contract 1.2 */
 };
 
 /* What a value means to the host, for odyn_recorder.result; the index is given behind each. */
@@ -124,7 +127,7 @@ enum {
     ODYN_OUT_COORDINATE = 4,    /* channel of a joint */
     ODYN_OUT_RATE = 5,          /* rate of a continuous state */
     ODYN_OUT_MEMORY = 6,        /* discrete state after the step is accepted; kept where it is not given */
-    ODYN_OUT_CHANNEL = 8,       /* channel of a force, output of a control element */
+    ODYN_OUT_CHANNEL = 8,       /* channel of a force, output of a control element, value of a joint */
     ODYN_OUT_POTENTIAL = 9,     /* 0; potential energy, J */
     ODYN_OUT_DISSIPATION = 10,  /* 0; dissipated power, W, not negative */
     ODYN_OUT_POSE_POSITION = 11, /* component of the position of frame 1 in frame 0 */
@@ -134,6 +137,8 @@ enum {
     ODYN_OUT_SAMPLE_PERIOD = 14, /* 0; s, a constant: memory changes at its whole multiples only. Contract 1.2. */
     /* The row is unilateral: never negative, it only pushes; a constant, the coefficient of restitution. Contract 1.2. */
     ODYN_OUT_UNILATERAL = 15,
+    ODYN_OUT_CONDITION = 17,   /* condition on the internal unknowns: zero; as many as unknowns. Contract 1.2. */
+    ODYN_OUT_CHECK = 25,       /* margin of a check, positive while all is well. Contract 1.2. */
     ODYN_OUT_STICKS_WITH = 16, /* The row holds only while that unilateral row is closed; a constant, its number. Contract 1.2. */
     /* The row on velocities holds up to this limit, N or N m, and slides beyond; of one that sticks with a unilateral row a share
        of that row's reaction. Contract 1.2. */
@@ -232,6 +237,12 @@ typedef struct odyn_recorder {
     /* The parameter of kind ODYN_FUNCTION at `x`. */
     odyn_value (*function)(void *context, const char *parameter, odyn_value x);
     void (*result)(void *context, uint32_t role, uint32_t index, odyn_value value);
+
+    /* Contract 1.2: hosts before it have a smaller `size`, and no such function. */
+    /* The parameter of kind ODYN_SURFACE at `x` and `y`. */
+    odyn_value (*surface)(void *context, const char *parameter, odyn_value x, odyn_value y);
+    /* The derivative at `x` of the parameter of kind ODYN_FUNCTION. */
+    odyn_value (*slope)(void *context, const char *parameter, odyn_value x);
 } odyn_recorder;
 
 /* An element class. Lists are pointer and count; what is zero or null is not there. */
@@ -292,6 +303,30 @@ typedef struct odyn_element {
     /* Checks of the test kit that do not apply to it ("third-law"), and why. */
     const odyn_text *exempt;
     size_t exempt_count;
+    /* Internal unknowns, found from as many conditions at every instant; at most eight; not with ODYN_OPAQUE. */
+    const odyn_named *unknowns;
+    size_t unknown_count;
+    /* [create] Writes where the search for them begins; they are zero before. Null: at zero. */
+    void (*guess)(const void *instance, double *unknowns);
+    /* What each further frame is, for an element that takes any number of them after `frames`; null: it does not. */
+    const odyn_named *more_frames;
+    /* Largest number of frames in all, with `more_frames`. */
+    uint32_t most_frames;
+    uint32_t reserved;
+    /* [create] Tells an instance how many frames it has in all, after `create`. May refuse a number (the parameter `bodies`). May be
+     * null. */
+    int32_t (*with_frames)(void *instance, uint32_t count, odyn_error *error);
+    /* Conditions under which a force or control element may be used: name, unit of the margin, and what is wrong where it is negative
+     * ("is loaded beyond its rating"); not with ODYN_OPAQUE. */
+    const odyn_named *checks;
+    size_t check_count;
+    /* Rows of recommended parameters that a scene picks with `use`, CSV; null: none. */
+    const char *catalog;
+    /* What reports say of an instance, Markdown; null: nothing. */
+    const char *report;
+    /* Values that a joint reports besides its channels, which are its coordinates; not with ODYN_OPAQUE. */
+    const odyn_named *values;
+    size_t value_count;
 } odyn_element;
 
 /* What a library exports; made by ODYN_PLUGIN. */
@@ -488,6 +523,8 @@ static inline odyn_value odyn_time(odyn_tape o) { return odyn_input(o, ODYN_IN_T
 static inline odyn_value odyn_state(odyn_tape o, uint32_t k) { return odyn_input(o, ODYN_IN_STATE, k); }
 static inline odyn_value odyn_memory(odyn_tape o, uint32_t k) { return odyn_input(o, ODYN_IN_MEMORY, k); }
 static inline odyn_value odyn_signal_taken(odyn_tape o, uint32_t k) { return odyn_input(o, ODYN_IN_SIGNAL, k); }
+/* Internal unknown. */
+static inline odyn_value odyn_unknown(odyn_tape o, uint32_t k) { return odyn_input(o, ODYN_IN_UNKNOWN, k); }
 /* Joint coordinate of the mobility. */
 static inline odyn_value odyn_coordinate(odyn_tape o, uint32_t k) { return odyn_input(o, ODYN_IN_COORDINATE, k); }
 
@@ -602,6 +639,12 @@ static inline void odyn_sample_period(odyn_tape o, double period) {
 static inline void odyn_report_coordinate(odyn_tape o, uint32_t k, odyn_value value) {
     odyn_result(o, ODYN_OUT_COORDINATE, k, value);
 }
+/* Condition on the internal unknowns: zero. */
+static inline void odyn_condition(odyn_tape o, uint32_t k, odyn_value value) {
+    odyn_result(o, ODYN_OUT_CONDITION, k, value);
+}
+/* Margin of a check, positive while all is well. */
+static inline void odyn_check(odyn_tape o, uint32_t k, odyn_value margin) { odyn_result(o, ODYN_OUT_CHECK, k, margin); }
 static inline void odyn_channel(odyn_tape o, uint32_t k, odyn_value value) { odyn_result(o, ODYN_OUT_CHANNEL, k, value); }
 static inline void odyn_rate(odyn_tape o, uint32_t k, odyn_value value) { odyn_result(o, ODYN_OUT_RATE, k, value); }
 static inline void odyn_next_memory(odyn_tape o, uint32_t k, odyn_value value) {

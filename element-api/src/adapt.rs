@@ -34,6 +34,7 @@ pub fn joint<T: Constraint>() -> Box<dyn ElementClass> {
     let mut descriptor = describe::<T>(Kind::Joint, T::COORDINATES, T::STATES);
     descriptor.inputs = inputs(T::INPUTS);
     descriptor.rows = T::ROWS.iter().chain(T::VELOCITY_ROWS).map(ToString::to_string).collect();
+    descriptor.values = named(T::CHANNELS);
     descriptor.mobility = T::MOBILITY;
     descriptor.turns_freely = T::TURNS_FREELY;
     Box::new(Class::<T, JointSet<T>> { descriptor, marker: PhantomData })
@@ -81,6 +82,7 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         unknowns: named(T::UNKNOWNS),
         exempt: T::EXEMPT.iter().map(|(check, reason)| ((*check).into(), (*reason).into())).collect(),
         checks: Vec::new(),
+        values: Vec::new(),
         catalog: T::CATALOG.into(),
         report: T::REPORT.into(),
     }

@@ -147,6 +147,9 @@ pub struct Descriptor {
     /// Names of the internal unknowns; an instance may have more. Contract 1.2.
     #[serde(default)]
     pub unknowns: Vec<Named>,
+    /// Values that a joint reports besides its coordinates. Contract 1.2.
+    #[serde(default)]
+    pub values: Vec<Named>,
 }
 
 impl Descriptor {
@@ -168,6 +171,7 @@ impl Descriptor {
             ("exemptions", self.exempt.len()),
             ("checks", self.checks.len()),
             ("unknowns", self.unknowns.len()),
+            ("values", self.values.len()),
         ];
         if self.opaque && !self.checks.is_empty() {
             return Err(format!("`{}` is opaque and declares checks, which only recorded elements have", self.name));
@@ -182,6 +186,12 @@ impl Descriptor {
             )),
             None => Ok(()),
         }
+    }
+
+    /// The values that it reports, for the quantity `value`: those of a joint besides its coordinates.
+    #[must_use]
+    pub fn reported(&self) -> &[Named] {
+        if self.kind == Kind::Joint { &self.values } else { &self.channels }
     }
 
     /// The numbers of frames that it takes, the smallest and the largest.
@@ -208,7 +218,7 @@ impl Descriptor {
     #[must_use]
     pub fn limits(&self) -> Limits {
         let (coordinates, channels) = match self.kind {
-            Kind::Joint => (self.channels.len(), 0),
+            Kind::Joint => (self.channels.len(), self.values.len()),
             Kind::Force | Kind::Control => (0, self.channels.len()),
         };
         Limits {

@@ -115,8 +115,11 @@ pub trait Constraint: Element {
     const TURNS_FREELY: bool = false;
     /// Names and units of continuous states x' = f that rows may depend on (a servo's angle). Contract 1.2.
     const STATES: &'static [ChannelSpec] = &[];
-    /// Signals that [`Constraint::rates`] take; in [`Motion::inputs`]. Contract 1.2.
+    /// Signals that [`Constraint::rates`], [`Constraint::channels`] and [`Constraint::next_memory`] take; in [`Motion::inputs`].
+    /// Contract 1.2.
     const INPUTS: &'static [InputSpec] = &[];
+    /// Names and units of the values reported by [`Constraint::channels`], besides the coordinates. Not for opaque joints. Contract 1.2.
+    const CHANNELS: &'static [ChannelSpec] = &[];
 
     /// `[record; hot when opaque]` The constraint equations, one value per row, in m or rad-like units. Rows that
     /// [`Constraint::uses_row`] leaves out are not asked for and must not be set.
@@ -142,6 +145,26 @@ pub trait Constraint: Element {
     /// `[record]` Rates of the states, one per entry of [`Constraint::initial_states`]. Contract 1.2.
     fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let _ = (at, out);
+    }
+    /// `[record]` Values to report, one per entry of [`Constraint::CHANNELS`]: of positions, velocities, time, states, memory and
+    /// signals. Other elements take them by name. Contract 1.2.
+    fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let _ = (at, out);
+    }
+    /// `[create]` Discrete states at the start. They change only between steps, so rows, coordinates, limits and conditions do not
+    /// depend on them, nor does the rate of a state that a row depends on: what they change goes through a state behind that one.
+    /// Not for opaque joints. Contract 1.2.
+    fn initial_memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// `[create]` For a joint that samples: the period T, s; see [`Force::sample_period`]. Contract 1.2.
+    fn sample_period(&self) -> Option<f64> {
+        None
+    }
+    /// `[record]` The discrete states after an accepted step, or after a sample, one per entry of [`Constraint::initial_memory`].
+    /// Contract 1.2.
+    fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        at.memory.iter().for_each(|value| out.push(*value));
     }
 
     /// `[record]` Constraints on velocities that are not the rate of anything (rolling without slip, a blade), one value per entry of

@@ -2,6 +2,7 @@
 
 use crate::params::{ParamError, ParamKind, ParamType};
 use crate::scalar::Scalar;
+use crate::slope::Dual;
 use crate::table::{Interpolation, Outside, Table};
 
 /// A function of one variable, evaluated with any [`Scalar`], so that its derivatives are exact.
@@ -151,6 +152,13 @@ impl Function {
             Form::Table(table, _) => x.lookup(table),
             Form::Expression(steps) => run(steps, x),
         }
+    }
+
+    /// The derivative at `x`, for equations that contain it (the tangent of a profile). Where it jumps, the one that [`Function::at`] has
+    /// there. Contract 1.2.
+    #[must_use]
+    pub fn slope<S: Scalar>(&self, x: S) -> S {
+        self.at(Dual::variable(x)).slope
     }
 
     /// Whether it is the same everywhere as far as can be told without evaluating.

@@ -76,6 +76,7 @@ pub mod recorded;
 pub mod recording;
 pub mod scalar;
 pub mod set;
+mod slope;
 mod specs;
 pub mod surface;
 pub mod table;

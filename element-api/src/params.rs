@@ -78,7 +78,7 @@ pub struct ParamSpec {
     /// Value used when the scene gives none.
     #[serde(default)]
     pub default: Option<toml::Value>,
-    /// A value that the element takes, for `odyn plugin check`, where there is no default. Contract 1.2.
+    /// A value that the element takes, for `odyn plugin check`, which takes it in the place of a default too. Contract 1.2.
     #[serde(default)]
     pub example: Option<toml::Value>,
     /// Smallest allowed number (inclusive).

@@ -400,13 +400,15 @@ impl Role {
             | Self::PosePosition(_)
             | Self::PoseRotation(_) => kind == Kind::Joint,
             Self::Force(_) | Self::Torque(_) | Self::Kinetic | Self::FlexibleForce(_) => kind == Kind::Force,
-            Self::NextDiscrete(_)
+            Self::Check(_) | Self::Potential | Self::Dissipation => kind != Kind::Joint,
+            Self::Angle(_)
+            | Self::Signal(_)
+            | Self::StateRate(_)
+            | Self::NextDiscrete(_)
             | Self::SamplePeriod
             | Self::Channel(_)
-            | Self::Check(_)
-            | Self::Potential
-            | Self::Dissipation => kind != Kind::Joint,
-            Self::Angle(_) | Self::Signal(_) | Self::StateRate(_) | Self::Condition(_) | Self::Guess(_) => true,
+            | Self::Condition(_)
+            | Self::Guess(_) => true,
         }
     }
 }

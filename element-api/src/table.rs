@@ -193,6 +193,14 @@ impl Table {
         }
     }
 
+    /// The derivative inside the range as a table, with the same break points. Outside of a held range it has its end values, where the
+    /// derivative is zero. Contract 1.2.
+    #[must_use]
+    pub fn slope(&self) -> Self {
+        let pieces = self.pieces.iter().map(|[_, c1, c2, c3]| [*c1, 2.0 * c2, 3.0 * c3, 0.0]).collect();
+        Self { breaks: self.breaks.clone(), pieces, outside: self.outside }
+    }
+
     /// Whether break points and pieces fit together and are finite, so that evaluation cannot go wrong.
     #[must_use]
     pub fn is_sound(&self) -> bool {

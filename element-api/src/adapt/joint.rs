@@ -145,6 +145,7 @@ fn move_along(plain: &Given<f64>, rates: &[FrameRates], time_rate: f64, moved: &
         Twist { velocity: Vec3::from_element(Jet::from(0.0)), angular_velocity: Vec3::from_element(Jet::from(0.0)) };
     refill(&mut moved.twists, plain.frames.iter().map(|_| still));
     refill(&mut moved.states, plain.states.iter().map(|x| Jet::from(*x)));
+    refill(&mut moved.memory, plain.memory.iter().map(|x| Jet::from(*x)));
     refill(&mut moved.signals, plain.signals.iter().map(|x| Jet::from(*x)));
     refill(&mut moved.references, plain.references.iter().map(|x| Jet::from(*x)));
     moved.forget_angles(plain.angles.len());
@@ -159,7 +160,7 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             frames,
             angles: T::ANGLES,
             states: element.initial_states().len() + guesses.len(),
-            memory: 0,
+            memory: element.initial_memory().len(),
             signals: T::INPUTS.len(),
             joints: 0,
             values: rows.len() + T::COORDINATES.len(),
@@ -189,15 +190,17 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             let message = "has unilateral rows, which an opaque element cannot have: let it be recorded".into();
             return Err(Fault { instance, message });
         }
-        if T::OPAQUE && entry.layout.states + entry.layout.signals > 0 {
-            let message = "has states or takes signals, which an opaque joint cannot: let it be recorded".into();
+        if T::OPAQUE && entry.layout.states + entry.layout.memory + entry.layout.signals + T::CHANNELS.len() > 0 {
+            let message =
+                "has states, memory or channels, or takes signals, which an opaque joint cannot: let it be recorded"
+                    .into();
             return Err(Fault { instance, message });
         }
         if T::OPAQUE {
             let angles = (0..T::ANGLES).map(|k| Role::Angle(k as u32));
             return Ok(announce(roles.chain(angles), Vec::new(), Vec::new()));
         }
-        let (mut forgotten, mut forgotten_rate, mut forgotten_state) = (None, None, None);
+        let (mut forgotten, mut forgotten_rate, mut forgotten_value) = (None, None, None);
         let mut missing = None;
         let mut recording = record(|| {
             let given = recorded_inputs(&entry.layout, entry.guesses.len());
@@ -216,11 +219,23 @@ impl<T: Constraint> ElementSet for JointSet<T> {
                     None => forgotten_rate = forgotten_rate.or(Some(k)),
                 }
             }
+            let at = given.motion();
             let mut moving = vec![None; entry.layout.states - entry.guesses.len()];
-            entry.element.rates(&given.motion(), &mut Values::new(&mut moving, "rate"));
-            forgotten_state = moving.iter().position(Option::is_none);
-            let moving = moving.into_iter().enumerate();
-            results.extend(moving.filter_map(|(k, rate)| Some((Role::StateRate(k as u32), rate?))));
+            entry.element.rates(&at, &mut Values::new(&mut moving, "rate"));
+            let mut memory = vec![None; entry.layout.memory];
+            entry.element.next_memory(&at, &mut Values::new(&mut memory, "discrete state"));
+            let mut channels = vec![None; T::CHANNELS.len()];
+            entry.element.channels(&at, &mut Values::new(&mut channels, "channel"));
+            for (list, role, what) in [
+                (moving, Role::StateRate as fn(u32) -> Role, "the rate of state"),
+                (memory, Role::NextDiscrete, "discrete state"),
+                (channels, Role::Channel, "channel"),
+            ] {
+                forgotten_value = forgotten_value.or(list.iter().position(Option::is_none).map(|k| (what, k)));
+                let numbered = list.into_iter().enumerate();
+                results.extend(numbered.filter_map(|(k, value)| Some((role(k as u32), value?))));
+            }
+            results.extend(entry.element.sample_period().map(|period| (Role::SamplePeriod, Recorded::from(period))));
             results.extend(switching.iter().map(|(role, value)| (*role, Recorded::from(*value))));
             let limit = |row: usize| Some((Role::Limit(row as u32), entry.element.limit(row, &given.motion())?));
             results.extend(used.clone().filter_map(limit));
@@ -245,8 +260,9 @@ impl<T: Constraint> ElementSet for JointSet<T> {
             return Err(Fault { instance, message });
         }
         recording.initial_states = entry.element.initial_states();
-        if let Some(k) = forgotten_state {
-            return Err(Fault { instance, message: format!("declares the rate of state {k}, but does not give it") });
+        recording.initial_discrete = entry.element.initial_memory();
+        if let Some((what, k)) = forgotten_value {
+            return Err(Fault { instance, message: format!("declares {what} {k}, but does not give it") });
         }
         let message = match forgotten.map(|k| (k, T::ROWS.get(k))) {
             None => match forgotten_rate {

@@ -26,9 +26,6 @@ impl Recording {
         if let Some(x) = self.initial_states.iter().chain(&self.initial_discrete).find(|x| !x.is_finite()) {
             return Err(format!("a state is {x} at the start"));
         }
-        if limits.kind == Kind::Joint && !self.initial_discrete.is_empty() {
-            return Err("a joint has no discrete states".into());
-        }
         if let Some(k) = self.tables.iter().position(|table| !table.is_sound()) {
             return Err(format!("table {k} is inconsistent"));
         }
@@ -92,6 +89,9 @@ impl Recording {
         let flexible = 2 * self.flexible() as u32;
         if let Some(k) = (flexible..self.initial_states.len() as u32).find(|k| !given(Role::StateRate(*k))) {
             return Err(format!("state {k} has no rate"));
+        }
+        if let Some(k) = (0..self.initial_discrete.len() as u32).find(|k| !given(Role::NextDiscrete(*k))) {
+            return Err(format!("discrete state {k} is not given for after a step"));
         }
         Ok(())
     }
@@ -204,10 +204,22 @@ impl Recording {
             let (states, signals) = (of_states[output.node as usize], of_signals[output.node as usize]);
             match output.role {
                 Role::Residual(k) | Role::VelocityResidual(k) if signals => {
-                    return Err(format!("row {k} depends on a signal: pass it through a state of the joint"));
+                    return Err(format!(
+                        "row {k} depends on a signal or on memory: pass it through a state of the joint"
+                    ));
                 }
                 Role::Coordinate(k) if signals || states => {
                     return Err(format!("coordinate {k} depends on a state or a signal: take it from positions"));
+                }
+                Role::Limit(k) if signals => {
+                    return Err(format!(
+                        "the limit of row {k} depends on a signal or on memory: pass it through a state"
+                    ));
+                }
+                Role::Condition(k) if limits.kind == Kind::Joint && (signals || states) => {
+                    return Err(format!(
+                        "condition {k} on the unknowns of a joint depends on a state, a signal or memory"
+                    ));
                 }
                 Role::VelocityResidual(k) if states => {
                     return Err(format!("velocity row {k} depends on a state: rows on positions may"));

@@ -63,26 +63,39 @@ pub(super) fn examine_power(x: &mut Examination<'_>, required: bool) {
         }
         return;
     }
-    x.fenced(&[Check::PowerBalance], |x| {
-        for _ in 0..x.options.tries {
-            let setting = x.aligned_setting();
-            power_balance(x, &setting);
-        }
-    });
+    each_solved(x, Check::PowerBalance, power_balance);
     if dissipation {
-        x.fenced(&[Check::DissipationSign], |x| {
-            for _ in 0..x.options.tries {
-                let setting = x.aligned_setting();
-                let found = results(x, &setting);
-                let dissipation = found.dissipation.unwrap_or(f64::NAN);
-                // A sum of squares may round to a little below zero.
-                if dissipation.is_nan() || dissipation < -ROUNDING * (1.0 + load(&found)) {
-                    let text = format!("{} W", number(dissipation));
-                    x.report.add_about(Check::DissipationSign, "the dissipation is negative", &text);
-                }
+        each_solved(x, Check::DissipationSign, |x, setting| {
+            let found = results(x, setting);
+            let dissipation = found.dissipation.unwrap_or(f64::NAN);
+            // A sum of squares may round to a little below zero.
+            if dissipation.is_nan() || dissipation < -ROUNDING * (1.0 + load(&found)) {
+                let text = format!("{} W", number(dissipation));
+                x.report.add_about(Check::DissipationSign, "the dissipation is negative", &text);
             }
         });
     }
+}
+
+/// A check in random settings in which internal unknowns meet their conditions; too few of them are a finding.
+fn each_solved(x: &mut Examination<'_>, check: Check, one: impl Fn(&mut Examination<'_>, &Setting)) {
+    x.fenced(&[check], |x| {
+        let mut solved = 0;
+        for _ in 0..x.options.tries {
+            let mut setting = x.aligned_setting();
+            if x.probe.solve_unknowns(&mut setting) {
+                solved += 1;
+                one(x, &setting);
+            }
+        }
+        if 4 * solved < x.options.tries {
+            let text = format!(
+                "the internal unknowns could be found from their starting guesses in {solved} of {} random settings",
+                x.options.tries
+            );
+            x.report.add(check, text);
+        }
+    });
 }
 
 /// Derivatives of the recording by jets, with respect to everything it may depend on, against differences of the values.
@@ -120,11 +133,6 @@ fn frame_invariance(x: &mut Examination<'_>, setting: &Setting) {
 /// The rule of [`crate::Force::potential`]: power of the loads = -dV/dt - dissipation, along the motion, the element's own states
 /// moving at their rates, time and signals held.
 fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
-    if x.probe.recording.unknowns() > 0 {
-        // Its loads are those of the motion only where the unknowns meet their conditions, which they do in a run: the energy
-        // balance there looks at it.
-        return;
-    }
     let found = results(x, setting);
     let powers = setting.twists.iter().zip(found.forces.iter().zip(&found.torques));
     let mut power: f64 = powers.map(|(t, (f, m))| f.dot(&t.velocity) + m.dot(&t.angular_velocity)).sum();
@@ -134,6 +142,9 @@ fn power_balance(x: &mut Examination<'_>, setting: &Setting) {
         let mut later = Setting { time: setting.time, ..setting.after(h) };
         for (state, rate) in later.states.iter_mut().zip(&found.rates) {
             *state += rate * h;
+        }
+        if !x.probe.solve_unknowns(&mut later) {
+            return vec![f64::NAN];
         }
         vec![results(x, &later).potential.unwrap_or(0.0)]
     };

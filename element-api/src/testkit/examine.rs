@@ -230,12 +230,20 @@ impl<'a> Examination<'a> {
         }
     }
 
-    /// A random setting for what holds with aligned axes only.
+    /// A random setting for what holds with aligned axes only. Where nobody says which, the two frames of a force element that follows
+    /// an angle between them have one z axis.
     pub(super) fn aligned_setting(&mut self) -> Setting {
-        match self.options.aligned {
-            Some(make) => self.completed(make),
-            None => self.setting(),
+        if let Some(make) = self.options.aligned {
+            return self.completed(make);
         }
+        let mut setting = self.setting();
+        let descriptor = &self.probe.descriptor;
+        if descriptor.kind == Kind::Force && descriptor.angles > 0 && setting.frames.len() == 2 {
+            setting.frames[1] =
+                on_common_axis(&setting.frames[0], self.random.between(-2.0, 2.0), self.random.between(-1.0, 1.0));
+            self.probe.refer(&mut setting);
+        }
+        setting
     }
 
     fn completed(&mut self, make: &dyn Fn(&mut Random) -> Setting) -> Setting {
@@ -328,7 +336,11 @@ impl<'a> Examination<'a> {
                 | Role::Kinetic
                 | Role::Guess(_) => continue,
                 Role::Condition(_) if self.probe.descriptor.kind == Kind::Joint => continue,
-                Role::StateRate(_) if self.probe.descriptor.kind == Kind::Joint => continue,
+                Role::StateRate(_) | Role::NextDiscrete(_) | Role::Channel(_)
+                    if self.probe.descriptor.kind == Kind::Joint =>
+                {
+                    continue;
+                }
                 Role::Angle(k) => (angles[k as usize], angles[k as usize].abs()),
                 _ => {
                     count += 1;

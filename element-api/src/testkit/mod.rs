@@ -43,6 +43,7 @@ mod interpreter;
 mod joints;
 mod report;
 mod setting;
+mod unknowns;
 mod variation;
 mod velocity_rows;
 

@@ -2,8 +2,9 @@
 
 use crate::recorded::{Recorded, input, record};
 use crate::recording::{Input, Role};
+use crate::slope::Dual;
 use crate::testkit::{Random, Setting, interpret};
-use crate::{Jet, Scalar, Table};
+use crate::{Function, Interpolation, Jet, Outside, Scalar, Table};
 
 /// Every operation once, for x > 0 and any y.
 fn every<S: Scalar>(x: S, y: S) -> Vec<(&'static str, S)> {
@@ -77,6 +78,38 @@ fn jets_carry_first_and_second_derivatives_of_every_function() {
             assert!(error < 1e-4 * (1.0 + second.abs()), "{name}: second {} {second}", jet.second);
         }
     }
+}
+
+#[test]
+fn duals_carry_the_first_derivatives_that_jets_carry() {
+    let mut random = Random::new(13);
+    for _ in 0..20 {
+        let (x, y) = (random.between(0.5, 2.0), random.between(-2.0, 2.0));
+        let (dx, dy) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+        let duals = every(Dual { value: x, slope: dx }, Dual { value: y, slope: dy });
+        for ((name, jet), (_, dual)) in every(Jet::new(x, dx, 0.0), Jet::new(y, dy, 0.0)).into_iter().zip(duals) {
+            assert_eq!(dual.value, jet.value, "{name}");
+            let error = (dual.slope - jet.first).abs();
+            assert!(error <= 1e-14 * (1.0 + jet.first.abs()), "{name}: {} {}", dual.slope, jet.first);
+        }
+    }
+}
+
+#[test]
+fn slopes_of_functions_are_their_derivatives() {
+    let points = [[0.0, 1.0], [0.3, 2.0], [0.7, -1.0], [1.0, 1.0]];
+    for interpolation in [Interpolation::Spline, Interpolation::Monotone, Interpolation::Linear] {
+        for outside in [Outside::Clamped, Outside::Periodic] {
+            let function = Function::interpolated(&points, interpolation, outside).expect("sound points");
+            for k in -20..30 {
+                let x = 0.1 * f64::from(k) + 0.013;
+                let expected = function.at(Jet::new(x, 1.0, 0.0)).first;
+                let found = function.slope(x);
+                assert!((found - expected).abs() <= 1e-13 * (1.0 + expected.abs()), "{x}: {found} {expected}");
+            }
+        }
+    }
+    assert_eq!(Function::constant(3.0).slope(0.5), 0.0);
 }
 
 #[test]

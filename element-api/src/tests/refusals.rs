@@ -1,6 +1,8 @@
 //! What [`Recording::check`] refuses: a plugin is a stranger.
 
+use crate::prelude::*;
 use crate::recording::{Input, Limits, MOST_OPS, Op, Output, RawOp, Recording, Role};
+use crate::set::CreateError;
 use crate::testkit::Probe;
 use crate::tests::{BELLOWS, Bellows, Screw};
 
@@ -115,7 +117,7 @@ fn a_joint_may_not_give_rows_or_coordinates_it_does_not_declare() {
 }
 
 #[test]
-fn a_joint_has_neither_memory_nor_loads() {
+fn a_joint_keeps_what_it_says_how_to_keep_and_has_no_loads() {
     let probe = Probe::joint::<Screw>("pitch = 1.0").expect("accepted");
     let refused = |damage: fn(&mut Recording)| {
         let mut recording = probe.recording.clone();
@@ -123,8 +125,60 @@ fn a_joint_has_neither_memory_nor_loads() {
         recording.check(&probe.descriptor.limits()).expect_err("not of a joint")
     };
     assert_eq!(refused(|r| r.initial_states.push(0.0)), "state 0 has no rate");
-    assert_eq!(refused(|r| r.initial_discrete.push(0.0)), "a joint has no discrete states");
+    assert_eq!(refused(|r| r.initial_discrete.push(0.0)), "discrete state 0 is not given for after a step");
     assert_eq!(refused(|r| r.outputs[0].role = Role::Force(0)), "Force(0) is no result of a joint element");
+}
+
+/// A brake whose limit, and a slide whose unknown, follow a signal or memory.
+struct Told<const WHERE: u32>;
+
+impl<const WHERE: u32> Element for Told<WHERE> {
+    const NAME: &'static str = "told";
+    const SUMMARY: &'static str = "follows what it must not";
+    const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("i", ""), FrameSpec::new("j", "")];
+    const UNKNOWNS: &'static [ChannelSpec] = &[ChannelSpec::new("y", "m", "")];
+    type Parameters = NoParameters;
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+    fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.unknowns()[0] - if WHERE == 1 { at.inputs[0] } else { S::one() });
+    }
+}
+
+impl<const WHERE: u32> Constraint for Told<WHERE> {
+    const ROWS: &'static [&'static str] = &[];
+    const VELOCITY_ROWS: &'static [&'static str] = &["spin"];
+    const INPUTS: &'static [InputSpec] = &[InputSpec::optional("signal", "m", 0.0, "")];
+    fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {}
+    fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        rows.push(at.spin_about_z(0, 1));
+    }
+    fn limit<S: Scalar>(&self, _: usize, at: &Motion<'_, S>) -> Option<S> {
+        Some(match WHERE {
+            2 => at.inputs[0],
+            3 => at.memory[0],
+            _ => S::one(),
+        })
+    }
+    fn initial_memory(&self) -> Vec<f64> {
+        vec![0.0]
+    }
+}
+
+#[test]
+fn limits_and_conditions_of_joints_follow_no_signal_and_no_memory() {
+    fn said<const WHERE: u32>() -> String {
+        match Probe::joint::<Told<WHERE>>("") {
+            Err(CreateError::Fault(text)) => text,
+            Ok(_) => String::new(),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(said::<0>(), "");
+    assert!(said::<1>().contains("condition 0 on the unknowns of a joint depends on a state, a signal or memory"));
+    assert!(said::<2>().contains("the limit of row 0 depends on a signal or on memory"));
+    assert!(said::<3>().contains("the limit of row 0 depends on a signal or on memory"));
 }
 
 fn bellows() -> (Recording, Limits) {

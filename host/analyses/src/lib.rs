@@ -35,9 +35,9 @@ pub mod kinematics;
 pub mod linear;
 pub mod loads;
 pub mod modes;
-pub mod sensitivity;
 mod moves;
 pub mod prescribed;
+pub mod sensitivity;
 pub mod statics;
 
 pub(crate) use odyn_catalog as catalog;

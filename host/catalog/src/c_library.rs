@@ -93,6 +93,10 @@ struct Instance {
     layout: Layout,
     states: Vec<f64>,
     memory: Vec<f64>,
+    /// Starting guesses of its internal unknowns.
+    guesses: Vec<f64>,
+    /// Its class, with as many frames as it has.
+    descriptor: Descriptor,
     /// Its equations once they were taken down.
     recording: OnceCell<Recording>,
 }
@@ -138,16 +142,17 @@ impl CSet {
             recorder::take_down(&recorder::Subject {
                 element: &self.class.element,
                 instance: instance.pointer,
-                descriptor: &self.class.descriptor,
+                descriptor: &instance.descriptor,
                 params: &instance.params,
                 rows: &instance.rows,
                 velocity_rows: &instance.velocity_rows,
                 states: &instance.states,
                 memory: &instance.memory,
+                guesses: &instance.guesses,
             })
         };
         let recording = recording.and_then(|recording| {
-            recording.check(&self.class.descriptor.limits())?;
+            recording.check(&instance.descriptor.limits())?;
             Ok(recording)
         });
         let recording = recording.map_err(|message| Fault { instance: number, message })?;
@@ -193,7 +198,7 @@ fn answer(instance: usize, status: i32, error: &table::Error) -> Result<(), Faul
 
 /// The recording of an opaque element: which results it gives, all referring to a single dummy operation.
 fn announced(class: &Class, instance: &Instance) -> Recording {
-    let (d, flags) = (&class.descriptor, class.element.flags);
+    let (d, flags) = (&instance.descriptor, class.element.flags);
     let list = |count: usize, role: fn(u32) -> Role| (0..count as u32).map(role);
     let mut roles: Vec<Role> = instance.rows.iter().map(|row| Role::Residual(*row as u32)).collect();
     if d.kind == Kind::Joint {
@@ -225,8 +230,10 @@ impl ElementSet for CSet {
     }
 
     fn add(&mut self, params: &Params) -> Result<usize, CreateError> {
-        let (element, d) = (&self.class.element, &self.class.descriptor);
-        let pointer = parameters::create(element, d, params)?;
+        let element = &self.class.element;
+        let (pointer, frames) = parameters::create(element, &self.class.descriptor, params)?;
+        let descriptor = self.class.descriptor.with_frames(frames);
+        let d = &descriptor;
         let uses = |row: &usize| element.uses_row.is_none_or(|uses| uses(pointer, *row as u32) != 0);
         let first = d.rows.len() - element.velocity_row_count;
         let rows: Vec<usize> = (0..first).filter(uses).collect();
@@ -236,18 +243,31 @@ impl ElementSet for CSet {
         if let Some(start) = element.start {
             start(pointer, states.as_mut_ptr(), memory.as_mut_ptr());
         }
+        let mut guesses = vec![0.0; d.unknowns.len()];
+        if let Some(guess) = element.guess {
+            guess(pointer, guesses.as_mut_ptr());
+        }
         let layout = Layout {
             frames: d.frames.len(),
             angles: d.angles,
-            states: states.len(),
+            states: states.len() + guesses.len(),
             memory: memory.len(),
             signals: d.inputs.len(),
             joints: d.joints.len(),
             values: rows.len() + d.channels.len(),
         };
-        let params = params.clone();
-        let recording = OnceCell::new();
-        self.instances.push(Instance { pointer, params, rows, velocity_rows, layout, states, memory, recording });
+        self.instances.push(Instance {
+            pointer,
+            params: params.clone(),
+            rows,
+            velocity_rows,
+            layout,
+            states,
+            memory,
+            guesses,
+            descriptor,
+            recording: OnceCell::new(),
+        });
         Ok(self.instances.len() - 1)
     }
 

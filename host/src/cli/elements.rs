@@ -177,6 +177,7 @@ pub(super) fn description(element: &ElementHandle) -> String {
     section(&mut text, "inputs", descriptor.inputs.iter().map(input));
     section(&mut text, "joints whose reactions it takes", descriptor.joints.iter().map(named));
     section(&mut text, channels, descriptor.channels.iter().map(named));
+    section(&mut text, "channels", descriptor.values.iter().map(named));
     section(&mut text, "states", descriptor.states.iter().map(named));
     section(&mut text, "parameters", descriptor.params.iter().map(parameter));
     section(&mut text, "checks", descriptor.checks.iter().map(named));

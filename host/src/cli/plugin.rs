@@ -169,6 +169,7 @@ fn table(descriptor: &Descriptor, verdict: &Verdict) -> String {
         ("rows", list(descriptor.rows.iter().map(String::as_str).collect())),
         ("inputs", list(descriptor.inputs.iter().map(|named| named.name.as_str()).collect())),
         (channels, list(descriptor.channels.iter().map(|named| named.name.as_str()).collect())),
+        ("channels", list(descriptor.values.iter().map(|named| named.name.as_str()).collect())),
         ("states", list(descriptor.states.iter().map(|named| named.name.as_str()).collect())),
     ] {
         if !names.is_empty() {

@@ -84,10 +84,10 @@ pub struct CompressionForceParameters {
     #[param(unit = "rad -> N")]
     pub curve: Option<Curve>,
     /// Fourier coefficients a_0, a_1, a_2 ... of the cosines; a_0 is the mean force.
-    #[param(unit = "N")]
+    #[param(unit = "N", example = vec![100.0, 50.0])]
     pub cosine: Option<Vec<f64>>,
     /// Fourier coefficients b_1, b_2 ... of the sines.
-    #[param(unit = "N")]
+    #[param(unit = "N", example = vec![20.0])]
     pub sine: Option<Vec<f64>>,
 }
 

@@ -72,13 +72,13 @@ pub struct MotorTorqueParameters {
     #[param(unit = "rad/s -> N m")]
     pub curve: Option<Curve>,
     /// Largest torque, T_m.
-    #[param(unit = "N m", min = 0.0)]
+    #[param(unit = "N m", min = 0.0, example = 10.0)]
     pub breakdown_torque: Option<f64>,
     /// Slip at the largest torque, s_m.
-    #[param(unit = "1", above = 0.0)]
+    #[param(unit = "1", above = 0.0, example = 0.2)]
     pub breakdown_slip: Option<f64>,
     /// Speed without torque, omega_s.
-    #[param(unit = "rad/s", above = 0.0)]
+    #[param(unit = "rad/s", above = 0.0, example = 100.0)]
     pub synchronous_speed: Option<f64>,
 }
 

@@ -84,13 +84,13 @@ pub struct MapParameters {
     #[param(unit = "")]
     pub grid: Option<Surface>,
     /// Values of the first input at which the grid has lines, increasing, in SI units.
-    #[param(unit = "1")]
+    #[param(unit = "1", example = vec![0.0, 1.0])]
     pub a: Option<Vec<f64>>,
     /// Values of the second input at which the grid has lines, increasing, in SI units.
-    #[param(unit = "1")]
+    #[param(unit = "1", example = vec![0.0, 1.0])]
     pub b: Option<Vec<f64>>,
     /// Values of the output, in SI units: all of the first `a` in the order of `b`, then all of the second, and so on.
-    #[param(unit = "1")]
+    #[param(unit = "1", example = vec![0.0, 1.0, 2.0, 4.0])]
     pub values: Option<Vec<f64>>,
     /// What the function is between the points of `a` and `b`; `grid` has a key of its own.
     #[param(choices = ["monotone", "linear", "spline"], default = "monotone")]

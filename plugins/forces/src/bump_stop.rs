@@ -75,10 +75,10 @@ pub struct BumpStop(Stops);
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct BumpStopParameters {
     /// Displacement at which the lower stop is touched; none: there is no lower stop.
-    #[param(unit = "m")]
+    #[param(unit = "m", example = -0.1)]
     pub lower: Option<f64>,
     /// Displacement at which the upper stop is touched; none: there is no upper stop.
-    #[param(unit = "m")]
+    #[param(unit = "m", example = 0.2)]
     pub upper: Option<f64>,
     /// Force at the depth `depth`, F0.
     #[param(unit = "N", above = 0.0)]

@@ -77,13 +77,13 @@ pub struct HydraulicDamperParameters {
     #[param(unit = "m^2", above = 0.0)]
     pub area: f64,
     /// Laminar resistance of the first passage, r_1.
-    #[param(unit = "Pa*s/m^3", min = 0.0, default = 0.0)]
+    #[param(unit = "Pa*s/m^3", min = 0.0, default = 0.0, example = 2.0)]
     pub laminar_1: f64,
     /// Turbulent resistance of the first passage, k_1 = rho / (2 (cd A_1)^2).
-    #[param(unit = "kg/m^7", min = 0.0, default = 0.0)]
+    #[param(unit = "kg/m^7", min = 0.0, default = 0.0, example = 3.0)]
     pub turbulent_1: f64,
     /// Laminar resistance of the second passage, r_2.
-    #[param(unit = "Pa*s/m^3", min = 0.0, default = 0.0)]
+    #[param(unit = "Pa*s/m^3", min = 0.0, default = 0.0, example = 1.0)]
     pub laminar_2: f64,
     /// Turbulent resistance of the second passage, k_2.
     #[param(unit = "kg/m^7", min = 0.0, default = 0.0)]

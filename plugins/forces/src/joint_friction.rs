@@ -101,7 +101,7 @@ pub struct JointFrictionParameters {
     #[param(unit = "N", min = 0.0, default = 0.0)]
     pub preload: f64,
     /// Radius of the pin, r; for `rotation`.
-    #[param(unit = "m", above = 0.0)]
+    #[param(unit = "m", above = 0.0, example = 0.02)]
     pub radius: Option<f64>,
     /// Mean radius of the face that carries axial loads, r_t; for `rotation`.
     #[param(unit = "m", min = 0.0, default = 0.0)]

@@ -74,10 +74,10 @@ pub struct RotationalBumpStop(Stops);
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RotationalBumpStopParameters {
     /// Angle at which the lower stop is touched; none: there is no lower stop.
-    #[param(unit = "rad")]
+    #[param(unit = "rad", example = -0.5)]
     pub lower: Option<f64>,
     /// Angle at which the upper stop is touched; none: there is no upper stop.
-    #[param(unit = "rad")]
+    #[param(unit = "rad", example = 1.0)]
     pub upper: Option<f64>,
     /// Torque at the depth `depth`, T0.
     #[param(unit = "N m", above = 0.0)]

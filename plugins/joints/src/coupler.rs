@@ -91,6 +91,7 @@ pub struct CouplerParameters {
     #[param(choices = ["rotation", "translation"], default = "rotation")]
     pub second: String,
     /// Second coordinate by first, for coordinates of one kind; not zero.
+    #[param(example = 2.0)]
     pub ratio: Option<f64>,
     /// Displacement by angle, for a rotation and a translation; not zero.
     #[param(unit = "m/rad")]

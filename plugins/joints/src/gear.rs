@@ -93,10 +93,10 @@ pub struct GearParameters {
     #[param(unit = "m", above = 0.0)]
     pub radius_2: Option<f64>,
     /// Number of teeth of the first wheel, instead of the radii.
-    #[param(min = 1.0)]
+    #[param(min = 1.0, example = 20)]
     pub teeth_1: Option<i64>,
     /// Number of teeth of the second wheel, instead of the radii.
-    #[param(min = 1.0)]
+    #[param(min = 1.0, example = 40)]
     pub teeth_2: Option<i64>,
     /// The second wheel is a ring around the first, or the first around the second.
     #[param(default = false)]

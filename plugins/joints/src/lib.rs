@@ -37,7 +37,10 @@ pub mod point_in_plane;
 pub mod point_on_curve;
 pub mod point_on_line;
 pub mod position;
+mod profile;
+pub mod profile_contact;
 pub mod rack_and_pinion;
+pub mod rail_contact;
 pub mod revolute;
 pub mod rolling_disc;
 pub mod rope;
@@ -48,6 +51,7 @@ mod servo;
 pub mod servo_displacement;
 pub mod servo_rotation;
 pub mod spherical;
+pub mod stepper_rotation;
 pub mod translational;
 pub mod translational_stop;
 pub mod universal;
@@ -66,6 +70,8 @@ element_api::export_plugin! {
         point_on_curve::PointOnCurve,
         cam::Cam,
         ellipse_contact::EllipseContact,
+        profile_contact::ProfileContact,
+        rail_contact::RailContact,
         revolute::Revolute,
         cylindrical::Cylindrical,
         translational::Translational,
@@ -95,6 +101,7 @@ element_api::export_plugin! {
         displacement_driver::DisplacementDriver,
         servo_rotation::ServoRotation,
         servo_displacement::ServoDisplacement,
+        stepper_rotation::StepperRotation,
     ],
 }
 

@@ -69,7 +69,7 @@ pub struct Position {
 #[derive(Debug, Clone, Parameters)]
 pub struct PositionParameters {
     /// Shift along x of frame i over time; free if left out.
-    #[param(unit = "s -> m", variable = "t")]
+    #[param(unit = "s -> m", variable = "t", example = Function::constant(0.1))]
     pub x: Option<Function>,
     /// Shift along y of frame i over time; free if left out.
     #[param(unit = "s -> m", variable = "t")]

@@ -88,6 +88,8 @@ impl Element for RotationalStop {
     const NAME: &'static str = "rotational-stop";
     const SUMMARY: &'static str = "hard stops of a rotation, with restitution";
     const DOC: &'static str = doc_of(include_str!("rotational_stop.rs"));
+    const EXEMPT: &'static [(&'static str, &'static str)] =
+        &[("free-motion", "its two rows are two ends, which are never both met")];
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
     const ANGLES: usize = 1;
     type Parameters = RotationalStopParameters;

@@ -86,6 +86,8 @@ impl Element for TranslationalStop {
     const NAME: &'static str = "translational-stop";
     const SUMMARY: &'static str = "hard stops of a sliding motion, with restitution";
     const DOC: &'static str = doc_of(include_str!("translational_stop.rs"));
+    const EXEMPT: &'static [(&'static str, &'static str)] =
+        &[("free-motion", "its two rows are two ends, which are never both met")];
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
     type Parameters = TranslationalStopParameters;
 

@@ -135,6 +135,7 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         catalog: String::new(),
         report: String::new(),
         unknowns: Vec::new(),
+        values: Vec::new(),
         more_frames: None,
         most_frames: 0,
     }

@@ -129,8 +129,8 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         turns_freely: flag(table::TURNS_FREELY),
         glyph: String::new(),
         frames: named(element.frames, element.frame_count, "frames")?,
-        more_frames: None,
-        most_frames: 0,
+        more_frames: named(element.more_frames, usize::from(!element.more_frames.is_null()), "further frames")?.pop(),
+        most_frames: if element.more_frames.is_null() { 0 } else { element.most_frames as usize },
         // SAFETY: as above.
         rows: rows.into_iter().map(|row| unsafe { needed(row, "rows") }.map_err(inside)).collect::<Result<_, _>>()?,
         // SAFETY: as above.
@@ -139,12 +139,14 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         channels: named(element.channels, element.channel_count, "channels")?,
         states: named(element.states, element.state_count, "states")?,
         params,
-        unknowns: Vec::new(),
+        unknowns: named(element.unknowns, element.unknown_count, "unknowns")?,
+        values: named(element.values, element.value_count, "values")?,
         exempt: texts(element.exempt, element.exempt_count, "exemptions")?,
-        // Elements in C have none of these.
-        checks: Vec::new(),
-        catalog: String::new(),
-        report: String::new(),
+        checks: named(element.checks, element.check_count, "checks")?,
+        // SAFETY: as above.
+        catalog: unsafe { optional(element.catalog, "catalog") }.map_err(inside)?.unwrap_or_default(),
+        // SAFETY: as above.
+        report: unsafe { optional(element.report, "report") }.map_err(inside)?.unwrap_or_default(),
         name: name.clone(),
     })
 }
@@ -165,8 +167,17 @@ fn check_functions(element: &table::Element, kind: Kind) -> Result<(), String> {
             flag(table::OPAQUE) && element.velocity_row_count > 0,
             "is opaque; only recorded joints have rows on velocities",
         ),
-        (joint && (element.state_count > 0 || element.memory > 0), "is a joint, which has no states"),
-        (joint && element.input_count > 0, "is a joint, which takes no signals"),
+        (
+            joint && flag(table::OPAQUE) && (element.state_count > 0 || element.memory > 0),
+            "is an opaque joint, which has no states",
+        ),
+        (joint && flag(table::OPAQUE) && element.input_count > 0, "is an opaque joint, which takes no signals"),
+        (!joint && element.value_count > 0, "has values, but is no joint: give channels"),
+        (joint && flag(table::OPAQUE) && element.value_count > 0, "is an opaque joint, which has no values"),
+        (joint && element.check_count > 0, "has checks, but is a joint"),
+        (flag(table::OPAQUE) && element.unknown_count > 0, "is opaque; only recorded elements have internal unknowns"),
+        (element.guess.is_some() && element.unknown_count == 0, "has `guess`, but no internal unknowns"),
+        (element.with_frames.is_some() && element.more_frames.is_null(), "has `with_frames`, but no `more_frames`"),
         (kind != Kind::Force && element.joint_count > 0, "takes reactions, but is no force"),
         (!joint && flag(table::HAS_MOBILITY), "has a mobility, but is no joint"),
         (flag(table::OPAQUE) && flag(table::HAS_MOBILITY), "is opaque; only recorded joints have a mobility"),
@@ -226,6 +237,7 @@ unsafe fn parameter(one: &table::Parameter) -> Result<ParamSpec, String> {
         5 => ParamKind::List,
         6 => ParamKind::Curve,
         7 => ParamKind::Function,
+        8 => ParamKind::Surface,
         other => return Err(format!("the parameter `{name}` has the unknown kind {other}")),
     };
     let mut spec = ParamSpec::new::<f64>(&name, &unit.unwrap_or_default(), &doc.unwrap_or_default());

@@ -69,8 +69,8 @@ impl Recorded<'_> {
 
     fn run<S: Scalar>(&self, read: impl Fn(Input) -> S) -> Vec<(Role, S)> {
         self.recording.evaluate(|input| match input {
-            // The pose of a mobility is no result here, and unknowns are refused.
-            Input::Coordinate(_) | Input::Unknown(_) => S::zero(),
+            // The pose of a mobility is no result here.
+            Input::Coordinate(_) => S::zero(),
             input => read(input),
         })
     }
@@ -84,7 +84,9 @@ impl Recorded<'_> {
         let joint = |joint: u32| signals + l.signals + 6 * joint as usize;
         let frame = |frame: u32, at: u32| l.frames_at() + 18 * frame as usize + at as usize;
         match input {
-            Input::Time | Input::Coordinate(_) | Input::Unknown(_) => 0,
+            Input::Time | Input::Coordinate(_) => 0,
+            // Behind the states, the last one first.
+            Input::Unknown(k) => memory - 1 - k as usize,
             Input::AngleReference(k) => 1 + k as usize,
             Input::State(k) => states + k as usize,
             Input::Discrete(k) => memory + k as usize,
@@ -126,9 +128,10 @@ impl Recorded<'_> {
             Role::Coordinate(k) => self.rows.len() + k as usize,
             Role::Force(k) => k as usize,
             Role::Torque(k) => 3 * l.frames + k as usize,
-            Role::StateRate(k) => 6 * l.frames + k as usize,
-            Role::NextDiscrete(k) => memory + k as usize,
-            Role::Channel(k) => channels + k as usize,
+            Role::StateRate(k) if self.kind != Kind::Joint => 6 * l.frames + k as usize,
+            Role::Condition(k) if self.kind != Kind::Joint => memory - 1 - k as usize,
+            Role::NextDiscrete(k) if self.kind != Kind::Joint => memory + k as usize,
+            Role::Channel(k) if self.kind != Kind::Joint => channels + k as usize,
             Role::Potential => energies,
             Role::Dissipation => energies + 1,
             Role::Angle(k) if self.kind != Kind::Joint => energies + 2 + k as usize,

@@ -7,17 +7,45 @@ use std::ffi::{CString, c_char, c_void};
 use std::ptr;
 
 use element_api::descriptor::Descriptor;
-use element_api::params::{ParamError, ParamKind, ParamSpec, ParamType, Table as Params};
+use element_api::params::{FRAME_COUNT, ParamError, ParamKind, ParamSpec, ParamType, Table as Params};
 use element_api::set::CreateError;
 
 use super::describe::optional;
 use super::table;
 
-/// The pointer to a new instance.
+/// The pointer to a new instance, and its number of frames.
 ///
 /// # Errors
 /// What the element says, or that it asked for parameters that it does not declare.
-pub fn create(element: &table::Element, descriptor: &Descriptor, params: &Params) -> Result<*mut c_void, CreateError> {
+pub fn create(
+    element: &table::Element,
+    descriptor: &Descriptor,
+    params: &Params,
+) -> Result<(*mut c_void, usize), CreateError> {
+    let (least, most) = descriptor.frame_counts();
+    let count = params.get(FRAME_COUNT).map_or(Some(least), |count| usize::try_from(count.as_integer()?).ok());
+    let Some(count) = count.filter(|count| (least..=most).contains(count)) else {
+        let message = format!("`{}` takes {least} to {most} frames", descriptor.name);
+        return Err(CreateError::Parameter(ParamError::new("bodies", message)));
+    };
+    let instance = create_one(element, descriptor, params)?;
+    let Some(with_frames) = element.with_frames else { return Ok((instance, count)) };
+    let mut error = table::Error::empty();
+    let status = with_frames(instance, count as u32, &raw mut error);
+    if status == table::OK {
+        return Ok((instance, count));
+    }
+    if let Some(destroy) = element.destroy {
+        destroy(instance);
+    }
+    let (path, message) = error.texts();
+    Err(match status {
+        table::REFUSED => CreateError::Parameter(ParamError { path, message }),
+        _ => CreateError::Fault(message),
+    })
+}
+
+fn create_one(element: &table::Element, descriptor: &Descriptor, params: &Params) -> Result<*mut c_void, CreateError> {
     let Some(function) = element.create else { return Ok(ptr::null_mut()) };
     let curve =
         |spec: &&ParamSpec| spec.kind == ParamKind::Curve && params.get(&spec.name).is_some_and(|p| p.is_table());

@@ -17,6 +17,7 @@ use element_api::params::{ParamType, Table as Params};
 use element_api::recorded::{Recorded, input, record};
 use element_api::recording::{Input, MOST_OPS, Op, RawOp, Recording, Role};
 use element_api::scalar::Scalar;
+use element_api::surface::Surface;
 use element_api::table::{Outside, Table};
 
 use super::describe::optional;
@@ -42,6 +43,8 @@ pub struct Subject<'a> {
     pub velocity_rows: &'a [usize],
     pub states: &'a [f64],
     pub memory: &'a [f64],
+    /// Starting guesses of the internal unknowns.
+    pub guesses: &'a [f64],
 }
 
 /// The equations of an instance.
@@ -65,6 +68,8 @@ pub fn take_down(subject: &Subject<'_>) -> Result<Recording, String> {
             table: table_at,
             function: function_at,
             result,
+            surface: surface_at,
+            slope: slope_at,
         };
         let mut error = table::Error::empty();
         let status = function(subject.instance, &raw const recorder, &raw mut error);
@@ -75,9 +80,6 @@ pub fn take_down(subject: &Subject<'_>) -> Result<Recording, String> {
     recording.initial_states = subject.states.to_vec();
     recording.initial_discrete = subject.memory.to_vec();
     recording.check(&subject.descriptor.limits())?;
-    if recording.unknowns() > 0 {
-        return Err("has internal unknowns, which only elements in Rust can have".into());
-    }
     Ok(recording)
 }
 
@@ -167,6 +169,8 @@ impl<'a> Tape<'a> {
         for k in (0..self.subject.memory.len() as u32).filter(|k| !given.contains(&Role::NextDiscrete(*k))) {
             self.results.push((Role::NextDiscrete(k), input(Input::Discrete(k))));
         }
+        let guesses = self.subject.guesses.iter().enumerate();
+        self.results.extend(guesses.map(|(k, guess)| (Role::Guess(k as u32), Recorded::from(*guess))));
         let numbered = |list: &[Recorded], role: fn(u32) -> Role| {
             list.iter().enumerate().map(|(k, value)| (role(k as u32), *value)).collect::<Vec<_>>()
         };
@@ -184,13 +188,17 @@ impl<'a> Tape<'a> {
 
     /// The results that its class and instance promise.
     fn needed(&self) -> Vec<Role> {
-        let Subject { descriptor, rows, velocity_rows, states, .. } = *self.subject;
+        let Subject { descriptor, rows, velocity_rows, states, guesses, .. } = *self.subject;
         let list = |count: usize, role: fn(u32) -> Role| (0..count as u32).map(role);
-        let channel = if descriptor.kind == Kind::Joint { Role::Coordinate } else { Role::Channel };
         let mut needed: Vec<Role> = rows.iter().map(|row| Role::Residual(*row as u32)).collect();
         needed.extend(velocity_rows.iter().map(|row| Role::VelocityResidual(*row as u32)));
-        needed.extend(list(descriptor.channels.len(), channel));
+        if descriptor.kind == Kind::Joint {
+            needed.extend(list(descriptor.channels.len(), Role::Coordinate));
+        }
+        needed.extend(list(descriptor.reported().len(), Role::Channel));
         needed.extend(list(states.len(), Role::StateRate));
+        needed.extend(list(descriptor.checks.len(), Role::Check));
+        needed.extend(list(guesses.len(), Role::Condition));
         if descriptor.mobility.is_some() {
             needed.extend(list(3, Role::PosePosition));
             needed.extend(list(9, Role::PoseRotation));
@@ -209,7 +217,9 @@ impl<'a> Tape<'a> {
         match role {
             Role::Residual(k) | Role::VelocityResidual(k) => of(d.rows.get(k as usize), "row", k),
             Role::Coordinate(k) => named(&d.channels, "coordinate", k),
-            Role::Channel(k) => named(&d.channels, "channel", k),
+            Role::Channel(k) => named(d.reported(), "channel", k),
+            Role::Check(k) => named(&d.checks, "check", k),
+            Role::Condition(k) => format!("condition {k} on the internal unknowns"),
             Role::StateRate(k) => named(&d.states, "rate of state", k),
             Role::Force(k) => named(&d.frames, "force on frame", k / 3),
             Role::Torque(k) => named(&d.frames, "torque on frame", k / 3),
@@ -219,7 +229,8 @@ impl<'a> Tape<'a> {
     }
 
     fn set(&mut self, role: u32, index: u32, handle: Value) {
-        let Some(role) = Role::decode(role, index) else {
+        // Starting guesses come from `guess`.
+        let Some(role) = Role::decode(role, index).filter(|role| !matches!(role, Role::Guess(_))) else {
             self.wrong(format!("gives a result of the unknown meaning {role}"));
             return;
         };
@@ -354,15 +365,37 @@ extern "C" fn table_at(context: *mut c_void, a: Value, points: *const f64, count
 }
 
 extern "C" fn function_at(context: *mut c_void, name: *const c_char, x: Value) -> Value {
+    parameter_at(context, name, [x], |function: &Function, [x]| function.at(x))
+}
+
+extern "C" fn slope_at(context: *mut c_void, name: *const c_char, x: Value) -> Value {
+    parameter_at(context, name, [x], |function: &Function, [x]| function.slope(x))
+}
+
+extern "C" fn surface_at(context: *mut c_void, name: *const c_char, x: Value, y: Value) -> Value {
+    parameter_at(context, name, [x, y], |surface: &Surface, [x, y]| surface.at(x, y))
+}
+
+/// What `evaluate` makes of a parameter that the scene gives as a function.
+fn parameter_at<T: ParamType, const N: usize>(
+    context: *mut c_void,
+    name: *const c_char,
+    arguments: [Value; N],
+    evaluate: fn(&T, [Recorded; N]) -> Recorded,
+) -> Value {
     with(context, |tape| {
         // SAFETY: a text of the header, or null.
         let name = match unsafe { optional(name, "name of a function") } {
             Ok(name) => name.unwrap_or_default(),
             Err(error) => return tape.wrong(error),
         };
-        let Some(x) = tape.get(x, &format!("the function `{name}`")) else { return NOTHING };
-        match tape.subject.params.get(&name).map(|value| Function::read_named(value, &name)) {
-            Some(Ok(function)) => tape.give(function.at(x)),
+        let mut values = [Recorded::from(0.0); N];
+        for (value, handle) in values.iter_mut().zip(arguments) {
+            let Some(known) = tape.get(handle, &format!("the function `{name}`")) else { return NOTHING };
+            *value = known;
+        }
+        match tape.subject.params.get(&name).map(|value| T::read_named(value, &name)) {
+            Some(Ok(function)) => tape.give(evaluate(&function, values)),
             Some(Err(error)) => tape.wrong(format!("asks for the function {error}")),
             None => tape.wrong(format!("asks for the function `{name}`, which is no parameter of it")),
         }

@@ -138,6 +138,8 @@ pub struct Recorder {
     pub table: extern "C" fn(*mut c_void, Value, *const f64, usize, u32) -> Value,
     pub function: extern "C" fn(*mut c_void, *const c_char, Value) -> Value,
     pub result: extern "C" fn(*mut c_void, u32, u32, Value),
+    pub surface: extern "C" fn(*mut c_void, *const c_char, Value, Value) -> Value,
+    pub slope: extern "C" fn(*mut c_void, *const c_char, Value) -> Value,
 }
 
 /// `odyn_element`. Calls may unwind (C++ exceptions), which ends the program with a message instead of anything worse.
@@ -183,6 +185,19 @@ pub struct Element {
     pub example_count: usize,
     pub exempt: *const Text,
     pub exempt_count: usize,
+    pub unknowns: *const Named,
+    pub unknown_count: usize,
+    pub guess: Option<extern "C-unwind" fn(*const c_void, *mut f64)>,
+    pub more_frames: *const Named,
+    pub most_frames: u32,
+    pub reserved: u32,
+    pub with_frames: Option<extern "C-unwind" fn(*mut c_void, u32, *mut Error) -> i32>,
+    pub checks: *const Named,
+    pub check_count: usize,
+    pub catalog: *const c_char,
+    pub report: *const c_char,
+    pub values: *const Named,
+    pub value_count: usize,
 }
 
 impl Element {

@@ -71,6 +71,7 @@ fn numbers_of_the_header_are_those_of_the_contract() {
         ("COORDINATE", Input::Coordinate(2), 2),
         ("REACTION_FORCE", Input::ReactionForce { joint: 2, component: 2 }, 8),
         ("REACTION_TORQUE", Input::ReactionTorque { joint: 2, component: 2 }, 8),
+        ("UNKNOWN", Input::Unknown(2), 2),
     ] {
         let RawOp { args, .. } = Op::Input(input).encode();
         expect(&format!("ODYN_IN_{name}"), args[0]);
@@ -95,6 +96,8 @@ fn numbers_of_the_header_are_those_of_the_contract() {
         ("STICKS_WITH", Role::SticksWith(0)),
         ("LIMIT", Role::Limit(0)),
         ("SLIDES_WITH", Role::SlidesWith(0)),
+        ("CONDITION", Role::Condition(0)),
+        ("CHECK", Role::Check(0)),
     ] {
         expect(&format!("ODYN_OUT_{name}"), role.encode().0);
     }
@@ -123,7 +126,7 @@ fn numbers_of_the_header_are_those_of_the_contract() {
     for (number, name) in ["JOINT", "FORCE", "CONTROL"].iter().enumerate() {
         expect(&format!("ODYN_{name}"), number as u32);
     }
-    let kinds = ["NUMBER", "INTEGER", "BOOLEAN", "TEXT", "VECTOR", "LIST", "CURVE", "FUNCTION"];
+    let kinds = ["NUMBER", "INTEGER", "BOOLEAN", "TEXT", "VECTOR", "LIST", "CURVE", "FUNCTION", "SURFACE"];
     for (number, name) in kinds.iter().enumerate() {
         expect(&format!("ODYN_{name}"), number as u32);
     }
@@ -235,6 +238,8 @@ fn structs_of_the_header_lie_in_memory_as_here() {
             f("table", offset_of!(Recorder, table)),
             f("function", offset_of!(Recorder, function)),
             f("result", offset_of!(Recorder, result)),
+            f("surface", offset_of!(Recorder, surface)),
+            f("slope", offset_of!(Recorder, slope)),
         ],
     );
     check(
@@ -280,6 +285,19 @@ fn structs_of_the_header_lie_in_memory_as_here() {
             f("example_count", offset_of!(RawElement, example_count)),
             f("exempt", offset_of!(RawElement, exempt)),
             f("exempt_count", offset_of!(RawElement, exempt_count)),
+            f("unknowns", offset_of!(RawElement, unknowns)),
+            f("unknown_count", offset_of!(RawElement, unknown_count)),
+            f("guess", offset_of!(RawElement, guess)),
+            f("more_frames", offset_of!(RawElement, more_frames)),
+            f("most_frames", offset_of!(RawElement, most_frames)),
+            f("reserved", offset_of!(RawElement, reserved)),
+            f("with_frames", offset_of!(RawElement, with_frames)),
+            f("checks", offset_of!(RawElement, checks)),
+            f("check_count", offset_of!(RawElement, check_count)),
+            f("catalog", offset_of!(RawElement, catalog)),
+            f("report", offset_of!(RawElement, report)),
+            f("values", offset_of!(RawElement, values)),
+            f("value_count", offset_of!(RawElement, value_count)),
         ],
     );
     let include = concat!(env!("CARGO_MANIFEST_DIR"), "/../../element-api/include");
@@ -296,6 +314,10 @@ fn structs_of_the_header_lie_in_memory_as_here() {
 
 extern "C-unwind" fn empty_record(_: *const c_void, _: *const table::Recorder, _: *mut table::Error) -> i32 {
     table::OK
+}
+
+extern "C-unwind" fn never(_: *const c_void, _: *const f64, _: u32, _: *mut f64, _: *mut table::Error) -> i32 {
+    table::FAULT
 }
 
 /// A sound joint without rows.
@@ -420,7 +442,9 @@ fn kinds_flags_and_parameters_are_described() {
     element.state_count = 1;
     assert!(describe(&element).expect_err("no list").contains("`still`: declares 1 states, but the list is a null"));
     element.kind = 0;
-    assert!(describe(&element).expect_err("a joint").contains("is a joint, which has no states"));
+    element.flags = table::OPAQUE;
+    element.evaluate = Some(never);
+    assert!(describe(&element).expect_err("a joint").contains("is an opaque joint, which has no states"));
 }
 
 /// Rows that bend in every direction and in time, with an angle.

@@ -1,6 +1,7 @@
 //! The words of requested outputs.
 
 use element_api::Kind;
+use element_api::descriptor::Named;
 use nalgebra::Vector3;
 
 use super::bodies::{Bodies, Target, quoted};
@@ -25,7 +26,7 @@ pub const QUANTITIES: &[(&str, &str)] = &[
     ("reaction_torque", "of a joint on a body, at the joint's frame there"),
     ("force", "of a force element on a body"),
     ("torque", "of a force element on a body"),
-    ("value", "reported by a force element, or signal of a control element"),
+    ("value", "reported by a force element or a joint, or signal of a control element"),
     ("input", "what an `[[input]]` is at this time"),
     ("balance_force", "of a body: reported forces and weight minus mass times acceleration, zero but for round-off"),
     ("balance_torque", "of a body: reported torques about the centre of mass minus change of angular momentum"),
@@ -85,10 +86,11 @@ impl Words<'_> {
             "force" => self.load(record, Kind::Force, false)?,
             "torque" => self.load(record, Kind::Force, true)?,
             "value" => {
-                let (element, instance) = self.acting_element(record)?;
-                let channel = named_channel(record, instance)?;
-                let dimension = dimension_of(&instance.class.channels[channel].unit)?;
-                let place = format!("{} of {}", instance.class.channels[channel].doc, instance.name);
+                let (element, instance) = self.element_with_values(record)?;
+                let channel = named_channel(record, instance, instance.class.reported())?;
+                let own = &instance.class.reported()[channel];
+                let dimension = dimension_of(&own.unit)?;
+                let place = format!("{} of {}", own.doc, instance.name);
                 (Quantity::Value { element, channel }, dimension, place)
             }
             "input" => self.given(record)?,
@@ -117,7 +119,7 @@ impl Words<'_> {
             Quantity::Load { torque, .. } | Quantity::Balance { torque, .. } => *torque,
             // A torque has the dimension of an energy; only the element knows which of them it means.
             Quantity::Value { element, channel } => {
-                self.elements.instances[*element].class.channels[*channel].unit == "N m"
+                self.elements.instances[*element].class.reported()[*channel].unit == "N m"
             }
             _ => false,
         };
@@ -157,7 +159,7 @@ impl Words<'_> {
 
     fn coordinate(&self, record: &OutputRecord, level: Level) -> Found<(Quantity, Dimension, String)> {
         let (element, instance) = self.element(record, Kind::Joint)?;
-        let coordinate = named_channel(record, instance)?;
+        let coordinate = named_channel(record, instance, &instance.class.channels)?;
         let own = &instance.class.channels[coordinate];
         let mut dimension = dimension_of(&own.unit)?;
         let order = match level {
@@ -237,12 +239,13 @@ impl Words<'_> {
     }
 
     /// The force or control element that `of` names.
-    fn acting_element(&self, record: &OutputRecord) -> Found<(usize, &Instance)> {
-        let controls = |of: &Spanned<String>| {
-            self.elements.instances.iter().any(|e| e.name == of.value && e.class.kind == Kind::Control)
+    fn element_with_values(&self, record: &OutputRecord) -> Found<(usize, &Instance)> {
+        let named = |of: &Spanned<String>, kind: Kind| {
+            self.elements.instances.iter().any(|e| e.name == of.value && e.class.kind == kind)
         };
-        let kind = if record.of.as_ref().is_some_and(controls) { Kind::Control } else { Kind::Force };
-        self.element(record, kind)
+        let kinds = [Kind::Control, Kind::Joint];
+        let kind = kinds.into_iter().find(|kind| record.of.as_ref().is_some_and(|of| named(of, *kind)));
+        self.element(record, kind.unwrap_or(Kind::Force))
     }
 
     /// The input that `of` names.
@@ -306,8 +309,7 @@ fn component(record: &OutputRecord, names: &[&str]) -> Found<usize> {
 }
 
 /// The coordinate or value that `channel` names; not needed where there is only one.
-fn named_channel(record: &OutputRecord, instance: &Instance) -> Found<usize> {
-    let channels = &instance.class.channels;
+fn named_channel(record: &OutputRecord, instance: &Instance, channels: &[Named]) -> Found<usize> {
     let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
     match &record.channel {
         None if names.len() == 1 => Ok(0),

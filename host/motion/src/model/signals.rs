@@ -171,13 +171,18 @@ fn element_channel(
     if let Some(element) = element {
         let instance = &instances[element];
         let word = &name[instance.name.len() + 1..];
-        let known: Vec<&str> = instance.class.channels.iter().map(|channel| channel.name.as_str()).collect();
-        if let Some(channel) = known.iter().position(|known| *known == word) {
+        let all = || instance.class.channels.iter().chain(&instance.class.values);
+        let known: Vec<&str> = all().map(|channel| channel.name.as_str()).collect();
+        if let Some((channel, own)) = all().enumerate().find(|(_, known)| known.name == word) {
+            let coordinates = instance.class.channels.len();
             let quantity = match instance.class.kind {
-                Kind::Joint => Quantity::Coordinate { element, coordinate: channel, level: Level::Position },
+                Kind::Joint if channel < coordinates => {
+                    Quantity::Coordinate { element, coordinate: channel, level: Level::Position }
+                }
+                Kind::Joint => Quantity::Value { element, channel: channel - coordinates },
                 Kind::Force | Kind::Control => Quantity::Value { element, channel },
             };
-            return Ok((quantity, dimension_of(&instance.class.channels[channel].unit)?));
+            return Ok((quantity, dimension_of(&own.unit)?));
         }
         let message = format!("`{}` ({}) has no channel `{word}`", instance.name, instance.class.name);
         let help = match suggest(word, known.iter().copied()) {
@@ -191,7 +196,8 @@ fn element_channel(
     let mut known: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
     known.extend(scene.inputs.iter().map(|input| input.name.value.clone()));
     for instance in instances {
-        known.extend(instance.class.channels.iter().map(|channel| format!("{}.{}", instance.name, channel.name)));
+        let all = instance.class.channels.iter().chain(&instance.class.values);
+        known.extend(all.map(|channel| format!("{}.{}", instance.name, channel.name)));
     }
     let nearest = suggest(name, known.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"));
     Err(Box::new(
@@ -212,7 +218,7 @@ fn first_loop(instances: &[Instance]) -> Option<Vec<usize>> {
     for (index, instance) in instances.iter().enumerate() {
         // What takes no signal of another element is part of none.
         let follows = instance.inputs.iter().any(|source| matches!(source, Source::Quantity(_)));
-        for output in instance.recording.outputs.iter().filter(|_| follows && instance.class.kind != Kind::Joint) {
+        for output in instance.recording.outputs.iter().filter(|_| follows) {
             let mut path = Vec::new();
             if visit((index, output.role), instances, &mut known, &mut path) {
                 let start = path.last().copied()?;

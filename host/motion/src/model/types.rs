@@ -181,6 +181,12 @@ impl Instance {
         self.recording.output(element_api::recording::Role::Kinetic).is_some()
     }
 
+    /// Whether it gives anything but rows, coordinates, loads and energies: channels, or what it keeps.
+    #[must_use]
+    pub fn gives_more_than_rows(&self) -> bool {
+        self.has_states() || !self.recording.initial_discrete.is_empty() || !self.class.reported().is_empty()
+    }
+
     /// Whether it is a joint with states, which may move its rows.
     #[must_use]
     pub fn is_joint_with_states(&self) -> bool {

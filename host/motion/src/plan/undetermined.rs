@@ -56,7 +56,7 @@ pub(super) fn undetermined(
                 continue;
             }
             let (load, channels, checks) = if instance.class.opaque {
-                (!instance.markers.is_empty(), vec![true; instance.class.channels.len()], Vec::new())
+                (!instance.markers.is_empty(), vec![true; instance.class.reported().len()], Vec::new())
             } else {
                 effect(instance, rotations, directions)
             };
@@ -112,7 +112,7 @@ fn effect(
     rotations: &[Matrix3<f64>],
     mut directions: Vec<Vec<(Input, f64)>>,
 ) -> (bool, Vec<bool>, Vec<bool>) {
-    let (mut load, mut channels) = (false, vec![false; instance.class.channels.len()]);
+    let (mut load, mut channels) = (false, vec![false; instance.class.reported().len()]);
     let mut checks = vec![false; instance.class.checks.len()];
     let mut states: Vec<Input> = Vec::new();
     while let Some(direction) = directions.pop() {

@@ -66,7 +66,7 @@ impl Equations {
     /// Writes down all force and control elements. Bodies and joints are there already. Gives what the elements store.
     pub(super) fn add_acting_elements(&mut self, model: &Model, layout: &Layout) -> Stored {
         let elements = model.elements.iter().map(|element| {
-            if element.class.kind == Kind::Joint && !element.has_states() {
+            if element.class.kind == Kind::Joint && !element.gives_more_than_rows() {
                 return Import::default();
             }
             let first_table = self.graph.tables.len() as u32;
@@ -88,19 +88,30 @@ impl Equations {
         for (index, element) in model.elements.iter().enumerate() {
             if element.class.kind != Kind::Joint {
                 self.add_acting(index, &mut imports);
-            } else if element.has_states() {
-                self.add_state_rates(index, &mut imports);
+            } else if element.gives_more_than_rows() {
+                self.add_values(index, &mut imports);
             }
         }
         self.move_rows_with_states(model, layout);
         imports.stored
     }
 
-    fn add_state_rates(&mut self, index: usize, imports: &mut Imports<'_>) {
+    /// What any element gives: channels, rates of states, discrete states after a step.
+    fn add_values(&mut self, index: usize, imports: &mut Imports<'_>) {
+        let (element, layout) = (&imports.model.elements[index], imports.layout);
         let missing = self.graph.constant(f64::NAN);
-        for k in 0..imports.model.elements[index].recording.initial_states.len() {
+        for k in 0..element.class.reported().len() {
+            let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
+            self.elements[index].channels.push(node);
+        }
+        for k in 0..element.recording.initial_states.len() {
             let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
-            self.state_rates[imports.layout.state_at[index] + k] = node;
+            self.state_rates[layout.state_at[index] + k] = node;
+        }
+        self.add_unknowns_of(index, imports);
+        for k in 0..element.recording.initial_discrete.len() {
+            let node = self.role(index, Role::NextDiscrete(k as u32), imports).unwrap_or(missing);
+            self.next_discrete[layout.discrete_at[index] + k] = node;
         }
         if let Some(Inertia { rates, .. }) = self.inertia(index, imports) {
             let first = imports.layout.state_at[index] + rates.len();
@@ -190,10 +201,7 @@ impl Equations {
         }
         let heat = dissipation.filter(|heat| !self.graph.is_zero(*heat));
         self.dissipation.extend(heat);
-        for k in 0..element.class.channels.len() {
-            let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
-            self.elements[index].channels.push(node);
-        }
+        self.add_values(index, imports);
         for k in 0..element.class.checks.len() {
             let node = self.role(index, Role::Check(k as u32), imports).unwrap_or(missing);
             self.elements[index].checks.push(node);
@@ -201,12 +209,6 @@ impl Equations {
         for grid in &element.grids {
             let node = self.operation(index, grid.argument, imports);
             self.elements[index].grids.push(node);
-        }
-        self.add_state_rates(index, imports);
-        self.add_unknowns_of(index, imports);
-        for k in 0..element.recording.initial_discrete.len() {
-            let node = self.role(index, Role::NextDiscrete(k as u32), imports).unwrap_or(missing);
-            self.next_discrete[layout.discrete_at[index] + k] = node;
         }
         for k in 0..element.class.angles {
             if let Some(node) = self.role(index, Role::Angle(k as u32), imports) {

@@ -2,6 +2,7 @@
 
 use super::opened::Session;
 use super::run::Run;
+use crate::analysis::unknown_name;
 use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::model::Body;
 use crate::program::{Equations, Expr, Node, Program};
@@ -49,10 +50,16 @@ impl Session {
         })
     }
 
-    /// Loads, rates of states and values of all elements.
+    /// Conditions on unknowns, loads, rates of states and values of all elements.
     fn results_of_elements(&self) -> Vec<Wanted> {
         let (equations, layout) = (&self.equations, &self.plan.layout);
         let mut wanted = Vec::new();
+        for solved in &equations.graph.solved {
+            let element = layout.element_of_state(solved.slot - layout.state_slot());
+            let names = (0..solved.unknowns.len()).map(|k| unknown_name(&self.model.elements[element].class, k));
+            let what = format!("a condition on the internal unknown `{}`", names.collect::<Vec<_>>().join("`, `"));
+            wanted.extend(solved.conditions.iter().map(|node| Wanted { element, what: what.clone(), node: *node }));
+        }
         for (element, instance) in self.model.elements.iter().enumerate() {
             let own = &equations.elements[element];
             for (load, marker) in own.loads.iter().zip(&instance.markers) {
@@ -69,7 +76,7 @@ impl Session {
             for (k, node) in rates.iter().enumerate() {
                 wanted.push(Wanted { element, what: format!("the rate of state `{}`", name(k)), node: *node });
             }
-            for (channel, node) in instance.class.channels.iter().zip(&own.channels) {
+            for (channel, node) in instance.class.reported().iter().zip(&own.channels) {
                 wanted.push(Wanted { element, what: format!("the value `{}`", channel.name), node: *node });
             }
         }

@@ -12,12 +12,15 @@ use super::simulation::Simulation;
 use super::summary::{Ended, stopped};
 use crate::analysis::{AnalysisError, Scales};
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::integrate::{self, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason};
+use crate::integrate::{self, IntegrateError, Integrator, Options, Outcome, Span, Status, StopReason, System as _};
 use crate::results::significant;
 use crate::scene::Dimension;
 
 /// Times this many roundings apart are the same.
 const SAME_TIME: f64 = 8.0 * f64::EPSILON;
+
+/// How many times the step tried last is gone along the motion to see what is not finite there.
+const FURTHER: [f64; 3] = [1.0, 1e3, 1e6];
 
 /// A scene in motion: advanced as far as is wanted, told new values of its inputs, asked for its outputs, saved and brought back.
 ///
@@ -454,9 +457,27 @@ impl<'a> Run<'a> {
         let Ok(Status::StoppedEarly { t, reason }) = outcome else { return Vec::new() };
         let step = match reason {
             StopReason::NotFinite { step } | StopReason::Failed { step, not_finite: true, .. } => *step,
+            // What ends where conditions on unknowns are no numbers any more is met in many ways.
+            StopReason::Failed { step, .. }
+            | StopReason::StepTooSmall { step }
+            | StopReason::NoConvergence { step }
+                if !self.session.equations.graph.solved.is_empty() =>
+            {
+                *step
+            }
             _ => return Vec::new(),
         };
-        [*t, t + step].iter().filter_map(|time| self.system.working_inputs(*time, &self.state).ok()).collect()
+        let inputs = |system: &mut Simulation<'_>, time: f64, state: &[f64]| system.working_inputs(time, state).ok();
+        let mut found: Vec<Vec<f64>> =
+            [*t, t + step].iter().filter_map(|time| inputs(&mut self.system, *time, &self.state)).collect();
+        let mut rates = vec![0.0; self.state.len()];
+        if self.system.rhs(*t, &self.state, &mut rates).is_ok() {
+            for ahead in FURTHER.map(|times| times * step) {
+                let state: Vec<f64> = self.state.iter().zip(&rates).map(|(y, rate)| y + ahead * rate).collect();
+                found.extend(inputs(&mut self.system, t + ahead, &state));
+            }
+        }
+        found
     }
 
     fn unit_of_time(&self) -> f64 {

@@ -21,8 +21,8 @@ pub(super) struct Ended {
     pub(super) made: Made,
     /// With its samples, s.
     pub(super) integration_time: f64,
-    /// Where something was not finite: the inputs of the working form at the last accepted state, and behind it by the step tried
-    /// last.
+    /// Where something was not finite: the inputs of the working form at the last accepted state, behind it by the step tried last, and
+    /// further on along the motion.
     pub(super) not_finite: Vec<Vec<f64>>,
     /// The internal unknown that may be why it did not go on.
     pub(super) lost_unknown: Option<String>,

@@ -68,6 +68,7 @@ fn tables(descriptor: &Descriptor) -> String {
         Kind::Control => "Signals it gives",
     };
     section(channels, named(&descriptor.channels));
+    section("Reported values", named(&descriptor.values));
     section("States", named(&descriptor.states));
     section("Checks", named(&descriptor.checks));
     section("Catalogue", catalogue(&descriptor.catalog));

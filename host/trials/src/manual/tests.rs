@@ -39,6 +39,7 @@ fn element(name: &str, kind: Kind) -> Element {
         catalog: String::new(),
         report: String::new(),
             unknowns: Vec::new(),
+            values: Vec::new(),
             more_frames: None,
             most_frames: 0,
         },

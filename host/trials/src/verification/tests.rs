@@ -119,6 +119,7 @@ fn element(name: &str) -> Element {
         catalog: String::new(),
         report: String::new(),
         unknowns: Vec::new(),
+        values: Vec::new(),
         more_frames: None,
         most_frames: 0,
     };

@@ -16,7 +16,7 @@ pub enum Origin {
     Given,
     /// The element's default.
     Default,
-    /// Required and not given: the element's example.
+    /// Not given: the element's example.
     Example,
     /// Required and not given, without an example: a value inside its range.
     Taken,
@@ -130,9 +130,9 @@ pub(super) fn complete(descriptor: &Descriptor, given: &Given) -> Result<(Table,
     for spec in &descriptor.params {
         let origin = match (written.contains_key(&spec.name), &spec.default, spec.optional) {
             (true, ..) => Origin::Given,
-            (false, Some(_), _) => Origin::Default,
-            (false, None, true) => continue,
-            (false, None, false) => {
+            (false, Some(_), _) if spec.example.is_none() => Origin::Default,
+            (false, None, true) if spec.example.is_none() => continue,
+            _ => {
                 let value = spec.example.clone().unwrap_or_else(|| sensible(spec));
                 written.insert(spec.name.clone(), value);
                 if spec.example.is_some() { Origin::Example } else { Origin::Taken }

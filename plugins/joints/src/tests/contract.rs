@@ -22,7 +22,9 @@ use crate::point_in_plane::PointInPlane;
 use crate::point_on_curve::PointOnCurve;
 use crate::point_on_line::PointOnLine;
 use crate::position::Position;
+use crate::profile_contact::ProfileContact;
 use crate::rack_and_pinion::RackAndPinion;
+use crate::rail_contact::RailContact;
 use crate::revolute::Revolute;
 use crate::rolling_disc::RollingDisc;
 use crate::rope::Rope;
@@ -31,6 +33,7 @@ use crate::screw::Screw;
 use crate::servo_displacement::ServoDisplacement;
 use crate::servo_rotation::ServoRotation;
 use crate::spherical::Spherical;
+use crate::stepper_rotation::StepperRotation;
 use crate::translational::Translational;
 use crate::universal::Universal;
 
@@ -51,6 +54,17 @@ fn servos() {
     check_joint::<ServoRotation>("frequency = 20.0\nangle = 0.4");
     check_joint::<ServoRotation>("frequency = 20.0\ndamping = 0.3\nrate_limit = 0.5\nstart = 0.2");
     check_joint::<ServoDisplacement>("frequency = 20.0\ndisplacement = 0.4");
+    check_joint::<StepperRotation>("frequency = 20.0\nangle = 0.4\nstep = 0.1\nperiod = 0.05");
+}
+
+#[test]
+fn profiles() {
+    let wave = "radius = { postfix = [0.05, 0.005, 2, 'x', 'mul', 'cos', 'mul', 'add'] }";
+    check_joint::<ProfileContact>(&format!("{wave}\nroller_radius = 0.01"));
+    check_joint::<ProfileContact>(&format!("{wave}\nfollower = 'flat'\nstart = 0.3"));
+    check_joint::<RailContact>(
+        "height = { postfix = ['x', 'cos'] }\nfrom = -2.0\nto = 2.0\nwheel_radius = 0.1\nstart = 0.3",
+    );
 }
 
 #[test]

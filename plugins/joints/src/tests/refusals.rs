@@ -8,6 +8,8 @@ use crate::cam::Cam;
 use crate::coupler::Coupler;
 use crate::gear::Gear;
 use crate::position::Position;
+use crate::profile_contact::ProfileContact;
+use crate::rail_contact::RailContact;
 use crate::rope::Rope;
 
 /// The parameter that is refused, and why.
@@ -44,6 +46,34 @@ fn coupler_needs_the_factor_of_its_kinds() {
 #[test]
 fn position_must_prescribe_something() {
     assert_refused::<Position>("", "", "at least one of");
+}
+
+#[test]
+fn profiles_must_let_a_follower_touch_them_in_one_place() {
+    // r = 1 + a cos 2 phi is hollow at phi = 90 deg from a = 1/5 on: its bend there is (r - r'') / r^2.
+    let wave = |a: f64| format!("radius = {{ postfix = [1, {a}, 2, 'x', 'mul', 'cos', 'mul', 'add'] }}");
+    let with = |a: f64, more: &str| format!("{}\n{more}", wave(a));
+    assert!(Probe::joint::<ProfileContact>(&with(0.1, "follower = 'flat'")).is_ok());
+    assert_refused::<ProfileContact>(&with(0.3, "follower = 'flat'"), "radius", "is not convex at ");
+    // The bend at the hollow place: with r = 0.7 and r'' = 1.2, a radius of 0.98.
+    assert!(Probe::joint::<ProfileContact>(&with(0.3, "roller_radius = 0.97")).is_ok());
+    assert_refused::<ProfileContact>(
+        &with(0.3, "roller_radius = 0.99"),
+        "roller_radius",
+        "hollow with a radius of 9.8000e-1 m at ",
+    );
+    assert_refused::<ProfileContact>(&wave(0.1), "roller_radius", "is missing");
+    assert_refused::<ProfileContact>(&with(1.5, "roller_radius = 0.1"), "radius", "above zero, at ");
+    let open = "radius = { postfix = [1, 0.1, 'x', 'mul', 'add'] }\nroller_radius = 0.1";
+    assert_refused::<ProfileContact>(open, "radius", "must repeat after a turn");
+    let rail = |more: &str| format!("height = {{ postfix = ['x', 'x', 'mul'] }}\nfrom = -1.0\nto = 1.0\n{more}");
+    assert!(Probe::joint::<RailContact>(&rail("wheel_radius = 0.49")).is_ok());
+    assert_refused::<RailContact>(
+        &rail("wheel_radius = 0.51"),
+        "wheel_radius",
+        "hollow with a radius of 5.0000e-1 m at 0.0000 m",
+    );
+    assert_refused::<RailContact>(&rail("wheel_radius = 0.1\nstart = 2.0"), "start", "between `from` and `to`");
 }
 
 #[test]

@@ -12,6 +12,8 @@ const MOST_ROUNDS: usize = 25;
 const FOUND: f64 = 1e-11;
 /// Changes that are round-off of an unknown that is zero, SI.
 const ROUND_OFF: f64 = 1e-15;
+/// Changes up to this, SI, that the next Newton step does not make smaller, are round-off too.
+const STAGNANT: f64 = 1e-12;
 /// Values that a further Newton step changes by more than this share of the tolerance were not found within the step.
 const WITHIN: f64 = 0.1;
 /// A determinant below this share of the largest so far is told of where a run ends.
@@ -102,6 +104,7 @@ impl Simulation<'_> {
         within: Option<f64>,
     ) -> Result<(), AnalysisError> {
         let first = state.len() - self.layout.states - 1;
+        let mut before = vec![f64::INFINITY; self.layout.states];
         for round in 0..=MOST_ROUNDS {
             let found = tracked.part.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
             let (mut at, mut worst) = (0, (0.0_f64, None));
@@ -111,7 +114,9 @@ impl Simulation<'_> {
                     let (value, carried) = (found[at + k], &mut state[first + own.state + k]);
                     let size = value.abs().max(self.state_sizes[own.state + k]);
                     let change = (value - *carried).abs();
-                    let share = if change <= ROUND_OFF { 0.0 } else { change / size };
+                    let last = std::mem::replace(&mut before[own.state + k], change);
+                    let round_off = change <= ROUND_OFF || (change <= STAGNANT && change >= 0.25 * last);
+                    let share = if round_off { 0.0 } else { change / size };
                     if share.is_nan() || share > worst.0 {
                         worst = (share, Some((number, k)));
                     }

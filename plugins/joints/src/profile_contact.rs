@@ -1,0 +1,219 @@
+//! A cam in contact with a follower: the profile of the first body, a closed plane curve given by its radius over the angle about z
+//! (points of a file, or a function), touches a roller or a flat face on the second. The place of the contact is found, so that the
+//! profile is that of the cam itself, not the path of a roller's centre. They stay in contact, or may part (`unilateral = true`). The
+//! plane motion is held by other joints.
+//!
+//! ## Equations
+//!
+//! In the x-y plane of frame i, with the profile p(phi) = o_i + r(phi) (x_i cos phi + y_i sin phi), its tangent t = dp/dphi and its outer
+//! normal n across it; c the origin of frame j, R the radius of the roller, e the x axis of frame j. The place phi is an internal unknown
+//! (Shabana, Zaazaa & Sugiyama, Railroad Vehicle Dynamics (2008), chapter 3; Norton, Cam Design and Manufacturing Handbook, chapter 7):
+//!
+//! | | roller | flat face |
+//! |---|---|---|
+//! | condition | t . (c - p) = 0 | t . e = 0 |
+//! | row `gap` | n . (c - p) / abs(n) - R = 0 | e . (c - p) = 0 |
+//!
+//! With `unilateral` the row is positive while the bodies are apart and never negative; where it closes with a velocity they strike, with the
+//! coefficient of restitution. There is no friction.
+//!
+//! ## Signs
+//!
+//! phi counts to the left about z_i, from x_i. The x axis of frame j points away from the cam across a flat face, whose origin lies on the
+//! face. The row's reaction pushes the bodies apart. The coordinate `place` is phi.
+//!
+//! ## Singular cases
+//!
+//! A roller must fit into the profile: where this is hollow with a radius below R, the joint is refused, and so is a flat face on a profile that
+//! is hollow anywhere: either would touch in two places. `start` is the angle from which the contact is looked for at the start; of a
+//! condition's several solutions (the near and the far side) the one that is found from there is followed. Points are joined by a cubic spline, so that
+//! forces are continuous; accelerations of a follower are no better than the second differences of the points: give many digits. `linear` and
+//! `monotone` are refused.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [plugins]
+//! libraries = ["odyn-joints"]
+//!
+//! [simulation]
+//! gravity = [0, 0, 0]
+//! t_end = 0.1
+//! output_step = 0.01
+//!
+//! [[body]]
+//! name = "cam"
+//! mass = 1.0
+//! inertia = [0.001, 0.001, 0.002]
+//! position = [0, 0, 0]
+//!
+//! [[body]]
+//! name = "follower"
+//! mass = 0.5
+//! inertia = [0.001, 0.001, 0.001]
+//! position = [0.07, 0, 0]
+//!
+//! [[joint]]
+//! name = "motor"
+//! type = "revolute"
+//! bodies = ["ground", "cam"]
+//! axis = [0, 0, 1]
+//!
+//! [[joint]]
+//! name = "speed"
+//! type = "rotation-driver"
+//! bodies = ["ground", "cam"]
+//! axis = [0, 0, 1]
+//! params.angle = "30 * t"
+//!
+//! [[joint]]
+//! name = "guide"
+//! type = "translational"
+//! bodies = ["ground", "follower"]
+//! axis = [1, 0, 0]
+//!
+//! [[joint]]
+//! name = "contact"
+//! type = "profile-contact"
+//! bodies = ["cam", "follower"]
+//! points = [[0, 0, 0], [0.07, 0, 0]]
+//! params.radius = "0.05 + 0.005 * cos(2 * phi)"
+//! params.roller_radius = 0.015
+//!
+//! [[output]]
+//! name = "lift"
+//! quantity = "position"
+//! of = "follower"
+//! component = "x"
+//! ```
+
+use element_api::Jet;
+use element_api::prelude::*;
+
+use crate::profile::Profile;
+
+/// The joint.
+#[derive(Debug, Clone)]
+pub struct ProfileContact {
+    profile: Profile,
+    /// Radius of the roller; `None`: a flat face.
+    roller: Option<f64>,
+    start: f64,
+    restitution: Option<f64>,
+}
+
+/// What a scene tells it.
+#[derive(Debug, Clone, Parameters)]
+pub struct ProfileContactParameters {
+    /// Radius of the profile over the angle about z; repeats after a turn.
+    #[param(unit = "rad -> m", variable = "phi", example = Function::constant(0.05))]
+    pub radius: Function,
+    /// What runs on it.
+    #[param(choices = ["roller", "flat"], default = "roller")]
+    pub follower: String,
+    /// Radius of the roller; 0: an edge.
+    #[param(unit = "m", min = 0.0, example = 0.01)]
+    pub roller_radius: Option<f64>,
+    /// Angle on the profile from which the contact is looked for at the start.
+    #[param(unit = "rad", default = 0.0)]
+    pub start: f64,
+    /// The bodies may part; where they come together they strike.
+    #[param(default = false)]
+    pub unilateral: bool,
+    /// Coefficient of restitution of a unilateral contact, 0 to 1.
+    #[param(min = 0.0, max = 1.0, default = 0.0)]
+    pub restitution: f64,
+}
+
+impl Element for ProfileContact {
+    const NAME: &'static str = "profile-contact";
+    const SUMMARY: &'static str = "a roller or a flat face touches a cam whose closed profile is given";
+    const DOC: &'static str = doc_of(include_str!("profile_contact.rs"));
+    const GLYPH: &'static str = "none";
+    const FRAMES: &'static [FrameSpec] = &[
+        FrameSpec::new("i", "on the cam; its origin is the pole of the profile, its z axis the normal of the plane"),
+        FrameSpec::new(
+            "j",
+            "on the follower; its origin is the roller's centre, or lies on the flat face with x across it",
+        ),
+    ];
+    const UNKNOWNS: &'static [ChannelSpec] =
+        &[ChannelSpec::new("place", "rad", "angle on the profile at which the bodies touch")];
+    type Parameters = ProfileContactParameters;
+
+    fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        let refused = |name: &str, why: String| Err(ParamError::new(name, why));
+        let radius = &p.radius;
+        let at = |degree: i32| radius.at(Jet::new(f64::from(degree).to_radians(), 1.0, 0.0));
+        if let Some(degree) = (0..360).find(|degree| !(at(*degree).value > 0.0 && at(*degree).value.is_finite())) {
+            return refused("radius", format!("must be above zero, at {degree} deg it is {}", at(degree).value));
+        }
+        let unlike = |degree: i32| {
+            let (one, other) = (at(degree), at(degree + 360));
+            (one.value - other.value).abs().max((one.first - other.first).abs()) > 1e-6 * one.value
+        };
+        if (-180..180).any(unlike) {
+            return refused(
+                "radius",
+                "must repeat after a turn: give points over one turn with `periodic = true`".into(),
+            );
+        }
+        let roller = match (p.follower.as_str(), p.roller_radius) {
+            ("flat", None) => None,
+            ("flat", Some(_)) => return refused("roller_radius", "does not apply to a flat face".into()),
+            (_, None) => return refused("roller_radius", "is missing: a roller needs one (0: an edge)".into()),
+            (_, roller) => roller,
+        };
+        let profile = Profile::Polar(p.radius);
+        let (place, bend) = profile.least_bend(0.0, std::f64::consts::TAU);
+        match roller {
+            None if bend <= 0.0 => refused(
+                "radius",
+                format!("is not convex at {place:.4} rad: a flat face touches such a profile in two places"),
+            ),
+            Some(roller) if bend * roller <= -1.0 => refused(
+                "roller_radius",
+                format!(
+                    "is {roller} m, but the profile is hollow with a radius of {:.4e} m at {place:.4} rad: the roller does not \
+                     reach its bottom and touches in two places",
+                    -1.0 / bend
+                ),
+            ),
+            _ => Ok(Self { profile, roller, start: p.start, restitution: p.unilateral.then_some(p.restitution) }),
+        }
+    }
+
+    fn initial_unknowns(&self) -> Vec<f64> {
+        vec![self.start]
+    }
+
+    fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let place = self.profile.place(i, at.unknowns()[0]);
+        let direction = if self.roller.is_some() { j.position - place.point } else { j.x() };
+        out.push(place.tangent.dot(&direction));
+    }
+}
+
+impl Constraint for ProfileContact {
+    const ROWS: &'static [&'static str] = &["gap"];
+    const COORDINATES: &'static [ChannelSpec] = Self::UNKNOWNS;
+
+    fn unilateral(&self, _: usize) -> Option<f64> {
+        self.restitution
+    }
+
+    fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let place = self.profile.place(i, at.unknowns()[0]);
+        let apart = j.position - place.point;
+        rows.push(match self.roller {
+            Some(roller) => place.normal.dot(&apart) / length(place.normal) - roller,
+            None => j.x().dot(&apart),
+        });
+    }
+
+    fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
+        out.push(at.unknowns()[0]);
+    }
+}
