@@ -1,0 +1,89 @@
+//! `inverse`, `kinematics`, `loads` and `balance` as a user meets them: exit codes, streams, files. The scenes here need no library of
+//! elements.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used)] // in a test, the panic is the message
+
+use std::fs;
+
+mod support;
+
+use support::{Scratch, rows};
+
+/// A point mass of 2 kg.
+const POINT: &str = r#"
+title = "Point"
+[simulation]
+gravity = [0, 0, -10]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "point"
+mass = 2
+particle = true
+velocity = [1, 0, 0]
+[[output]]
+name = "x"
+quantity = "position"
+of = "point"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "point"
+component = "y"
+[[output]]
+name = "z"
+quantity = "position"
+of = "point"
+component = "z"
+"#;
+
+#[test]
+fn efforts_go_into_files_that_scenes_and_reports_take() {
+    let scratch = Scratch::new("inverse");
+    scratch.file("point.toml", POINT);
+    let lines =
+        ["t [s],x [mm],x' [m/s],x'' [m/s^2],y,y',y'',z,z',z''", "0,0,0,2,0,0,0,0,0,0", "0.5,250,1,2,0,0,0,0,0,0"];
+    scratch.file("motion.csv", &lines.join("\n"));
+    let ran = scratch.odyn("inverse point.toml --motion motion.csv --every 0.1").ends_with(0);
+    assert!(ran.out().contains("x.effort: 4 to 4 N"), "{}", ran.out());
+    let efforts = fs::read_to_string(scratch.0.join("results/point-inverse/efforts.csv")).unwrap();
+    assert!(efforts.starts_with("t [s],x.effort [N],y.effort [N],z.effort [N]\n0.0,4.0,0.0,20.0\n"), "{efforts}");
+    assert_eq!(rows(&scratch.0.join("results/point-inverse/results.csv")), 6);
+    scratch.odyn("report results/point-inverse -o page.html").ends_with(0);
+    let json = scratch.odyn("inverse point.toml --motion motion.csv --json -o out").ends_with(0).json();
+    assert_eq!((&json["freedoms"], &json["efforts"][2][1]), (&3.into(), &20.0.into()));
+    // What is not prescribed is free; what nothing moves is named.
+    let ran = scratch.odyn("inverse point.toml --motion motion.csv --follow x,y").ends_with(5);
+    assert!(ran.err().contains("leave this free: `point` moves along (0.000, 0.000, "), "{}", ran.err());
+    let ran = scratch.odyn("inverse point.toml --motion motion.csv --by x,y").ends_with(5);
+    assert!(ran.err().contains("no actuator moves this: `point` moves along (0.000, 0.000, "), "{}", ran.err());
+    scratch.odyn("inverse point.toml --motion none.csv").ends_with(8);
+}
+
+#[test]
+fn mechanisms_without_drive_or_ground_are_refused() {
+    let scratch = Scratch::new("kinematics");
+    scratch.file("point.toml", POINT);
+    let ran = scratch.odyn("kinematics point.toml").ends_with(5);
+    assert!(ran.err().contains("no joint of the scene depends on time"), "{}", ran.err());
+    scratch.odyn("kinematics point.toml --drive x=1:2").ends_with(2);
+    let ran = scratch.odyn("kinematics point.toml --drive x").ends_with(5);
+    assert!(ran.err().contains("3 freedoms"), "{}", ran.err());
+    let ran = scratch.odyn("balance point.toml --turn x").ends_with(5);
+    assert!(ran.err().contains("no angle of a joint"), "{}", ran.err());
+}
+
+#[test]
+fn loads_are_written_for_finite_elements() {
+    let scratch = Scratch::new("loads");
+    let ran = scratch.odyn("loads brick.toml --body brick --at 0,500 --format calculix --units m").ends_with(0);
+    assert!(ran.out().starts_with("loads on brick at 2 times; in balance to "), "{}", ran.out());
+    let folder = scratch.0.join("results/brick-loads");
+    let step = fs::read_to_string(folder.join("step-2.inp")).unwrap();
+    assert!(step.contains("EALL, CENTRIF, ") && step.contains("*STATIC"), "{step}");
+    assert_eq!(rows(&folder.join("loads.csv")), 5);
+    let ran = scratch.odyn("loads brick.toml --body brock").ends_with(3);
+    assert!(ran.err().contains("did you mean `brick`?"), "{}", ran.err());
+    scratch.odyn("loads brick.toml --body brick --at soon").ends_with(2);
+}
