@@ -22,7 +22,7 @@ pub(super) const SICK_TREE: f64 = 1e-12;
 pub(super) struct Motion {
     pub(super) layout: Layout,
     pub(super) coordinates: Coordinates,
-    /// Coordinates whose rate is their velocity, side by side.
+    /// Coordinates whose rate is their velocity, side by side; none where it is faster to copy one by one.
     runs: Vec<Run>,
     /// What each entry of the state is.
     pub(super) groups: Vec<Group>,
@@ -48,7 +48,7 @@ pub(super) struct Motion {
     pub(super) counters: Counters,
 }
 
-/// Numbers from which on copying them all at once is faster than one by one.
+/// Lines in a run, on average, from which on copying them all at once is faster than one by one.
 const LONG: usize = 6;
 
 /// Lines that follow each other everywhere: the first, and how many.
@@ -195,14 +195,13 @@ impl Motion {
 
     /// The rates of a state with the accelerations solved for.
     pub(super) fn write_rates(&self, state: &[f64], rates: &mut [f64]) {
-        for Run { first: Line { position, velocity, column, .. }, length } in &self.runs {
-            if *length < LONG {
-                for k in 0..*length {
-                    rates[position + k] = state[velocity + k];
-                    rates[velocity + k] = self.accelerations[column + k];
-                }
-                continue;
+        if self.runs.is_empty() {
+            for line in &self.coordinates.lines {
+                rates[line.position] = state[line.velocity];
+                rates[line.velocity] = self.accelerations[line.column];
             }
+        }
+        for Run { first: Line { position, velocity, column, .. }, length } in &self.runs {
             rates[*position..][..*length].copy_from_slice(&state[*velocity..][..*length]);
             rates[*velocity..][..*length].copy_from_slice(&self.accelerations[*column..][..*length]);
         }
@@ -328,7 +327,7 @@ pub(super) fn next_step<F: Engines>(form: &mut F, t: f64, state: &[f64]) -> Resu
     Ok(())
 }
 
-/// Lines in as few runs as there are.
+/// Lines in as few runs as there are, if these are long.
 fn runs(lines: &[Line]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for line in lines {
@@ -341,6 +340,9 @@ fn runs(lines: &[Line]) -> Vec<Run> {
             }
             _ => runs.push(Run { first: *line, length: 1 }),
         }
+    }
+    if lines.len() < LONG * runs.len() {
+        runs.clear();
     }
     runs
 }

@@ -64,11 +64,14 @@ impl Heat {
     }
 }
 
-/// The energies at accepted states, where the bodies are known anyway: in their coordinates, unless solutions are needed.
+/// The energies at accepted states, where the bodies are known anyway: in their coordinates, unless solutions are needed or the
+/// formulation's own take fewer operations.
 fn energy_of(formulation: &dyn Formulation, equations: &Equations, heat: &Heat, layout: &Layout) -> Part {
     let nodes = heat.energies(equations);
     let plain = Part::new(equations, &nodes, layout);
-    if plain.needs_dynamics { Part::near(formulation, equations, &nodes, layout) } else { plain }
+    let near = Part::near(formulation, equations, &nodes, layout);
+    let operations = |part: &Part| part.evaluator.program().operations();
+    if plain.needs_dynamics || operations(&near) < operations(&plain) { near } else { plain }
 }
 
 /// Groups of the same kind that follow each other.
