@@ -8,7 +8,7 @@ use odyn::session::{RunReport, Session};
 
 use crate::support::{Scratch, assert_same_motion, column, difference, options, root, run};
 
-#[path = "../plugins/forces/examples/craig_bampton.rs"]
+#[path = "examples/craig_bampton.rs"]
 #[allow(dead_code)]
 mod craig_bampton;
 
@@ -36,7 +36,7 @@ fn all_ways(scene: &str, t_end: &str, tolerance: f64) -> RunReport {
 #[test]
 fn every_formulation_and_method_gives_the_same_motion() {
     all_ways("verification/inerter.toml", "simulation.t_end=1", 1e-7);
-    all_ways("verification/point-mass.toml", "simulation.t_end=0.4", 1e-6);
+    all_ways("verification/added-mass.toml", "simulation.t_end=0.4", 1e-6);
     all_ways("verification/modal-body.toml", "simulation.t_end=0.02", 1e-5);
 }
 
@@ -88,10 +88,10 @@ points = [[0, -1, 0], [1, -0.6, 0]]
 params.inertance = 4
 [[force]]
 name = "load"
-type = "point-mass"
+type = "added-mass"
 bodies = ["lower"]
 point = [1, -0.8, 0.1]
-params = { mass = 3, added_mass = [1, 0, 2], inertia = [0.1, 0.2, 0.1], gravity = [0, -9.81, 0] }
+params = { mass = 3, apparent_mass = [1, 0, 2], inertia = [0.1, 0.2, 0.1], gravity = [0, -9.81, 0] }
 [[output]]
 name = "y"
 quantity = "position"

@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod added_mass;
 pub mod beam;
 pub mod bearing_rating;
 pub mod bump_stop;
@@ -17,7 +18,6 @@ pub mod joint_friction;
 mod matrix;
 pub mod modal_body;
 pub mod point_gravity;
-pub mod point_mass;
 pub mod rotational_actuator;
 pub mod rotational_bump_stop;
 pub mod rotational_spring_damper;
@@ -51,7 +51,7 @@ element_api::export_plugin! {
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
         inerter::Inerter,
-        point_mass::PointMass,
+        added_mass::AddedMass,
         modal_body::ModalBody,
     ],
 }

@@ -21,12 +21,12 @@
 //! is no stiffening by rotation (the linear stiffness does not know of axial forces), and what modes between interfaces add to the
 //! inertia of rotation is left out: both are of second order in the deformation.
 //!
-//! ## The file
+//! The file, as a scene names it:
 //! `params.matrices = { file = "beam.csv", columns = ["row", "column", "mass", "stiffness"] }`: a line for each pair of degrees of freedom
 //! that has an entry, in one triangle, numbered from 1: displacements x, y, z and rotations x, y, z of each interface in the order
 //! of `bodies`, then modes. SI units (kg, m, rad), no units in the file, since the entries of a matrix have different ones. Lines that begin with
-//! `#` are remarks. Modes may have any scale. `odyn-forces` has a program that writes such a file:
-//! `cargo run -p odyn-forces --example craig_bampton`.
+//! `#` are remarks. Modes may have any scale. The sources have a program that
+//! writes such a file of a beam: `cargo run -p odyn-tests --example craig_bampton`.
 //!
 //! ## Signs
 //! Channels are the element's own: what the bodies that it joins have on top is not counted. Momenta are about the origin of the ground.
@@ -67,7 +67,6 @@
 //! frames = [{ position = [0, 0, 0] }, { position = [0, 0, 0] }]
 //! [force.params]
 //! points = [0, 0, 0, 1, 0, 0]
-//! # 3 kg in three thirds along x; 10 kN/m. Across, it does not bend.
 //! matrices = [
 //!   1, 1, 1, 1e4,
 //!   7, 1, 0.5, -1e4,

@@ -165,7 +165,10 @@ pub(super) fn parameter(spec: &ParamSpec) -> Value {
         ParamKind::Text if spec.choices.is_empty() => json!({ "type": "string" }),
         ParamKind::Text => one_of(spec.choices.iter().map(|choice| (choice.as_str(), ""))),
         ParamKind::Vector => vector(),
-        ParamKind::List => json!({ "type": "array", "items": number(spec) }),
+        ParamKind::List => {
+            let list = json!({ "type": "array", "items": number(spec) });
+            json!({ "anyOf": [list, from_file(json!({}))] })
+        }
         ParamKind::Curve => {
             let table = closed(
                 json!({ "points": pairs(), "interpolation": interpolation() }),

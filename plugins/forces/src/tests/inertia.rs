@@ -4,9 +4,9 @@ use element_api::testkit::{self, Probe, Random, Setting};
 use element_api::{Frame, Vec3};
 
 use super::{ground, two_frames_anywhere};
+use crate::added_mass::AddedMass;
 use crate::inerter::Inerter;
 use crate::modal_body::ModalBody;
-use crate::point_mass::PointMass;
 
 #[test]
 fn an_inerter_fulfils_the_contract() {
@@ -15,9 +15,9 @@ fn an_inerter_fulfils_the_contract() {
 }
 
 #[test]
-fn a_point_mass_fulfils_the_contract() {
-    for params in ["mass = 2.0", "added_mass = [1.0, 2.0, 3.0]\ninertia = [0.1, 0.2, 0.3]"] {
-        testkit::check_force::<PointMass>(params);
+fn an_added_mass_fulfils_the_contract() {
+    for params in ["mass = 2.0", "apparent_mass = [1.0, 2.0, 3.0]\ninertia = [0.1, 0.2, 0.3]"] {
+        testkit::check_force::<AddedMass>(params);
     }
 }
 

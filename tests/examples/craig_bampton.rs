@@ -2,7 +2,7 @@
 //! of modes between them (Craig & Bampton, AIAA Journal 6, 1968).
 //!
 //! ```text
-//! cargo run -p odyn-forces --example craig_bampton > beam.csv
+//! cargo run -p odyn-tests --example craig_bampton > beam.csv
 //! ```
 //!
 //! The beam lies along x; degrees of freedom of a node are displacements x, y, z, rotations x, y, z. Elements: cubic across, linear along and
@@ -130,7 +130,7 @@ impl Beam {
 pub fn lines(beam: &Beam, modes: usize) -> String {
     let (mass, stiffness) = beam.reduce(modes);
     let mut text = format!(
-        "# Beam of {} m along x, two ends and {modes} modes; written by the example craig_bampton of odyn-forces. SI.\nrow,column,mass,stiffness\n",
+        "# Beam of {} m along x, two ends and {modes} modes; written by the example craig_bampton of the sources. SI.\nrow,column,mass,stiffness\n",
         beam.length
     );
     let entry = |matrix: &DMatrix<f64>, row: usize, column: usize| {

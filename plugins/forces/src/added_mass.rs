@@ -11,8 +11,8 @@
 //! V = -mass g . p                                             (3)
 //! ```
 //!
-//! with g the `gravity` given here. Without `added_mass`, m = mass in all directions, and the element is a rigid body of this mass and
-//! inertia, fixed to its body at the frame. With it, m = mass + added_mass: the apparent mass of a fluid, which differs along the axes of a hull
+//! with g the `gravity` given here. Without `apparent_mass`, m = mass in all directions, and the element is a rigid body of this mass and
+//! inertia, fixed to its body at the frame. With it, m = mass + apparent_mass: the apparent mass of a fluid, which differs along the axes of a hull
 //! and weighs nothing (Lamb, Hydrodynamics, 1932, section 121; of an added mass that differs with direction, (1) contains the Munk moment).
 //!
 //! ## Signs
@@ -48,7 +48,7 @@
 //!
 //! [[force]]
 //! name = "bob"
-//! type = "point-mass"
+//! type = "added-mass"
 //! bodies = ["rod"]
 //! point = [1, 0, 0]
 //! params = { mass = 2, gravity = [0, -9.81, 0] }
@@ -64,7 +64,7 @@ use element_api::prelude::*;
 
 /// The element.
 #[derive(Debug, Clone, Copy)]
-pub struct PointMass {
+pub struct AddedMass {
     weight: [f64; 3],
     mass: [f64; 3],
     inertia: [f64; 3],
@@ -72,13 +72,13 @@ pub struct PointMass {
 
 /// What a scene tells it.
 #[derive(Debug, Clone, Copy, Parameters)]
-pub struct PointMassParameters {
+pub struct AddedMassParameters {
     /// Mass that weighs.
     #[param(unit = "kg", min = 0.0, default = 0.0)]
     pub mass: f64,
     /// Further mass that does not weigh, along x, y, z of frame i.
     #[param(unit = "kg", min = 0.0, default = [0.0; 3])]
-    pub added_mass: [f64; 3],
+    pub apparent_mass: [f64; 3],
     /// Moments of inertia about the axes of frame i.
     #[param(unit = "kg m^2", min = 0.0, default = [0.0; 3])]
     pub inertia: [f64; 3],
@@ -87,16 +87,16 @@ pub struct PointMassParameters {
     pub gravity: [f64; 3],
 }
 
-impl Element for PointMass {
-    const NAME: &'static str = "point-mass";
+impl Element for AddedMass {
+    const NAME: &'static str = "added-mass";
     const SUMMARY: &'static str = "mass and inertia at a frame of a body, also the added mass of a fluid";
-    const DOC: &'static str = doc_of(include_str!("point_mass.rs"));
+    const DOC: &'static str = doc_of(include_str!("added_mass.rs"));
     const FRAMES: &'static [FrameSpec] =
         &[FrameSpec::new("i", "its origin is the point; its axes those of the masses")];
-    type Parameters = PointMassParameters;
+    type Parameters = AddedMassParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
-        let mass = p.added_mass.map(|added| p.mass + added);
+        let mass = p.apparent_mass.map(|added| p.mass + added);
         Ok(Self { weight: p.gravity.map(|g| p.mass * g), mass, inertia: p.inertia })
     }
 }
@@ -110,7 +110,7 @@ fn square<S: Scalar>(masses: [f64; 3], v: Vec3<S>, frame: &Frame<S>) -> S {
     own.x * own.x * masses[0] + own.y * own.y * masses[1] + own.z * own.z * masses[2]
 }
 
-impl PointMass {
+impl AddedMass {
     fn energy<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
         let (frame, twist) = (&at.frames()[0], &at.twists[0]);
         let along = square(self.mass, twist.velocity, frame);
@@ -121,7 +121,7 @@ impl PointMass {
     }
 }
 
-impl Force for PointMass {
+impl Force for AddedMass {
     const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("energy", "J", "kinetic energy")];
 
     fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
