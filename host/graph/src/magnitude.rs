@@ -4,6 +4,9 @@ use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
 
+/// Numbers that differ by less than this share of what they are made of are one but for round-off.
+const TIE: f64 = 1e-14;
+
 /// For each of `outputs` the sum of the magnitudes of its terms: where terms cancel, the value is known to round-off of this.
 /// `sizes` gives the magnitudes of some nodes; other inputs and results of opaque elements have their own. Not less than the
 /// magnitude of the value; infinite, or none, where a small change of an operand changes the value without limit.
@@ -75,7 +78,15 @@ impl Graph {
                 let change = self.div(of(a), argument);
                 self.add(value, change)
             }
-            Expr::Select(a, b, c, d) => self.select(a, b, of(c), of(d)),
+            Expr::Select(a, b, c, d) => {
+                // Where a and b are one but for round-off it is not known which it is: at the place where it switches, at which steps
+                // end and begin.
+                let (gap, made_of) = (self.sub(a, b), self.add(of(a), of(b)));
+                let (gap, share) = (self.abs(gap), self.constant(TIE));
+                let allowed = self.mul(share, made_of);
+                let (larger, chosen) = (self.select(of(c), of(d), of(d), of(c)), self.select(a, b, of(c), of(d)));
+                self.select(gap, allowed, larger, chosen)
+            }
             Expr::Table { table, order, at } => {
                 let (value, slope) = (self.abs(node), self.table(table, order + 1, at));
                 let slope = self.abs(slope);
