@@ -130,7 +130,8 @@ fn intervals_have_the_true_values_as_often_as_they_say() {
     let mut inside = [0; 3];
     let mut noise = [0.0; 2];
     for seed in 0..100 {
-        let table = scratch.file("measured.csv", measured(&scene, &TRUE, [0.01, 0.05], 1000 + seed));
+        let table = scratch
+            .file("measured.csv", measured(&scene, &TRUE, [0.01, 0.05], 0x1234_5678_9abc + 0x9876_5432_1111 * seed));
         let found = fit(&scene, &table, &request(&VARIED));
         assert_eq!(found.status, "converged", "{seed} {:?}", found.notes);
         for ((one, value), inside) in found.parameters.iter().zip(TRUE_VALUES).zip(&mut inside) {
