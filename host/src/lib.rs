@@ -21,7 +21,7 @@
 //! | [`verification`] | scenes with checks -> cases: errors, balance, work | how cases are shown |
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
 //! | [`stress`] | trials with what is expected of them -> outcomes: measures with their bounds | how outcomes are shown |
-//! | [`analyses`] | a session -> equilibria, modes, linear models | how they are shown |
+//! | [`analyses`] | a scene -> equilibria, modes, linear models, efforts, kinematics, loads, balancing, sensitivities, fits | how they are shown |
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
