@@ -136,6 +136,8 @@ impl Element for ModalBody {
         &[FrameSpec::new("0", "the first interface; it carries the axes of the matrices")];
     const MORE_FRAMES: Option<FrameSpec> =
         Some(FrameSpec::new("interface", "a further interface; undeformed, with the axes of frame 0"));
+    const EXEMPT: &'static [(&'static str, &'static str)] =
+        &[("frame-invariance", "momenta are reported along axes of the ground")];
     type Parameters = ModalBodyParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

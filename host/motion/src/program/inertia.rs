@@ -120,10 +120,10 @@ impl Alone {
 
     /// The rates of a frame's rotation matrix that turns about an axis, ground axes: A' = omega~ A.
     fn turned(g: &mut Graph, frame: usize, axis: V3) -> Seeds {
-        let rows: [V3; 3] = [3, 6, 9].map(|from| Self::frame(g, frame, from));
+        let [x, y, z]: [V3; 3] = [3, 6, 9].map(|from| Self::frame(g, frame, from));
         let mut seeds = Seeds::default();
-        for j in 0..3 {
-            let column = [rows[0][j], rows[1][j], rows[2][j]];
+        for ((x, y), z) in x.into_iter().zip(y).zip(z) {
+            let column = [x, y, z];
             let rate = g.cross(axis, column);
             seeds.extend(column.into_iter().zip(rate));
         }
