@@ -313,11 +313,11 @@ typedef struct odyn_element {
     /* Largest number of frames in all, with `more_frames`. */
     uint32_t most_frames;
     uint32_t reserved;
-    /* [create] Tells an instance how many frames it has in all, after `create`. May refuse a number (the parameter `bodies`). May be
-     * null. */
+    /* [create] Gives an instance the number of all its frames, after `create`. May refuse a number (the parameter `bodies`).
+     * May be null. */
     int32_t (*with_frames)(void *instance, uint32_t count, odyn_error *error);
-    /* Conditions under which a force or control element may be used: name, unit of the margin, and what is wrong where it is negative
-     * ("is loaded beyond its rating"); not with ODYN_OPAQUE. */
+    /* Conditions under which a force or control element may be used: name, unit of the margin, and what is wrong where it is
+     * negative ("is loaded beyond its rating"); not with ODYN_OPAQUE. */
     const odyn_named *checks;
     size_t check_count;
     /* Rows of recommended parameters that a scene picks with `use`, CSV; null: none. */

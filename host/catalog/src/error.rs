@@ -281,7 +281,7 @@ impl CatalogError {
                 help
             }
             Self::Changed { .. } => {
-                vec!["`odyn plugin verify` tells what was changed; remove it and install it again".into()]
+                vec!["`odyn plugin verify` lists what was changed; remove it and install it again".into()]
             }
             Self::BadPackage { .. } => {
                 vec!["get it again from its author, who makes it with `odyn plugin pack`".into()]

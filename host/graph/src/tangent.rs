@@ -73,12 +73,12 @@ impl Tangents {
     /// them. `graph` is added to.
     #[must_use]
     pub fn new(graph: &mut Graph, functions: &[Node], directions: &[Seeds]) -> Self {
-        let mut rule = Rule { multiple_of: FxHashMap::default(), sums: vec![Sum::default()] };
+        let mut rule = Rule { multiple_of: FxHashMap::default(), sums: vec![Total::default()] };
         let seeded = directions.iter().flat_map(Seeds::keys);
         let seeded: FxHashMap<Node, ()> = seeded.map(|node| (*node, ())).collect();
         for node in graph.live(functions) {
             if seeded.contains_key(&node) {
-                rule.add(graph, node, Sum { is_kept: true, ..Sum::default() });
+                rule.add(graph, node, Total { is_kept: true, ..Total::default() });
             } else {
                 rule.take(graph, node);
             }
@@ -288,7 +288,7 @@ impl Numbers {
 
 /// The chain rule for a node, while it is written.
 #[derive(Default)]
-struct Sum {
+struct Total {
     terms: Vec<(u32, Node)>,
     is_choice: bool,
     /// Whether it is asked for by itself.
@@ -303,11 +303,11 @@ struct Rule {
     /// Nodes that depend on any direction: a place, and the number by which its derivative is multiplied.
     multiple_of: FxHashMap<Node, (u32, Node)>,
     /// By place.
-    sums: Vec<Sum>,
+    sums: Vec<Total>,
 }
 
 impl Rule {
-    fn add(&mut self, g: &mut Graph, node: Node, sum: Sum) -> u32 {
+    fn add(&mut self, g: &mut Graph, node: Node, sum: Total) -> u32 {
         let place = self.sums.len() as u32;
         self.sums.push(sum);
         self.multiple_of.insert(node, (place, g.constant(1.0)));
@@ -321,7 +321,7 @@ impl Rule {
             self.sums[place as usize].is_kept = true;
             return place;
         }
-        self.add(g, node, Sum { terms: vec![(place, factor)], is_kept: true, ..Sum::default() })
+        self.add(g, node, Total { terms: vec![(place, factor)], is_kept: true, ..Total::default() })
     }
 
     /// A node, if it depends on any direction.
@@ -341,7 +341,7 @@ impl Rule {
                     let (one, zero) = (g.constant(1.0), g.constant(0.0));
                     let first = g.select(a, b, one, zero);
                     let terms = [c, d].map(|operand| (self.place(g, operand), first)).to_vec();
-                    self.add(g, node, Sum { terms, is_choice: true, ..Sum::default() });
+                    self.add(g, node, Total { terms, is_choice: true, ..Total::default() });
                 }
             }
             _ => self.sum(g, node, [operands[0], operands[1]]),
@@ -363,7 +363,7 @@ impl Rule {
                 self.multiple_of.insert(node, only);
             }
             _ => {
-                self.add(g, node, Sum { terms, ..Sum::default() });
+                self.add(g, node, Total { terms, ..Total::default() });
             }
         }
     }
@@ -397,7 +397,7 @@ impl Rule {
     }
 }
 
-impl Sum {
+impl Total {
     fn can_be_written_out(&self) -> bool {
         !self.is_kept && !self.is_choice && (1..=SHORT).contains(&self.terms.len())
     }

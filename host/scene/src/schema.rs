@@ -377,7 +377,7 @@ pub(super) fn input_keys() -> Vec<Key> {
 pub(super) fn output_keys() -> Vec<Key> {
     vec![
         ("name", name("."), "Its name: the column of the results, and a signal."),
-        ("quantity", word(), "What it tells."),
+        ("quantity", word(), "What it reports."),
         ("of", word(), "Body or element."),
         ("component", one_of_plain(["x", "y", "z", "e0", "e1", "e2", "e3"]), "Component of a vector."),
         ("on", word(), "Body that a reaction or force acts on; the last one of the element if left out."),

@@ -28,7 +28,7 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
     if let Some(from) = &args.from {
         if same_folder(from, &folder) {
-            let message = "the results would replace those that the run goes on from";
+            let message = "the results would replace those that the run continues from";
             let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help("name another folder with -o");
             return Err(Failure::new(diagnostic).exit(exit::USAGE));
         }

@@ -235,7 +235,7 @@ fn store(args: &StoreArgs) -> Result<Store, Failure> {
         return Ok(Store::of_project(folder));
     }
     Store::of_user().ok_or_else(|| {
-        let diagnostic = Diagnostic::error(codes::CANNOT_WRITE, "the system tells no home folder of this user");
+        let diagnostic = Diagnostic::error(codes::CANNOT_WRITE, "the system knows no home folder of this user");
         Failure::new(diagnostic.help("set HOME, or install into a project with --project DIR"))
     })
 }

@@ -25,6 +25,9 @@ pub(super) const CLOSE: f64 = 1e-13;
 /// The same as a share of the largest of all, accepted where round-off prevents a smaller change.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-10;
 
+/// Iterations after which nothing is gained any more where Newton's steps are exact.
+const EXACT_STEPS: usize = 3;
+
 /// Solves the equations of motion for given loads and right side of the constraints.
 pub(super) trait Solve {
     /// Accelerations and multipliers (one per row in use) for `loads` and, unless only a change of loads is asked about,
@@ -59,6 +62,9 @@ pub(super) struct Coupling {
     matrix: FullPivLu,
     /// Whether `z` holds a solution to start from.
     started: bool,
+    /// Whether F is linear. Newton's step then is exact, and what is left of the difference is round-off of F: where all accelerations
+    /// vanish, no share of them.
+    linear: bool,
     iteration: usize,
     /// The smallest change so far.
     best: f64,
@@ -66,7 +72,7 @@ pub(super) struct Coupling {
 
 impl Coupling {
     /// For inputs at these slots.
-    pub(super) fn new(slots: Vec<usize>, layout: &Layout) -> Self {
+    pub(super) fn new(slots: Vec<usize>, linear: bool, layout: &Layout) -> Self {
         let n = slots.len();
         Self {
             peers: slots.iter().map(|slot| layout.solved_peers(*slot)).collect(),
@@ -77,6 +83,7 @@ impl Coupling {
             step: vec![0.0; n],
             matrix: FullPivLu::new(n, 1e-14),
             started: false,
+            linear,
             iteration: 0,
             best: f64::INFINITY,
         }
@@ -122,7 +129,8 @@ impl Coupling {
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<bool, AnalysisError> {
         let Change { own: change, whole } = self.change(inputs);
-        if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) {
+        let exact = self.linear && self.iteration > EXACT_STEPS && change >= self.best;
+        if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) || exact {
             self.started = true;
             return Ok(true);
         }
@@ -217,7 +225,7 @@ impl BodyCoupling {
         let slots: Vec<usize> = equations.coupling.iter().map(|input| input.slot).collect();
         Some(Self {
             more_in_rates: slots.len() < program.input_count(layout.acceleration_slot()..usize::MAX),
-            coupling: Coupling::new(slots, layout),
+            coupling: Coupling::new(slots, equations.is_coupling_linear(layout), layout),
             loads: equations.loads.len(),
             workspace: program.workspace(),
             outputs: vec![0.0; nodes.len()],

@@ -113,7 +113,7 @@ impl JointForm {
             tree: plan.tree,
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
-            coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), layout)),
+            coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), found.linear, layout)),
             dependent: None,
             mass: mass_entries(model),
             choice: plan.independent.len() < plan.rows.len(),

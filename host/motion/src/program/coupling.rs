@@ -40,6 +40,14 @@ impl Equations {
         self.solved_in_rates = self.solved_inputs(&rates, layout);
     }
 
+    /// Whether the loads are linear in the accelerations and multipliers that they depend on, as the inertia of elements is: their
+    /// derivatives with respect to these do not contain them.
+    #[must_use]
+    pub fn is_coupling_linear(&self, layout: &Layout) -> bool {
+        let slopes: Vec<Node> = self.coupling.iter().flat_map(|input| input.slopes.iter().copied()).collect();
+        self.form == Form::Working && self.graph.calls.is_empty() && self.solved_inputs(&slopes, layout).is_empty()
+    }
+
     /// The accelerations and multipliers among the inputs that `nodes` depend on, ascending.
     fn solved_inputs(&self, nodes: &[Node], layout: &Layout) -> Vec<usize> {
         let solved = layout.acceleration_slot()..layout.inputs();
@@ -64,6 +72,8 @@ impl Equations {
 pub struct Dependence {
     /// The inputs that the loads depend on, ascending: z.
     pub slots: Vec<usize>,
+    /// [`Equations::is_coupling_linear`].
+    pub linear: bool,
     /// These, the others of the same bodies and joints, and the inputs that rates of states and power depend on, ascending.
     pub solved: Vec<usize>,
     /// [`Dependence::solved`] by inverse dynamics along the tree.
@@ -98,7 +108,7 @@ impl Dependence {
         let closing = (0..layout.rows).filter(|row| !used[layout.element_of_row(*row).0]);
         let closing = closing.map(|row| (layout.multiplier_slot() + row, row)).collect();
         let found = joint.reactions(working, tree, length, &[], &solved)?;
-        Some(Self { slots, solved, found, closing })
+        Some(Self { slots, linear: equations.is_coupling_linear(layout), solved, found, closing })
     }
 
     /// The places of [`Dependence::slots`] in [`Dependence::solved`].

@@ -10,7 +10,7 @@ use super::fill::bits;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Halves {
     pub(super) pairs: Vec<Pair>,
-    pub(super) sums: Vec<Sum>,
+    pub(super) sums: Vec<Quadrature>,
     /// Unknowns of the matrix that is left, ascending.
     pub(super) kept: Vec<usize>,
     /// Its pattern, by columns: a bit for each of its rows; the diagonal where `J` has it.
@@ -28,7 +28,7 @@ pub(super) struct Pair {
 
 /// A sum and its row.
 #[derive(Debug, Clone)]
-pub(super) struct Sum {
+pub(super) struct Quadrature {
     pub(super) unknown: usize,
     /// Column and entry.
     pub(super) row: Vec<(u32, f64)>,
@@ -61,7 +61,7 @@ impl Halves {
         for unknown in (0..n).filter(|k| free[*k] && columns[*k].iter().all(|word| *word == 0)) {
             kept[unknown] = false;
             let row = (0..n).filter(|k| columns[*k][unknown / 64] >> (unknown % 64) & 1 == 1);
-            found.sums.push(Sum { unknown, row: row.map(|column| (column as u32, 0.0)).collect() });
+            found.sums.push(Quadrature { unknown, row: row.map(|column| (column as u32, 0.0)).collect() });
         }
         found.kept = (0..n).filter(|k| kept[*k]).collect();
         found.leave(n, &columns);
@@ -93,7 +93,7 @@ impl Halves {
         for Pair { position, velocity, slope } in &mut self.pairs {
             *slope = jacobian[*position + n * *velocity];
         }
-        for Sum { unknown, row } in &mut self.sums {
+        for Quadrature { unknown, row } in &mut self.sums {
             row.iter_mut().for_each(|(column, entry)| *entry = jacobian[*unknown + n * *column as usize]);
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Complex, ComplexField};
 
 use super::fill::{Entry, Fill};
-use super::halves::{Pair, Sum};
+use super::halves::{Pair, Quadrature};
 
 /// Columns of the rest that are eliminated at a time.
 const PANEL: usize = 4;
@@ -317,7 +317,7 @@ impl<T: Number> Lu<T> {
         for Pair { position, velocity, slope } in &fill.halves.pairs {
             x[*position] += (self.inverse_shift * x[*velocity]).scale(*slope);
         }
-        for Sum { unknown, row } in &fill.halves.sums {
+        for Quadrature { unknown, row } in &fill.halves.sums {
             let sum = row.iter().fold(x[*unknown], |sum, (k, entry)| sum + x[*k as usize].scale(*entry));
             x[*unknown] = sum * self.inverse_shift;
         }

@@ -116,7 +116,7 @@ impl Digits {
             let code = self.code().map_or(String::new(), |code| format!(" ({code})"));
             let last = significant(self.t_last, 7);
             out.push_str(&match self.precise {
-                true => format!("  told up to t = {last} {unit} only: {}{code}\n", self.reason),
+                true => format!("  reported up to t = {last} {unit} only: {}{code}\n", self.reason),
                 false => format!("  no more digits than those of doubles could be had: {}{code}\n", self.reason),
             });
         }

@@ -98,7 +98,7 @@ impl ResultsError {
                 }
                 io::ErrorKind::WouldBlock => "wait until that run is over, or write elsewhere with `-o DIR`",
                 io::ErrorKind::NotFound => {
-                    "the file or its folder is not there any more; leave it alone while a run goes on, or write elsewhere \
+                    "the file or its folder is not there any more; leave it alone while a run continues, or write elsewhere \
                      with `-o DIR`"
                 }
                 _ => "choose another folder with `-o DIR`",

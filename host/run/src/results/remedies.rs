@@ -206,7 +206,7 @@ impl Remedy {
             Self::Passage => Words {
                 name: "singular-passage",
                 counted: "interpolated passages next to singular positions",
-                meaning: "Next to a position in which the mechanism could go on in more than one way nothing can be solved \
+                meaning: "Next to a position in which the mechanism could continue in more than one way nothing can be solved \
                           well. What was asked for was interpolated between places on both sides of it: the motion goes straight \
                           through.",
                 advice: "A real mechanism might take the other way there. If that matters, add what decides it: play, a spring, \

@@ -285,7 +285,7 @@ fn recoveries(summary: &Summary) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    format!("recoveries (`odyn explain NAME` tells more):\n{}", aligned(&[Side::Left, Side::Right, Side::Left], &rows))
+    format!("recoveries (`odyn explain NAME` says more):\n{}", aligned(&[Side::Left, Side::Right, Side::Left], &rows))
 }
 
 /// A line for each island that was integrated apart.

@@ -33,7 +33,7 @@ fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
     if let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) {
         diagnostic = diagnostic.at(record.name.span.clone(), format!("row `{row}` or its derivative is not finite"));
         let kind = &record.type_name.value;
-        diagnostic = diagnostic.help(format!("`odyn elements describe {kind}` tells where it is singular"));
+        diagnostic = diagnostic.help(format!("`odyn elements describe {kind}` says where it is singular"));
     }
     let diagnostic = diagnostic
         .help("check positions, points and axes, of this joint and of those that pull its bodies there: without `point` or `frames`, a joint connects the origins of its bodies");
@@ -97,7 +97,7 @@ fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
         seen.push(joint);
     }
     let diagnostic = diagnostic
-        .help("at this position, what is driven cannot move as it is told without breaking another joint")
+        .help("at this position, what is driven cannot move as it is prescribed without breaking another joint")
         .help("take one of them away, or drive what the others leave free");
     SessionError::one(&scene.source, diagnostic)
 }

@@ -29,15 +29,15 @@ impl Session {
         };
         if !same {
             let found = format!("{} bodies and {} elements", state.bodies.len(), state.elements.len());
-            let message = format!("the state to go on from belongs to another scene ({found})");
+            let message = format!("the state to continue from belongs to another scene ({found})");
             return refuse(message, "bodies and elements must be the same, in the same order");
         }
         let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
         if !(finite(&state.working) && finite(&state.references) && finite(&state.discrete) && state.time.is_finite()) {
-            return refuse("the state to go on from contains numbers that are not finite".into(), "start anew");
+            return refuse("the state to continue from contains numbers that are not finite".into(), "start anew");
         }
         if state.time >= self.scene.simulation.t_end {
-            let message = format!("the run to go on from ended at {} s, not before this scene's end", state.time);
+            let message = format!("the run to continue from ended at {} s, not before this scene's end", state.time);
             return refuse(message, "give a later end: --t-end");
         }
         self.load_memories(&state.memories)?;
@@ -85,8 +85,9 @@ impl Session {
         let differences = point.identity.differences(&Identity::of(&self.scene.source, &self.libraries));
         if !differences.is_empty() {
             let message = format!("the checkpoint belongs to another run: {}", differences.join("; "));
-            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message)
-                .help("make it as it was, or start anew; a changed scene can go on from the end of a run with --from");
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help(
+                "make it as it was, or start anew; a changed scene can continue from the end of a run with --from",
+            );
             return Err(SessionError::one(&self.scene.source, diagnostic));
         }
         self.begins.checkpoint = Some(point);

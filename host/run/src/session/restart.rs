@@ -62,8 +62,8 @@ impl Restart {
     pub fn write(&self, folder: &Path) -> Result<(), ResultsError> {
         let path = folder.join(STATE_FILE);
         let text = toml::to_string(self).map_err(std::io::Error::other);
-        let text =
-            text.map(|text| seal(format!("# Where a run ended. To go on: odyn run SCENE --from THIS_FOLDER\n{text}")));
+        let text = text
+            .map(|text| seal(format!("# Where a run ended. To continue: odyn run SCENE --from THIS_FOLDER\n{text}")));
         let text = text.map_err(|cause| ResultsError::write(&path, cause))?;
         replace(&path, text.as_bytes(), false)
     }
@@ -76,7 +76,7 @@ impl Restart {
         let path = folder.join(STATE_FILE);
         let problem = |what: String| {
             Box::new(
-                Diagnostic::error(codes::CANNOT_GO_ON, format!("cannot go on from {}: {what}", path.display()))
+                Diagnostic::error(codes::CANNOT_GO_ON, format!("cannot continue from {}: {what}", path.display()))
                     .help("name the folder of results of a run of the same scene; run that one again where its state is damaged"),
             )
         };

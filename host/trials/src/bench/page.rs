@@ -22,7 +22,7 @@ impl Report {
         body.push_str(
             "</p>\n<p>Error: the largest difference of a measured coordinate from its reference at any sample, absolute. Time: \
              the integration with its samples, median of the repeats; what comes before is in the table at the end. Every \
-             time stands with the error of the same run; runs that failed are told as failed.</p>\n",
+             time stands with the error of the same run; runs that failed are reported as failed.</p>\n",
         );
         body.push_str(&self.comparison());
         for problem in &self.problems {

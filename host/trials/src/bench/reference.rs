@@ -151,7 +151,7 @@ impl Reference {
     /// What is measured, for people.
     pub(super) fn words(&self) -> String {
         format!(
-            "reference: {}, which agree to {} of the outputs' sizes; smaller errors are not told apart",
+            "reference: {}, which agree to {} of the outputs' sizes; smaller errors are not distinguished",
             self.how,
             significant(self.accuracy, 2)
         )

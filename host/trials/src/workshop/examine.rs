@@ -207,7 +207,7 @@ fn panic_fence(class: &dyn ElementClass, params: &Table) -> CheckVerdict {
     };
     let findings: Vec<String> = fenced(wrong).unwrap_or_else(Err).err().into_iter().collect();
     let outcome = if findings.is_empty() { Outcome::Ok } else { Outcome::Failed };
-    let meaning = "a call that fails is told as an error, and the program goes on";
+    let meaning = "a call that fails is reported as an error, and the program continues";
     CheckVerdict { check: "panic-fence", meaning, outcome, findings }
 }
 

@@ -242,7 +242,7 @@ fn recoveries_are_named_where_there_were_any() {
     let counts = [(Remedy::MethodSwitch, 1), (Remedy::SmallerStep, 31), (Remedy::RankSafe, 2)];
     counts.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
     let text = report(&summary, None, false);
-    let lines = "recoveries (`odyn explain NAME` tells more):
+    let lines = "recoveries (`odyn explain NAME` says more):
   smaller-step   31  steps made smaller because equations could not be solved
   method-switch   1  changes of method
   rank-safe       2  rank-safe solutions

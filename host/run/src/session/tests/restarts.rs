@@ -78,5 +78,5 @@ fn states_that_do_not_fit_are_refused() {
     assert!(refusal(broken).contains("not finite"));
     assert!(open(&text).go_on_from(state(&text)).is_ok());
     let missing = Restart::read(std::path::Path::new("no such folder")).unwrap_err();
-    assert!(missing.message.contains("cannot go on from"), "{missing:?}");
+    assert!(missing.message.contains("cannot continue from"), "{missing:?}");
 }
