@@ -335,3 +335,52 @@ fn bodies_may_be_lighter_than_what_an_element_brings_by_many_decades() {
         assert!(momentum.iter().all(|p| (p - 0.54 * 0.5).abs() < 1e-7 + mass), "{momentum:?}");
     }
 }
+
+/// Two bodies hang in balance, to round-off: nothing accelerates, and inertia has to be found all the same.
+#[test]
+fn what_rests_in_balance_starts() {
+    let text = r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[parameters]
+m = 3.3
+k = 1234.5
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 2
+output_step = 0.5
+[[body]]
+name = "weight"
+mass = "m"
+inertia = [0.1, 0.1, 0.1]
+position = [0, 0, -0.7]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "weight"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[force]]
+name = "spring"
+type = "translational-spring-damper"
+bodies = ["ground", "weight"]
+points = [[0, 0, 0], [0, 0, -0.7]]
+params = { stiffness = "k", free_length = "0.7 - 9.81 * m / k" }
+[[force]]
+name = "inerter"
+type = "inerter"
+bodies = ["ground", "weight"]
+points = [[0.3, 0, 0], [0.3, 0, -0.7]]
+params.inertance = 7.7
+[[output]]
+name = "z"
+quantity = "position"
+of = "weight"
+component = "z"
+"#;
+    for way in WAYS.iter().filter(|way| !way[0].contains("reference")) {
+        let report = try_text(text, way).unwrap_or_else(|error| panic!("{way:?}: {error}"));
+        assert_eq!(report.exit_code(), 0, "{way:?}: {}", report.summary.reason);
+        assert!(column(&report, "z").iter().all(|z| (z + 0.7).abs() < 1e-12), "{way:?}");
+    }
+}
