@@ -272,8 +272,7 @@ fn whole(
     let scales = DVector::from_element(driven.layout.velocities(), 1.0);
     let mut path = Path { driven, scales };
     let refused = |reason: String| {
-        let help =
-            "a mechanism with one freedom has a path; `odyn check` tells how many there are. Hold the others by joints";
+        let help = "a mechanism with one freedom has a path; `odyn check` reports how many there are. Hold the others by joints";
         cannot(session, reason, help)
     };
     let layout = path.driven.layout.clone();

@@ -302,8 +302,9 @@ impl Linear {
             );
         }
         if let Some(element) = &self.brings_kinetic {
-            self.notes
-                .push(format!("`{element}` brings kinetic energy of its own: modes are told without shares of energy"));
+            self.notes.push(format!(
+                "`{element}` brings kinetic energy of its own: modes are reported without shares of energy"
+            ));
         }
         if layout.given_at > 0 {
             self.notes.push("element states that change only between steps are held".into());

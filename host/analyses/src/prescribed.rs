@@ -14,7 +14,7 @@
 use std::path::Path;
 
 use crate::analysis::{Evaluator, start_inputs};
-use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::diagnostics::{Diagnostic, codes, help_for};
 use crate::linear::refuse;
 use crate::model::{Level, Model, Quantity};
 use crate::scene::{Dimension, parse_unit};
@@ -83,10 +83,9 @@ pub fn quantity(session: &Session, name: &str) -> Result<Wanted, SessionError> {
     for element in model.elements.iter().filter(|element| element.class.kind.word() == "joint") {
         known.extend(element.class.channels.iter().map(|channel| format!("{}.{}", element.name, channel.name)));
     }
-    let help = match suggest(name, known.iter().map(String::as_str)) {
-        Some(nearest) => format!("did you mean `{nearest}`?"),
-        None => "name an [[output]], or a joint's coordinate as `joint.channel`".into(),
-    };
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let help = help_for(name, &known, "outputs and coordinates")
+        .unwrap_or_else(|| "name an [[output]], or a joint's coordinate as `joint.channel`".into());
     let message = format!("there is no output or joint coordinate `{name}`");
     Err(refuse(session, Diagnostic::error(codes::UNKNOWN_TARGET, message).help(help)))
 }

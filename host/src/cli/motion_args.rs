@@ -142,13 +142,13 @@ pub(super) struct LoadsArgs {
 pub(super) struct BalanceArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// The joint's angle that turns, `joint.channel`; a counterweight goes on its second body
+    /// The joint's angle that turns, `joint.channel`; a counterweight sits on its second body
     #[arg(long, value_name = "NAME")]
     pub(super) turn: String,
     /// Whole turns that are looked at, the last ones of the run
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(super) turns: usize,
-    /// Harmonics of the turning: those that are told, and that the counterweight makes least
+    /// Harmonics of the turning: those that are reported, and that the counterweight makes least
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub(super) harmonics: usize,
     /// Radius of the counterweight, such as "20 mm" [default: where its mass is a tenth of that of the

@@ -45,7 +45,7 @@ pub(super) struct SceneArgs {
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
-    /// End the program, with exit code 4, when a call into a library takes longer. Without it such a call is told after 10 s,
+    /// End the program, with exit code 4, when a call into a library takes longer. Without it such a call is reported after 10 s,
     /// with the element it was made for, and waited for
     #[arg(long, value_name = "SECONDS", value_parser = patience)]
     pub(super) watchdog: Option<f64>,
@@ -68,7 +68,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "DIR")]
     pub(super) from: Option<PathBuf>,
     /// Write a checkpoint each time so much simulated time has passed: in the scene's unit, or with its own such as
-    /// every="0.5 s". `odyn resume` goes on from the last one. Steps end at checkpoints, and each costs about as much as the start of the run
+    /// every="0.5 s". `odyn resume` continues from the last one. Steps end at checkpoints, and each costs about as much as the start of the run
     #[arg(long, value_name = "every=TIME", value_parser = every)]
     pub(super) checkpoint: Option<String>,
     /// Also write `motion.bin`: where all bodies are at the output times, and what acts on them, for pictures
@@ -81,7 +81,7 @@ pub(super) struct RunArgs {
     pub(super) verify: bool,
     /// Tell how many digits of each output are certain: the scene is computed once more by power series in numbers of 31 digits, so
     /// that errors of the steps and round-off both show. Also written as `digits.csv`. Where that cannot be, the digits are
-    /// estimated by a run in other coordinates at a much smaller tolerance, and the reason is told
+    /// estimated by a run in other coordinates at a much smaller tolerance, and the reason is given
     #[arg(long)]
     pub(super) digits: bool,
     /// Threads for islands that run apart; as many as there are processors if left out. Results do not depend on it

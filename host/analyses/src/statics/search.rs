@@ -127,9 +127,11 @@ impl<'s> Search<'s> {
         let mut size: Option<f64> = None;
         let mut best = (f64::INFINITY, 0);
         let mut look = self.look(&mut inputs)?;
+        let mut fastest = look.rates.abs();
         let lively = self.fastest(&look.expansion.sizes).map_or(0.0, |body| body.1);
         for steps in 0..MOST_STEPS {
-            let audit = self.audit(&look, &inputs)?;
+            fastest = fastest.sup(&look.rates.abs());
+            let audit = self.audit(&look, &inputs, &fastest)?;
             let worst = audit.balance.max(audit.states);
             progress((1.0 - (worst.max(1.0)).log10() / 16.0).clamp(0.0, 1.0));
             if worst < 0.5 * best.0 {
@@ -397,8 +399,8 @@ impl<'s> Search<'s> {
         self.session.model.bodies.iter().enumerate().map(of).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// How well the equations are met, in what round-off leaves.
-    fn audit(&self, look: &Look, inputs: &[f64]) -> Result<Audit, String> {
+    /// How well the equations are met, in what round-off leaves; `fastest`: how fast states changed on the way.
+    fn audit(&self, look: &Look, inputs: &[f64], fastest: &DVector<f64>) -> Result<Audit, String> {
         let e = &look.expansion;
         let slopes = e.slope(Function::Balance, Direction::Positions);
         let weigh = |vector: &dyn Fn(usize) -> f64, body: usize| {
@@ -424,7 +426,7 @@ impl<'s> Search<'s> {
             let terms: f64 = (0..by_states.ncols()).map(|j| (by_states[(k, j)] * state(j)).abs()).sum();
             let places: f64 = (0..by_places.ncols()).map(|j| (by_places[(k, j)] * e.scales[j]).abs()).sum();
             if *rate != 0.0 {
-                states = states.max(rate.abs() / (LOADS * terms + PLACES * self.length * places + NOTHING));
+                states = states.max(rate.abs() / (LOADS * terms.max(fastest[k]) + PLACES * self.length * places + NOTHING));
             }
         }
         if balance.is_nan() || states.is_nan() {

@@ -67,10 +67,10 @@ pub struct Radau<const S: usize> {
     explicit_step: Option<f64>,
 }
 
-/// Of order 5: see [`Radau`].
+/// Radau IIA of order 5, three stages.
 pub type Radau5 = Radau<3>;
 
-/// Of order 9: see [`Radau`]. At tight tolerances its steps are several times as long.
+/// Radau IIA of order 9, five stages. At tight tolerances its steps are several times as long.
 pub type Radau9 = Radau<5>;
 
 impl Default for Radau5 {
