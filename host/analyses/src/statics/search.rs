@@ -426,7 +426,8 @@ impl<'s> Search<'s> {
             let terms: f64 = (0..by_states.ncols()).map(|j| (by_states[(k, j)] * state(j)).abs()).sum();
             let places: f64 = (0..by_places.ncols()).map(|j| (by_places[(k, j)] * e.scales[j]).abs()).sum();
             if *rate != 0.0 {
-                states = states.max(rate.abs() / (LOADS * terms.max(fastest[k]) + PLACES * self.length * places + NOTHING));
+                states =
+                    states.max(rate.abs() / (LOADS * terms.max(fastest[k]) + PLACES * self.length * places + NOTHING));
             }
         }
         if balance.is_nan() || states.is_nan() {
