@@ -112,8 +112,7 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
 
 fn told(found: &Loads, worst: f64) -> String {
     let size = |of: &[f64; 3]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let plural = if found.cases.len() == 1 { "" } else { "s" };
-    let mut text = format!("loads on {} at {} time{plural}", found.body, found.cases.len());
+    let mut text = format!("loads on {} at {}", found.body, terminal::counted(found.cases.len(), "time"));
     let _ = match worst {
         worst if worst <= ROUND_OFF => writeln!(text, "; in balance to {worst:.1e} of their sizes"),
         _ => writeln!(text, "; NOT in balance: {worst:.1e} of their sizes is left"),

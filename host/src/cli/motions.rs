@@ -73,10 +73,10 @@ fn spaced(motion: &Motion, every: f64) -> Vec<f64> {
 
 fn told(found: &Inverse) -> String {
     let mut text = format!(
-        "{} efforts at {} times for {} freedoms; loads balance to {:.1e}\n",
-        found.actuators.len(),
-        found.times.len(),
-        found.freedoms,
+        "{} at {} for {}; loads balance to {:.1e}\n",
+        terminal::counted(found.actuators.len(), "effort"),
+        terminal::counted(found.times.len(), "time"),
+        terminal::counted(found.freedoms, "freedom"),
         found.balance
     );
     for note in &found.notes {

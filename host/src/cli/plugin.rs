@@ -97,7 +97,7 @@ pub(super) fn check(args: &CheckPluginArgs) -> Result<u8, Failure> {
         if let Some(cost) = &beside {
             text.push_str(&format!("\ncost of `{}`, to compare: {}\n", args.beside, cost_text(cost)));
         }
-        text.push_str(&format!("\n{} examined, {failed} FAILED\n", counted(verdicts.len(), "element")));
+        text.push_str(&format!("\n{} examined, {failed} FAILED\n", terminal::counted(verdicts.len(), "element")));
         text
     };
     terminal::print(&text)?;
@@ -216,15 +216,10 @@ fn cost_text(cost: &Cost) -> String {
         || "opaque".to_string(),
         |traced| {
             let how = if traced.machine_code { "machine code" } else { "interpreted" };
-            format!("traced {} in {:.1} ns ({how})", counted(traced.operations, "operation"), traced.ns)
+            format!("traced {} in {:.1} ns ({how})", terminal::counted(traced.operations, "operation"), traced.ns)
         },
     );
     format!("{traced}; called {:.0} ns, with derivatives {:.0} ns", cost.called_ns, cost.called_derivatives_ns)
-}
-
-/// `1 element`, `2 elements`
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The same for programs.
