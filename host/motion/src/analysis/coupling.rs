@@ -62,8 +62,8 @@ pub(super) struct Coupling {
     matrix: FullPivLu,
     /// Whether `z` holds a solution to start from.
     started: bool,
-    /// Whether F is linear. Newton's step then is exact, and what is left of the difference is round-off of F: where all accelerations
-    /// vanish, no share of them.
+    /// Whether F is linear. Newton's step then is exact unless I - F_z is singular, and what is left of the difference is round-off of
+    /// F: where all accelerations vanish, no share of them.
     linear: bool,
     iteration: usize,
     /// The smallest change so far.
@@ -129,7 +129,8 @@ impl Coupling {
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<bool, AnalysisError> {
         let Change { own: change, whole } = self.change(inputs);
-        let exact = self.linear && self.iteration > EXACT_STEPS && change >= self.best;
+        let regular = self.matrix.rank() == self.slots.len();
+        let exact = self.linear && regular && self.iteration > EXACT_STEPS && change >= self.best;
         if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) || exact {
             self.started = true;
             return Ok(true);
