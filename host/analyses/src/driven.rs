@@ -74,6 +74,14 @@ impl<'s> Driven<'s> {
     ) -> Result<Self, SessionError> {
         check_elements(session, what)?;
         let model = &session.model;
+        let follows = |element: &&Instance| element.recording.unknowns() > 0 || element.is_joint_with_values();
+        if let Some(element) = model.elements.iter().find(follows) {
+            let message = format!(
+                "{what} are not there yet for scenes with joints that have states or memory, or with internal unknowns: `{}`",
+                element.name
+            );
+            return Err(cannot(session, message, "take a driver or a spring in its place, or a run"));
+        }
         if let Some(contact) = session.equations.contacts.first() {
             let (element, k) = session.plan.layout.element_of_row(contact.row);
             let message = format!(

@@ -187,6 +187,12 @@ impl Instance {
         self.has_states() || !self.recording.initial_discrete.is_empty() || !self.class.reported().is_empty()
     }
 
+    /// Whether it is a joint with states or memory: where its rows hold is then no matter of positions and time alone.
+    #[must_use]
+    pub fn is_joint_with_values(&self) -> bool {
+        self.is_joint_with_states() || self.class.kind == Kind::Joint && !self.recording.initial_discrete.is_empty()
+    }
+
     /// Whether it is a joint with states, which may move its rows.
     #[must_use]
     pub fn is_joint_with_states(&self) -> bool {
