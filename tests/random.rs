@@ -226,11 +226,14 @@ fn equilibria_stay_and_are_judged_rightly() {
         for body in &mut mechanism.bodies {
             (body.heavier, body.thinner) = (1.0, nalgebra::Vector3::repeat(1.0));
         }
-        if count == 1 {
-            let settled = checks.settled(&mechanism).ok().flatten().unwrap_or_else(|| mechanism.clone());
+        let keep = |mechanism: &Mechanism| {
+            let settled = checks.settled(mechanism).ok().flatten().unwrap_or_else(|| mechanism.clone());
             let path = kept("random").join(format!("rest-{seed}.toml"));
-            std::fs::write(&path, settled.text(&Place::as_it_is(), "t_end = 0.2\noutput_step = 0.05")).unwrap();
-            eprintln!("{style:?} {seed}: {}", path.display());
+            std::fs::write(&path, settled.text(&Place::as_it_is(), rest::SETTINGS)).unwrap();
+            path
+        };
+        if count == 1 {
+            eprintln!("{style:?} {seed}: {}", keep(&mechanism).display());
         }
         let check = |mechanism: &Mechanism| match checks.settled(mechanism)? {
             Some(settled) => checks.rests(&settled, seed, &mut found.borrow_mut()),
@@ -245,10 +248,7 @@ fn equilibria_stay_and_are_judged_rightly() {
                 other => other,
             };
             let (mechanism, why) = smallest(mechanism, why, &same);
-            let settled = checks.settled(&mechanism).ok().flatten().unwrap_or(mechanism);
-            let path = kept("random").join(format!("rest-{seed}.toml"));
-            std::fs::write(&path, settled.text(&Place::as_it_is(), "t_end = 0.2\noutput_step = 0.05")).unwrap();
-            told += &format!("{style:?} {seed}: {why}\n    odyn statics {}\n", path.display());
+            told += &format!("{style:?} {seed}: {why}\n    odyn statics {}\n", keep(&mechanism).display());
         }
     }
     let found = found.into_inner();

@@ -13,7 +13,7 @@ use super::checks::{Checks, Verdict, below, largest};
 use super::mechanism::{Mechanism, Place};
 use crate::analyses::miss;
 
-const SETTINGS: &str = "t_end = 0.2\noutput_step = 0.05";
+pub const SETTINGS: &str = "t_end = 0.2\noutput_step = 0.05";
 const FORMULATIONS: [&str; 2] = ["joint", "cartesian"];
 
 /// Share of the largest entry that derivatives of runs may differ by: they are differences.

@@ -10,7 +10,7 @@ use odyn::analyses::files;
 use odyn::analyses::linear::{Linear, Port};
 use odyn::analyses::modes::{Modes, Share, Stability};
 use odyn::analyses::statics::{self, Equilibrium};
-use odyn::diagnostics::{Diagnostic, codes, render, shown};
+use odyn::diagnostics::{Diagnostic, codes, render};
 use odyn::results::{ResultsError, significant};
 use odyn::session::{Instant, Restart, Session};
 
@@ -94,14 +94,12 @@ pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
     let json = terminal::json(&modes);
     write(&folder, "modes.json", json.as_bytes())?;
     write(&folder, "modes.csv", table(&modes).as_bytes())?;
-    if args.place.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.place.quiet {
+    terminal::answer(args.place.scene.json, args.place.quiet, &json, || {
         let mut text = String::new();
         tell_modes(&mut text, &modes, args.most);
         let _ = writeln!(text, "results: {} (with modes.json: shapes)", folder.join("modes.csv").display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(exit::DONE)
 }
 
@@ -242,9 +240,7 @@ pub(super) fn linearise(args: &LineariseArgs) -> Result<u8, Failure> {
     ];
     let archive = files::npz(&matrices).map_err(|error: io::Error| ResultsError::write(&folder, error))?;
     write(&folder, "linear.npz", &archive)?;
-    if args.place.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.place.quiet {
+    terminal::answer(args.place.scene.json, args.place.quiet, &json, || {
         let mut text = format!(
             "{} states ({} coordinates), {} inputs, {} outputs at t = {} s\n",
             linear.states.len(),
@@ -257,8 +253,8 @@ pub(super) fn linearise(args: &LineariseArgs) -> Result<u8, Failure> {
             let _ = writeln!(text, "note: {note}");
         });
         let _ = writeln!(text, "results: {} (with A.csv, ..., linear.json)", folder.join("linear.npz").display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(exit::DONE)
 }
 
@@ -284,9 +280,7 @@ pub(super) fn statics(args: &StaticsArgs) -> Result<u8, Failure> {
     if let Some(first) = found.found.first() {
         first.restart(&session).write(&folder)?;
     }
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = String::new();
         for (number, one) in found.found.iter().enumerate() {
             if found.found.len() > 1 || args.all.is_some() {
@@ -309,8 +303,8 @@ pub(super) fn statics(args: &StaticsArgs) -> Result<u8, Failure> {
         let _ = writeln!(text, "results: {} (with results.csv, state.toml)", folder.join("statics.json").display());
         let _ =
             writeln!(text, "to run from there: odyn run {} --from {}", args.scene.scene.display(), folder.display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(exit::DONE)
 }
 

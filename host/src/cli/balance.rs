@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use odyn::analyses::balance::{Counterweight, Question, Shaking, balance as shaken};
 use odyn::analyses::prescribed;
 use odyn::desk::page::chart::{COLORS, Chart, Curve, SIZE, draw, drawing, linear_axis};
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::{Diagnostic, codes};
 use odyn::results::significant;
 use odyn::scene::{Dimension, Override};
 use odyn::session::{RunOptions, Session};
@@ -67,9 +67,7 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
     write(&folder, "harmonics.csv", harmonics(&found).as_bytes())?;
     write(&folder, "shaking.csv", over_angle(&found).as_bytes())?;
     write(&folder, "shaking.svg", figure(&found).as_bytes())?;
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told(&found);
         let _ = writeln!(text, "results: {} (harmonics.csv, shaking.csv, shaking.svg, balance.json)", folder.display());
         let _ = writeln!(
@@ -78,8 +76,8 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
             args.scene.scene.display(),
             found.counterweight.set
         );
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(exit::DONE)
 }
 

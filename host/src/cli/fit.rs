@@ -1,7 +1,7 @@
 //! `odyn fit`
 
 use odyn::analyses::fit::{Fit, Request, fitted_scene};
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::{Diagnostic, codes};
 
 use super::exit;
 use super::failure::{Failure, cannot_write};
@@ -66,12 +66,9 @@ pub(super) fn fit(args: &FitArgs) -> Result<u8, Failure> {
         let text = fitted_scene(&args.scene.scene, &options.overrides, &found)?;
         std::fs::write(path, text).map_err(|error| cannot_write(path, &error))?;
     }
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let place = folder.join("fit.csv");
-        let text = format!("{}results: {} (with fit.json)\n", found.overview(), place.display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        format!("{}results: {} (with fit.json)\n", found.overview(), place.display())
+    })?;
     Ok(u8::try_from(found.exit_code()).unwrap_or(exit::AUDIT))
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use odyn::analyses::loads::{Case, Consistent, Loads, Watch, peaks};
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::{Diagnostic, codes};
 use odyn::results::{SUMMARY_FILE, significant};
 use odyn::scene::{Dimension, Override};
 use odyn::session::{RunOptions, Session};
@@ -98,15 +98,13 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
         }
     }
     let worst = found.cases.iter().flat_map(|case| case.left).fold(0.0, f64::max);
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told(&found, worst);
         let name =
             if args.format == LoadsFormat::Calculix { "head.inp, step-1.inp, ..., loads.csv" } else { "loads.csv" };
         let _ = writeln!(text, "results: {} ({name}, loads.json)", folder.display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(if worst <= ROUND_OFF { exit::DONE } else { exit::AUDIT })
 }
 

@@ -7,7 +7,7 @@ use odyn::analyses::inverse::{self, Inverse};
 use odyn::analyses::kinematics::{self, Drive, Kinematics};
 use odyn::analyses::linear::Port;
 use odyn::analyses::prescribed::{self, Motion};
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::{Diagnostic, codes};
 use odyn::results::{ResultsError, significant};
 use odyn::scene::Dimension;
 use odyn::session::Session;
@@ -45,9 +45,7 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
     let json = terminal::json(&found);
     write(&folder, "inverse.json", json.as_bytes())?;
     found.start.write(&folder)?;
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told(&found);
         let _ = writeln!(
             text,
@@ -55,8 +53,8 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
             folder.join("results.csv").display()
         );
         let _ = writeln!(text, "to show it: odyn report {}", folder.display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(exit::DONE)
 }
 
@@ -123,14 +121,12 @@ pub(super) fn kinematics(args: &KinematicsArgs) -> Result<u8, Failure> {
     } else {
         write(&folder, "kinematics.csv", folder::over(&found.over, &found.places, &columns).as_bytes())?;
     }
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told_kinematics(&found);
         let name = if matches!(drive, Drive::Time) { "results.csv" } else { "kinematics.csv" };
         let _ = writeln!(text, "results: {} (with kinematics.json)", folder.join(name).display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        text
+    })?;
     Ok(exit::DONE)
 }
 

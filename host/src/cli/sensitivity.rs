@@ -5,7 +5,6 @@ use std::sync::Mutex;
 
 use odyn::analyses::files;
 use odyn::analyses::sensitivity::{Request, Sensitivities};
-use odyn::diagnostics::shown;
 use odyn::results::ResultsError;
 
 use super::exit;
@@ -50,12 +49,9 @@ pub(super) fn sensitivity(args: &SensitivityArgs) -> Result<u8, Failure> {
     let json = terminal::json(&found);
     write(&folder, "sensitivity.json", json.as_bytes())?;
     write(&folder, "sensitivity.csv", found.csv().as_bytes())?;
-    if args.scene.json {
-        terminal::print_as_it_is(&json)?;
-    } else if !args.quiet {
+    terminal::answer(args.scene.json, args.quiet, &json, || {
         let place = folder.join("sensitivity.csv");
-        let text = format!("{}results: {} (with sensitivity.json)\n", found.overview(), place.display());
-        terminal::print_as_it_is(&shown(&text))?;
-    }
+        format!("{}results: {} (with sensitivity.json)\n", found.overview(), place.display())
+    })?;
     Ok(u8::try_from(found.exit_code()).unwrap_or(exit::AUDIT))
 }

@@ -76,6 +76,15 @@ pub(super) fn print_as_it_is(text: &str) -> io::Result<()> {
     }
 }
 
+/// The answer of a command: for programs, for people, or for nobody.
+pub(super) fn answer(for_programs: bool, quiet: bool, json: &str, text: impl FnOnce() -> String) -> io::Result<()> {
+    match (for_programs, quiet) {
+        (true, _) => print_as_it_is(json),
+        (false, true) => Ok(()),
+        (false, false) => print(&text()),
+    }
+}
+
 /// `1 element`, `2 elements`
 pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
