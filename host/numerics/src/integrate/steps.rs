@@ -149,14 +149,7 @@ fn given_steps(method: &mut dyn Adaptive, run: &mut Run<'_>, y: &mut [f64], ends
         let left = run.span.t_end - run.smallest_step();
         let end = if end < left { end } else { run.span.t_end };
         let t_new = events.end_of_step(run, end, method.seen());
-        run.system.begin_step(run.t, y, t_new - run.t);
-        if let Err(fault) = method.make_step(run, y, t_new) {
-            run.counters.rejected += 1;
-            return Err(match fault {
-                Fault::Trouble(trouble) => trouble,
-                Fault::Slow(_) => Trouble::Stop(StopReason::NoConvergence { step: t_new - run.t }),
-            });
-        }
+        ordered_step(method, run, y, t_new)?;
         finish_step(method, run, y, t_new, &mut scratch)?;
         events.beyond_break(run);
         if run.t != t_new && run.t < run.span.t_end {
@@ -165,6 +158,18 @@ fn given_steps(method: &mut dyn Adaptive, run: &mut Run<'_>, y: &mut [f64], ends
         }
     }
     Ok(())
+}
+
+/// A step to where it has to end: one that cannot be made is the end of the run.
+fn ordered_step(method: &mut dyn Stepper, run: &mut Run<'_>, y: &mut [f64], t_new: f64) -> Result<(), Trouble> {
+    run.system.begin_step(run.t, y, t_new - run.t);
+    method.make_step(run, y, t_new).map_err(|fault| {
+        run.counters.rejected += 1;
+        match fault {
+            Fault::Trouble(trouble) => trouble,
+            Fault::Slow(_) => Trouble::Stop(StopReason::NoConvergence { step: t_new - run.t }),
+        }
+    })
 }
 
 /// Steps of one size, whatever their error.
@@ -186,14 +191,7 @@ pub(super) fn steps_of_one_size(
     for k in 0..count {
         run.check_step_limit()?;
         let t_new = run.fixed_step_end(k, count);
-        run.system.begin_step(run.t, y, t_new - run.t);
-        if let Err(fault) = method.make_step(run, y, t_new) {
-            run.counters.rejected += 1;
-            return Err(match fault {
-                Fault::Trouble(trouble) => trouble,
-                Fault::Slow(_) => Trouble::Stop(StopReason::NoConvergence { step: t_new - run.t }),
-            });
-        }
+        ordered_step(method, run, y, t_new)?;
         let inside = Inside::new(method, run, y, t_new, &events);
         let at = |share: f64, out: &mut [f64]| inside.state(share, out);
         events.note_missed(run, &inside.interpolation(inside.method.seen(), &at))?;
