@@ -35,6 +35,7 @@ const CRATES: &[(&str, &[&str])] = &[
     (
         "host/trials",
         &[
+            "odyn-analyses",
             "odyn-catalog",
             "odyn-desk",
             "odyn-diagnostics",

@@ -68,6 +68,7 @@ pub fn options(sets: &[&str], plugins: &[PathBuf]) -> RunOptions {
         overrides: sets.iter().map(|text| Override::new(*text)).collect(),
         plugins: plugins.to_vec(),
         library_copies: Some(kept("library-copies")),
+        equilibrium: Some(odyn::analyses::statics::start),
         ..RunOptions::default()
     }
 }

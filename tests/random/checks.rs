@@ -9,6 +9,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
+use odyn::analyses::statics;
 use odyn::analysis::Formulation;
 use odyn::catalog::Catalog;
 use odyn::diagnostics::Source;
@@ -106,7 +107,8 @@ impl Checks {
         let (scene, warnings) = parse(Source::new("scene.toml", text), &overrides).map_err(|rejected| {
             SessionError { exit: Exit::Scene, diagnostics: rejected.diagnostics, source: Box::new(rejected.source) }
         })?;
-        Session::with_catalog(scene, warnings, &self.catalog, &RunOptions::default())
+        let options = RunOptions { equilibrium: Some(statics::start), ..RunOptions::default() };
+        Session::with_catalog(scene, warnings, &self.catalog, &options)
     }
 
     fn open(&self, text: &str, settings: &[&str]) -> Result<Session, String> {

@@ -7,6 +7,7 @@ use std::fmt;
 use odyn::analyses::linear::Linear;
 use odyn::analyses::modes::Stability;
 use odyn::analyses::statics::{Equilibrium, equilibrium};
+use odyn::diagnostics::codes;
 use odyn::session::Session;
 
 use super::checks::{Checks, Verdict, below, largest};
@@ -20,6 +21,8 @@ const FORMULATIONS: [&str; 2] = ["joint", "cartesian"];
 const APART: f64 = 1e-4;
 /// What accelerates at an equilibrium, on what accelerates at the start of the scene.
 const STILL: f64 = 1e-7;
+/// Share of the scene's size, and angle, by which a start at equilibrium may differ from it.
+const SETTLED: f64 = 1e-10;
 /// Share of the largest entry of A that a real part must exceed to be growth for certain.
 const GROWS: f64 = 1e-5;
 
@@ -45,6 +48,27 @@ impl fmt::Display for Found {
 }
 
 impl Checks {
+    /// A scene that starts at its equilibrium has its bodies where that was found.
+    fn starts_at_rest(&self, text: &str, base: &Equilibrium) -> Verdict {
+        let settled = match self.session(text, &["start=equilibrium"]) {
+            Ok(settled) => settled,
+            // The velocities that the scene gives may be none that its joints allow there.
+            Err(error) if error.diagnostics[0].code == codes::INCONSISTENT_VELOCITIES => return Ok(()),
+            Err(error) => return Err(format!("starts at rest: {error}")),
+        };
+        let found = base.restart(&settled);
+        let length = settled.assembly.scales.length;
+        let bodies = settled.plan.layout.bodies;
+        let pairs = settled.assembly.working[..13 * bodies].iter().zip(&found.working).enumerate();
+        let apart =
+            pairs.filter(|(k, _)| k % 13 < 7).map(|(k, (a, b))| (a - b) / if k % 13 < 3 { length } else { 1.0 });
+        below("starts away from its equilibrium", largest(apart), SETTLED)?;
+        match settled.assembly.references == found.references && settled.assembly.discrete == found.discrete {
+            true => Ok(()),
+            false => Err("angles and memories at the start are not those of the equilibrium".into()),
+        }
+    }
+
     /// Looks for the equilibrium of a mechanism.
     pub fn rests(&self, mechanism: &Mechanism, seed: u64, found: &mut Found) -> Verdict {
         found.scenes += 1;
@@ -68,6 +92,7 @@ impl Checks {
             }
         };
         found.at_rest += 1;
+        self.starts_at_rest(&text, &base)?;
         *found.stabilities.entry(format!("{:?}", base.stability)).or_default() += 1;
         let linear = Linear::at(&session, &base.instant, Some(&[]), Some(&[])).map_err(|error| error.to_string())?;
         if !linear.at_rest {

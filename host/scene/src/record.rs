@@ -77,6 +77,8 @@ pub struct Simulation {
     pub gravity: [f64; 3],
     /// Start, s; zero by default.
     pub t_start: f64,
+    /// Where the bodies are at the start: `given`, `equilibrium`.
+    pub start: Option<Spanned<String>>,
     /// End, s; after the start.
     pub t_end: f64,
     /// When results are wanted.

@@ -191,6 +191,11 @@ pub(super) fn simulation_keys() -> Vec<Key> {
     vec![
         ("gravity", vector_of(Dimension::ACCELERATION), "Acceleration of gravity, ground axes; zero if left out."),
         ("t_start", of(Dimension::TIME), "Start; zero if left out."),
+        (
+            "start",
+            word(),
+            "Where the bodies are at the start: as `given`, or at the `equilibrium` that `odyn statics` finds from there.",
+        ),
         ("t_end", of(Dimension::TIME), "End, after the start."),
         (
             "output_step",

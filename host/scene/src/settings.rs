@@ -145,6 +145,7 @@ fn read_library(raw: &RawValue, reader: &mut Reader<'_>) -> Option<LibraryRecord
 pub(super) const SIMULATION_KEYS: &[&str] = &[
     "gravity",
     "t_start",
+    "start",
     "t_end",
     "output_step",
     "output_times",
@@ -181,18 +182,19 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     reader.check_keys(&record, SIMULATION_KEYS);
     let gravity = reader.vector_or_zero(&record, "gravity", Dimension::ACCELERATION);
     let t_start = reader.optional(&record, "t_start", Dimension::TIME);
-    let start = t_start.as_ref().map_or(0.0, |time| time.value);
+    let begin = t_start.as_ref().map_or(0.0, |time| time.value);
     if record.table.get("t_end").is_none() {
         reader.missing(&record, "t_end");
     }
     let t_end = reader.optional(&record, "t_end", Dimension::TIME);
     if let Some(end) = &t_end
-        && end.value <= start
+        && end.value <= begin
     {
         reader.out_of_range("`t_end` must be after `t_start`".to_owned(), end.span.clone(), "");
     }
-    let span = start..t_end.map_or(f64::INFINITY, |end| end.value);
+    let span = begin..t_end.map_or(f64::INFINITY, |end| end.value);
     let output = read_output_times(&record, &span, reader);
+    let start = reader.word(&record, "start");
     let tolerance = reader.positive(&record, "tolerance", Dimension::DIMENSIONLESS);
     if let Some(raw) = record.table.get("tolerance").filter(|_| tolerance.is_some_and(|value| value > MOST_TOLERANCE)) {
         let message = format!("`tolerance` is relative, at most {MOST_TOLERANCE}");
@@ -218,7 +220,8 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     Some(Simulation {
         span: record.table.span.clone(),
         gravity,
-        t_start: start,
+        t_start: begin,
+        start,
         t_end: span.end,
         output: output?,
         tolerance,

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use odyn::analyses::statics;
 use odyn::results::{CHECKPOINT_FILE, SUMMARY_FILE};
 use odyn::session::{Checkpoint, Session};
 
@@ -32,6 +33,7 @@ pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
         return Err(Failure::new(*Checkpoint::without_scene(folder)).exit(exit::FILES));
     };
     options.plugins.extend(args.plugins.iter().cloned());
+    options.equilibrium = Some(statics::start);
     let mut session = Session::open(scene, &options)?;
     session.resume(point)?;
     let told = Told { json: args.json, quiet: args.quiet };

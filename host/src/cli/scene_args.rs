@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use odyn::analyses::statics;
 use odyn::scene::{AuditTolerance, Override};
 use odyn::session::RunOptions;
 
@@ -204,7 +205,14 @@ impl SceneArgs {
             overrides.push(Override::new(format!("simulation.without=[{}]", names.join(", "))));
         }
         let watchdog = super::failure::watchdog(self.watchdog, self.json);
-        RunOptions { overrides, plugins: self.plugins.clone(), audit_tolerance, watchdog, ..RunOptions::default() }
+        RunOptions {
+            overrides,
+            plugins: self.plugins.clone(),
+            audit_tolerance,
+            watchdog,
+            equilibrium: Some(statics::start),
+            ..RunOptions::default()
+        }
     }
 
     /// Where results go unless the user says otherwise: `results/compressor` for `scenes/compressor.toml`.

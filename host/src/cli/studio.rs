@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use odyn::analyses::statics;
 use odyn::session::RunOptions;
 use odyn::studio::{Settings, Studio};
 
@@ -26,8 +27,12 @@ pub(super) struct StudioArgs {
 
 /// Serves the studio until Ctrl-C.
 pub(super) fn studio(args: &StudioArgs) -> Result<u8, Failure> {
-    let options =
-        RunOptions { plugins: args.plugins.clone(), watchdog: watchdog(None, false), ..RunOptions::default() };
+    let options = RunOptions {
+        plugins: args.plugins.clone(),
+        watchdog: watchdog(None, false),
+        equilibrium: Some(statics::start),
+        ..RunOptions::default()
+    };
     let settings = Settings { scene: args.scene.clone(), port: args.port, options };
     let studio = Studio::start(settings).map_err(Failure::new)?;
     let stop = on_interrupt("the studio ends");

@@ -97,8 +97,25 @@ pub struct Equilibria {
 /// Opaque elements; no equilibrium that was found, with the cause.
 pub fn equilibrium(session: &Session, progress: &mut dyn FnMut(f64)) -> Result<Equilibrium, SessionError> {
     let mut search = prepare(session)?;
-    let place = search.from(&start(session), progress).map_err(|reason| not_found(session, &reason))?;
+    let place = search.from(&given(session), progress).map_err(|reason| not_found(session, &reason))?;
     settle(session, &search, place, 0)
+}
+
+/// The equilibrium as a place to start from, for [`crate::session::RunOptions::equilibrium`]; a warning where it is unstable.
+///
+/// # Errors
+/// As [`equilibrium`].
+pub fn start(session: &Session) -> Result<(Restart, Vec<Diagnostic>), SessionError> {
+    let found = equilibrium(session, &mut |_| ())?;
+    let mut notes = Vec::new();
+    if found.stability == Stability::Unstable {
+        let message = "the run starts at an unstable equilibrium: round-off decides when and which way it leaves";
+        let help = "`odyn statics --all 20` looks for others; a velocity at the start says which way it leaves";
+        let word = session.scene.simulation.start.as_ref();
+        let place = word.map_or(0..0, |word| word.span.clone());
+        notes.push(Diagnostic::warning(codes::UNSTABLE_START, message).at(place, "").help(help));
+    }
+    Ok((found.restart(session), notes))
 }
 
 /// Equilibria from the scene's start and from others, drawn at random among what the joints allow.
@@ -112,7 +129,7 @@ pub fn equilibria(session: &Session, starts: usize, progress: &mut dyn FnMut(f64
     let length = session.assembly.scales.length;
     for number in 0..starts.max(1) {
         progress(number as f64 / starts.max(1) as f64);
-        let begin = start(session);
+        let begin = given(session);
         let begin = if number == 0 { Ok(begin) } else { search.elsewhere(&begin, number as u64) };
         let place = begin.and_then(|begin| search.from(&begin, &mut |_| ()));
         let place = match place {
@@ -141,7 +158,7 @@ pub fn equilibria(session: &Session, starts: usize, progress: &mut dyn FnMut(f64
     }
 }
 
-fn start(session: &Session) -> Vec<f64> {
+fn given(session: &Session) -> Vec<f64> {
     start_inputs(&session.plan.layout, session.time_of_start(), &session.assembly)
 }
 

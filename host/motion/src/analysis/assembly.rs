@@ -141,10 +141,31 @@ fn misses(rows: &[(String, f64)]) -> String {
 /// # Errors
 /// When the joints can't be met, naming those that remain violated.
 pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -> Result<Assembly, AssemblyError> {
+    assemble_from(equations, model, layout, t, None)
+}
+
+/// The same from another place than the scene gives: `(working, references)` as in [`Assembly`]. Velocities in it are not looked at;
+/// they are those of the scene.
+///
+/// # Errors
+/// See [`assemble`].
+pub fn assemble_from(
+    equations: &Equations,
+    model: &Model,
+    layout: &Layout,
+    t: f64,
+    place: Option<(&[f64], &[f64])>,
+) -> Result<Assembly, AssemblyError> {
     let mut state = as_given(model, layout);
-    let scales = Scales::new(model, &state);
     let mut inputs = vec![0.0; layout.inputs()];
     load_discrete(model, layout, &mut inputs);
+    if let Some((working, references)) = place {
+        state.copy_from_slice(working);
+        state[..BODY_STATES * layout.bodies].chunks_exact_mut(BODY_STATES).for_each(|body| body[7..].fill(0.0));
+        let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
+        layout.write_discrete(&mut inputs, references, &discrete);
+    }
+    let scales = Scales::new(model, &state);
     let given = state.clone();
     if let Some(element) = equations.unknowns_of_solution(layout) {
         let element = &model.elements[element];
@@ -168,7 +189,10 @@ pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -
         velocities(equations, model, layout, t, &mut state, &mut inputs, scales.length, free)?
     };
     load(layout, t, &state, &mut inputs);
-    let references = references(equations, model, layout, &inputs)?;
+    let references = match place {
+        Some((_, references)) => references.to_vec(),
+        None => references(equations, model, layout, &inputs)?,
+    };
     let discrete = inputs[layout.discrete_slot()..layout.acceleration_slot()].to_vec();
     layout.write_discrete(&mut inputs, &references, &discrete);
     unknowns.solve(&mut inputs, model, false)?;

@@ -63,7 +63,9 @@ mod working;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, assemble, idle_axes, start_inputs};
+pub use assembly::{
+    Assembly, AssemblyError, Chosen, Move, VelocityMiss, ahead, assemble, assemble_from, idle_axes, start_inputs,
+};
 pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};

@@ -9,10 +9,10 @@ use super::error::SessionError;
 use super::libraries::load_libraries;
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
 use super::opened::{Beginning, Session};
-use super::options::{ISLANDS, RunOptions, one_of};
+use super::options::{ISLANDS, RunOptions, STARTS, one_of};
 use super::picture::check_meshes;
 use super::prune::{allowed, is_determined};
-use crate::analysis::{self, Assembly, AssemblyError, assemble, idle_axes};
+use crate::analysis::{self, Assembly, AssemblyError, assemble, assemble_from, idle_axes};
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::model::{Model, resolve};
@@ -86,6 +86,40 @@ impl Session {
 
     /// Opens a scene; `start` is an assembled state of it and its time, s, where it does not begin at its start.
     pub(super) fn of_scene(
+        scene: Scene,
+        warnings: Vec<Diagnostic>,
+        catalog: &Catalog,
+        options: &RunOptions,
+        start: Option<(f64, Assembly)>,
+        started: Instant,
+    ) -> Result<Self, SessionError> {
+        let settles = one_of("start", scene.simulation.start.as_ref(), &STARTS, &scene)?;
+        if start.is_some() || !settles {
+            return Self::of_start(scene, warnings, catalog, options, start, started);
+        }
+        let given = Self::of_start(scene.clone(), Vec::new(), catalog, options, None, started)?;
+        let (found, mut notes) = given.settled()?;
+        notes.splice(0..0, warnings);
+        Self::of_start(scene, notes, catalog, options, Some((given.begins.time, found)), started)
+    }
+
+    /// The equilibrium that is found from the start of the scene, with its velocities, and what must be said about it.
+    fn settled(&self) -> Result<(Assembly, Vec<Diagnostic>), SessionError> {
+        let Some(find) = self.options.equilibrium else {
+            let message = "this program does not look for the equilibrium that the scene starts at";
+            let help =
+                "remove `start` from `[simulation]`; a program that uses the library gives `RunOptions::equilibrium`";
+            let span = self.scene.simulation.start.as_ref().map_or(0..0, |word| word.span.clone());
+            let diagnostic = Diagnostic::error(codes::NO_EQUILIBRIUM, message).at(span, "").help(help);
+            return Err(SessionError::one(&self.scene.source, diagnostic));
+        };
+        let (state, notes) = find(self)?;
+        let place = Some((state.working.as_slice(), state.references.as_slice()));
+        let found = assemble_from(&self.equations, &self.model, &self.plan.layout, self.begins.time, place);
+        Ok((found.map_err(|error| assembly_error(&error, &self.scene))?, notes))
+    }
+
+    fn of_start(
         scene: Scene,
         mut warnings: Vec<Diagnostic>,
         catalog: &Catalog,

@@ -5,11 +5,16 @@ use std::sync::Arc;
 
 use super::common::Common;
 use super::error::SessionError;
+use super::opened::Session;
+use super::restart::Restart;
 use crate::catalog::Watchdog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Methods;
 use crate::model::{Channel, Model};
 use crate::scene::{AuditTolerance, Override, Scene, Spanned};
+
+/// Finds a state to begin at, with what must be said about it, from a scene at the start that it gives.
+pub type FindStart = fn(&Session) -> Result<(Restart, Vec<Diagnostic>), SessionError>;
 
 /// What the command line adds to a scene.
 #[derive(Debug, Clone, Default)]
@@ -33,6 +38,9 @@ pub struct RunOptions {
     /// Ends of the steps to take instead of those that error control would choose, s: see [`crate::integrate::Options::steps`]. For
     /// scenes in which no contact closes and nothing switches.
     pub steps: Option<Arc<[f64]>>,
+    /// How the equilibrium is found that a scene with `start = "equilibrium"` begins at: `odyn::analyses::statics::start`. Such scenes are
+    /// refused where this is absent.
+    pub equilibrium: Option<FindStart>,
     /// Who watches the calls into libraries that are loaded.
     pub watchdog: Option<Watchdog>,
 }
@@ -63,6 +71,9 @@ pub const FORMULATIONS: &[(&str, &str)] = &[
     ("cartesian", "six velocities per body, every joint as constraint rows, sparse elimination"),
     ("joint", "the joints' own coordinates along a spanning tree; rows only for what closes loops"),
 ];
+
+/// The words for `start` of `[simulation]`: whether it is at equilibrium.
+pub(super) const STARTS: [(&str, bool); 2] = [("given", false), ("equilibrium", true)];
 
 /// The words for `islands` of `[simulation]`.
 pub(super) const ISLANDS: [(&str, bool); 2] = [("together", false), ("apart", true)];

@@ -12,6 +12,7 @@ use crate::integrate;
 use crate::results::{CheckResult, Status};
 use crate::scene::{Override, Scene};
 use crate::session::{RunOptions, RunReport, Session};
+use crate::statics;
 
 /// Relative tolerances unless others are wanted, loosest first.
 pub const TOLERANCES: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
@@ -202,6 +203,7 @@ impl Runner {
             library_copies: self.settings.library_copies.clone(),
             // One thread: times are to compare.
             jobs: 1,
+            equilibrium: Some(statics::start),
             ..RunOptions::default()
         };
         Session::open(path, &options).map_err(|error| error.render(false))

@@ -13,6 +13,7 @@ use crate::diagnostics::Diagnostic;
 use crate::pool;
 use crate::scene::Override;
 use crate::session::{RunOptions, Session};
+use crate::statics;
 
 /// How trials are run.
 #[derive(Debug, Clone, Default)]
@@ -115,6 +116,7 @@ fn attempt(task: Task<'_>, known: &Known<'_>, settings: &Settings, stop: &Arc<At
         overrides: overrides.map(Override::new).collect(),
         plugins: settings.plugins.clone(),
         library_copies: settings.library_copies.clone(),
+        equilibrium: Some(statics::start),
         ..RunOptions::default()
     };
     outcome.set = set;

@@ -14,6 +14,7 @@ use crate::pool;
 use crate::results::{CheckResult, Status};
 use crate::scene::{AuditTolerance, CheckRecord, Reference, Scene, read};
 use crate::session::{RunOptions, RunReport, Session, requests, search_path};
+use crate::statics;
 
 /// Relative tolerances at which a scene is run to show how its errors and its work depend on them, largest first.
 pub const LADDER: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
@@ -200,7 +201,7 @@ fn open_with(
     catalog: &Catalog,
     further_channels: Option<fn(&Model) -> Vec<Channel>>,
 ) -> Result<Session, String> {
-    let options = RunOptions { jobs: 1, further_channels, ..RunOptions::default() };
+    let options = RunOptions { jobs: 1, further_channels, equilibrium: Some(statics::start), ..RunOptions::default() };
     Session::with_catalog(scene.clone(), Vec::new(), catalog, &options).map_err(|error| error.render(false))
 }
 
