@@ -2,14 +2,17 @@
 //! coordinates of joints and of bodies.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Quaternion, SymmetricEigen, Vector3};
 use odyn::analyses::linear::Linear;
 use odyn::analyses::modes::{Modes, Stability};
 use odyn::analyses::statics::{Equilibrium, equilibria, equilibrium};
-use odyn::session::{Instant, Session};
+use odyn::diagnostics::codes;
+use odyn::results::Status;
+use odyn::session::{Instant, RunOptions, Session};
 
-use crate::support::{Scratch, options, root};
+use crate::support::{Scratch, column, options, root};
 
 fn session(path: &Path, sets: &[&str]) -> Session {
     Session::open(path, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
@@ -81,6 +84,68 @@ fn a_pendulum_hangs_and_one_that_stands_is_unstable() {
     // From other starts both are found, or the stable one again and again.
     let all = equilibria(&of_text(PENDULUM, &["angle=pi/2"]), 6, &mut |_| ()).unwrap();
     assert!(all.failed.is_empty() && all.found.len() == 2, "{:?}", all.failed);
+}
+
+#[test]
+fn a_run_starts_at_the_equilibrium_with_the_velocities_of_the_scene() {
+    let at_rest = ["simulation.start=equilibrium"];
+    let hanging = rest(&of_text(PENDULUM, &[]));
+    let started = of_text(PENDULUM, &at_rest);
+    assert!(started.warnings.is_empty(), "{:?}", started.warnings);
+    let apart = started.assembly.working.iter().zip(hanging.restart(&started).working).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-12, "{:?}", started.assembly.working);
+    assert!(started.assembly.moves.is_empty());
+    // What a driver carries has its velocity; what is given is kept.
+    let driver = "[[joint]]\nname = \"slide\"\ntype = \"displacement-driver\"\nbodies = [\"ground\", \"cart\"]\npoint = [0, 0, 0]\n\
+                  axis = [1, 0, 0]\nparams.displacement = \"0.3 * t\"\n";
+    let cart = "[[body]]\nname = \"cart\"\nmass = 1\ninertia = [1, 1, 1]\n[[joint]]\nname = \"rail\"\ntype = \"translational\"\n\
+                bodies = [\"ground\", \"cart\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n";
+    let rod = PENDULUM.replace("bodies = [\"ground\", \"rod\"]", "bodies = [\"cart\", \"rod\"]");
+    let rod = rod.replace("mass = 2\n", "mass = 2\nangular_velocity = [0, 0, 0]\n");
+    let carried = of_text(&format!("{rod}{cart}{driver}"), &at_rest);
+    for (body, at, speed) in [("rod", [0.0, -0.7], 0.3), ("cart", [0.0, 0.0], 0.3)] {
+        let place = carried.model.bodies.iter().position(|one| one.name == body).unwrap();
+        let state = &carried.assembly.working[13 * place..13 * (place + 1)];
+        assert!((state[0] - at[0]).abs() + (state[1] - at[1]).abs() < 1e-10, "{body}: {state:?}");
+        assert!((state[7] - speed).abs() + state[8].abs() + state[12].abs() < 1e-10, "{body}: {state:?}");
+    }
+    // One that stands is a start, too, and not a silent one.
+    let standing = of_text(PENDULUM, &["angle=pi/2", at_rest[0]]);
+    assert_eq!(standing.warnings.len(), 1);
+    assert_eq!(standing.warnings[0].code, codes::UNSTABLE_START);
+}
+
+/// At rest accelerations are round-off of the forces that cancel in them, and no step has to resolve that.
+#[test]
+fn what_hangs_at_rest_costs_few_steps_and_stays() {
+    for (formulation, most) in [("joint", 200), ("cartesian", 4000)] {
+        let formulation = format!("simulation.formulation={formulation}");
+        let resting = benchmark("chain_N10", &["simulation.start=equilibrium", &formulation]);
+        let report = resting.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+        assert_eq!(report.summary.status, Status::Completed);
+        assert!(report.summary.steps < most, "{formulation}: {} steps", report.summary.steps);
+        let tip = column(&report, "tip_x");
+        assert!(tip.iter().all(|x| x.abs() < 1e-9), "{tip:?}");
+    }
+}
+
+#[test]
+fn a_start_at_equilibrium_that_cannot_be_is_refused() {
+    let scratch = Scratch::new();
+    let refused = |text: &str, sets: &[&str], find: bool| {
+        let given = options(sets, &[]);
+        let options = RunOptions { equilibrium: given.equilibrium.filter(|_| find), ..given };
+        let error = Session::open(&scratch.file("scene.toml", text), &options).err().expect("refused");
+        (error.exit_code(), error.to_string())
+    };
+    let at_rest = "simulation.start=equilibrium";
+    let (code, message) = refused(PENDULUM.split("[[joint]]").next().unwrap(), &[at_rest], true);
+    assert!(code == 5 && message.contains("nothing holds `rod`"), "{code} {message}");
+    let (code, message) = refused(PENDULUM, &["simulation.start=rest"], true);
+    assert!(code == 3 && message.contains("`start` cannot be `rest`"), "{code} {message}");
+    // A program that does not look for equilibria does not run such a scene from elsewhere.
+    let (code, message) = refused(PENDULUM, &[at_rest], false);
+    assert!(code == 5 && message.contains("RunOptions::equilibrium"), "{code} {message}");
 }
 
 #[test]

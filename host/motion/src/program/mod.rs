@@ -72,7 +72,7 @@ pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use projection::Projecting;
-pub use rate_sizes::RateSizes;
+pub use rate_sizes::{RateSizes, sizes_of_forces};
 pub use reactions::{Reactions, Working};
 pub use sharp::{Knots, Sharp};
 pub use sliding::Friction;

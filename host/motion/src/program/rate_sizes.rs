@@ -53,6 +53,17 @@ impl RateSizes {
     }
 }
 
+/// Per body the sum of the magnitudes of the forces on it, N, those of joints included, in a graph that takes the inputs of [`Layout`].
+#[must_use]
+pub fn sizes_of_forces(equations: &Equations, model: &Model, layout: &Layout) -> (Graph, Vec<Node>) {
+    let mut graph = Graph::default();
+    let rewriting = Rewriting::new(&equations.graph, &mut graph, FxHashMap::default());
+    let bodies: Vec<usize> = (0..layout.bodies).collect();
+    let loads = Terms { equations, model, layout, g: &mut graph, rewriting }.loads(&bodies);
+    let forces = bodies.iter().map(|body| loads[&(2 * body)]).collect();
+    (graph, forces)
+}
+
 /// The accelerations and multipliers that nodes depend on, by slots, ascending.
 fn solved_inputs(g: &Graph, nodes: &[Node], layout: &Layout) -> Vec<usize> {
     let solved = layout.acceleration_slot()..layout.inputs();
@@ -128,9 +139,8 @@ impl Terms<'_> {
         found
     }
 
-    /// Of some bodies, by column.
-    fn accelerations(&mut self, bodies: &[usize]) -> FxHashMap<usize, Node> {
-        // Force and torque on each.
+    /// Forces and torques on some bodies, by twice the number of a body, and the one behind that.
+    fn loads(&mut self, bodies: &[usize]) -> FxHashMap<usize, Node> {
         let mut loads: FxHashMap<usize, Node> = FxHashMap::default();
         for body in bodies {
             let own = self.rewriting.carry_all(self.g, &self.equations.loads[6 * body..6 * body + 6]);
@@ -148,6 +158,12 @@ impl Terms<'_> {
                 *sum = self.g.add(*sum, load);
             }
         }
+        loads
+    }
+
+    /// Of some bodies, by column.
+    fn accelerations(&mut self, bodies: &[usize]) -> FxHashMap<usize, Node> {
+        let loads = self.loads(bodies);
         let columns = bodies.iter().flat_map(|body| 6 * body..6 * body + 6);
         let of_column = |column: usize| {
             let ease: f64 = self.mobility(column).iter().sum();

@@ -160,8 +160,9 @@ impl Prepared {
             .map_err(|e| start_error(&session.scene, &e))?;
         let bounded = system.guard(&mut session.equations, &watching);
         session.equations.graph.rest();
-        let lightest = session.model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
-        system.anticipate_rest(t_end - t_start, lightest);
+        system
+            .anticipate_rest(&session.equations, &session.model, (t_start, &state), t_end - t_start)
+            .map_err(|e| start_error(&session.scene, &e))?;
         if let Some(carried) = &leg.carried {
             system.carry_on(carried);
         }

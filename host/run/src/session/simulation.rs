@@ -96,6 +96,9 @@ struct Told {
     inputs: Part,
 }
 
+/// Speeds at the start, as multiples of the slowest that counts, below which what follows may be round-off.
+const NEAR_REST: f64 = 1e3;
+
 /// See the module documentation.
 pub(super) struct Simulation<'a> {
     formulation: Box<dyn Formulation>,
@@ -309,9 +312,26 @@ impl<'a> Simulation<'a> {
     }
 
     /// Takes speeds that move nothing in this time, s, for round-off, and so their energies, of a body of this mass, kg.
-    pub(super) fn anticipate_rest(&mut self, duration: f64, lightest: f64) {
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(super) fn anticipate_rest(
+        &mut self,
+        equations: &Equations,
+        model: &Model,
+        (t, state): (f64, &[f64]),
+        duration: f64,
+    ) -> Result<(), AnalysisError> {
+        let slowest = self.scales.rest_speed(duration);
+        if self.scales.speed.max(self.scales.spin * self.scales.length) <= NEAR_REST * slowest {
+            let traces = self.formulation.traces();
+            self.floor.balance(equations, model, (t, state), self.formulation.as_mut())?;
+            self.formulation.forget_since(&traces);
+        }
         self.scales.anticipate_rest(duration);
-        self.audit.count_from(0.5 * lightest * self.scales.rest_speed(duration).powi(2));
+        let lightest = model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
+        self.audit.count_from(0.5 * lightest * slowest.powi(2));
+        Ok(())
     }
 
     /// Judges errors and violations by the sizes of a larger scene.

@@ -1,4 +1,4 @@
-//! [`Floor`]: what of the states of elements is round-off.
+//! [`Floor`]: what of the states of elements is round-off, and what of the velocities of a scene at rest.
 //!
 //! The rate of a state is known to round-off of the sum F of the magnitudes of its terms. No step of size h makes the state better
 //! known than to `ROUND_OFF F h`, or to `ROUND_OFF F / w` where it forgets at the pace w what was longer ago. A state that is less
@@ -7,7 +7,7 @@
 use crate::analysis::{AnalysisError, Evaluator, Formulation, Scales};
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, RateSizes};
+use crate::program::{Equations, RateSizes, sizes_of_forces};
 
 /// Errors of rates, as a share of what these are made of, that count as round-off: 45 times that of one operation. A hundred times as
 /// much would show in true states at the tightest tolerances.
@@ -28,6 +28,8 @@ pub(super) struct Floor {
     t: f64,
     y: Vec<f64>,
     h: f64,
+    /// Round-off of accelerations, m/s^2, and of angular ones, rad/s^2, where the run starts at rest.
+    at_rest: [f64; 2],
     /// What no error in it has to be below, per state, where that was asked for.
     errors: Vec<f64>,
     is_known: bool,
@@ -48,6 +50,7 @@ impl Floor {
             t: 0.0,
             y: Vec::new(),
             h: 0.0,
+            at_rest: [0.0; 2],
             errors: vec![0.0; layout.states],
             is_known: true,
             inputs: Vec::with_capacity(RateSizes::inputs(layout)),
@@ -56,10 +59,11 @@ impl Floor {
 
     /// A step begins.
     pub(super) fn begin_step(&mut self, t: f64, y: &[f64], h: f64) {
+        self.h = h;
         if self.evaluator.is_none() {
             return;
         }
-        (self.t, self.h, self.is_known) = (t, h, false);
+        (self.t, self.is_known) = (t, false);
         self.y.clear();
         self.y.extend_from_slice(y);
     }
@@ -77,6 +81,32 @@ impl Floor {
             formulation.forget_since(&traces);
         }
         self.errors[state]
+    }
+
+    /// At rest accelerations are round-off of the forces that cancel in them.
+    pub(super) fn balance(
+        &mut self,
+        equations: &Equations,
+        model: &Model,
+        (t, y): (f64, &[f64]),
+        formulation: &mut dyn Formulation,
+    ) -> Result<(), AnalysisError> {
+        let (graph, forces) = sizes_of_forces(equations, model, &self.layout);
+        let mut evaluator = Evaluator::new(&graph, &forces);
+        let inputs = formulation.observe(t, y, true)?.inputs[..self.layout.inputs()].to_vec();
+        let forces = evaluator.run(&inputs, formulation.sets())?;
+        // Not by the mass of each: what holds a light body moves it with its neighbours.
+        let mass: f64 = model.bodies.iter().map(|body| body.mass).sum();
+        let size = forces.iter().fold(0.0_f64, |most, force| most.max(*force)) / mass;
+        let turning = model.bodies.iter().filter(|body| !body.particle && body.thin.is_empty());
+        let radius = turning.map(|body| (body.inertia.trace() / body.mass).sqrt()).fold(f64::INFINITY, f64::min);
+        self.at_rest = [size, size / radius].map(|size| if size.is_finite() { ROUND_OFF * size } else { 0.0 });
+        Ok(())
+    }
+
+    /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.
+    pub(super) fn of_speeds(&self) -> [f64; 2] {
+        self.at_rest.map(|rate| rate * self.h)
     }
 
     fn find(&mut self, formulation: &mut dyn Formulation, scales: &Scales) -> Result<(), AnalysisError> {

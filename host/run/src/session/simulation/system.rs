@@ -30,7 +30,9 @@ impl Simulation<'_> {
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
     /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let (length, speed, spin) = (self.scales.length, self.scales.speed_scale(), self.scales.spin_scale());
+        let length = self.scales.length;
+        let [slow, calm] = self.floor.of_speeds().map(|least| least / self.allowed());
+        let (speed, spin) = (self.scales.speed_scale().max(slow), self.scales.spin_scale().max(calm));
         let mut worst = 0.0_f64;
         for (group, range) in &self.group_runs {
             let size = match group {
