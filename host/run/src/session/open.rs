@@ -119,6 +119,7 @@ impl Session {
         Ok((found.map_err(|error| assembly_error(&error, &self.scene))?, notes))
     }
 
+    /// [`Session::of_scene`] at the start that the scene gives, or at `start`, whatever the scene says of an equilibrium.
     fn of_start(
         scene: Scene,
         mut warnings: Vec<Diagnostic>,

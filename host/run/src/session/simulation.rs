@@ -311,7 +311,8 @@ impl<'a> Simulation<'a> {
         &self.scales
     }
 
-    /// Takes speeds that move nothing in this time, s, for round-off, and so their energies, of a body of this mass, kg.
+    /// Takes speeds that move nothing in this duration, s, for round-off, and so their energies, of the lightest body. Where the state, at
+    /// the start `t`, is at rest, errors of velocities count as round-off by the forces that cancel in it ([`Floor::balance`]).
     ///
     /// # Errors
     /// See [`AnalysisError`].

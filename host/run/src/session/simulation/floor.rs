@@ -83,7 +83,10 @@ impl Floor {
         self.errors[state]
     }
 
-    /// At rest accelerations are round-off of the forces that cancel in them.
+    /// At rest accelerations are round-off of the forces that cancel in them. From here on [`Floor::of_speeds`] knows that.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
     pub(super) fn balance(
         &mut self,
         equations: &Equations,
