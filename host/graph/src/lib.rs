@@ -25,6 +25,7 @@
 //! | `ranges.rs` | what nodes can be while their inputs run through ranges |
 //! | `tape.rs` | programs |
 //! | `compile.rs` | how parts of a graph become programs |
+//! | `listing.rs` | programs value by value, for other languages |
 //! | `interpreter.rs` | what runs them without machine code |
 //! | `turn.rs` | sine and cosine of an angle at once |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
@@ -39,6 +40,7 @@ mod eliminate;
 mod graph;
 mod import;
 mod interpreter;
+mod listing;
 #[cfg_attr(not(feature = "jit"), path = "no_machine.rs")]
 mod machine;
 mod magnitude;
@@ -62,6 +64,7 @@ pub use derivative::{Below, Seeds, derivatives, derivatives_among};
 pub use eliminate::Elimination;
 pub use graph::{Call, Expr, Graph, Node};
 pub use import::{import, operation};
+pub use listing::{Listing, Value};
 pub use machine::MachineCode;
 pub use magnitude::magnitudes;
 pub use ranges::Ranges;

@@ -2,7 +2,10 @@
 //! where the rank falls.
 
 mod engines;
+mod portable;
 mod solve;
+
+pub use portable::{Portable, Quantities};
 
 use solve::{least_health, least_health_at_start};
 

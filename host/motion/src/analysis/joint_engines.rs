@@ -121,6 +121,11 @@ impl Unrolled {
         Self { motion, position, velocity, rows, squares, square_sizes, by_bodies: true }
     }
 
+    /// Squares of the gradients of the rows with all bodies alike.
+    pub(super) fn square_sizes(&self) -> &[f64] {
+        &self.square_sizes
+    }
+
     /// At the inputs that [`Unrolled::velocity`] was run for last.
     pub(super) fn look(&self, columns: usize) -> Look {
         let m = self.rows.len();

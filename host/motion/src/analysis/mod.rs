@@ -72,7 +72,7 @@ pub use constraints::{Constraints, mass_values};
 pub use contact::{Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meeting, Pattern, Strike};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
-pub use joint::{JointForm, STATES_PER_AUDIT};
+pub use joint::{JointForm, Portable, Quantities, STATES_PER_AUDIT};
 pub use joint_plan::{Folding, JointPlan};
 pub use local::{Direction, Expansion, Freedom, Function, Local};
 pub use precise::{NotPrecise, PreciseMotion};

@@ -61,8 +61,8 @@ mod velocity_rows;
 mod tests;
 
 pub use odyn_graph::{
-    Call, Elimination, Expr, Graph, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets, SharedCode,
-    Solved, Tangents, Used, Workspace, condense, costs, derivatives, import,
+    Call, Elimination, Expr, Graph, Listing, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets,
+    SharedCode, Solved, Tangents, Used, Workspace, condense, costs, derivatives, import,
 };
 
 pub use articulated::Articulated;

@@ -187,6 +187,27 @@ impl Session {
         }
     }
 
+    /// The equations of motion in coordinates of joints, whatever takes fewer operations; `None` where they can't be had. The opaque
+    /// elements of the model move in.
+    ///
+    /// # Errors
+    /// Masses that admit no motion.
+    pub fn joint_form(&mut self, folding: Folding) -> Result<Option<JointForm>, SessionError> {
+        let Some(tree) = JointPlan::tree(&self.equations, &self.model, &self.assembly) else { return Ok(None) };
+        let Some(joint) = self.joint_plan(tree, folding)? else { return Ok(None) };
+        let Self { equations, model, plan, scene, .. } = self;
+        let length = self.assembly.scales.length;
+        equations.graph.share();
+        let bodies = WorkingParts::new(equations, model, plan, length);
+        JointForm::new(joint, model, &plan.layout, bodies).map(Some).map_err(|e| start_error(scene, &e))
+    }
+
+    /// Whether the start is a singular position, or next to one.
+    #[must_use]
+    pub fn starts_singular(&self) -> bool {
+        self.ahead.is_some()
+    }
+
     fn unknown_formulation(&self, word: &str) -> SessionError {
         let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no formulation `{word}`"));
         if let Some(written) = &self.scene.simulation.formulation {
