@@ -15,13 +15,13 @@
 //! A mechanism that fails is made smaller as long as it fails, and its scene is kept as a file, which `odyn run` takes. Those
 //! that once failed are in `regressions/`, each with the cause.
 
-mod checks;
+pub mod checks;
 mod damping;
 mod differential;
 mod furnish;
 mod guided;
 mod inertia;
-mod mechanism;
+pub mod mechanism;
 mod numbers;
 mod relation;
 mod rest;

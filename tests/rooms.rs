@@ -15,6 +15,8 @@ const CRATES: &[(&str, &[&str])] = &[
     ("host/catalog", &["odyn-diagnostics", "element-api"]),
     ("host/desk", &["odyn-diagnostics", "odyn-run"]),
     ("host/diagnostics", &[]),
+    // Sessions for their programs, the graph for the values that these are made of, no solvers.
+    ("host/export", &["odyn-diagnostics", "odyn-graph", "odyn-motion", "odyn-run", "odyn-scene", "element-api"]),
     ("host/graph", &["odyn-numerics", "element-api"]),
     ("host/motion", &["odyn-catalog", "odyn-diagnostics", "odyn-graph", "odyn-numerics", "odyn-scene", "element-api"]),
     ("host/numerics", &[]),

@@ -41,6 +41,7 @@
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
+//! | `export.rs`, `export/` | scenes as C and as FMUs: the bits of the interpreter, the results of runs, other compilers and processors |
 //! | `study.rs` | studies do not depend on the number of threads |
 //! | `soak.rs` | many runs in one process take no more memory than one |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
@@ -67,6 +68,7 @@ mod digits;
 mod enclosures;
 mod events;
 mod examples;
+mod export;
 mod fits;
 mod fixtures;
 mod formulations;

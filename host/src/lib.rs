@@ -22,6 +22,7 @@
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
 //! | [`stress`] | trials with what is expected of them -> outcomes: measures with their bounds | how outcomes are shown |
 //! | [`analyses`] | a scene -> equilibria, modes, linear models, efforts, kinematics, loads, balancing, sensitivities, fits | how they are shown |
+//! | [`export`] | a session -> the same as C with a constant cost per step, as an FMU | how the host steps its runs, files |
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
@@ -55,6 +56,7 @@
 //! | `host/desk` | `desk`: reports, and what pages are made of |
 //! | `host/studio` | `studio`: scenes edited in the browser |
 //! | `host/analyses` | [`analyses`] |
+//! | `host/export` | [`export`] |
 //! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
@@ -65,6 +67,7 @@ pub use odyn_catalog as catalog;
 #[cfg(feature = "cli")]
 pub use odyn_desk as desk;
 pub use odyn_diagnostics as diagnostics;
+pub use odyn_export as export;
 pub use odyn_motion::{analysis, model, plan, program};
 pub use odyn_numerics::{integrate, interval, linalg, precise};
 pub use odyn_run::{results, session};

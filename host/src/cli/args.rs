@@ -213,7 +213,7 @@ Examples:
   odyn compare results/compressor/results.csv scenes/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
     Compare(CompareArgs),
-    /// Write the motion of a run in a form that other programs show
+    /// Write the motion of a run in a form that other programs show, or a scene as a program for other places
     Export {
         #[command(subcommand)]
         command: ExportCommand,

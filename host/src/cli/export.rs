@@ -1,13 +1,21 @@
 //! `odyn export`
 
+use std::fmt::Write as _;
 use std::path::Path;
 
+use odyn::analyses::statics;
 use odyn::diagnostics::{Diagnostic, codes, shown};
-use odyn::results::{MOTION_FILE, Motion, glb, replace};
-use odyn::scene::parse_unit;
+use odyn::export::c::{Cost, Package, Real, package};
+use odyn::export::fmu::{Binary, Fmu, Kinds, TARGETS, Version, build};
+use odyn::export::{Choices, METHODS, Machine, Method};
+use odyn::results::{MOTION_FILE, Motion, ResultsError, glb, replace};
+use odyn::scene::{Override, parse_unit};
+use odyn::session::{RunOptions, Session};
+use serde::Serialize;
 
+use super::analyses::{warn, write};
 use super::exit;
-use super::export_args::GlbArgs;
+use super::export_args::{CArgs, FmuArgs, GlbArgs, MachineArgs};
 use super::failure::Failure;
 use super::terminal;
 
@@ -32,4 +40,170 @@ fn told(motion: &Motion, file: &Path) -> String {
     let (bodies, samples) = (motion.header.moving(), motion.times.len());
     let bodies = if bodies == 1 { "1 body".to_owned() } else { format!("{bodies} bodies") };
     format!("{}: {bodies} in motion, {samples} samples\n", shown(&file.display().to_string()))
+}
+
+/// Writes a scene as C.
+pub(super) fn export_c(args: &CArgs) -> Result<u8, Failure> {
+    let real = if args.float { Real::Float } else { Real::Double };
+    let machine = machine(&args.machine, None)?;
+    let Package { files, cost } = package(&machine, real).map_err(Failure::new)?;
+    for (name, text) in &files {
+        write(&args.output, name, text.as_bytes())?;
+    }
+    if args.machine.json {
+        let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+        terminal::print_as_it_is(&terminal::json(&CWritten { files: names, cost: Costs::of(&machine, &cost) }))?;
+    } else {
+        terminal::print(&format!(
+            "{}: {}\n{}",
+            shown(&args.output.display().to_string()),
+            listed(&files),
+            words(&machine, &cost)
+        ))?;
+    }
+    Ok(exit::DONE)
+}
+
+/// Writes a scene as an FMU.
+pub(super) fn export_fmu(args: &FmuArgs) -> Result<u8, Failure> {
+    let machine = machine(&args.machine, args.inputs.as_deref())?;
+    let version = if args.fmi == "2" { Version::Two } else { Version::Three };
+    let any = args.cs || args.me;
+    let kinds = Kinds { co_simulation: args.cs || !any, model_exchange: args.me || !any };
+    let fmu = Fmu::new(&machine, version, kinds).map_err(Failure::new)?;
+    let (binaries, missing) = binaries(&fmu)?;
+    let archive = fmu.archive(&binaries).map_err(|error| ResultsError::write(&args.output, error))?;
+    replace(&args.output, &archive, false)?;
+    if args.machine.json {
+        let platforms = binaries.iter().map(|binary| binary.target.folder_2).collect();
+        let file = args.output.display().to_string();
+        let written = FmuWritten { file, platforms, missing, cost: Costs::of(&machine, &fmu.cost) };
+        terminal::print_as_it_is(&terminal::json(&written))?;
+        return Ok(exit::DONE);
+    }
+    let platforms: Vec<&str> = binaries.iter().map(|binary| binary.target.folder_2).collect();
+    let mut text = format!("{}: FMI {}.0, sources", shown(&args.output.display().to_string()), args.fmi);
+    for platform in platforms {
+        let _ = write!(text, ", {platform}");
+    }
+    text.push('\n');
+    for (platform, compiler) in missing {
+        let _ = writeln!(text, "without {platform}: there is no compiler `{compiler}`");
+    }
+    terminal::print(&(text + &words(&machine, &fmu.cost)))?;
+    Ok(exit::DONE)
+}
+
+/// A platform without its compiler.
+type Missing = (&'static str, &'static str);
+
+/// Binaries for all platforms whose compilers are there, and the other ones.
+fn binaries(fmu: &Fmu) -> Result<(Vec<Binary>, Vec<Missing>), Failure> {
+    let folder = std::env::temp_dir().join(format!("odyn-fmu-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(|error| ResultsError::write(&folder, error))?;
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    let mut failed = None;
+    for target in TARGETS {
+        match build(fmu, target, &folder) {
+            Ok(Some(binary)) => found.push(binary),
+            Ok(None) => missing.push((target.folder_2, target.compilers[0])),
+            Err(reason) => failed = Some(reason),
+        }
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+    match failed {
+        None => Ok((found, missing)),
+        Some(reason) => {
+            let diagnostic =
+                Diagnostic::error(codes::CANNOT_WRITE, format!("the compiler fails: {}", reason.trim_end()));
+            Err(Failure::new(diagnostic.help("`odyn export c` writes the same program, to be built by hand"))
+                .exit(exit::FILES))
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FmuWritten<'a> {
+    file: String,
+    platforms: Vec<&'static str>,
+    missing: Vec<Missing>,
+    #[serde(flatten)]
+    cost: Costs<'a>,
+}
+
+/// A scene as it is exported, after its warnings.
+fn machine(args: &MachineArgs, inputs: Option<&[String]>) -> Result<Machine, Failure> {
+    let step = args.step.iter().map(|step| format!("simulation.fixed_step={step}"));
+    let options = RunOptions {
+        overrides: args.sets.iter().cloned().chain(step).map(Override::new).collect(),
+        plugins: args.plugins.clone(),
+        equilibrium: Some(statics::start),
+        ..RunOptions::default()
+    };
+    let session = Session::open(&args.scene, &options)?;
+    warn(&session, args.json);
+    let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
+    let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
+    let (inputs, outputs) = (inputs.map(<[String]>::to_vec), args.outputs.clone());
+    let choices = Choices { step: None, method, inputs, outputs };
+    Ok(Machine::new(session, &name, choices)?)
+}
+
+fn listed(files: &[(String, String)]) -> String {
+    files.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// What a step costs, in words.
+fn words(machine: &Machine, cost: &Cost) -> String {
+    let mut text = format!(
+        "step: {} s by {} (order {}), {} operations\n",
+        machine.step, machine.method.name, machine.method.order, cost.step
+    );
+    if cost.most > cost.step {
+        let _ = writeln!(text, "    at most {} where {} switches are located in it", cost.most, machine.located);
+    }
+    let programs: Vec<String> = cost.programs.iter().map(|(name, count)| format!("{name} {count}")).collect();
+    let _ = writeln!(text, "programs: {} operations", programs.join(", "));
+    let _ = writeln!(text, "outputs: {} operations", cost.outputs);
+    let _ = writeln!(text, "memory: {} bytes; stack: {} bytes at most, in optimised code", cost.memory, cost.stack);
+    if !cost.library.is_empty() {
+        let names = cost.library.join(", ");
+        let _ = writeln!(text, "library: {names} of math.h, whose last digits are those of the library in use");
+    }
+    text
+}
+
+#[derive(Serialize)]
+struct CWritten<'a> {
+    files: Vec<&'a str>,
+    #[serde(flatten)]
+    cost: Costs<'a>,
+}
+
+/// What a step costs, for programs.
+#[derive(Serialize)]
+struct Costs<'a> {
+    method: &'a str,
+    step_s: f64,
+    operations_per_step: usize,
+    most_operations_per_step: usize,
+    operations_per_output: usize,
+    memory_bytes: usize,
+    stack_bytes: usize,
+    library: &'a [&'static str],
+}
+
+impl<'a> Costs<'a> {
+    fn of(machine: &'a Machine, cost: &'a Cost) -> Self {
+        Self {
+            method: machine.method.name,
+            step_s: machine.step,
+            operations_per_step: cost.step,
+            most_operations_per_step: cost.most,
+            operations_per_output: cost.outputs,
+            memory_bytes: cost.memory,
+            stack_bytes: cost.stack,
+            library: &cost.library,
+        }
+    }
 }

@@ -18,6 +18,69 @@ Examples:
   odyn export glb results/compressor
   odyn export glb results/compressor -o compressor.glb --speed 0.02")]
     Glb(GlbArgs),
+    /// As C99 with steps of a fixed size: one struct as memory, no allocation, no state of its own, the same number of operations
+    /// in every step
+    #[command(after_help = "\
+In double the program computes the digits of O-DYN's interpreter. Constraints are met by a fixed number of corrections per step;
+where equations switch, steps end. What a run decides or iterates on the way (impacts, memories of elements, friction from reactions,
+opaque elements) is refused with its name. Parameters of the scene are numbers in the program: change them with --set.
+
+Examples:
+  odyn export c scenes/compressor.toml -o compressor-c
+  make -C compressor-c && compressor-c/compressor > table.csv
+  odyn export c scenes/compressor.toml -o compressor-c --method dopri5 --step \"10 us\" --float")]
+    C(CArgs),
+    /// As an FMU, of version 2.0 or 3.0 of the Functional Mock-up Interface: sources, and binaries where compilers are there
+    #[command(after_help = "\
+Co-simulation takes the steps of `odyn export c`; a communication step is divided into equal ones of at most --step. In model exchange
+the coordinates of joints are the states, and an event brings them back to the constraints. Binaries are built by cc (linux64) and
+x86_64-w64-mingw32-gcc (win64), each where it is there; the sources are always in the archive. What cannot be exported is refused with
+its name, as by `odyn export c`. Parameters of the scene are fixed: change them with --set.
+
+Examples:
+  odyn export fmu scenes/compressor.toml -o compressor.fmu
+  odyn export fmu scenes/compressor.toml -o compressor.fmu --fmi 2 --cs --outputs theta,omega
+  odyn export fmu machine.toml -o machine.fmu --me --inputs torque")]
+    Fmu(FmuArgs),
+}
+
+/// A scene as it is exported.
+#[derive(Debug, Args)]
+pub(super) struct MachineArgs {
+    /// Scene file
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Change a parameter, a setting, or a key of a body or element; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) sets: Vec<String>,
+    /// Method of integration
+    #[arg(long, value_name = "NAME", default_value = "rk4", value_parser = ["rk4", "dopri5"])]
+    pub(super) method: String,
+    /// Size of a step: in the scene's unit, or with its own such as "10 us" [default: `fixed_step` of the scene, else a thousandth
+    /// of its duration]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    pub(super) step: Option<String>,
+    /// Outputs, by the names of `[[output]]`; all if left out
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) outputs: Option<Vec<String>>,
+    /// Library of elements, or folder to look for libraries in; may be repeated
+    #[arg(long = "plugin", value_name = "PATH")]
+    pub(super) plugins: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CArgs {
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// Folder of the files
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+    /// Numbers of 32 bits
+    #[arg(long)]
+    pub(super) float: bool,
 }
 
 #[derive(Debug, Args)]
@@ -31,4 +94,25 @@ pub(super) struct GlbArgs {
     /// How fast the animation goes, 1 = as fast as the motion
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
     pub(super) speed: f64,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct FmuArgs {
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// The file
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Version of the interface
+    #[arg(long, value_name = "2|3", default_value = "3", value_parser = ["2", "3"])]
+    pub(super) fmi: String,
+    /// Co-simulation [default: both]
+    #[arg(long)]
+    pub(super) cs: bool,
+    /// Model exchange [default: both]
+    #[arg(long)]
+    pub(super) me: bool,
+    /// Inputs, by the names of `[[input]]`; all if left out. The others stay at their values at the start
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) inputs: Option<Vec<String>>,
 }

@@ -19,7 +19,7 @@
 //! | `plugin.rs`, `workshop_args.rs` | `plugin new`, `plugin check` |
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `report.rs` | `report`, `run --report` |
-//! | `export.rs`, `export_args.rs` | `export glb` |
+//! | `export.rs`, `export_args.rs` | `export glb`, `export c`, `export fmu` |
 //! | `schema.rs` | `schema` |
 //! | `studio.rs` | `studio` |
 //! | `shell.rs` | `completions`, `man` |
@@ -161,6 +161,8 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Studio(args) => studio::studio(args),
         Command::Compare(args) => compare::compare(args),
         Command::Export { command: ExportCommand::Glb(args) } => export::export_glb(args),
+        Command::Export { command: ExportCommand::C(args) } => export::export_c(args),
+        Command::Export { command: ExportCommand::Fmu(args) } => export::export_fmu(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),

@@ -1,0 +1,173 @@
+//! The header of a machine: its memory, its functions, names and units.
+
+use std::fmt::Write as _;
+
+use super::Real;
+use super::source::Source;
+use crate::analysis::Group;
+use crate::machine::{Machine, Port, identifier};
+
+/// Writes the header.
+pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str) -> String {
+    let (name, upper) = (&machine.name, machine.name.to_uppercase());
+    let mut text = head.to_string();
+    let _ = write!(
+        text,
+        "#ifndef {upper}_H\n#define {upper}_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
+         typedef {} {name}_real;\n\n",
+        real.name()
+    );
+    let _ = writeln!(text, "/* All quantities of the state are in SI units; inputs and outputs are in their own. */");
+    let _ = writeln!(text, "#define {upper}_STATES {}", machine.dim());
+    let _ = writeln!(text, "#define {upper}_INPUTS {}", machine.inputs.len());
+    let _ = writeln!(text, "#define {upper}_OUTPUTS {}", machine.outputs.len());
+    let switches = machine.switches.as_ref().map_or(0, |found| found.program.output_count());
+    let _ = writeln!(text, "#define {upper}_SWITCHES {switches}");
+    let _ = writeln!(text, "#define {upper}_MOST_TURN {} /* rad */", real.number(crate::twin::MOST_TURN));
+    let _ = writeln!(text, "#define {upper}_START_TIME {} /* s */", real.number(machine.t_start));
+    let _ = writeln!(text, "#define {upper}_END_TIME {} /* s */", real.number(machine.t_end));
+    let _ = writeln!(text, "#define {upper}_STEP {} /* s */\n", real.number(machine.step));
+    ports(&mut text, &machine.inputs, &format!("{upper}_INPUT"), "inputs");
+    ports(&mut text, &machine.outputs, &format!("{upper}_OUTPUT"), "outputs");
+    states(&mut text, machine);
+    let _ = write!(
+        text,
+        "enum {{\n    {upper}_OK = 0,\n    {upper}_SINGULAR = 1,\n    {upper}_NOT_FINITE = 2,\n    \
+         {upper}_OFF_CONSTRAINTS = 3,\n    {upper}_CONTRADICTION = 4,\n    {upper}_TURNS_THIN_AXIS = 5,\n    {upper}_TURNS_TOO_FAR = 6\n}};\n\n"
+    );
+    memory(&mut text, machine, source);
+    let _ = write!(
+        text,
+        "/* To the start of the scene, with outputs. */\nvoid {name}_start({name}_machine *m);\n\n\
+         /* One step of h seconds; inputs stay as they are during it. Gives a status; unless it is {upper}_OK, time and state are\n   \
+         where they were reached last. */\nint {name}_step({name}_machine *m, {name}_real h);\n\n\
+         /* The outputs at the state and time of m. */\nvoid {name}_outputs({name}_machine *m);\n\n\
+         /* The rates of a state y at time t, with the inputs of m. */\n\
+         int {name}_rates({name}_machine *m, {name}_real t, const {name}_real *y, {name}_real *rates);\n\n\
+         /* Brings a state to the constraints: after it was changed from outside. */\n\
+         int {name}_project({name}_machine *m, {name}_real t, {name}_real *y);\n\n\
+         /* The worst violation of the constraints at the state and time of m, as a share of the scene's length. */\n\
+         {name}_real {name}_violation({name}_machine *m);\n\n\
+         /* Lets the counted angles follow the state of m, after a step of another method than {name}_step. Gives the fastest of\n   \
+         their rates, rad/s: steps that turn one by more than {upper}_MOST_TURN lose count. */\n\
+         {name}_real {name}_follow({name}_machine *m);\n\n\
+         /* Functions that change their sign where equations switch, {upper}_SWITCHES of them. */\n\
+         void {name}_switches({name}_machine *m, {name}_real *found);\n\n\
+         /* A status in words. */\nconst char *{name}_message(int status);\n\n\
+         #ifdef __cplusplus\n}}\n#endif\n\n#endif\n"
+    );
+    text
+}
+
+/// The memory of one machine.
+fn memory(text: &mut String, machine: &Machine, source: &Source) {
+    let (name, upper) = (&machine.name, machine.name.to_uppercase());
+    let count =
+        |found: &Option<crate::analysis::Quantities>| found.as_ref().map_or(0, |found| found.program.output_count());
+    let m = machine.portable.rows.len();
+    let correction =
+        if m > 0 { machine.portable.position.output_count().max(machine.portable.velocity.output_count()) } else { 0 };
+    let switches = count(&machine.switches);
+    let _ = write!(
+        text,
+        "/* All memory of one machine: copied, it is another one at the same place. */\ntypedef struct {name}_machine {{\n    \
+         {name}_real time; /* s */\n    {name}_real lost_time; /* what the sum of steps lost by rounding, s */\n    \
+         {name}_real state[{upper}_STATES];\n"
+    );
+    let largest_kinetic = usize::from(!machine.thin.is_empty());
+    for (field, size, about) in [
+        ("input", machine.inputs.len(), "by the indices above, in their units"),
+        ("output", machine.outputs.len(), "likewise"),
+        ("reference", machine.references.len(), "angles that are counted over full turns, rad"),
+    ] {
+        array(text, name, field, size, about);
+    }
+    if largest_kinetic > 0 {
+        let _ = writeln!(text, "    {name}_real largest_kinetic; /* J */");
+    }
+    if switches > 0 {
+        text.push_str("    unsigned long located; /* switches at which steps were made to end */\n");
+        text.push_str("    unsigned long passed; /* steps in which more fell than are located */\n");
+    }
+    text.push_str("    /* Room for what is computed on the way. */\n");
+    for (field, size) in [
+        ("motion", machine.portable.motion.output_count()),
+        ("correction", correction),
+        ("angles", 2 * machine.references.len()),
+        ("switches", switches),
+        ("first", switches),
+        ("last", switches),
+        ("low", switches),
+        ("high", switches),
+        ("watched", count(&machine.watched)),
+        ("scratch", source.scratch),
+        ("stage", machine.dim()),
+        ("next", machine.dim()),
+        ("trial", if switches > 0 { machine.dim() } else { 0 }),
+    ] {
+        array(text, name, field, size, "");
+    }
+    let stages = machine.method.b.len();
+    let _ = writeln!(text, "    {name}_real slopes[{stages}][{upper}_STATES];\n}} {name}_machine;\n");
+}
+
+/// Numbers of the struct.
+pub(super) fn memory_of(machine: &Machine, source: &Source, real: Real) -> usize {
+    let mut text = String::new();
+    memory(&mut text, machine, source);
+    let upper = machine.name.to_uppercase();
+    let numbers: usize = text
+        .lines()
+        .filter(|line| line.contains("_real "))
+        .map(|line| {
+            let sizes = line.split('[').skip(1).filter_map(|part| part.split(']').next());
+            let size =
+                |text: &str| if *text == format!("{upper}_STATES") { machine.dim() } else { text.parse().unwrap_or(1) };
+            sizes.map(size).product::<usize>()
+        })
+        .sum();
+    numbers * real.size() + if machine.switches.is_some() { 2 * size_of::<usize>() } else { 0 }
+}
+
+fn array(text: &mut String, name: &str, field: &str, size: usize, about: &str) {
+    if size > 0 {
+        let about = if about.is_empty() { String::new() } else { format!(" /* {about} */") };
+        let _ = writeln!(text, "    {name}_real {field}[{size}];{about}");
+    }
+}
+
+fn ports(text: &mut String, ports: &[Port], prefix: &str, what: &str) {
+    if ports.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "/* Indices of {what}. */\nenum {{");
+    for (number, port) in ports.iter().enumerate() {
+        let comma = if number + 1 < ports.len() { "," } else { "" };
+        let about = comment(&format!("{} [{}] {}", port.name, port.unit, port.about));
+        let name = identifier(&port.name);
+        let _ = writeln!(text, "    {prefix}_{name} = {number}{comma} /* {about} */");
+    }
+    text.push_str("};\n\n");
+}
+
+/// What the entries of the state are.
+fn states(text: &mut String, machine: &Machine) {
+    text.push_str("/* The state, by index:\n");
+    for (number, group) in machine.portable.groups.iter().enumerate() {
+        let what = match group {
+            Group::Position => "coordinate of a joint, m",
+            Group::Parameter => "coordinate of a joint, rad, or Euler parameter of one",
+            Group::Velocity => "rate of a coordinate, m/s",
+            Group::AngularVelocity => "rate of a coordinate, or angular velocity, rad/s",
+            Group::State => "state of an element",
+            Group::Work => "work done by everything without a potential, J",
+        };
+        let _ = writeln!(text, "   {number}: {what}");
+    }
+    text.push_str("*/\n\n");
+}
+
+/// Text that does not end a comment.
+pub(super) fn comment(text: &str) -> String {
+    text.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '\r'], " ")
+}

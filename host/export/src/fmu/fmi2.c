@@ -1,0 +1,386 @@
+
+/* ---- FMI 2.0 ---- */
+
+typedef void *fmi2Component;
+typedef void *fmi2ComponentEnvironment;
+typedef void *fmi2FMUstate;
+typedef unsigned int fmi2ValueReference;
+typedef double fmi2Real;
+typedef int fmi2Integer;
+typedef int fmi2Boolean;
+typedef char fmi2Char;
+typedef const fmi2Char *fmi2String;
+typedef char fmi2Byte;
+typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
+typedef enum { fmi2ModelExchange, fmi2CoSimulation } fmi2Type;
+typedef enum { fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated } fmi2StatusKind;
+typedef void (*fmi2CallbackLogger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
+typedef struct {
+    fmi2CallbackLogger logger;
+    void *(*allocateMemory)(size_t, size_t);
+    void (*freeMemory)(void *);
+    void (*stepFinished)(fmi2ComponentEnvironment, fmi2Status);
+    fmi2ComponentEnvironment componentEnvironment;
+} fmi2CallbackFunctions;
+typedef struct {
+    fmi2Boolean newDiscreteStatesNeeded;
+    fmi2Boolean terminateSimulation;
+    fmi2Boolean nominalsOfContinuousStatesChanged;
+    fmi2Boolean valuesOfContinuousStatesChanged;
+    fmi2Boolean nextEventTimeDefined;
+    fmi2Real nextEventTime;
+} fmi2EventInfo;
+
+#define IT(c) instance *const it = (instance *)(c)
+#define STATUS(done) ((done) ? fmi2OK : fmi2Error)
+
+static void say(const instance *it, int is_error, const char *format, ...) {
+    char text[512];
+    va_list arguments;
+    fmi2CallbackLogger logger;
+    if (it->log == NULL || !(is_error || it->shows_log)) {
+        return;
+    }
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    logger = (fmi2CallbackLogger)it->log;
+    logger(it->environment, it->name, is_error ? fmi2Error : fmi2OK, is_error ? "logStatusError" : "logAll", "%s", text);
+}
+
+PUBLIC const char *fmi2GetTypesPlatform(void);
+PUBLIC const char *fmi2GetTypesPlatform(void) {
+    return "default";
+}
+
+PUBLIC const char *fmi2GetVersion(void);
+PUBLIC const char *fmi2GetVersion(void) {
+    return "2.0";
+}
+
+#define DECLARED(result, name, arguments) \
+    PUBLIC result name arguments; \
+    PUBLIC result name arguments
+
+DECLARED(fmi2Component, fmi2Instantiate, (fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+    const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)) {
+    instance *it = make(name);
+    UNUSED(resources);
+    UNUSED(visible);
+    if (it == NULL) {
+        return NULL;
+    }
+    it->shows_log = logging;
+    it->is_exchange = type == fmi2ModelExchange;
+    if (functions != NULL) {
+        it->environment = functions->componentEnvironment;
+        it->log = (void (*)(void))functions->logger;
+    }
+    if (guid == NULL || strcmp(guid, "@guid@") != 0) {
+        say(it, 1, "the GUID is not that of this machine");
+        discard(it);
+        return NULL;
+    }
+    return it;
+}
+
+DECLARED(void, fmi2FreeInstance, (fmi2Component c)) {
+    discard((instance *)c);
+}
+
+DECLARED(fmi2Status, fmi2SetDebugLogging, (fmi2Component c, fmi2Boolean on, size_t number, const fmi2String categories[])) {
+    IT(c);
+    UNUSED(number);
+    UNUSED(categories);
+    it->shows_log = on;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2SetupExperiment, (fmi2Component c, fmi2Boolean is_tolerance, fmi2Real tolerance, fmi2Real start,
+    fmi2Boolean is_stop, fmi2Real stop)) {
+    IT(c);
+    UNUSED(is_tolerance);
+    UNUSED(tolerance);
+    UNUSED(is_stop);
+    UNUSED(stop);
+    set_time(it, start);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2EnterInitializationMode, (fmi2Component c)) {
+    IT(c);
+    it->now.phase = INITIALISING;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2ExitInitializationMode, (fmi2Component c)) {
+    IT(c);
+    it->now.phase = it->is_exchange ? EVENT : STEPPING;
+    return STATUS(initialised(it));
+}
+
+DECLARED(fmi2Status, fmi2Terminate, (fmi2Component c)) {
+    IT(c);
+    it->now.phase = ENDED;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2Reset, (fmi2Component c)) {
+    IT(c);
+    begin(&it->now);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetReal, (fmi2Component c, const fmi2ValueReference references[], size_t number, fmi2Real values[])) {
+    IT(c);
+    size_t k;
+    for (k = 0; k < number; ++k) {
+        if (!get(it, references[k], values + k)) {
+            return fmi2Error;
+        }
+    }
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2SetReal, (fmi2Component c, const fmi2ValueReference references[], size_t number, const fmi2Real values[])) {
+    IT(c);
+    size_t k;
+    for (k = 0; k < number; ++k) {
+        if (!set(it, references[k], values[k])) {
+            return fmi2Error;
+        }
+    }
+    return fmi2OK;
+}
+
+/* There are no variables of other types. */
+#define NONE_OF(type) \
+    DECLARED(fmi2Status, fmi2Get##type, (fmi2Component c, const fmi2ValueReference references[], size_t number, \
+        fmi2##type values[])) { \
+        UNUSED(c); \
+        UNUSED(references); \
+        UNUSED(values); \
+        return number == 0 ? fmi2OK : fmi2Error; \
+    } \
+    DECLARED(fmi2Status, fmi2Set##type, (fmi2Component c, const fmi2ValueReference references[], size_t number, \
+        const fmi2##type values[])) { \
+        UNUSED(c); \
+        UNUSED(references); \
+        UNUSED(values); \
+        return number == 0 ? fmi2OK : fmi2Error; \
+    }
+NONE_OF(Integer)
+NONE_OF(Boolean)
+NONE_OF(String)
+
+DECLARED(fmi2Status, fmi2GetFMUstate, (fmi2Component c, fmi2FMUstate *state)) {
+    return STATUS(save((instance *)c, state));
+}
+
+DECLARED(fmi2Status, fmi2SetFMUstate, (fmi2Component c, fmi2FMUstate state)) {
+    IT(c);
+    if (state == NULL) {
+        return fmi2Error;
+    }
+    memcpy(&it->now, state, sizeof it->now);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2FreeFMUstate, (fmi2Component c, fmi2FMUstate *state)) {
+    UNUSED(c);
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate state, size_t *size)) {
+    UNUSED(c);
+    UNUSED(state);
+    *size = SAVED_SIZE;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2SerializeFMUstate, (fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)) {
+    UNUSED(c);
+    return STATUS(serialise(state, bytes, size));
+}
+
+DECLARED(fmi2Status, fmi2DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)) {
+    return STATUS(deserialise((instance *)c, bytes, size, state));
+}
+
+DECLARED(fmi2Status, fmi2GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
+    const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[])) {
+    IT(c);
+    UNUSED(unknown);
+    UNUSED(unknowns);
+    UNUSED(known);
+    UNUSED(knowns);
+    UNUSED(seed);
+    UNUSED(sensitivity);
+    say(it, 1, "directional derivatives are not provided");
+    return fmi2Error;
+}
+
+/* ---- co-simulation ---- */
+
+DECLARED(fmi2Status, fmi2SetRealInputDerivatives, (fmi2Component c, const fmi2ValueReference references[], size_t number,
+    const fmi2Integer orders[], const fmi2Real values[])) {
+    UNUSED(c);
+    UNUSED(references);
+    UNUSED(orders);
+    UNUSED(values);
+    return number == 0 ? fmi2OK : fmi2Error;
+}
+
+DECLARED(fmi2Status, fmi2GetRealOutputDerivatives, (fmi2Component c, const fmi2ValueReference references[], size_t number,
+    const fmi2Integer orders[], fmi2Real values[])) {
+    UNUSED(c);
+    UNUSED(references);
+    UNUSED(orders);
+    UNUSED(values);
+    return number == 0 ? fmi2OK : fmi2Error;
+}
+
+DECLARED(fmi2Status, fmi2DoStep, (fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)) {
+    IT(c);
+    UNUSED(time);
+    UNUSED(no_set_state);
+    if (!(step >= 0.0)) {
+        return fmi2Error;
+    }
+    return step == 0.0 ? fmi2OK : STATUS(advance(it, step));
+}
+
+DECLARED(fmi2Status, fmi2CancelStep, (fmi2Component c)) {
+    UNUSED(c);
+    return fmi2Error;
+}
+
+DECLARED(fmi2Status, fmi2GetStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)) {
+    UNUSED(c);
+    UNUSED(kind);
+    UNUSED(value);
+    return fmi2Discard;
+}
+
+DECLARED(fmi2Status, fmi2GetRealStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)) {
+    IT(c);
+    if (kind != fmi2LastSuccessfulTime) {
+        return fmi2Discard;
+    }
+    *value = it->now.machine.time;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetIntegerStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)) {
+    UNUSED(c);
+    UNUSED(kind);
+    UNUSED(value);
+    return fmi2Discard;
+}
+
+DECLARED(fmi2Status, fmi2GetBooleanStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)) {
+    UNUSED(c);
+    if (kind != fmi2Terminated) {
+        return fmi2Discard;
+    }
+    *value = 0;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2String *value)) {
+    UNUSED(c);
+    UNUSED(kind);
+    UNUSED(value);
+    return fmi2Discard;
+}
+
+/* ---- model exchange ---- */
+
+DECLARED(fmi2Status, fmi2EnterEventMode, (fmi2Component c)) {
+    IT(c);
+    it->now.phase = EVENT;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2NewDiscreteStates, (fmi2Component c, fmi2EventInfo *info)) {
+    IT(c);
+    int is_moved = 0;
+    memset(info, 0, sizeof *info);
+    if (!settled(it, &is_moved)) {
+        return fmi2Error;
+    }
+    info->valuesOfContinuousStatesChanged = is_moved;
+    info->nextEventTimeDefined = it->now.next_look < HUGE_VAL;
+    info->nextEventTime = info->nextEventTimeDefined ? it->now.next_look : 0.0;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2EnterContinuousTimeMode, (fmi2Component c)) {
+    IT(c);
+    it->now.phase = CONTINUOUS;
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2CompletedIntegratorStep, (fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *enter_event,
+    fmi2Boolean *terminate)) {
+    IT(c);
+    UNUSED(no_set_state);
+    *terminate = 0;
+    *enter_event = 0;
+    return STATUS(completed(it, enter_event));
+}
+
+DECLARED(fmi2Status, fmi2SetTime, (fmi2Component c, fmi2Real time)) {
+    set_time((instance *)c, time);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2SetContinuousStates, (fmi2Component c, const fmi2Real states[], size_t number)) {
+    IT(c);
+    if (number != @N@_STATES) {
+        return fmi2Error;
+    }
+    memcpy(it->now.machine.state, states, sizeof it->now.machine.state);
+    changed(&it->now);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetContinuousStates, (fmi2Component c, fmi2Real states[], size_t number)) {
+    IT(c);
+    if (number != @N@_STATES) {
+        return fmi2Error;
+    }
+    memcpy(states, it->now.machine.state, sizeof it->now.machine.state);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetDerivatives, (fmi2Component c, fmi2Real rates[], size_t number)) {
+    IT(c);
+    if (number != @N@_STATES || !find_rates(it)) {
+        return fmi2Error;
+    }
+    memcpy(rates, it->now.rates, sizeof it->now.rates);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetEventIndicators, (fmi2Component c, fmi2Real indicators[], size_t number)) {
+    IT(c);
+    if (number != @N@_SWITCHES) {
+        return fmi2Error;
+    }
+    @n@_switches(&it->now.machine, indicators);
+    return fmi2OK;
+}
+
+DECLARED(fmi2Status, fmi2GetNominalsOfContinuousStates, (fmi2Component c, fmi2Real nominals[], size_t number)) {
+    size_t k;
+    UNUSED(c);
+    for (k = 0; k < number; ++k) {
+        nominals[k] = 1.0;
+    }
+    return fmi2OK;
+}

@@ -1,0 +1,284 @@
+/* ---- one instance: a machine, and what its environment set ---- */
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "@n@.h"
+
+#if defined(_WIN32)
+#define PUBLIC __declspec(dllexport)
+#elif defined(__GNUC__)
+#define PUBLIC __attribute__((visibility("default")))
+#else
+#define PUBLIC
+#endif
+
+#define UNUSED(name) (void)(name)
+
+/* Value references: the time, inputs, outputs, states, their rates, event indicators. */
+#define FIRST_INPUT 1u
+#define FIRST_OUTPUT (FIRST_INPUT + @N@_INPUTS)
+#define FIRST_STATE (FIRST_OUTPUT + @N@_OUTPUTS)
+#define FIRST_RATE (FIRST_STATE + @N@_STATES)
+#define FIRST_SWITCH (FIRST_RATE + @N@_STATES)
+#define LAST_REFERENCE (FIRST_SWITCH + @N@_SWITCHES)
+
+/* Violation of the constraints, as a share of the scene's length, beyond which model exchange asks for an event that brings the
+   state back to them. */
+#define DRIFT 1e-9
+
+enum phase { MADE, INITIALISING, STEPPING, EVENT, CONTINUOUS, ENDED };
+
+/* What is kept of an instance, and saved and restored. */
+typedef struct {
+    @n@_machine machine;
+    double rates[@N@_STATES];
+    double completed; /* when a step of somebody else's method ended last, s */
+    double next_look; /* when counted angles may have turned far, s */
+    int is_moved; /* whether states were set from outside */
+    int are_outputs_due;
+    int are_rates_due;
+    enum phase phase;
+} content;
+
+typedef struct {
+    content now;
+    int is_exchange;
+    int shows_log;
+    char *name;
+    void *environment;
+    void (*log)(void);
+} instance;
+
+static void say(const instance *it, int is_error, const char *format, ...);
+
+static void begin(content *now) {
+    memset(now, 0, sizeof *now);
+    @n@_start(&now->machine);
+    now->are_outputs_due = 1;
+    now->are_rates_due = 1;
+    now->phase = MADE;
+}
+
+static void changed(content *now) {
+    now->are_outputs_due = 1;
+    now->are_rates_due = 1;
+}
+
+/* Rates of the states where the instance is. */
+static int find_rates(instance *it) {
+    content *now = &it->now;
+    if (now->are_rates_due) {
+        const int status = @n@_rates(&now->machine, now->machine.time, now->machine.state, now->rates);
+        if (status != @N@_OK) {
+            say(it, 1, "at %g s: %s", now->machine.time, @n@_message(status));
+            return 0;
+        }
+        now->are_rates_due = 0;
+    }
+    return 1;
+}
+
+/* A variable; 0 where there is none or it has no value. */
+static int get(instance *it, unsigned reference, double *value) {
+    content *now = &it->now;
+    if (reference < FIRST_INPUT) {
+        *value = now->machine.time;
+        return 1;
+    }
+#if @N@_INPUTS > 0
+    if (reference < FIRST_OUTPUT) {
+        *value = now->machine.input[reference - FIRST_INPUT];
+        return 1;
+    }
+#endif
+#if @N@_OUTPUTS > 0
+    if (reference >= FIRST_OUTPUT && reference < FIRST_STATE) {
+        if (now->are_outputs_due) {
+            @n@_outputs(&now->machine);
+            now->are_outputs_due = 0;
+        }
+        *value = now->machine.output[reference - FIRST_OUTPUT];
+        return 1;
+    }
+#endif
+    if (reference < FIRST_RATE) {
+        *value = now->machine.state[reference - FIRST_STATE];
+        return 1;
+    }
+    if (reference < FIRST_SWITCH) {
+        if (!find_rates(it)) {
+            return 0;
+        }
+        *value = now->rates[reference - FIRST_RATE];
+        return 1;
+    }
+#if @N@_SWITCHES > 0
+    if (reference < LAST_REFERENCE) {
+        @n@_real found[@N@_SWITCHES];
+        @n@_switches(&now->machine, found);
+        *value = found[reference - FIRST_SWITCH];
+        return 1;
+    }
+#endif
+    say(it, 1, "there is no variable with the value reference %u", reference);
+    return 0;
+}
+
+static int set(instance *it, unsigned reference, double value) {
+    content *now = &it->now;
+#if @N@_INPUTS > 0
+    if (reference >= FIRST_INPUT && reference < FIRST_OUTPUT) {
+        now->machine.input[reference - FIRST_INPUT] = value;
+        changed(now);
+        return 1;
+    }
+#endif
+    if (reference >= FIRST_STATE && reference < FIRST_RATE && now->phase <= INITIALISING) {
+        now->machine.state[reference - FIRST_STATE] = value;
+        now->is_moved = 1;
+        changed(now);
+        return 1;
+    }
+    say(it, 1, "the variable with the value reference %u cannot be set now", reference);
+    return 0;
+}
+
+static void set_time(instance *it, double time) {
+    it->now.machine.time = time;
+    it->now.machine.lost_time = 0.0;
+    changed(&it->now);
+}
+
+/* Brings the state to the constraints. */
+static int project(instance *it) {
+    @n@_machine *m = &it->now.machine;
+    const int status = @n@_project(m, m->time, m->state);
+    changed(&it->now);
+    if (status != @N@_OK) {
+        say(it, 1, "at %g s: %s", m->time, @n@_message(status));
+        return 0;
+    }
+    return 1;
+}
+
+/* Ends the initialisation: a state or a time from outside is brought to the constraints. */
+static int initialised(instance *it) {
+    if ((it->now.is_moved || it->now.machine.time != @N@_START_TIME) && !project(it)) {
+        return 0;
+    }
+    it->now.is_moved = 0;
+    it->now.completed = it->now.machine.time;
+    return 1;
+}
+
+/* Steps of the method, none longer than it was exported with, over a time. */
+static int advance(instance *it, double duration) {
+    @n@_machine *m = &it->now.machine;
+    const double number = ceil(duration / @N@_STEP - 1e-6);
+    const long steps = number < 1.0 ? 1 : (long)number;
+    long k;
+    for (k = 0; k < steps; ++k) {
+        const int status = @n@_step(m, duration / (double)steps);
+        if (status != @N@_OK) {
+            changed(&it->now);
+            say(it, 1, "at %g s: %s", m->time, @n@_message(status));
+            return 0;
+        }
+    }
+    changed(&it->now);
+    return 1;
+}
+
+/* After a step of somebody else's method: whether an event is needed, to bring the state to the constraints or to look at counted
+   angles sooner. Gives 0 where count was lost. */
+static int completed(instance *it, int *is_event) {
+    @n@_machine *m = &it->now.machine;
+    const double rate = @n@_follow(m);
+    const double step = m->time - it->now.completed;
+    if (!(rate * step <= @N@_MOST_TURN)) {
+        say(it, 1, "at %g s: %s", m->time, @n@_message(@N@_TURNS_TOO_FAR));
+        return 0;
+    }
+    it->now.completed = m->time;
+    *is_event = @n@_violation(m) > DRIFT || rate * (it->now.next_look - m->time) > 1.5;
+    return 1;
+}
+
+/* At an event: brings the state to the constraints where it is off, and finds when counted angles are to be looked at again, at
+   most 1 rad away. */
+static int settled(instance *it, int *is_moved) {
+    content *now = &it->now;
+    const double rate = @n@_follow(&now->machine);
+    now->completed = now->machine.time;
+    now->next_look = rate > 0.0 ? now->machine.time + 1.0 / rate : HUGE_VAL;
+    *is_moved = @n@_violation(&now->machine) > DRIFT;
+    return *is_moved ? project(it) : 1;
+}
+
+static instance *make(const char *name) {
+    instance *it = (instance *)calloc(1, sizeof *it);
+    if (it == NULL) {
+        return NULL;
+    }
+    if (name != NULL) {
+        it->name = (char *)calloc(strlen(name) + 1, 1);
+        if (it->name == NULL) {
+            free(it);
+            return NULL;
+        }
+        strcpy(it->name, name);
+    }
+    begin(&it->now);
+    return it;
+}
+
+static void discard(instance *it) {
+    if (it != NULL) {
+        free(it->name);
+        free(it);
+    }
+}
+
+/* What begins the bytes of a saved state, so that those of another machine are refused. */
+static const char saved_tag[16] = "@tag@";
+#define SAVED_SIZE (sizeof saved_tag + sizeof(content))
+
+static int deserialise(instance *it, const void *bytes, size_t size, void **state) {
+    if (size != SAVED_SIZE || memcmp(bytes, saved_tag, sizeof saved_tag) != 0) {
+        say(it, 1, "the bytes are not a state of this machine");
+        return 0;
+    }
+    if (*state == NULL) {
+        *state = malloc(sizeof(content));
+    }
+    if (*state == NULL) {
+        return 0;
+    }
+    memcpy(*state, (const char *)bytes + sizeof saved_tag, sizeof(content));
+    return 1;
+}
+
+static int serialise(const void *state, void *bytes, size_t size) {
+    if (size < SAVED_SIZE) {
+        return 0;
+    }
+    memcpy(bytes, saved_tag, sizeof saved_tag);
+    memcpy((char *)bytes + sizeof saved_tag, state, sizeof(content));
+    return 1;
+}
+
+static int save(const instance *it, void **state) {
+    if (*state == NULL) {
+        *state = malloc(sizeof(content));
+    }
+    if (*state == NULL) {
+        return 0;
+    }
+    memcpy(*state, &it->now, sizeof(content));
+    return 1;
+}

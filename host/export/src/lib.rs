@@ -1,0 +1,37 @@
+//! Scenes as programs for other places: C99 with a constant cost per step.
+//!
+//! - **Takes**: a session that was opened.
+//! - **Gives**: [`Machine`], the programs of a scene with everything that a step needs; the same as C ([`c::package`]); and run by the
+//!   interpreter ([`Twin`]), bit for bit what the C program computes; an FMU ([`fmu::Fmu`]).
+//! - **May touch**: the programs of a session by way of [`odyn_motion::analysis::Portable`].
+//! - **Must not know**: the terminal, where files go, how the host steps its runs.
+//!
+//! | file | content |
+//! |---|---|
+//! | `machine.rs` | what is exported: programs, start, names |
+//! | `refused.rs` | what cannot be, and why |
+//! | `method.rs` | explicit methods with a fixed number of stages |
+//! | `twin.rs` | the same steps by the interpreter: what the C programs are held against |
+//! | `c/listing.rs` | a program as functions in C |
+//! | `c/source.rs`, `c/runtime.c`, `c/arithmetic.c` | the C file: programs, and what steps them |
+//! | `c/header.rs` | its header |
+//! | `c/package.rs` | all files of an export, and what a step costs |
+//! | `fmu/mod.rs`, `fmu/archive.rs` | an FMU: description, sources, binaries in one archive |
+//! | `fmu/instance.c`, `fmu/fmi2.c`, `fmu/fmi3.c` | what stands between a machine and the functions of the interface |
+//! | `fmu/description.rs`, `fmu/dependencies.rs` | `modelDescription.xml`; what outputs and rates depend on |
+//! | `fmu/build.rs` | binaries by the compilers that are there |
+
+pub mod c;
+pub mod fmu;
+mod machine;
+mod method;
+mod refused;
+mod twin;
+
+pub use machine::{Choices, Machine, Port, ThinAxis};
+pub use method::{METHODS, Method};
+pub use twin::{Failed, Twin};
+
+pub(crate) use odyn_diagnostics as diagnostics;
+pub(crate) use odyn_motion::{analysis, model, plan, program};
+pub(crate) use odyn_run::session;

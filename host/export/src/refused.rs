@@ -1,0 +1,97 @@
+//! What cannot be exported, each with its name, the reason and the remedy.
+
+use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::model::Instance;
+use crate::program::Equations;
+use crate::session::Session;
+
+/// The first of all reasons why a scene cannot be exported that is known before its equations are written in coordinates of joints.
+pub(crate) fn before(session: &Session) -> Option<Diagnostic> {
+    let Session { model, equations, plan, .. } = session;
+    let layout = &plan.layout;
+    for element in &model.elements {
+        if let Some((what, help)) = of_element(equations, element) {
+            return Some(refusal(session, element, &what, help));
+        }
+    }
+    let of_row = |row: usize| &model.elements[layout.element_of_row(row).0];
+    if let Some(contact) = equations.contacts.first() {
+        let what = "has a row that only pushes: where a contact closes, velocities jump";
+        return Some(refusal(session, of_row(contact.row), what, "a force that grows with the depth has no impacts"));
+    }
+    if let Some(friction) = equations.frictions.first() {
+        let what = "has a row that holds up to a limit: whether it sticks or slides is found between steps";
+        let help = "friction as a smooth function of the velocity can be exported";
+        return Some(refusal(session, of_row(friction.rows[0]), what, help));
+    }
+    if session.starts_singular() {
+        let message = "the scene starts in a singular position, or next to one";
+        let help = "steps of a fixed size need rows that are independent: start the scene at another place";
+        return Some(Diagnostic::error(codes::CANNOT_EXPORT, message).help(help));
+    }
+    None
+}
+
+fn of_element(equations: &Equations, element: &Instance) -> Option<(String, &'static str)> {
+    let opaque = equations.graph.calls.iter();
+    if opaque.clone().any(|call| call.set == element.set && call.instance == element.index) {
+        let what = "is opaque: the library computes its equations, so that there are none to write down";
+        return Some((what.into(), "record its equations (see the book on writing elements), or replace it"));
+    }
+    if !element.recording.initial_discrete.is_empty() {
+        let what = "has a memory that changes between steps (samples, delays, counters)";
+        return Some((what.into(), "leave it out, and give its output from outside as an `[[input]]`"));
+    }
+    if element.recording.unknowns() > 0 {
+        let what = "has internal unknowns, which are found by iterations whose number is not fixed";
+        return Some((what.into(), "an element with explicit equations can be exported"));
+    }
+    None
+}
+
+/// Why the equations of a session without a form in coordinates of joints cannot be had.
+pub(crate) fn no_joint_form(session: &Session) -> Diagnostic {
+    let (message, help) = if session.equations.needs_solution() {
+        (
+            "forces depend on accelerations or reactions, and are found together with them by iterations",
+            "friction from reactions, and elements with inertia, cannot be exported; `odyn plan` names them",
+        )
+    } else {
+        (
+            "the equations cannot be written in the coordinates of joints",
+            "`odyn check --formulation joint` tells why: a particle that something may turn, or forces that depend on Euler parameters",
+        )
+    };
+    Diagnostic::error(codes::CANNOT_EXPORT, message).help(help)
+}
+
+/// A quantity that the coordinates of joints do not tell.
+pub(crate) fn no_output(session: &Session, name: &str, what: &str) -> Diagnostic {
+    let message = format!("{what} `{name}` cannot be written in the coordinates of joints");
+    let diagnostic = Diagnostic::error(codes::CANNOT_EXPORT, message);
+    let record = session.scene.outputs.iter().find(|record| record.name.value == name);
+    let help = "Euler parameters of bodies, for example, cannot be had there; choose others by --outputs";
+    match record {
+        Some(record) => diagnostic.at(record.name.span.clone(), "asked for here").help(help),
+        None => diagnostic.help(help),
+    }
+}
+
+/// A name that was chosen and is not there.
+pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Diagnostic {
+    let known: Vec<&str> = known.collect();
+    let nearest = suggest(name, known.iter().copied()).map(|nearest| format!("did you mean `{nearest}`?"));
+    let list =
+        if known.is_empty() { format!("the scene has no {what}s") } else { format!("known are {}", known.join(", ")) };
+    Diagnostic::error(codes::UNKNOWN_WORD, format!("the scene has no {what} `{name}`")).help_if(nearest).help(list)
+}
+
+fn refusal(session: &Session, element: &Instance, what: &str, help: &str) -> Diagnostic {
+    let message = format!("`{}` cannot be exported: `{}` {what}", element.name, element.class.name);
+    let record = session.scene.elements.iter().find(|record| record.name.value == element.name);
+    let diagnostic = Diagnostic::error(codes::CANNOT_EXPORT, message);
+    match record {
+        Some(record) => diagnostic.at(record.name.span.clone(), "this element").help(help),
+        None => diagnostic.help(help),
+    }
+}
