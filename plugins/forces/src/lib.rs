@@ -14,6 +14,7 @@ pub mod drag;
 pub mod field;
 pub mod hydraulic_damper;
 pub mod inerter;
+pub mod rotational_inerter;
 pub mod joint_friction;
 mod matrix;
 pub mod modal_body;
@@ -51,6 +52,7 @@ element_api::export_plugin! {
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
         inerter::Inerter,
+        rotational_inerter::RotationalInerter,
         added_mass::AddedMass,
         modal_body::ModalBody,
     ],
