@@ -212,7 +212,8 @@ fn the_host_knows_no_element() {
     // What is imported is written as a scene, in the words of the standard elements.
     let writes_scenes = root().join("host/import");
     for file in files(&root().join("host")) {
-        if file.starts_with(&writes_scenes) || is_test(&file) || examples.iter().any(|example| file.ends_with(example)) {
+        if file.starts_with(&writes_scenes) || is_test(&file) || examples.iter().any(|example| file.ends_with(example))
+        {
             continue;
         }
         let text = code(&file);

@@ -143,7 +143,8 @@ fn start(mechanism: &mut Mechanism, options: &Options, found: &mut xml::Found) {
         outside.extend(place_within_limits(joint, options.pose.get(&joint.name).copied()));
     }
     mechanism.left_out.extend(outside);
-    let known: Vec<&str> = mechanism.joints().filter(|joint| joint.has_coordinate()).map(|joint| &*joint.name).collect();
+    let known: Vec<&str> =
+        mechanism.joints().filter(|joint| joint.has_coordinate()).map(|joint| &*joint.name).collect();
     for name in options.pose.keys().chain(options.speeds.keys()).filter(|name| !known.contains(&name.as_str())) {
         let unknown = Diagnostic::error(codes::NOT_IMPORTED, format!("there is no joint `{name}` with a coordinate"));
         found.diagnostics.push(unknown.help_if(help_for(name, &known, "joints")));

@@ -218,5 +218,8 @@ pub(crate) enum Form {
     /// Radius, length without the caps.
     Capsule(f64, f64),
     /// A file, and a factor for its numbers along each axis.
-    Mesh { path: PathBuf, scale: Vector3<f64> },
+    Mesh {
+        path: PathBuf,
+        scale: Vector3<f64>,
+    },
 }

@@ -86,7 +86,8 @@ fn join_massless(mechanism: &mut Mechanism) {
         let carrier = link.parent.map(|parent| &mechanism.links[parent]);
         let bare = link.solid.is_none();
         // A carrier without mass that moves takes the mass of what is fixed to it.
-        let carrier_is_bare = carrier.is_some_and(|carrier| carrier.solid.is_none() && !matches!(carrier.hold, Hold::Fixed));
+        let carrier_is_bare =
+            carrier.is_some_and(|carrier| carrier.solid.is_none() && !matches!(carrier.hold, Hold::Fixed));
         if !bare && !carrier_is_bare {
             continue;
         }

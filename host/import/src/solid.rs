@@ -23,9 +23,7 @@ fn of_form(form: &Form, density: f64) -> Result<Solid, String> {
     // Moments of inertia per mass, from the mean squares of x, y and z.
     let from_squares = |s: Vector3<f64>| Vector3::new(s.y + s.z, s.z + s.x, s.x + s.y);
     Ok(match form {
-        Form::Box(edges) => {
-            centred(density * edges.product(), from_squares(edges.component_mul(edges) / 12.0))
-        }
+        Form::Box(edges) => centred(density * edges.product(), from_squares(edges.component_mul(edges) / 12.0)),
         Form::Sphere(radius) => of_form(&Form::Ellipsoid(Vector3::repeat(*radius)), density)?,
         Form::Ellipsoid(half) => {
             centred(density * 4.0 / 3.0 * PI * half.product(), from_squares(half.component_mul(half) / 5.0))

@@ -29,12 +29,14 @@ fn a_mesh_weighs_what_its_shape_does() {
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join("box.obj");
     std::fs::write(&file, BOX).unwrap();
-    let pose = Isometry3::from_parts(Translation3::new(0.3, -1.0, 2.0), UnitQuaternion::from_euler_angles(0.3, 0.5, -1.2));
+    let pose =
+        Isometry3::from_parts(Translation3::new(0.3, -1.0, 2.0), UnitQuaternion::from_euler_angles(0.3, 0.5, -1.2));
     let mesh = solid(Form::Mesh { path: file.clone(), scale: Vector3::new(0.5, 0.25, 0.1) }, pose);
     let middle = pose * Translation3::new(0.25, 0.25, 0.15);
     assert_same(&mesh, &solid(Form::Box(Vector3::new(0.5, 0.5, 0.3)), middle), 1e-12);
     // Mirrored it is inside out, and weighs the same.
-    let mirrored = solid(Form::Mesh { path: file.clone(), scale: Vector3::new(-0.5, 0.25, 0.1) }, Isometry3::identity());
+    let mirrored =
+        solid(Form::Mesh { path: file.clone(), scale: Vector3::new(-0.5, 0.25, 0.1) }, Isometry3::identity());
     let beside = Isometry3::translation(-0.25, 0.25, 0.15);
     assert_same(&mirrored, &solid(Form::Box(Vector3::new(0.5, 0.5, 0.3)), beside), 1e-12);
     std::fs::remove_dir_all(&folder).unwrap();
@@ -78,7 +80,8 @@ fn hostile_xml_is_refused() {
     let file = "<!DOCTYPE robot [<!ENTITY a SYSTEM \"file:///etc/hostname\">]><robot name=\"&a;\"/>";
     assert!(refused(file).contains("XML"));
     for depth in [1000, 200_000] {
-        let deep = format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", "<body>".repeat(depth), "</body>".repeat(depth));
+        let deep =
+            format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", "<body>".repeat(depth), "</body>".repeat(depth));
         assert!(refused(&deep).contains("within each other") || refused(&deep).contains("XML"));
     }
     for text in ["", "robot", "<robot", "<robot>", "<robot name='a' name='b'/>", "\u{0}", "<robot>&nbsp;</robot>"] {
@@ -106,21 +109,34 @@ fn mistakes_are_named() {
         (joint(&format!("{ends}<origin xyz=\"0 0 1e999\"/>")), "not made of numbers"),
         (joint(&format!("{ends}<limit lower=\"1\" upper=\"-1\"/>")), "1 is above -1"),
         (joint(&format!("{ends}<dynamics damping=\"-1\"/>")), "`damping` is negative"),
-        (robot("<joint name=\"j\" type=\"wobbly\"><parent link=\"a\"/><child link=\"b\"/></joint>"), "unknown type \"wobbly\""),
+        (
+            robot("<joint name=\"j\" type=\"wobbly\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
+            "unknown type \"wobbly\"",
+        ),
         (robot("<link name=\"a\"/>"), "a second link `a`"),
         (
-            robot("<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
-                   <joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>"),
+            robot(
+                "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
+                   <joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>",
+            ),
             "hangs on itself",
         ),
         (
-            robot("<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
-                   <joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
+            robot(
+                "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
+                   <joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>",
+            ),
             "carried by two joints",
         ),
         ("<mujoco><include file=\"x\"/></mujoco>".into(), "<include> is not expanded"),
-        ("<mujoco><worldbody><body><joint type=\"odd\"/><geom size=\"1\"/></body></worldbody></mujoco>".into(), "unknown type \"odd\""),
-        ("<mujoco><worldbody><body><joint/><geom type=\"box\" size=\"1\"/></body></worldbody></mujoco>".into(), "needs a `size`"),
+        (
+            "<mujoco><worldbody><body><joint type=\"odd\"/><geom size=\"1\"/></body></worldbody></mujoco>".into(),
+            "unknown type \"odd\"",
+        ),
+        (
+            "<mujoco><worldbody><body><joint/><geom type=\"box\" size=\"1\"/></body></worldbody></mujoco>".into(),
+            "needs a `size`",
+        ),
         ("<mujoco><default><default/></default></mujoco>".into(), "needs a name"),
         (
             "<mujoco><worldbody><body><joint/><geom size=\"1\"/></body></worldbody>\

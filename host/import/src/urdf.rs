@@ -20,7 +20,8 @@ const GRAVITY: f64 = -9.81;
 
 /// Reads a `<robot>`. `folder` is where meshes are looked for.
 pub(crate) fn read(robot: Node<'_, '_>, folder: &Path, options: &Options, found: &mut Found) -> Mechanism {
-    let mut reader = Reader { folder, density: options.density, colors: colors(robot, found), found, left_out: Vec::new() };
+    let mut reader =
+        Reader { folder, density: options.density, colors: colors(robot, found), found, left_out: Vec::new() };
     let links: Vec<Node<'_, '_>> = children(robot).filter(|node| node.has_tag_name("link")).collect();
     let joints: Vec<Node<'_, '_>> = children(robot).filter(|node| node.has_tag_name("joint")).collect();
     let ends: Vec<Option<(&str, &str)>> = joints.iter().map(|joint| reader.ends(*joint)).collect();
@@ -138,7 +139,8 @@ impl Reader<'_> {
         let mut at = 0;
         while let Some((link, _)) = order.get(at) {
             let below = link.attribute("name").and_then(|name| carried.get(name));
-            let below: Vec<_> = below.into_iter().flatten().map(|(name, number)| (named[name], Some(*number))).collect();
+            let below: Vec<_> =
+                below.into_iter().flatten().map(|(name, number)| (named[name], Some(*number))).collect();
             order.extend(below);
             at += 1;
         }
@@ -157,7 +159,9 @@ impl Reader<'_> {
         for node in children(robot) {
             match node.tag_name().name() {
                 "link" | "joint" | "material" => {}
-                "transmission" => self.left_out.push(format!("transmission `{}`: motors are not described by it", named(node))),
+                "transmission" => {
+                    self.left_out.push(format!("transmission `{}`: motors are not described by it", named(node)))
+                }
                 "gazebo" | "mujoco" | "drake" => {
                     let name = node.tag_name().name().to_owned();
                     self.left_out.push(format!("<{name}>: extensions of other programs"));

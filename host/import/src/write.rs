@@ -73,11 +73,7 @@ impl Frame {
     }
 
     fn moved(&self, pose: &Isometry3<f64>) -> Self {
-        Self {
-            origin: (pose * Point3::from(self.origin)).coords,
-            z: pose.rotation * self.z,
-            x: pose.rotation * self.x,
-        }
+        Self { origin: (pose * Point3::from(self.origin)).coords, z: pose.rotation * self.z, x: pose.rotation * self.x }
     }
 
     /// Shifted along its own z axis.
@@ -172,9 +168,7 @@ impl Writer<'_> {
         if solid.com.amax() > 0.0 {
             self.line(&format!("com = {}", list(&solid.com)));
         }
-        let i = clean(&[
-            inertia.m11, inertia.m22, inertia.m33, inertia.m12, inertia.m23, inertia.m13,
-        ]);
+        let i = clean(&[inertia.m11, inertia.m22, inertia.m33, inertia.m12, inertia.m23, inertia.m13]);
         let count = if i[3..].iter().all(|product| *product == 0.0) { 3 } else { 6 };
         let numbers: Vec<String> = i[..count].iter().map(|x| number(*x)).collect();
         let note = if count == 6 { "   # xx, yy, zz, xy, yz, zx" } else { "" };
@@ -300,7 +294,8 @@ impl Writer<'_> {
     fn resistance(&mut self, joint: &Joint, name: &str, bodies: &[&str; 2], frames: &[Frame; 2]) {
         let is_hinge = joint.kind == Kind::Hinge;
         // Forces along a slide act on a line between two points, which are this much further apart than the coordinate says.
-        let reach = [joint.value, joint.relaxed, joint.reference, joint.range.map_or(0.0, |r| r.0.abs().max(r.1.abs()))];
+        let reach =
+            [joint.value, joint.relaxed, joint.reference, joint.range.map_or(0.0, |r| r.0.abs().max(r.1.abs()))];
         let apart = 1.0 + reach.iter().map(|x| x.abs().ceil()).fold(0.0, |a: f64, b| a + b);
         let on_line = [frames[0].along(-apart), frames[1]];
         if joint.stiffness > 0.0 || joint.damping > 0.0 {
@@ -350,7 +345,10 @@ impl Writer<'_> {
 
     fn coupling(&mut self, coupling: &Coupling) {
         let (Some(first), Some(second)) = (self.joints.get(&coupling.first), self.joints.get(&coupling.second)) else {
-            let missing = format!("`{}` follows `{}`, and one of the two is no joint with a coordinate", coupling.second, coupling.first);
+            let missing = format!(
+                "`{}` follows `{}`, and one of the two is no joint with a coordinate",
+                coupling.second, coupling.first
+            );
             self.left_out.push(missing);
             return;
         };

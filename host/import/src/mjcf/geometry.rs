@@ -84,9 +84,15 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                 None => solid,
             }),
             Err(reason) => {
-                let needed = node.parent().is_some_and(|body| body.has_tag_name("body") && body.children().all(|c| !c.has_tag_name("inertial")));
+                let needed = node.parent().is_some_and(|body| {
+                    body.has_tag_name("body") && body.children().all(|c| !c.has_tag_name("inertial"))
+                });
                 if needed {
-                    self.found.error(head(&node), format!("the mass of this mesh is not known: {reason}"), "give the body an <inertial>");
+                    self.found.error(
+                        head(&node),
+                        format!("the mass of this mesh is not known: {reason}"),
+                        "give the body an <inertial>",
+                    );
                 }
                 None
             }
@@ -131,7 +137,9 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             "cylinder" => number(0).zip(length).map(|(radius, length)| Form::Cylinder(radius, length)),
             "box" | "ellipsoid" => {
                 let half = match ends {
-                    Some(_) => number(0).zip(length).map(|(x, length)| Vector3::new(x, number(1).unwrap_or(x), length / 2.0)),
+                    Some(_) => {
+                        number(0).zip(length).map(|(x, length)| Vector3::new(x, number(1).unwrap_or(x), length / 2.0))
+                    }
                     None => number(0).zip(number(1)).zip(number(2)).map(|((x, y), z)| Vector3::new(x, y, z)),
                 };
                 half.map(|half| if kind == "box" { Form::Box(half * 2.0) } else { Form::Ellipsoid(half) })

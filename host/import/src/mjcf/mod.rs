@@ -36,7 +36,15 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     let compiler = Compiler::read(root, folder, found);
     let classes = Classes::read(root, found);
     let meshes = geometry::meshes(root, &compiler, &classes, found);
-    let mut reader = Reader { compiler, classes, meshes, density: options.density, found, mechanism: &mut mechanism, sites: HashMap::new() };
+    let mut reader = Reader {
+        compiler,
+        classes,
+        meshes,
+        density: options.density,
+        found,
+        mechanism: &mut mechanism,
+        sites: HashMap::new(),
+    };
     reader.options(root);
     reader.others(root);
     for world in children(root).filter(|node| node.has_tag_name("worldbody")) {
@@ -89,11 +97,21 @@ impl<'f> Compiler<'f> {
                     ("autolimits", word) => compiler.auto_limits = word == "true",
                     ("inertiafromgeom", word) => compiler.from_shapes = (word != "auto").then_some(word == "true"),
                     ("coordinate", "global") => {
-                        found.error(attribute.range(), "global coordinates are of an older MJCF", "have MuJoCo write it anew");
+                        found.error(
+                            attribute.range(),
+                            "global coordinates are of an older MJCF",
+                            "have MuJoCo write it anew",
+                        );
                     }
-                    ("settotalmass" | "boundmass" | "boundinertia" | "balanceinertia", word) if word != "false" && word != "-1" && word != "0" => {
+                    ("settotalmass" | "boundmass" | "boundinertia" | "balanceinertia", word)
+                        if word != "false" && word != "-1" && word != "0" =>
+                    {
                         let message = format!("`{}` changes masses behind the file", attribute.name());
-                        found.error(attribute.range(), message, "have MuJoCo write the model with the masses that it uses");
+                        found.error(
+                            attribute.range(),
+                            message,
+                            "have MuJoCo write the model with the masses that it uses",
+                        );
                     }
                     _ => {}
                 }
@@ -214,7 +232,14 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     }
 
     /// Joints and shapes of a body, also within frames.
-    fn parts(&mut self, node: Node<'a, 'i>, body: &str, frame: &Isometry3<f64>, class: Option<&'a str>, parts: &mut Parts) {
+    fn parts(
+        &mut self,
+        node: Node<'a, 'i>,
+        body: &str,
+        frame: &Isometry3<f64>,
+        class: Option<&'a str>,
+        parts: &mut Parts,
+    ) {
         for below in children(node) {
             match below.tag_name().name() {
                 "freejoint" => parts.free = true,
@@ -253,7 +278,13 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         Some(Solid { mass, com: Vector3::zeros(), inertia }.moved(&pose))
     }
 
-    fn joint(&mut self, node: Node<'a, 'i>, frame: &Isometry3<f64>, class: Option<&'a str>, count: usize) -> Option<Joint> {
+    fn joint(
+        &mut self,
+        node: Node<'a, 'i>,
+        frame: &Isometry3<f64>,
+        class: Option<&'a str>,
+        count: usize,
+    ) -> Option<Joint> {
         let of = self.classes.of(node, "joint", class);
         let name = node.attribute("name").map_or_else(|| format!("joint-{count}"), str::to_owned);
         let kind = match of.text("type").unwrap_or("hinge") {
@@ -261,7 +292,11 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             "slide" => Kind::Slide,
             "ball" => Kind::Ball,
             other => {
-                self.found.error(head(&node), format!("joint `{name}`: unknown type \"{other}\""), "types are hinge, slide, ball, free");
+                self.found.error(
+                    head(&node),
+                    format!("joint `{name}`: unknown type \"{other}\""),
+                    "types are hinge, slide, ball, free",
+                );
                 return None;
             }
         };
@@ -289,7 +324,11 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             if lower < upper {
                 joint.range = Some((lower * turn, upper * turn));
             } else {
-                self.found.error(head(&node), format!("limits of joint `{}`: {lower} is not below {upper}", joint.name), "");
+                self.found.error(
+                    head(&node),
+                    format!("limits of joint `{}`: {lower} is not below {upper}", joint.name),
+                    "",
+                );
             }
         }
         Some(joint)
@@ -364,13 +403,15 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                     self.left_out(format!("equality `{name}`: a joint that is held where it is"));
                     return;
                 };
-                let poly = of.get("polycoef").and_then(|attribute| self.found.numbers(&attribute)).unwrap_or(vec![0.0, 1.0]);
+                let poly =
+                    of.get("polycoef").and_then(|attribute| self.found.numbers(&attribute)).unwrap_or(vec![0.0, 1.0]);
                 if poly.iter().skip(2).any(|x| *x != 0.0) {
                     self.left_out(format!("equality `{name}`: a polynomial of two joints"));
                     return;
                 }
                 // The polynomial is of what joints are away from their references.
-                let reference = |name: &str| self.mechanism.joints().find(|joint| joint.name == name).map_or(0.0, |j| j.reference);
+                let reference =
+                    |name: &str| self.mechanism.joints().find(|joint| joint.name == name).map_or(0.0, |j| j.reference);
                 let ratio = poly.get(1).copied().unwrap_or(1.0);
                 let offset = poly.first().copied().unwrap_or(0.0) + reference(second) - ratio * reference(first);
                 let (first, second) = (first.to_owned(), second.to_owned());
@@ -382,7 +423,12 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
 
     /// The links that an equality ties, and where on them.
     #[allow(clippy::type_complexity)]
-    fn tied(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, rigid: bool) -> Option<([Option<usize>; 2], [Isometry3<f64>; 2])> {
+    fn tied(
+        &mut self,
+        node: Node<'a, 'i>,
+        of: &Of<'a, 'i>,
+        rigid: bool,
+    ) -> Option<([Option<usize>; 2], [Isometry3<f64>; 2])> {
         if let (Some(first), Some(second)) = (node.attribute("site1"), node.attribute("site2")) {
             let mut site = |name: &str| {
                 let site = self.sites.get(name).copied();
