@@ -68,7 +68,7 @@ fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result<Solid, Str
     // A mirrored mesh encloses it inside out.
     let side = if scale.product() < 0.0 { -1.0 } else { 1.0 };
     let (volume, first, second) = (volume * side, first * side, second * side);
-    if !(volume > 1e-9 * size.powi(3)) {
+    if volume <= 1e-9 * size.powi(3) {
         return Err("its triangles do not enclose a volume".into());
     }
     let about_origin = Matrix3::identity() * second.trace() - second;

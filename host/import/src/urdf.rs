@@ -191,7 +191,7 @@ impl Reader<'_> {
             Some(inertial) => self.inertial(inertial),
             None => {
                 let of = if touching.is_empty() { &shapes } else { &touching };
-                self.from_shapes(&called(link), of)
+                self.mass_of_shapes(&called(link), of)
             }
         };
         if shapes.is_empty() {
@@ -211,7 +211,7 @@ impl Reader<'_> {
     }
 
     /// The mass of a link without any, from its shapes.
-    fn from_shapes(&mut self, whose: &str, shapes: &[Shape]) -> Option<Solid> {
+    fn mass_of_shapes(&mut self, whose: &str, shapes: &[Shape]) -> Option<Solid> {
         let mut sum: Option<Solid> = None;
         for shape in shapes {
             match solid::of_shape(shape, self.density) {

@@ -214,7 +214,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         }
         let pose = frame * self.pose(&Of::alone(node));
         let mut parts = Parts::default();
-        self.parts(node, &name, &Isometry3::identity(), class, &mut parts);
+        self.parts(node, &Isometry3::identity(), class, &mut parts);
         let hold = match (parts.free, parts.joints.is_empty()) {
             (true, _) => Hold::Free,
             (false, true) => Hold::Fixed,
@@ -232,14 +232,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     }
 
     /// Joints and shapes of a body, also within frames.
-    fn parts(
-        &mut self,
-        node: Node<'a, 'i>,
-        body: &str,
-        frame: &Isometry3<f64>,
-        class: Option<&'a str>,
-        parts: &mut Parts,
-    ) {
+    fn parts(&mut self, node: Node<'a, 'i>, frame: &Isometry3<f64>, class: Option<&'a str>, parts: &mut Parts) {
         for below in children(node) {
             match below.tag_name().name() {
                 "freejoint" => parts.free = true,
@@ -258,7 +251,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                 }
                 "frame" => {
                     let pose = frame * self.pose(&Of::alone(below));
-                    self.parts(below, body, &pose, below.attribute("childclass").or(class), parts);
+                    self.parts(below, &pose, below.attribute("childclass").or(class), parts);
                 }
                 _ => {}
             }
