@@ -320,6 +320,6 @@ table! {
         "`--from FOLDER` continues from the file state.toml that a run of the same scene left in its folder of results. Bodies and elements must be the same, in the same order, and the scene must end later than that run did (`--t-end`). `odyn resume FOLDER` continues the run itself, from the file checkpoint.toml that it left there (`--checkpoint every=TIME`); scene, options, libraries and program must be what they were.";
     NO_STUDIO = "ODY0805", Files, "studio that cannot be started",
         "`odyn studio` serves a page on the loopback address of this machine. It needs a port that is free (`--port`; any free one if left out), a folder for temporary files, and the scripts of the page: they are bundled by npm when odyn is built, unless `ODYN_DESK=off` is set or npm cannot be had. `odyn run --watch` and `odyn report` need neither.";
-    NOT_IMPORTED = "ODY0806", Files, "file that cannot be imported",
+    NOT_IMPORTED = "ODY0807", Files, "file that cannot be imported",
         "`odyn import` reads URDF (`<robot>`) and MJCF (`<mujoco>`) and writes a scene. The file is neither, is damaged (the message says where), contradicts itself, or is made of parts that only its own program puts together: have that program write the whole model into one file (`xacro`; `mj_saveLastXML`). Document types and entities are refused. Nothing was written.";
 }
