@@ -37,6 +37,7 @@
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
+//! | `import.rs` | robots of URDF and MJCF files accelerate as in MuJoCo; loops close; what is left out is said |
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
@@ -74,6 +75,7 @@ mod fixtures;
 mod formulations;
 mod friction;
 mod hostile;
+mod import;
 mod inertia;
 mod interleaved;
 mod inverse;

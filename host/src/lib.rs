@@ -26,6 +26,7 @@
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
 //! | `manual` | cases and outcomes -> pages to read (feature `manual`) | how cases were run |
+//! | [`mod@import`] | a file of another program -> the text of a scene | how scenes are read or run |
 //! | `workshop` | a name -> a crate for elements; a library -> what is wrong with its elements (feature `workshop`) | scenes that are run |
 //!
 //! # The way in
@@ -57,6 +58,7 @@
 //! | `host/studio` | `studio`: scenes edited in the browser |
 //! | `host/analyses` | [`analyses`] |
 //! | `host/export` | [`export`] |
+//! | `host/import` | [`mod@import`]: URDF and MJCF as scenes |
 //! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
 //! Four types carry everything: [`scene::Scene`] (what was written), [`model::Model`] (resolved), [`plan::Plan`] with
@@ -68,6 +70,7 @@ pub use odyn_catalog as catalog;
 pub use odyn_desk as desk;
 pub use odyn_diagnostics as diagnostics;
 pub use odyn_export as export;
+pub use odyn_import as import;
 pub use odyn_motion::{analysis, model, plan, program};
 pub use odyn_numerics::{integrate, interval, linalg, precise};
 pub use odyn_run::{results, session};

@@ -218,6 +218,9 @@ Examples:
         #[command(subcommand)]
         command: ExportCommand,
     },
+    /// Write a mechanism of another program (URDF, MJCF) as a scene
+    #[command(after_help = super::import::HELP)]
+    Import(super::import::ImportArgs),
     /// Explain a message by its code, or a remedy of a run's report by its name
     #[command(after_help = "\
 Examples:

@@ -20,6 +20,7 @@
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `report.rs` | `report`, `run --report` |
 //! | `export.rs`, `export_args.rs` | `export glb`, `export c`, `export fmu` |
+//! | `import.rs` | `import` |
 //! | `schema.rs` | `schema` |
 //! | `studio.rs` | `studio` |
 //! | `shell.rs` | `completions`, `man` |
@@ -41,6 +42,7 @@ mod export_args;
 mod failure;
 mod fit;
 mod fit_args;
+mod import;
 mod inspect;
 mod loads;
 mod motion_args;
@@ -163,6 +165,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Export { command: ExportCommand::Glb(args) } => export::export_glb(args),
         Command::Export { command: ExportCommand::C(args) } => export::export_c(args),
         Command::Export { command: ExportCommand::Fmu(args) } => export::export_fmu(args),
+        Command::Import(args) => import::import(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
         Command::Bench(args) => bench::bench(args),

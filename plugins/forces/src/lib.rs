@@ -20,6 +20,7 @@ pub mod modal_body;
 pub mod point_gravity;
 pub mod rotational_actuator;
 pub mod rotational_bump_stop;
+pub mod rotational_inerter;
 pub mod rotational_spring_damper;
 pub mod translational_actuator;
 pub mod translational_spring_damper;
@@ -51,6 +52,7 @@ element_api::export_plugin! {
         point_gravity::PointGravity,
         uniform_gravity::UniformGravity,
         inerter::Inerter,
+        rotational_inerter::RotationalInerter,
         added_mass::AddedMass,
         modal_body::ModalBody,
     ],

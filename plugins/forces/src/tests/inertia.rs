@@ -7,11 +7,17 @@ use super::{ground, two_frames_anywhere};
 use crate::added_mass::AddedMass;
 use crate::inerter::Inerter;
 use crate::modal_body::ModalBody;
+use crate::rotational_inerter::RotationalInerter;
 
 #[test]
 fn an_inerter_fulfils_the_contract() {
     let options = testkit::Options { anywhere: Some(&two_frames_anywhere), ..testkit::Options::default() };
     testkit::examine_force_with::<Inerter>("inertance = 3.0", &options).assert_sound();
+}
+
+#[test]
+fn a_rotational_inerter_fulfils_the_contract() {
+    testkit::check_force::<RotationalInerter>("inertance = 3.0");
 }
 
 #[test]

@@ -1,0 +1,157 @@
+//! Shapes of MJCF and their masses.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use roxmltree::Node;
+
+use super::defaults::{Classes, Of};
+use super::{Compiler, Reader};
+use crate::mechanism::{Form, Shape, Solid};
+use crate::solid;
+use crate::urdf::hex;
+use crate::xml::{Found, children, head};
+
+/// A mesh of `<asset>`.
+pub(super) struct MeshFile {
+    path: PathBuf,
+    scale: Vector3<f64>,
+    /// The frame of the mesh in that of its file.
+    reference: Isometry3<f64>,
+}
+
+/// All meshes that have a file.
+pub(super) fn meshes<'a, 'i: 'a>(
+    root: Node<'a, 'i>,
+    compiler: &Compiler<'_>,
+    classes: &Classes<'a, 'i>,
+    found: &mut Found,
+) -> HashMap<String, MeshFile> {
+    let assets = children(root).filter(|node| node.has_tag_name("asset")).flat_map(children);
+    let mut meshes = HashMap::new();
+    for node in assets.filter(|node| node.has_tag_name("mesh")) {
+        let of = classes.of(node, "mesh", None);
+        let Some(file) = node.attribute("file") else { continue };
+        let path = compiler.folder.join(&compiler.mesh_folder).join(file);
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = node.attribute("name").map_or(stem, str::to_owned);
+        let scale = found.list(of.get("scale")).map_or(Vector3::repeat(1.0), Vector3::from);
+        let at = found.list(of.get("refpos")).map_or(Vector3::zeros(), Vector3::from);
+        let turn = found.list(of.get("refquat")).map_or(UnitQuaternion::identity(), |[w, x, y, z]| {
+            UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
+        });
+        let reference = Isometry3::from_parts(Translation3::from(at), turn);
+        meshes.insert(name, MeshFile { path, scale, reference });
+    }
+    meshes
+}
+
+/// The least turn that takes z to a direction.
+pub(super) fn from_z(z: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let turned = UnitQuaternion::rotation_between(&Vector3::z(), z);
+    turned.unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}
+
+impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
+    /// A shape, in the frame of its body, and its mass.
+    pub(super) fn geom(
+        &mut self,
+        node: Node<'a, 'i>,
+        frame: &Isometry3<f64>,
+        class: Option<&'a str>,
+    ) -> (Option<Shape>, Option<Solid>) {
+        let of = self.classes.of(node, "geom", class);
+        let Some((form, pose)) = self.form(node, &of) else { return (None, None) };
+        let color = self.found.list(of.get("rgba")).map(hex);
+        let shape = Shape { form, pose: frame * pose, color };
+        let mass = self.mass(node, &of, &shape);
+        (Some(shape), mass)
+    }
+
+    fn mass(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, shape: &Shape) -> Option<Solid> {
+        let density = self.found.not_negative(of.get("density")).unwrap_or(self.density);
+        let wanted = self.found.not_negative(of.get("mass"));
+        if wanted == Some(0.0) || (wanted.is_none() && density == 0.0) {
+            return None;
+        }
+        if of.text("shellinertia") == Some("true") {
+            self.left_out("mass on the surface of shapes (`shellinertia`): it is in their volume");
+        }
+        match solid::of_shape(shape, if wanted.is_some() { 1.0 } else { density }) {
+            Ok(solid) => Some(match wanted {
+                Some(mass) => Solid { mass, inertia: solid.inertia * (mass / solid.mass), ..solid },
+                None => solid,
+            }),
+            Err(reason) => {
+                let needed = node.parent().is_some_and(|body| {
+                    body.has_tag_name("body") && body.children().all(|c| !c.has_tag_name("inertial"))
+                });
+                if needed {
+                    self.found.error(
+                        head(&node),
+                        format!("the mass of this mesh is not known: {reason}"),
+                        "give the body an <inertial>",
+                    );
+                }
+                None
+            }
+        }
+    }
+
+    /// What a shape is and where, in the frame that it stands in.
+    fn form(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>) -> Option<(Form, Isometry3<f64>)> {
+        let kind = of.text("type").unwrap_or(if of.get("mesh").is_some() { "mesh" } else { "sphere" });
+        let size = of.get("size").and_then(|attribute| self.found.numbers(&attribute)).unwrap_or_default();
+        let mut pose = self.pose(of);
+        if kind == "mesh" {
+            let name = of.text("mesh").unwrap_or_default();
+            let Some(mesh) = self.meshes.get(name) else {
+                self.left_out(format!("mesh `{name}`: it has no file of its own"));
+                return None;
+            };
+            let form = Form::Mesh { path: mesh.path.clone(), scale: mesh.scale };
+            return Some((form, pose * mesh.reference.inverse()));
+        }
+        let ends = self.found.list::<6>(of.get("fromto"));
+        let mut length = size.get(1).map(|half| 2.0 * half);
+        if let Some([a, b, c, d, e, f]) = ends {
+            let (first, second) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
+            let along = second - first;
+            if Unit::try_new(along, 1e-12).is_none() {
+                self.found.error(head(&node), "both ends of `fromto` are the same", "");
+                return None;
+            }
+            length = Some(along.norm());
+            // MuJoCo's z axis points from the second end to the first.
+            pose = Isometry3::from_parts(Translation3::from((first + second) / 2.0), from_z(&-along));
+        }
+        let number = |k: usize| size.get(k).copied().filter(|x| *x > 0.0);
+        let form = match kind {
+            "plane" | "hfield" | "sdf" => {
+                self.left_out(format!("shapes of type {kind}"));
+                return None;
+            }
+            "sphere" => number(0).map(Form::Sphere),
+            "capsule" => number(0).zip(length).map(|(radius, length)| Form::Capsule(radius, length)),
+            "cylinder" => number(0).zip(length).map(|(radius, length)| Form::Cylinder(radius, length)),
+            "box" | "ellipsoid" => {
+                let half = match ends {
+                    Some(_) => {
+                        number(0).zip(length).map(|(x, length)| Vector3::new(x, number(1).unwrap_or(x), length / 2.0))
+                    }
+                    None => number(0).zip(number(1)).zip(number(2)).map(|((x, y), z)| Vector3::new(x, y, z)),
+                };
+                half.map(|half| if kind == "box" { Form::Box(half * 2.0) } else { Form::Ellipsoid(half) })
+            }
+            other => {
+                self.found.error(head(&node), format!("unknown type of shape \"{other}\""), "");
+                return None;
+            }
+        };
+        if form.is_none() {
+            self.found.error(head(&node), format!("a {kind} needs a `size` of positive numbers"), "");
+        }
+        Some((form?, pose))
+    }
+}

@@ -1,0 +1,171 @@
+//! Masses of shapes, and files that are not as they should be.
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::mechanism::{Form, Shape, Solid};
+use crate::solid::of_shape;
+use crate::{Options, from_text};
+
+fn solid(form: Form, pose: Isometry3<f64>) -> Solid {
+    of_shape(&Shape { form, pose, color: None }, 2700.0).unwrap()
+}
+
+#[track_caller]
+fn assert_same(a: &Solid, b: &Solid, tolerance: f64) {
+    assert!((a.mass - b.mass).abs() < tolerance * b.mass, "{} {}", a.mass, b.mass);
+    assert!((a.com - b.com).amax() < tolerance, "{} {}", a.com, b.com);
+    assert!((a.inertia - b.inertia).amax() < tolerance * b.inertia.amax(), "{} {}", a.inertia, b.inertia);
+}
+
+/// A box as triangles, as a text of OBJ, corners doubled by a scale.
+const BOX: &str = "v 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 2 0\nv 0 0 3\nv 1 0 3\nv 1 2 3\nv 0 2 3\n\
+                   f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn a_mesh_weighs_what_its_shape_does() {
+    let folder = std::env::temp_dir().join(format!("odyn-import-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("box.obj");
+    std::fs::write(&file, BOX).unwrap();
+    let pose =
+        Isometry3::from_parts(Translation3::new(0.3, -1.0, 2.0), UnitQuaternion::from_euler_angles(0.3, 0.5, -1.2));
+    let mesh = solid(Form::Mesh { path: file.clone(), scale: Vector3::new(0.5, 0.25, 0.1) }, pose);
+    let middle = pose * Translation3::new(0.25, 0.25, 0.15);
+    assert_same(&mesh, &solid(Form::Box(Vector3::new(0.5, 0.5, 0.3)), middle), 1e-12);
+    // Mirrored it is inside out, and weighs the same.
+    let mirrored =
+        solid(Form::Mesh { path: file.clone(), scale: Vector3::new(-0.5, 0.25, 0.1) }, Isometry3::identity());
+    let beside = Isometry3::translation(-0.25, 0.25, 0.15);
+    assert_same(&mirrored, &solid(Form::Box(Vector3::new(0.5, 0.5, 0.3)), beside), 1e-12);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// A capsule is a body of revolution: its mass and moments by sums over thin discs.
+#[test]
+fn a_capsule_weighs_what_its_discs_do() {
+    let (radius, length) = (0.3, 0.8);
+    let (mut mass, mut along, mut across) = (0.0, 0.0, 0.0);
+    let (count, half) = (200_000, length / 2.0 + radius);
+    let step = 2.0 * half / f64::from(count);
+    for k in 0..count {
+        let z = -half + (f64::from(k) + 0.5) * step;
+        let beyond = (z.abs() - length / 2.0).max(0.0);
+        let square = radius * radius - beyond * beyond;
+        let disc = 2700.0 * std::f64::consts::PI * square * step;
+        mass += disc;
+        along += disc * square / 2.0;
+        across += disc * (square / 4.0 + z * z);
+    }
+    let capsule = solid(Form::Capsule(radius, length), Isometry3::identity());
+    assert!((capsule.mass / mass - 1.0).abs() < 1e-8);
+    assert!((capsule.inertia.m33 / along - 1.0).abs() < 1e-8);
+    assert!((capsule.inertia.m11 / across - 1.0).abs() < 1e-8);
+    assert!(capsule.com.amax() < 1e-15);
+}
+
+/// What is said of a text, with the line that it points to.
+#[track_caller]
+fn refused(text: &str) -> String {
+    let found = from_text(text, Path::new(""), Path::new(""), &Options::default()).unwrap_err();
+    assert!(found.iter().any(odyn_diagnostics::Diagnostic::is_error));
+    found.iter().map(|diagnostic| diagnostic.message.clone()).collect::<Vec<_>>().join("; ")
+}
+
+#[test]
+fn hostile_xml_is_refused() {
+    let laughs = "<!DOCTYPE robot [<!ENTITY a \"ha\"><!ENTITY b \"&a;&a;&a;\">]><robot name=\"&b;\"/>";
+    assert!(refused(laughs).contains("XML"), "{}", refused(laughs));
+    let file = "<!DOCTYPE robot [<!ENTITY a SYSTEM \"file:///etc/hostname\">]><robot name=\"&a;\"/>";
+    assert!(refused(file).contains("XML"));
+    for depth in [1000, 200_000] {
+        let deep =
+            format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", "<body>".repeat(depth), "</body>".repeat(depth));
+        assert!(refused(&deep).contains("within each other") || refused(&deep).contains("XML"));
+    }
+    for text in ["", "robot", "<robot", "<robot>", "<robot name='a' name='b'/>", "\u{0}", "<robot>&nbsp;</robot>"] {
+        assert!(refused(text).contains("XML"), "{text:?}");
+    }
+    assert!(refused("<svg/>").contains("<svg>"));
+    assert!(refused("<robot name=\"nothing\"/>").contains("no link"));
+}
+
+fn robot(inside: &str) -> String {
+    let mass = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial>";
+    format!("<robot name=\"r\"><link name=\"a\">{mass}</link><link name=\"b\">{mass}</link>{inside}</robot>")
+}
+
+#[test]
+fn mistakes_are_named() {
+    let joint = |inside: &str| robot(&format!("<joint name=\"j\" type=\"revolute\">{inside}</joint>"));
+    let ends = "<parent link=\"a\"/><child link=\"b\"/>";
+    for (text, says) in [
+        (joint("<parent link=\"a\"/>"), "no <child>"),
+        (joint("<parent link=\"a\"/><child link=\"c\"/>"), "there is no link `c`"),
+        (joint(&format!("{ends}<axis xyz=\"0 0 0\"/>")), "has no direction"),
+        (joint(&format!("{ends}<axis xyz=\"0 0\"/>")), "2 numbers, 3 are needed"),
+        (joint(&format!("{ends}<origin xyz=\"0 0 nan\"/>")), "not made of numbers"),
+        (joint(&format!("{ends}<origin xyz=\"0 0 1e999\"/>")), "not made of numbers"),
+        (joint(&format!("{ends}<limit lower=\"1\" upper=\"-1\"/>")), "1 is above -1"),
+        (joint(&format!("{ends}<dynamics damping=\"-1\"/>")), "`damping` is negative"),
+        (
+            robot("<joint name=\"j\" type=\"wobbly\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
+            "unknown type \"wobbly\"",
+        ),
+        (robot("<link name=\"a\"/>"), "a second link `a`"),
+        (
+            robot(
+                "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
+                   <joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>",
+            ),
+            "hangs on itself",
+        ),
+        (
+            robot(
+                "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\
+                   <joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>",
+            ),
+            "carried by two joints",
+        ),
+        ("<mujoco><include file=\"x\"/></mujoco>".into(), "<include> is not expanded"),
+        (
+            "<mujoco><worldbody><body><joint type=\"odd\"/><geom size=\"1\"/></body></worldbody></mujoco>".into(),
+            "unknown type \"odd\"",
+        ),
+        (
+            "<mujoco><worldbody><body><joint/><geom type=\"box\" size=\"1\"/></body></worldbody></mujoco>".into(),
+            "needs a `size`",
+        ),
+        ("<mujoco><default><default/></default></mujoco>".into(), "needs a name"),
+        (
+            "<mujoco><worldbody><body><joint/><geom size=\"1\"/></body></worldbody>\
+             <equality><connect body1=\"none\"/></equality></mujoco>"
+                .into(),
+            "there is no body `none`",
+        ),
+    ] {
+        assert!(refused(&text).contains(says), "{text}\n{}", refused(&text));
+    }
+}
+
+#[test]
+fn a_pose_of_a_joint_that_is_not_there_is_refused() {
+    let text = robot("<joint name=\"elbow\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/></joint>");
+    let options = Options { pose: [("elbo".to_owned(), 1.0)].into(), ..Options::default() };
+    let found = from_text(&text, Path::new(""), Path::new(""), &options).unwrap_err();
+    assert!(found[0].help[0].contains("elbow"), "{found:?}");
+}
+
+#[test]
+fn names_of_scenes_are_made_of_letters_and_taken_once() {
+    let mass = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial>";
+    let text = format!(
+        "<robot name=\"a &quot;b&quot;&#10;c\"><link name=\"ground\">{mass}</link><link name=\"le bras\">{mass}</link>\
+         <joint name=\"le bras\" type=\"continuous\"><parent link=\"ground\"/><child link=\"le bras\"/></joint></robot>"
+    );
+    let scene = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap().scene;
+    for name in ["title = \"a \\\"b\\\"\\u000Ac\"", "\"ground-2\"", "\"le_bras\"", "\"le_bras-joint\""] {
+        assert!(scene.contains(name), "{name}: {scene}");
+    }
+}

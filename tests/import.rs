@@ -1,0 +1,160 @@
+//! Robots of URDF and MJCF files, as scenes: accelerations are those of MuJoCo (`peers/mujoco_robots.py`), loops close, nothing is lost
+//! unsaid.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use odyn::import::{Base, Imported, Options, read};
+use odyn::session::{RunReport, Session};
+
+use crate::support::{Scratch, column, kept, options, root};
+
+const ROBOTS: [&str; 5] = ["arm.urdf", "gantry.urdf", "walker.xml", "snake.xml", "crane.urdf"];
+
+fn robot(name: &str) -> PathBuf {
+    root().join("tests/robots").join(name)
+}
+
+#[track_caller]
+fn imported(name: &str, options: &Options) -> Imported {
+    read(&robot(name), &kept("robots"), options).unwrap_or_else(|refused| panic!("{:?}", refused.diagnostics))
+}
+
+/// Runs the text of a scene.
+#[track_caller]
+fn run_text(scene: &str, sets: &[&str]) -> RunReport {
+    let path = kept("robots").join("robot.toml");
+    let session = Session::open_text(&path, scene.to_owned(), &options(sets, &[]));
+    let session = session.unwrap_or_else(|error| panic!("{error}\n{scene}"));
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(report.exit_code(), 0, "{} {:?}", report.summary.reason, report.summary.audit);
+    report
+}
+
+/// The accelerations of all joints at the start, in the formulation.
+fn accelerations(imported: &Imported, formulation: &str) -> BTreeMap<String, f64> {
+    let scene = imported.scene.replace("quantity = \"coordinate\"", "quantity = \"coordinate_acceleration\"");
+    let formulation = format!("simulation.formulation={formulation}");
+    let sets = ["simulation.t_end=1e-6", "simulation.output_step=1e-6", &formulation];
+    let report = run_text(&scene, &sets);
+    imported.joints.iter().map(|joint| (joint.clone(), column(&report, joint)[0])).collect()
+}
+
+/// The largest difference from MuJoCo at the kept states, as a share of the largest acceleration of the state.
+fn compared(name: &str, formulation: &str, states: usize) -> f64 {
+    let stem = name.split('.').next().unwrap();
+    let table = std::fs::read_to_string(root().join(format!("tests/robots/{stem}.csv"))).unwrap();
+    let mut lines = table.lines();
+    let head: Vec<(&str, &str)> = lines.next().unwrap().split(',').map(|name| name.split_once(':').unwrap()).collect();
+    let mut largest = 0.0_f64;
+    for line in lines.take(states) {
+        let numbers = line.split(',').map(|number| number.parse::<f64>().unwrap());
+        let mut of: BTreeMap<&str, BTreeMap<String, f64>> = BTreeMap::new();
+        for ((kind, joint), number) in head.iter().zip(numbers) {
+            of.entry(kind).or_default().insert((*joint).to_owned(), number);
+        }
+        // MuJoCo has no limits here either.
+        let start = Options { pose: of["q"].clone(), speeds: of["v"].clone(), limits: false, ..Options::default() };
+        let ours = accelerations(&imported(name, &start), formulation);
+        assert_eq!(ours.len(), of["a"].len(), "{name}: as many joints");
+        let size = of["a"].values().fold(1.0_f64, |size, a| size.max(a.abs()));
+        for (joint, theirs) in &of["a"] {
+            // A body of the same name keeps it.
+            let ours = ours.get(joint).or_else(|| ours.get(&format!("{joint}-joint"))).unwrap();
+            largest = largest.max((ours - theirs).abs() / size);
+        }
+    }
+    largest
+}
+
+#[test]
+fn robots_accelerate_as_in_mujoco() {
+    for name in ROBOTS {
+        let difference = compared(name, "joint", 4);
+        assert!(difference < 1e-10, "{name}: {difference:e}");
+    }
+}
+
+#[test]
+fn robots_accelerate_as_in_mujoco_in_coordinates_of_bodies() {
+    // Of light bodies between joints in a row, elimination leaves fewer digits.
+    for name in ["arm.urdf", "gantry.urdf", "crane.urdf"] {
+        let difference = compared(name, "cartesian", 2);
+        assert!(difference < 1e-9, "{name}: {difference:e}");
+    }
+}
+
+#[test]
+fn robots_run_with_their_limits() {
+    for name in ["arm.urdf", "gantry.urdf", "crane.urdf"] {
+        let imported = imported(name, &Options::default());
+        let report = run_text(&imported.scene, &["simulation.t_end=0.3"]);
+        assert_eq!(report.columns.len(), imported.joints.len(), "{name}");
+    }
+    let free = Options { base: Base::Free, limits: false, ..Options::default() };
+    let scene = imported("arm.urdf", &free).scene;
+    run_text(&scene, &["simulation.t_end=0.1"]);
+}
+
+#[test]
+fn loops_that_connect_closes_stay_closed() {
+    let linkage = imported("linkage.xml", &Options::default());
+    assert!(linkage.left_out.iter().any(|what| what.contains("<actuator>")), "{:?}", linkage.left_out);
+    let report = run_text(&linkage.scene, &[]);
+    // Crank 0.1 m, coupler from its end to (0.4, 0.1) m away, rocker 0.2 m about (0.4, 0) m: the coupler's length is what it was.
+    let (crank, rocker) = (column(&report, "crank-joint"), column(&report, "rocker-joint"));
+    assert!(crank.iter().any(|angle| angle.abs() > 0.5), "it moves: {crank:?}");
+    let length = |crank: f64, rocker: f64| {
+        let from = (-0.1 * crank.sin(), 0.1 * crank.cos());
+        let to = (0.4 - 0.2 * rocker.sin(), 0.2 * rocker.cos());
+        (to.0 - from.0).hypot(to.1 - from.1)
+    };
+    for (crank, rocker) in crank.iter().zip(rocker) {
+        assert!((length(*crank, *rocker) - 0.4_f64.hypot(0.1)).abs() < 1e-9, "{crank} {rocker}");
+    }
+}
+
+#[test]
+fn a_joint_that_mimics_another_follows_it() {
+    let text = std::fs::read_to_string(robot("gantry.urdf")).unwrap();
+    let follows = text.replace(
+        "<axis xyz=\"0 -1 0\"/>",
+        "<axis xyz=\"0 -1 0\"/><mimic joint=\"left_finger\" multiplier=\"0.5\" offset=\"0.004\"/>",
+    );
+    assert_ne!(text, follows);
+    let scratch = Scratch::new();
+    let file = scratch.file("gripper.urdf", follows);
+    let pose = BTreeMap::from([("left_finger".to_owned(), 0.01)]);
+    let speeds = BTreeMap::from([("left_finger".to_owned(), 0.02), ("wrist".to_owned(), 3.0)]);
+    let options = Options { limits: false, pose, speeds, ..Options::default() };
+    let scene = read(&file, scratch.path(), &options).unwrap().scene;
+    let report = run_text(&scene, &["simulation.t_end=0.2"]);
+    let (left, right) = (column(&report, "left_finger"), column(&report, "right_finger"));
+    assert!((left[0] - 0.01).abs() < 1e-12 && (left[20] - left[0]).abs() > 1e-3, "{left:?}");
+    for (left, right) in left.iter().zip(right) {
+        assert!((right - (0.5 * left + 0.004)).abs() < 1e-10, "{left} {right}");
+    }
+}
+
+#[test]
+fn links_without_mass_change_nothing() {
+    let text = std::fs::read_to_string(robot("arm.urdf")).unwrap();
+    let at = text.find("<inertial><mass value=\"0.2\"/>").unwrap();
+    let bare = [&text[..at], &text[at..].split_once("</inertial>").unwrap().1].concat();
+    // The same with a wrist that weighs next to nothing, as MuJoCo wants it.
+    let light = text.replace("<mass value=\"0.2\"/><inertia ixx=\"0.0002\" iyy=\"0.0001\" izz=\"0.0003\"", {
+        "<mass value=\"1e-9\"/><inertia ixx=\"1e-9\" iyy=\"1e-9\" izz=\"1e-9\""
+    });
+    let scratch = Scratch::new();
+    let options = Options { limits: false, ..Options::default() };
+    let of = |name: &str, text: String| {
+        let imported = read(&scratch.file(name, text), scratch.path(), &options).unwrap();
+        (accelerations(&imported, "joint"), imported.left_out)
+    };
+    let (bare, said) = of("bare.urdf", bare);
+    let (light, _) = of("light.urdf", light);
+    assert!(said.iter().any(|what| what.contains("`wrist`") && what.contains("no mass")), "{said:?}");
+    for (joint, acceleration) in bare {
+        assert!((acceleration - light[&joint]).abs() < 1e-5 * acceleration.abs().max(1.0), "{joint}");
+    }
+}
