@@ -16,7 +16,7 @@ pub(super) fn emit(args: &StudyArgs, scheduler: Scheduler, folder: &Path, runs: 
     let shards = args.shards.unwrap_or(1);
     let here =
         std::env::current_dir().map_err(|cause| unusable(&format!("the current folder is not known: {cause}")))?;
-    let words = words(&here, folder, &args.scene.scene, args.jobs.is_none())?;
+    let words = words(&here, folder, args)?;
     let (name, script) = match scheduler {
         Scheduler::Slurm => ("study.slurm.sh", slurm(&words, shards, args.jobs.unwrap_or(1))),
         Scheduler::Hq => ("study.hq.sh", hq(&words, shards, args.jobs.unwrap_or(1))),
@@ -43,12 +43,20 @@ struct Words {
     folder: PathBuf,
     /// What the jobs are called.
     name: String,
-    /// The command without its shard.
-    command: String,
+    /// The command before its shard, and after it.
+    command: [String; 2],
     merge: String,
 }
 
-fn words(here: &Path, folder: &Path, scene: &Path, one_job: bool) -> Result<Words, Failure> {
+impl Words {
+    /// The command that does a shard; its number is in a variable.
+    fn shard(&self, variable: &str, shards: u32) -> String {
+        let [before, after] = &self.command;
+        format!("exec {before} --shard \"${variable}/{shards}\" {after}")
+    }
+}
+
+fn words(here: &Path, folder: &Path, args: &StudyArgs) -> Result<Words, Failure> {
     let text =
         |text: &OsStr| text.to_str().map(str::to_string).ok_or_else(|| unusable("a name has bytes that are no text"));
     let absolute = here.join(folder);
@@ -58,21 +66,24 @@ fn words(here: &Path, folder: &Path, scene: &Path, one_job: bool) -> Result<Word
     let mut all = std::env::args_os();
     let program = text(&all.next().unwrap_or_else(|| "odyn".into()))?;
     let arguments: Vec<String> = without_emission(all).iter().map(|one| text(one)).collect::<Result<_, _>>()?;
-    let mut command: Vec<String> = std::iter::once(&program).chain(&arguments).map(|word| quoted(word)).collect();
-    command.extend(one_job.then(|| "--jobs 1".to_string()));
-    command.extend(
-        ["--quiet", "--resume"]
-            .iter()
-            .filter(|word| !arguments.iter().any(|one| one == *word))
-            .map(|word| (*word).to_string()),
-    );
-    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    // What is added comes behind the command's name: the scene may stand behind a `--`.
+    let name = arguments.iter().position(|one| one == "study").map_or(0, |at| at + 1);
+    let (before, after) = arguments.split_at(name);
+    let joined =
+        |words: &mut dyn Iterator<Item = &String>| words.map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
+    let mut before = joined(&mut std::iter::once(&program).chain(before));
+    for (added, word) in [(args.jobs.is_none(), "--jobs 1"), (!args.quiet, "--quiet"), (!args.resume, "--resume")] {
+        if added {
+            before = format!("{before} {word}");
+        }
+    }
+    let stem = args.scene.scene.file_stem().unwrap_or_default().to_string_lossy();
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
     Ok(Words {
         here: quoted(&text(here.as_os_str())?),
         folder: absolute,
         name: format!("odyn-{}", stem.chars().map(plain).collect::<String>()),
-        command: command.join(" "),
+        command: [before, joined(&mut after.iter())],
         merge: format!("{} study merge {}", quoted(&program), quoted(&text(folder.as_os_str())?)),
     })
 }
@@ -85,8 +96,6 @@ fn without_emission(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> 
         match one.to_str() {
             Some("--emit" | "--shards") => drop(arguments.next()),
             Some(text) if text.starts_with("--emit=") || text.starts_with("--shards=") => {}
-            // Quietness is asked for once.
-            Some("-q") => kept.push("--quiet".into()),
             _ => kept.push(one),
         }
     }
@@ -94,7 +103,8 @@ fn without_emission(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> 
 }
 
 fn slurm(words: &Words, shards: u32, jobs: u16) -> String {
-    let Words { here, folder, name, command, merge } = words;
+    let Words { here, folder, name, merge, .. } = words;
+    let one = words.shard("SLURM_ARRAY_TASK_ID", shards);
     format!(
         "#!/bin/bash\n\
          # When all shards have ended: {merge}\n\
@@ -104,14 +114,14 @@ fn slurm(words: &Words, shards: u32, jobs: u16) -> String {
          #SBATCH --cpus-per-task={jobs}\n\
          #SBATCH --output=\"{}/part-%a.log\"\n\
          cd {here} || exit\n\
-         exec {command} --shard \"$SLURM_ARRAY_TASK_ID/{shards}\"\n",
+         {one}\n",
         folder.display()
     )
 }
 
 fn hq(words: &Words, shards: u32, jobs: u16) -> String {
-    let Words { here, folder, name, command, merge } = words;
-    let one = quoted(&format!("exec {command} --shard \"$HQ_TASK_ID/{shards}\""));
+    let Words { here, folder, name, merge, .. } = words;
+    let one = quoted(&words.shard("HQ_TASK_ID", shards));
     let log = quoted(&format!("{}/part-%{{TASK_ID}}.log", folder.display()));
     format!(
         "#!/bin/bash\n\

@@ -19,7 +19,7 @@
 //! ```no_run
 //! # use std::path::Path;
 //! # use odyn_trials::study::{Design, Points, Shard, Span, Study, StudyOptions, merge};
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # fn main() -> Result<(), Box<odyn_diagnostics::Diagnostic>> {
 //! let spans = [Span::parse("crank.radius=8mm:10mm")?, Span::parse("piston.mass=0.03:0.05")?];
 //! let points = Points::designed(&spans, Design::LatinHypercube { count: 1000, seed: 1 })?;
 //! let folder = Path::new("results/counterweights");
@@ -31,7 +31,8 @@
 //!         resume: true,
 //!         ..StudyOptions::default()
 //!     };
-//!     Study::run(Path::new("compressor.toml"), &options, &|_, _| (), &Default::default())?.write(folder)?;
+//!     let study = Study::run(Path::new("compressor.toml"), &options, &|_, _| (), &Default::default())?;
+//!     study.write(folder).map_err(|error| error.diagnostic())?;
 //! }
 //! let table = merge(folder)?.table;
 //! # Ok(()) }
