@@ -38,6 +38,14 @@ pub(super) enum StudyCommand {
 #[derive(Debug, Subcommand)]
 enum StudyPart {
     /// Make one table of the parts that the shards of a study left: the same bytes as those of the study in one
+    #[command(after_help = "\
+All parts must be there, as they were written, and of one study.
+
+Examples:
+  odyn study merge results/points
+  odyn study merge results/points --json
+
+The exit code is that of the first run that has one.")]
     Merge(MergeArgs),
 }
 
