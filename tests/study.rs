@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use odyn::study::{Outcome, Study, StudyOptions, Vary};
+use odyn::study::{Outcome, Points, Study, StudyOptions, Vary};
 
 use crate::support::{Scratch, open, options, root, run};
 
@@ -14,7 +14,7 @@ fn study(folder: &Path, jobs: usize) -> Study {
     let varied = ["crank.radius=8mm:9mm:3", "rod.length=42mm,4kg"].map(|text| Vary::parse(text).unwrap());
     let options = StudyOptions {
         common: options(&SETS, &[]),
-        varied: varied.to_vec(),
+        points: Points::grid(varied.to_vec()).unwrap(),
         jobs,
         folder: Some(folder.to_path_buf()),
         ..StudyOptions::default()
@@ -68,7 +68,7 @@ fn a_run_of_a_study_is_the_run_alone() {
 fn machine_code_is_made_once_for_all_runs() {
     let options = StudyOptions {
         common: options(&["simulation.t_end=20 ms"], &[]),
-        varied: vec![Vary::parse("crank.radius=8mm:9mm:30").unwrap()],
+        points: Points::grid(vec![Vary::parse("crank.radius=8mm:9mm:30").unwrap()]).unwrap(),
         jobs: 1,
         ..StudyOptions::default()
     };

@@ -294,10 +294,10 @@ fn what_a_study_has_is_not_lost_and_not_mistaken_for_another() {
         assert!(fs::read_to_string(&journal).unwrap() == text, "a refusal changes nothing");
     };
     refused(&long, "holds a study that has not ended");
-    refused(&format!("{long} --resume --vary brick.mass=1,2"), "it varies other keys or values");
+    refused(&format!("{long} --resume --vary simulation.gravity=[0,0,0],[0,1,0]"), "it varies other keys or values");
     refused(&format!("{long} --resume --audit-tol 1e-3"), "it has another `--audit-tol`");
     scratch.file("brick.toml", &support::BRICK.replace("2.5]", "2.6]"));
-    refused(&format!("{long} --resume"), "the scene file or a library is not what it was");
+    refused(&format!("{long} --resume"), "the scene file is not what it was");
     scratch.file("brick.toml", support::BRICK);
     // One digit of a finished row.
     let at = text.rfind("completed").unwrap() + 14;

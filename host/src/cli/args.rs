@@ -8,8 +8,9 @@ use super::analyses_args::{LineariseArgs, ModesArgs, StaticsArgs};
 use super::export_args::ExportCommand;
 use super::fit_args::{FIT_HELP, FitArgs, SENSITIVITY_HELP, SensitivityArgs};
 use super::motion_args::{self, BalanceArgs, InverseArgs, KinematicsArgs, LoadsArgs};
-use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, STUDY_HELP, SceneArgs, StudyArgs, not_negative, positive};
+use super::scene_args::{CheckArgs, ResumeArgs, RunArgs, SceneArgs, not_negative, positive};
 use super::store_args::{AddArgs, ListArgs, PackArgs, RemoveArgs, VerifyInstalledArgs};
+use super::study_args::{STUDY_HELP, StudyCommand};
 use super::workshop_args::{CheckPluginArgs, NewPluginArgs};
 
 const AFTER_HELP: &str = "\
@@ -68,7 +69,7 @@ The exit codes are those of `odyn run`; 0 also where the run had reached its end
     Resume(ResumeArgs),
     /// Run a scene with other values, again and again, and tabulate what comes out
     #[command(after_help = STUDY_HELP)]
-    Study(StudyArgs),
+    Study(StudyCommand),
     /// Find where a scene is at rest, and whether it stays there
     #[command(after_help = "\
 Loads and reactions are in balance there, velocities are zero, element states at rest; what is prescribed is held as at the start.

@@ -60,6 +60,8 @@ mod store_args;
 mod stress;
 mod studio;
 mod study;
+mod study_args;
+mod study_scripts;
 mod terminal;
 mod verify;
 mod watch;
@@ -182,7 +184,7 @@ impl Command {
         match self {
             Command::Run(args) => args.scene.json,
             Command::Resume(args) => args.json,
-            Command::Study(args) => args.scene.json,
+            Command::Study(args) => args.json(),
             Command::Statics(args) => args.scene.json,
             Command::Modes(args) => args.place.scene.json,
             Command::Linearise(args) => args.place.scene.json,

@@ -124,45 +124,6 @@ pub(super) struct ResumeArgs {
     pub(super) quiet: bool,
 }
 
-pub(super) const STUDY_HELP: &str = "\
-Every combination of the varied values is a run, the one that `odyn run` would do with the same --set; the table has the
-scene's figures, the last value of each output, status, audit and work of every run, and is the same however many runs go on
-at the same time. Runs that fail are told in the table; the others stay.
-
-Examples:
-  odyn study scenes/compressor.toml --vary crank.radius=8mm:10mm:11
-  odyn study scenes/compressor.toml --vary rod.length=40mm,42mm,45mm --vary piston.mass=0.03:0.05:5 --jobs 2
-  odyn study scenes/compressor.toml --vary simulation.tolerance=1e-6,1e-8,1e-10 --results -o results/tolerances
-
-The exit code is that of the first run that has one.";
-
-#[derive(Debug, Args)]
-pub(super) struct StudyArgs {
-    #[command(flatten)]
-    pub(super) scene: SceneArgs,
-    /// Values to vary: KEY=FROM:TO:COUNT or KEY=A,B,...; may be repeated, the last one changes fastest
-    #[arg(long, value_name = "KEY=VALUES", required = true)]
-    pub(super) vary: Vec<String>,
-    /// Runs at the same time; as many as there are processors if left out
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub(super) jobs: Option<u16>,
-    /// Folder of the table [default: results/NAME-study for the scene file NAME.toml]
-    #[arg(short, long, value_name = "DIR")]
-    pub(super) output: Option<PathBuf>,
-    /// Also keep the results of every run, in folders run-1, run-2, ... there
-    #[arg(long)]
-    pub(super) results: bool,
-    /// Continue a study that was stopped or killed in this folder: runs that were finished are not done again
-    #[arg(long)]
-    pub(super) resume: bool,
-    /// Largest constraint violation and energy error that the audit of a run lets pass, or `none`; as for `odyn run`
-    #[arg(long, value_name = "X|none", value_parser = audit_tolerance, allow_negative_numbers = true)]
-    pub(super) audit_tol: Option<AuditTolerance>,
-    /// Print errors only
-    #[arg(short, long)]
-    pub(super) quiet: bool,
-}
-
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
     #[command(flatten)]
@@ -238,7 +199,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// A limit of the audit, or none.
-fn audit_tolerance(text: &str) -> Result<AuditTolerance, String> {
+pub(super) fn audit_tolerance(text: &str) -> Result<AuditTolerance, String> {
     match text {
         "none" => Ok(AuditTolerance::None),
         number => positive(number).map(AuditTolerance::Limit).map_err(|error| format!("{error}, nor `none`")),

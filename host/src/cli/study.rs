@@ -3,43 +3,92 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use odyn::diagnostics::{Diagnostic, shown};
-use odyn::study::{Outcome, Run, Study, StudyOptions, Vary};
+use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::study::{Design, Outcome, Points, Run, Span, Study, StudyOptions, Vary, merge};
 
 use super::choices;
 use super::exit;
 use super::failure::Failure;
 use super::run::stop_on_interrupt;
-use super::scene_args::StudyArgs;
+use super::study_args::{MergeArgs, StudyArgs, StudyCommand};
+use super::study_scripts::emit;
 use super::terminal;
 
-/// Runs a scene with all combinations of values and writes the table.
-pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
-    let varied: Result<Vec<Vary>, Diagnostic> = args.vary.iter().map(|text| Vary::parse(text)).collect();
-    let varied = varied.map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
+/// Runs a study or a part of it, writes a script that does, or makes one table of parts.
+pub(super) fn study(args: &StudyCommand) -> Result<u8, Failure> {
+    match args {
+        StudyCommand::Points(args) => run_points(args),
+        StudyCommand::Merge(args) => merge_parts(args),
+    }
+}
+
+/// The points that are asked for.
+fn points(args: &StudyArgs) -> Result<Points, Diagnostic> {
+    let design = match (args.lhs, args.sobol) {
+        (Some(count), _) => Some(Design::LatinHypercube { count, seed: args.seed.unwrap_or(1) }),
+        (None, Some(count)) => Some(Design::Sobol { count, seed: args.seed }),
+        (None, None) => None,
+    };
+    match (&args.csv, design) {
+        (Some(file), _) => Points::read(file),
+        (None, Some(design)) => {
+            let spans: Result<Vec<Span>, _> = args.vary.iter().map(|text| Span::parse(text)).collect();
+            Points::designed(&spans?, design)
+        }
+        (None, None) if args.seed.is_some() => {
+            let message = "`--seed` belongs to `--lhs` or `--sobol`";
+            Err(Diagnostic::error(codes::BAD_OVERRIDE, message)
+                .help("combinations of values are what they are: leave it out"))
+        }
+        (None, None) => {
+            let varied: Result<Vec<Vary>, _> = args.vary.iter().map(|text| Vary::parse(text)).collect();
+            Points::grid(varied?)
+        }
+    }
+}
+
+/// Runs a scene with all points, or those of a shard, and writes the table, or the part.
+fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
+    let points = points(args).map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
     let folder = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene));
+    if let Some(scheduler) = args.emit {
+        return emit(args, scheduler, &folder, points.len());
+    }
+    let silent = args.quiet || args.scene.json;
     let options = StudyOptions {
         common: args.scene.options(args.audit_tol),
-        varied,
+        points,
+        shard: args.shard,
         jobs: args.jobs.map_or(0, usize::from),
         folder: args.results.then(|| folder.clone()),
         journal: Some(folder.clone()),
         resume: args.resume,
     };
-    let count: usize = options.varied.iter().map(|vary| vary.values.len()).fold(1, usize::saturating_mul);
-    let silent = args.quiet || args.scene.json;
+    let refused = |diagnostic: Box<Diagnostic>| Failure::new(*diagnostic).exit(exit::USAGE);
+    if let (Some(shard), true) = (args.shard, args.resume)
+        && let Some(path) = shard.finished(&args.scene.scene, &options, &folder).map_err(refused)?
+    {
+        if !args.quiet {
+            terminal::print(&format!("part: {} (finished before)\n", path.display()))?;
+        }
+        return Ok(exit::DONE);
+    }
+    let points = &options.points;
+    let count = args.shard.map_or(points.len(), |shard| shard.range(points.len()).len());
     if !args.quiet {
         choices::tell([args.scene.scene.as_path()], &options.common.overrides, &args.scene.plugins);
     }
     let ended = AtomicUsize::new(0);
-    let told = |_: usize, run: &Run| {
+    let told = |number: usize, run: &Run| {
         let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;
         if !silent {
-            eprintln!("{ended}/{count} {}: {}", shown(&values(&options.varied, run)), shown(&verdict(run)));
+            eprintln!("{ended}/{count} {}: {}", shown(&values(points, number)), shown(&verdict(run)));
         }
     };
-    let study = Study::run(&args.scene.scene, &options, &told, &stop_on_interrupt());
-    let study = study.map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::USAGE))?.any_results()?;
+    let mut study = Study::run(&args.scene.scene, &options, &told, &stop_on_interrupt()).map_err(refused)?;
+    if args.shard.is_none() {
+        study = study.any_results()?;
+    }
     if study.kept() > 0 && !silent {
         eprintln!("{} of {count} runs were finished before", study.kept());
     }
@@ -48,7 +97,10 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
     if args.scene.json {
         terminal::print_as_it_is(&terminal::json(&table))?;
     } else if !args.quiet {
-        terminal::print(&format!("{}table: {}\n", table.overview(), path.display()))?;
+        let (kind, shown) = if args.shard.is_some() { ("part", String::new()) } else { ("table", table.overview()) };
+        if let Some(path) = &path {
+            terminal::print(&format!("{shown}{kind}: {}\n", path.display()))?;
+        }
     }
     if silent {
         // Errors are told even to those who want to hear nothing else.
@@ -57,11 +109,26 @@ pub(super) fn study(args: &StudyArgs) -> Result<u8, Failure> {
             Outcome::Kept(_) => true,
             Outcome::Failed(_) | Outcome::NotBegun => false,
         };
-        for run in study.runs.iter().filter(|run| !fine(&run.outcome)) {
-            eprintln!("error: {}: {}", shown(&values(&options.varied, run)), shown(&verdict(run)));
+        for (k, run) in study.runs.iter().enumerate().filter(|(_, run)| !fine(&run.outcome)) {
+            eprintln!("error: {}: {}", shown(&values(points, study.first + k)), shown(&verdict(run)));
         }
     }
+    if args.shard.is_some() && path.is_some() {
+        return Ok(exit::DONE);
+    }
     Ok(u8::try_from(study.exit_code()).unwrap_or(exit::INTEGRATION))
+}
+
+/// Makes one table of the parts in a folder.
+fn merge_parts(args: &MergeArgs) -> Result<u8, Failure> {
+    let merged = merge(&args.folder).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::USAGE))?;
+    if args.json {
+        terminal::print_as_it_is(&terminal::json(&merged.table))?;
+    } else if !args.quiet {
+        let (rows, parts) = (merged.table.rows.len(), merged.parts);
+        terminal::print(&format!("table: {} ({rows} runs of {parts} parts)\n", merged.path.display()))?;
+    }
+    Ok(u8::try_from(merged.exit_code).unwrap_or(exit::INTEGRATION))
 }
 
 /// `results/compressor-study` for `scenes/compressor.toml`.
@@ -70,9 +137,9 @@ fn default_output(scene: &Path) -> PathBuf {
     Path::new("results").join(format!("{stem}-study"))
 }
 
-fn values(varied: &[Vary], run: &Run) -> String {
-    let pairs = varied.iter().zip(&run.values).map(|(vary, value)| format!("{}={value}", vary.key));
-    pairs.collect::<Vec<_>>().join(" ")
+fn values(points: &Points, number: usize) -> String {
+    let changes: Vec<String> = points.changes(number).map(|change| change.text).collect();
+    changes.join(" ")
 }
 
 fn verdict(run: &Run) -> String {

@@ -11,7 +11,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use super::runner::{Finished, Outcome, Study, StudyOptions};
+use super::head::Head;
+use super::runner::{Finished, Outcome, Study};
+use super::shard::write_part;
 use super::table::Titles;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{ResultsError, checksum, replace};
@@ -20,9 +22,6 @@ use crate::results::{ResultsError, checksum, replace};
 pub const STUDY_FILE: &str = "study.csv";
 /// Name of the journal beside it, while there are runs to come.
 pub const JOURNAL_FILE: &str = "study.journal";
-
-/// What this version writes.
-const FORMAT: u32 = 1;
 
 /// A run that ended before the study was resumed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,20 +39,6 @@ pub struct Kept {
     pub(super) titles: Arc<Titles>,
 }
 
-/// What a study is; another one cannot continue it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Head {
-    format: u32,
-    odyn: String,
-    /// Keys with their values.
-    varied: Vec<(String, Vec<String>)>,
-    /// Changes that all runs share.
-    set: Vec<String>,
-    audit_tolerance: Option<String>,
-    /// Whether the runs leave results of their own.
-    results: bool,
-}
-
 #[derive(Serialize, Deserialize)]
 enum Entry {
     Head(Head),
@@ -69,48 +54,25 @@ pub(super) struct Journal {
 
 struct Open {
     file: File,
-    has_titles: bool,
+    /// Those of the last run.
+    titles: Option<Arc<Titles>>,
     error: Option<ResultsError>,
 }
 
 /// Runs that need not be done again, by their numbers.
 pub(super) type KeptRuns = BTreeMap<usize, Kept>;
 
-impl Head {
-    pub(super) fn of(options: &StudyOptions) -> Self {
-        Self {
-            format: FORMAT,
-            odyn: env!("CARGO_PKG_VERSION").into(),
-            varied: options.varied.iter().map(|vary| (vary.key.clone(), vary.values.clone())).collect(),
-            set: options.common.overrides.iter().map(|one| one.text.clone()).collect(),
-            audit_tolerance: options.common.audit_tolerance.map(|tolerance| format!("{tolerance:?}")),
-            results: options.folder.is_some(),
-        }
-    }
-
-    /// What is not the same, in words.
-    fn difference(&self, now: &Self) -> Option<String> {
-        let differs = [
-            (self.odyn != now.odyn, format!("it is one of odyn {}, this is {}", self.odyn, now.odyn)),
-            (self.varied != now.varied, "it varies other keys or values".into()),
-            (self.set != now.set, "it changes the scene otherwise (`--set`)".into()),
-            (self.audit_tolerance != now.audit_tolerance, "it has another `--audit-tol`".into()),
-            (self.results != now.results, "only one of the two keeps the results of its runs (`--results`)".into()),
-        ];
-        differs.into_iter().find_map(|(differs, words)| differs.then_some(words))
-    }
-}
-
 impl Journal {
-    /// The journal of a folder, and the runs that it has. Without `resume` there must be none.
+    /// The journal with this path, and the runs that it has. Without `resume` there must be none.
     ///
     /// # Errors
     /// A file that can't be written; one that was damaged; one of another study; one with runs that are not to be resumed.
-    pub(super) fn open(folder: &Path, head: &Head, resume: bool) -> Result<(Self, KeptRuns), Box<Diagnostic>> {
-        let path = folder.join(JOURNAL_FILE);
-        let failed = |cause: io::Error| Box::new(ResultsError::write(&path, cause).diagnostic());
+    pub(super) fn open(path: &Path, head: &Head, resume: bool) -> Result<(Self, KeptRuns), Box<Diagnostic>> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = path.file_name().unwrap_or_default().display();
+        let failed = |cause: io::Error| Box::new(ResultsError::write(path, cause).diagnostic());
         fs::create_dir_all(folder).map_err(failed)?;
-        let options = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+        let options = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         let mut file = options().map_err(failed)?;
         if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
             return Err(failed(io::Error::new(io::ErrorKind::WouldBlock, "another study writes it")));
@@ -122,7 +84,7 @@ impl Journal {
             Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help))
         };
         let anew = format!("to begin anew, remove `{}`, or write elsewhere with `-o DIR`", path.display());
-        let (found, whole) = entries(&bytes).map_err(|what| refused(format!("`{JOURNAL_FILE}` {what}"), &anew))?;
+        let (found, whole) = entries(&bytes).map_err(|what| refused(format!("`{name}` {what}"), &anew))?;
         let (kept, titles) = runs(found, head).map_err(|what| refused(what, &anew))?;
         if !resume && !kept.is_empty() {
             let message =
@@ -132,8 +94,8 @@ impl Journal {
         }
         let keep = if kept.is_empty() { 0 } else { whole as u64 };
         file.set_len(keep).and_then(|()| file.seek(SeekFrom::Start(keep))).map_err(failed)?;
-        let has_titles = !kept.is_empty() && titles;
-        let journal = Self { path: path.clone(), open: Mutex::new(Open { file, has_titles, error: None }) };
+        let titles = titles.filter(|_| !kept.is_empty());
+        let journal = Self { path: path.to_path_buf(), open: Mutex::new(Open { file, titles, error: None }) };
         if kept.is_empty() {
             let mut open = journal.open.lock().unwrap_or_else(PoisonError::into_inner);
             append(&mut open.file, &Entry::Head(head.clone())).map_err(failed)?;
@@ -159,9 +121,9 @@ impl Journal {
             titles: Arc::default(),
         };
         let write = || {
-            if !open.has_titles {
-                append(&mut open.file, &Entry::Titles(titles))?;
-                open.has_titles = true;
+            if open.titles.as_deref() != Some(&titles) {
+                append(&mut open.file, &Entry::Titles(titles.clone()))?;
+                open.titles = Some(Arc::new(titles));
             }
             append(&mut open.file, &Entry::Run(kept))
         };
@@ -179,21 +141,28 @@ impl Journal {
 }
 
 impl Study {
-    /// Writes the table into the folder, in one move. The journal is removed once no run is left to be done.
+    /// Writes the table into the folder, in one move. Of a study, the table of what there is; of a shard the part, once all of
+    /// its runs have ended, and nothing before. The journal is removed once no run is left to be done.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn write(&self, folder: &Path) -> Result<PathBuf, ResultsError> {
-        let path = folder.join(STUDY_FILE);
-        fs::create_dir_all(folder).map_err(|cause| ResultsError::write(&path, cause))?;
-        replace(&path, self.table().csv().as_bytes(), false)?;
-        let ended = |outcome: &Outcome| match outcome {
-            Outcome::Ran(finished) => finished.summary.code != Some(codes::INTERRUPTED),
-            Outcome::Kept(_) | Outcome::Failed(_) => true,
-            Outcome::NotBegun => false,
+    pub fn write(&self, folder: &Path) -> Result<Option<PathBuf>, ResultsError> {
+        let ended = self.has_ended();
+        fs::create_dir_all(folder).map_err(|cause| ResultsError::write(folder, cause))?;
+        let rows = self.table().csv();
+        let (path, journal) = match self.shard {
+            None => {
+                let path = folder.join(STUDY_FILE);
+                replace(&path, rows.as_bytes(), false)?;
+                (path, folder.join(JOURNAL_FILE))
+            }
+            Some(_) if !ended => return Ok(None),
+            Some(shard) => {
+                let path = write_part(folder, shard, &self.head, rows.as_bytes(), self.exit_code())?;
+                (path, shard.journal_file(folder))
+            }
         };
-        if self.runs.iter().all(|run| ended(&run.outcome)) {
-            let journal = folder.join(JOURNAL_FILE);
+        if ended {
             match fs::remove_file(&journal) {
                 Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
                     return Err(ResultsError::write(&journal, cause));
@@ -201,7 +170,18 @@ impl Study {
                 _ => {}
             }
         }
-        Ok(path)
+        Ok(Some(path))
+    }
+
+    /// Whether no run is left to be done.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        let ended = |outcome: &Outcome| match outcome {
+            Outcome::Ran(finished) => finished.summary.code != Some(codes::INTERRUPTED),
+            Outcome::Kept(_) | Outcome::Failed(_) => true,
+            Outcome::NotBegun => false,
+        };
+        self.runs.iter().all(|run| ended(&run.outcome))
     }
 }
 
@@ -227,8 +207,8 @@ fn entries(bytes: &[u8]) -> Result<(Vec<Entry>, usize), String> {
     Ok((lines.enumerate().map(entry).collect::<Result<_, _>>()?, whole))
 }
 
-/// The runs, and whether there are titles. A journal without runs belongs to nobody.
-fn runs(entries: Vec<Entry>, head: &Head) -> Result<(KeptRuns, bool), String> {
+/// The runs, and the last titles. A journal without runs belongs to nobody.
+fn runs(entries: Vec<Entry>, head: &Head) -> Result<(KeptRuns, Option<Arc<Titles>>), String> {
     let (mut kept, mut titles, mut difference) = (KeptRuns::new(), None, None);
     for entry in entries {
         match entry {
@@ -242,6 +222,6 @@ fn runs(entries: Vec<Entry>, head: &Head) -> Result<(KeptRuns, bool), String> {
     }
     match difference.filter(|_| !kept.is_empty()) {
         Some(difference) => Err(difference),
-        None => Ok((kept, titles.is_some())),
+        None => Ok((kept, titles)),
     }
 }

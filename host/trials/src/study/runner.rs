@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::journal::{Head, Journal, Kept, KeptRuns};
-use super::vary::Vary;
+use super::head::Head;
+use super::journal::{JOURNAL_FILE, Journal, Kept, KeptRuns};
+use super::points::Points;
+use super::shard::{self, Shard};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::pool;
 use crate::results::{ChannelInfo, Summary};
@@ -20,32 +22,37 @@ pub const MOST_RUNS: usize = 1_000_000;
 pub struct StudyOptions {
     /// What every run has in common.
     pub common: RunOptions,
-    /// What is varied; the last one changes fastest.
-    pub varied: Vec<Vary>,
+    /// What is varied: the values of all runs.
+    pub points: Points,
+    /// The part of the runs that is done; all of them where absent.
+    pub shard: Option<Shard>,
     /// Runs at the same time; 0 = as many as the machine has processors. Results do not depend on it.
     pub jobs: usize,
     /// Folder in which every run leaves its results, as `run-1`, `run-2`, ...; no files where absent.
     pub folder: Option<PathBuf>,
-    /// Folder of the journal, in which the rows of finished runs are kept until the end; none where absent.
+    /// Folder of the journal, in which the rows of finished runs are kept until the end, and of the table; none where absent.
     pub journal: Option<PathBuf>,
     /// Runs that the journal has are not done again.
     pub resume: bool,
 }
 
-/// All runs of a study.
+/// All runs of a study, or of a shard of it.
 #[derive(Debug)]
 pub struct Study {
-    /// The keys that were varied.
-    pub keys: Vec<String>,
+    /// The values of all runs, also those of other shards.
+    pub points: Points,
+    /// The part of them that was done; all where absent.
+    pub shard: Option<Shard>,
+    /// Number of the first of `runs`, from zero.
+    pub first: usize,
     /// The runs, in their order, whichever ended first.
     pub runs: Vec<Run>,
+    pub(super) head: Head,
 }
 
 /// One run.
 #[derive(Debug)]
 pub struct Run {
-    /// Its values, one per key.
-    pub values: Vec<String>,
     /// How it ended.
     pub outcome: Outcome,
 }
@@ -77,39 +84,41 @@ pub struct Finished {
 }
 
 impl Study {
-    /// Runs a scene with every combination of values. `told` hears of every run that ended, in any order, from any thread;
-    /// `stop` ends the runs under way after their steps and begins no others.
+    /// Runs a scene with all points, or those of a shard. `told` hears of every run that ended, with its number from zero, in any
+    /// order, from any thread; `stop` ends the runs under way after their steps and begins no others.
     ///
     /// # Errors
-    /// Too many combinations; a journal that can't be written, is damaged or belongs to another study,
-    /// scene or library. What goes wrong in a run is in the run.
+    /// A journal that can't be written, is damaged or belongs to another study, scene or library; a folder with parts of another
+    /// study, of which this would be a shard. What goes wrong in a run is in the run.
     pub fn run(
         scene: &Path,
         options: &StudyOptions,
         told: &(dyn Fn(usize, &Run) + Sync),
         stop: &Arc<AtomicBool>,
     ) -> Result<Self, Box<Diagnostic>> {
-        let count = options.varied.iter().try_fold(1_usize, |all, vary| all.checked_mul(vary.values.len()));
-        let count = count.filter(|count| *count <= MOST_RUNS).ok_or_else(|| {
-            let message = format!("the study has more than {MOST_RUNS} runs");
-            Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message).help("vary fewer keys, or with fewer values"))
-        })?;
-        let opened = options.journal.as_deref().map(|folder| Journal::open(folder, &Head::of(options), options.resume));
+        let document = Document::open(scene);
+        let scene = Varied::new(scene, &document, options);
+        let head = scene.head();
+        let opened = options.journal.as_deref().map(|folder| {
+            let journal = match options.shard {
+                Some(shard) => {
+                    shard::check_others(folder, shard, &head)?;
+                    shard.journal_file(folder)
+                }
+                None => folder.join(JOURNAL_FILE),
+            };
+            Journal::open(&journal, &head, options.resume)
+        });
         let (journal, kept) =
             opened.transpose()?.map_or((None, KeptRuns::new()), |(journal, kept)| (Some(journal), kept));
-        let mut all = options.common.clone();
-        all.common.get_or_insert_default();
-        // The runs share the processors; none takes several.
-        all.jobs = 1;
-        let scene = Varied { path: scene, document: &Document::open(scene), options: all, varied: &options.varied };
         if let Some((number, run)) = kept.first_key_value() {
             check_fingerprint(&scene, *number, &run.fingerprint)?;
         }
         let one = |number: usize| {
             if let Some(kept) = kept.get(&number) {
-                return Run { values: values(options, number), outcome: Outcome::Kept(kept.clone()) };
+                return Run { outcome: Outcome::Kept(kept.clone()) };
             }
-            let (run, fingerprint) = single(&scene, options, number, stop);
+            let (run, fingerprint) = single(&scene, number, stop);
             if let (Some(journal), Outcome::Ran(finished)) = (&journal, &run.outcome)
                 && journal.add(number, &fingerprint, finished)
             {
@@ -118,10 +127,12 @@ impl Study {
             told(number, &run);
             run
         };
-        let keys = options.varied.iter().map(|vary| vary.key.clone()).collect();
-        let runs = pool::each((0..count).collect(), options.jobs, one);
+        let count = options.points.len();
+        let numbers = options.shard.map_or(0..count, |shard| shard.range(count));
+        let first = numbers.start;
+        let runs = pool::each(numbers.collect(), options.jobs, one);
         journal.map_or(Ok(()), Journal::close)?;
-        Ok(Self { keys, runs })
+        Ok(Self { points: options.points.clone(), shard: options.shard, first, runs, head })
     }
 
     /// Runs that were finished before the study was resumed.
@@ -148,20 +159,40 @@ impl Study {
     /// Why the first run did not, if none did.
     pub fn any_results(self) -> Result<Self, SessionError> {
         let failed = |run: &Run| matches!(run.outcome, Outcome::Failed(_));
-        if !self.runs.iter().all(failed) {
+        if self.runs.is_empty() || !self.runs.iter().all(failed) {
             return Ok(self);
         }
-        let first = self.runs.into_iter().find_map(|run| match run.outcome {
+        let Self { points, shard, first, runs, head } = self;
+        let error = runs.into_iter().find_map(|run| match run.outcome {
             Outcome::Failed(error) => Some(error),
             _ => None,
         });
-        first.map_or(Ok(Self { keys: self.keys, runs: Vec::new() }), Err)
+        error.map_or(Ok(Self { points, shard, first, runs: Vec::new(), head }), Err)
     }
 }
 
-/// The values of a run, one per key.
-fn values(options: &StudyOptions, number: usize) -> Vec<String> {
-    options.varied.iter().zip(choice(&options.varied, number)).map(|(vary, k)| vary.values[k].clone()).collect()
+impl Shard {
+    /// The file of its rows, where the shard is complete in a folder.
+    ///
+    /// # Errors
+    /// Files that cannot be read or do not belong to each other; a part of another study than this one.
+    pub fn finished(
+        self,
+        scene: &Path,
+        options: &StudyOptions,
+        folder: &Path,
+    ) -> Result<Option<PathBuf>, Box<Diagnostic>> {
+        let Some((record, _)) = shard::read_part(folder, self)? else { return Ok(None) };
+        let document = Document::open(scene);
+        match record.study.difference(&Varied::new(scene, &document, options).head()) {
+            None => Ok(Some(self.rows_file(folder))),
+            Some(difference) => {
+                let message = format!("part {self} in {} is of another study: {difference}", folder.display());
+                let help = "write elsewhere with `-o DIR`, or do it anew without `--resume`";
+                Err(Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help)))
+            }
+        }
+    }
 }
 
 /// The scene of a study, read once.
@@ -170,16 +201,31 @@ struct Varied<'a> {
     document: &'a Result<Document, Box<Rejected>>,
     /// What the runs have in common.
     options: RunOptions,
-    varied: &'a [Vary],
+    study: &'a StudyOptions,
 }
 
-impl Varied<'_> {
+impl<'a> Varied<'a> {
+    fn new(path: &'a Path, document: &'a Result<Document, Box<Rejected>>, study: &'a StudyOptions) -> Self {
+        let mut options = study.common.clone();
+        options.common.get_or_insert_default();
+        // The runs share the processors; none takes several.
+        options.jobs = 1;
+        Self { path, document, options, study }
+    }
+
+    /// What the study is. Opening the first run is worth it where that is to be compared.
+    fn head(&self) -> Head {
+        let compared = self.study.journal.is_some() || self.study.shard.is_some();
+        let first = (compared && !self.study.points.is_empty()).then(|| self.open(0));
+        let fingerprint = first.and_then(Result::ok).map(|session| session.fingerprint());
+        Head::of(self.path, self.study, fingerprint.unwrap_or_default())
+    }
+
     /// The scene of a run.
     fn open(&self, number: usize) -> Result<Session, SessionError> {
         let document = self.document.as_ref().map_err(|rejected| Rejected::clone(rejected))?;
         let mut options = self.options.clone();
-        let choice = choice(self.varied, number);
-        options.overrides.extend(self.varied.iter().zip(choice).map(|(vary, k)| vary.change(k)));
+        options.overrides.extend(self.study.points.changes(number));
         Session::of_document(self.path, document, &options)
     }
 }
@@ -197,12 +243,11 @@ fn check_fingerprint(scene: &Varied<'_>, number: usize, kept: &str) -> Result<()
 }
 
 /// Run number `number`, and the fingerprint of its session.
-fn single(scene: &Varied<'_>, options: &StudyOptions, number: usize, stop: &Arc<AtomicBool>) -> (Run, String) {
-    let values = values(options, number);
+fn single(scene: &Varied<'_>, number: usize, stop: &Arc<AtomicBool>) -> (Run, String) {
     if stop.load(Ordering::Relaxed) {
-        return (Run { values, outcome: Outcome::NotBegun }, String::new());
+        return (Run { outcome: Outcome::NotBegun }, String::new());
     }
-    let folder = options.folder.as_ref().map(|folder| folder.join(format!("run-{}", number + 1)));
+    let folder = scene.study.folder.as_ref().map(|folder| folder.join(format!("run-{}", number + 1)));
     let session = scene.open(number);
     let fingerprint = session.as_ref().map(Session::fingerprint).unwrap_or_default();
     let report = session.and_then(|session| session.run(folder.as_deref(), Box::new(|_| ()), stop));
@@ -215,21 +260,5 @@ fn single(scene: &Varied<'_>, options: &StudyOptions, number: usize, stop: &Arc<
             summary: report.summary,
         })),
     };
-    (Run { values, outcome }, fingerprint)
-}
-
-/// Which value of each key belongs to a run; the last key changes fastest.
-fn choice(varied: &[Vary], number: usize) -> Vec<usize> {
-    let mut rest = number;
-    let mut choice: Vec<usize> = varied
-        .iter()
-        .rev()
-        .map(|vary| {
-            let k = rest % vary.values.len();
-            rest /= vary.values.len();
-            k
-        })
-        .collect();
-    choice.reverse();
-    choice
+    (Run { outcome }, fingerprint)
 }

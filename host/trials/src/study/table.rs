@@ -1,5 +1,7 @@
 //! [`StudyTable`]: what came out of a study, a row per run.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::runner::{Finished, Outcome, Run, Study};
@@ -20,27 +22,24 @@ pub struct StudyTable {
     pub(super) figures: usize,
 }
 
+/// What ends the columns.
+const WORK: [&str; 4] = ["violation", "energy_error", "steps", "evaluations"];
+
 impl Study {
-    /// The table.
+    /// The table. A figure or output that only some runs have, or have in that unit, has a column of its own.
     #[must_use]
     pub fn table(&self) -> StudyTable {
         let titles = |run: &Run| match &run.outcome {
-            Outcome::Ran(finished) => Some(finished.titles()),
-            Outcome::Kept(kept) => Some(Titles::clone(&kept.titles)),
-            _ => None,
+            Outcome::Ran(finished) => Some(Arc::new(finished.titles())),
+            Outcome::Kept(kept) => Some(Arc::clone(&kept.titles)),
+            Outcome::Failed(_) | Outcome::NotBegun => None,
         };
-        // All runs have the same figures and outputs.
-        let titles = self.runs.iter().find_map(titles).unwrap_or_default();
-        let mut columns = vec!["run".to_string()];
-        columns.extend(self.keys.iter().cloned());
-        columns.extend(["status", "problem"].map(String::from));
-        let leading = columns.len();
-        columns.extend(titles.figures.iter().chain(&titles.outputs).cloned());
-        columns.extend(["violation", "energy_error", "steps", "evaluations"].map(String::from));
-        let width = columns.len();
-        let row = |(k, run): (usize, &Run)| {
-            let mut row = vec![(k + 1).to_string()];
-            row.extend(run.values.iter().cloned());
+        let titles: Vec<_> = self.runs.iter().map(titles).collect();
+        let all = titles.iter().flatten().fold(Titles::default(), |all, titles| all.and(titles));
+        let mut table = StudyTable::empty(self.points.keys(), &all);
+        for (k, (run, titles)) in self.runs.iter().zip(&titles).enumerate() {
+            let mut row = vec![(self.first + k + 1).to_string()];
+            row.extend(self.points.values(self.first + k));
             match &run.outcome {
                 Outcome::Ran(finished) => row.extend(finished.cells()),
                 Outcome::Kept(kept) => row.extend(kept.cells.iter().cloned()),
@@ -49,13 +48,11 @@ impl Study {
                     let problem = said.map_or_else(String::new, |said| format!("{}: {}", said.code, said.message));
                     row.extend(["failed".into(), problem]);
                 }
-                Outcome::NotBegun => row.push("not begun".into()),
+                Outcome::NotBegun => row.extend(["not begun".into(), String::new()]),
             }
-            row.resize(width, String::new());
-            row
-        };
-        let rows = self.runs.iter().enumerate().map(row).collect();
-        StudyTable { columns, rows, leading, figures: titles.figures.len() }
+            table.add(row, titles.as_deref());
+        }
+        table
     }
 }
 
@@ -64,6 +61,24 @@ impl Study {
 pub(super) struct Titles {
     pub(super) figures: Vec<String>,
     pub(super) outputs: Vec<String>,
+}
+
+impl Titles {
+    /// These, then those that only the others are.
+    pub(super) fn and(self, others: &Self) -> Self {
+        if self == *others {
+            return self;
+        }
+        let union = |mut all: Vec<String>, others: &[String]| {
+            for title in others {
+                if !all.contains(title) {
+                    all.push(title.clone());
+                }
+            }
+            all
+        };
+        Self { figures: union(self.figures, &others.figures), outputs: union(self.outputs, &others.outputs) }
+    }
 }
 
 impl Finished {
@@ -104,6 +119,69 @@ fn cells(finished: &Finished) -> Vec<String> {
 }
 
 impl StudyTable {
+    /// A table without rows.
+    pub(super) fn empty(keys: &[String], titles: &Titles) -> Self {
+        let mut columns = vec!["run".to_string()];
+        columns.extend(keys.iter().cloned());
+        columns.extend(["status", "problem"].map(String::from));
+        let leading = columns.len();
+        columns.extend(titles.figures.iter().chain(&titles.outputs).cloned());
+        columns.extend(WORK.map(String::from));
+        Self { columns, rows: Vec::new(), leading, figures: titles.figures.len() }
+    }
+
+    /// Adds a row: the leading cells, and where it has results, those below `titles` and of its work.
+    fn add(&mut self, mut row: Vec<String>, titles: Option<&Titles>) {
+        let place = self.leading..self.columns.len() - WORK.len();
+        let results = row.split_off(self.leading.min(row.len()));
+        row.resize(self.columns.len(), String::new());
+        if let Some(titles) = titles {
+            let titles = || titles.figures.iter().chain(&titles.outputs);
+            let (place, mut results) = (&self.columns[place.clone()], results.into_iter());
+            if titles().eq(place) {
+                row.splice(self.leading.., results);
+            } else {
+                for (title, cell) in titles().zip(results.by_ref()) {
+                    if let Some(column) = place.iter().position(|column| column == title) {
+                        row[self.leading + column] = cell;
+                    }
+                }
+                row.splice(self.columns.len() - WORK.len().., results);
+            }
+            row.resize(self.columns.len(), String::new());
+        }
+        self.rows.push(row);
+    }
+
+    /// Adds the rows of a part with the same keys.
+    pub(super) fn append(&mut self, part: &Self) {
+        let titles = part.titles();
+        part.rows.iter().for_each(|row| self.add(row.clone(), Some(&titles)));
+    }
+
+    /// What stands above its figures and outputs.
+    pub(super) fn titles(&self) -> Titles {
+        let all = &self.columns[self.leading..self.columns.len() - WORK.len()];
+        let (figures, outputs) = all.split_at(self.figures);
+        Titles { figures: figures.to_vec(), outputs: outputs.to_vec() }
+    }
+
+    /// Reads a table with these keys.
+    pub(super) fn read(bytes: &[u8], keys: &[String]) -> Result<Self, String> {
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes);
+        let texts = |record: csv::StringRecord| record.iter().map(str::to_string).collect::<Vec<_>>();
+        let rows: Result<Vec<_>, _> = reader.records().map(|record| record.map(texts)).collect();
+        let mut rows = rows.map_err(|cause| cause.to_string())?.into_iter();
+        let columns = rows.next().ok_or("it is empty")?;
+        let bare = Self::empty(keys, &Titles::default()).columns;
+        let leading = keys.len() + 3;
+        let ends = columns.len().checked_sub(WORK.len()).filter(|end| *end >= leading);
+        let whole = |end: usize| columns[..leading] == bare[..leading] && columns[end..] == bare[leading..];
+        let end = ends.filter(|end| whole(*end)).ok_or("it has other columns")?;
+        let figures = columns[leading..end].iter().take_while(|title| title.starts_with("figure.")).count();
+        Ok(Self { columns, rows: rows.collect(), leading, figures })
+    }
+
     /// As CSV.
     #[must_use]
     pub fn csv(&self) -> String {

@@ -44,9 +44,7 @@ fn what_cannot_be_varied_is_said() {
 
 #[test]
 fn too_many_runs_are_taken_for_a_mistake() {
-    let vary = Vary::parse("a=0:1:2000").unwrap();
-    let options = StudyOptions { varied: vec![vary.clone(), vary], ..StudyOptions::default() };
-    let error = Study::run(Path::new("none.toml"), &options, &|_, _| (), &Arc::default()).unwrap_err();
+    let error = Points::grid(["a=0:1:2000", "b=0:1:2000"].map(|text| Vary::parse(text).unwrap()).into()).unwrap_err();
     assert!(error.message.contains("more than 1000000 runs"), "{}", error.message);
 }
 
@@ -86,7 +84,8 @@ fn ball(name: &str) -> std::path::PathBuf {
 
 fn study(scene: &Path, varied: &[&str], stop: bool) -> Study {
     let varied = varied.iter().map(|text| Vary::parse(text).unwrap()).collect();
-    let options = StudyOptions { varied, jobs: 1, ..StudyOptions::default() };
+    let points = Points::grid(varied).unwrap();
+    let options = StudyOptions { points, jobs: 1, ..StudyOptions::default() };
     Study::run(scene, &options, &|_, _| (), &Arc::new(AtomicBool::new(stop))).unwrap()
 }
 
@@ -124,4 +123,242 @@ fn a_stopped_study_begins_no_run() {
     let study = study(Path::new("none.toml"), &["speed=1,2"], true);
     assert!(study.runs.iter().all(|run| matches!(run.outcome, Outcome::NotBegun)));
     assert_eq!(study.exit_code(), 130);
+}
+
+/// The numbers of a key of a design.
+fn column(points: &Points, key: usize) -> Vec<f64> {
+    (0..points.len()).map(|number| points.values(number)[key].trim_end_matches("mm").parse().unwrap()).collect()
+}
+
+/// How many of these numbers in [0, 1) are in each of so many parts.
+fn counts(numbers: &[f64], parts: usize) -> Vec<usize> {
+    let mut counts = vec![0; parts];
+    numbers.iter().for_each(|x| counts[(x * parts as f64) as usize] += 1);
+    counts
+}
+
+#[test]
+fn every_part_of_a_range_has_one_point_of_a_latin_hypercube() {
+    let spans = ["a=2mm:12mm", "b=1:0", "c=x,y,z"].map(|text| Span::parse(text).unwrap());
+    let design = |seed| Points::designed(&spans, Design::LatinHypercube { count: 300, seed }).unwrap();
+    let points = design(1);
+    let a: Vec<f64> = column(&points, 0).iter().map(|a| (a - 2.0) / 10.0).collect();
+    assert_eq!(counts(&a, 300), [1; 300]);
+    assert_eq!(counts(&column(&points, 1), 300), [1; 300]);
+    for value in ["x", "y", "z"] {
+        assert_eq!((0..300).filter(|k| points.values(*k)[2] == value).count(), 100, "{value}");
+    }
+    assert!(points.values(0)[0].ends_with("mm"));
+    assert_eq!(points, design(1));
+    assert_ne!(points, design(2));
+    // The keys are paired by lot: independent numbers have a correlation of 1/sqrt(300) = 0.06.
+    let mean = a.iter().zip(column(&points, 1)).map(|(a, b)| (a - 0.5) * (b - 0.5) * 12.0).sum::<f64>() / 300.0;
+    assert!(mean.abs() < 0.2, "{mean}");
+}
+
+#[test]
+fn points_of_a_sobol_sequence_are_those_of_the_literature() {
+    let spans = ["a=0:1", "b=0:1"].map(|text| Span::parse(text).unwrap());
+    let points = Points::designed(&spans, Design::Sobol { count: 8, seed: None }).unwrap();
+    // Joe & Kuo, the first points in two dimensions.
+    assert_eq!(column(&points, 0), [0.0, 0.5, 0.75, 0.25, 0.375, 0.875, 0.625, 0.125]);
+    assert_eq!(column(&points, 1), [0.0, 0.5, 0.25, 0.75, 0.375, 0.875, 0.125, 0.625]);
+}
+
+/// Sobol' (1967): with 2^m points, every part of each range has one, also when bits are turned over; in the first two dimensions
+/// so have all boxes of one size, whatever their sides (a (0, m, 2)-net).
+#[test]
+fn points_of_a_sobol_sequence_are_even_in_all_dimensions() {
+    let spans: Vec<Span> = (0..21).map(|k| Span::parse(&format!("k{k}=0:1")).unwrap()).collect();
+    for seed in [None, Some(7)] {
+        let points = Points::designed(&spans, Design::Sobol { count: 64, seed }).unwrap();
+        for key in 0..21 {
+            assert_eq!(counts(&column(&points, key), 64), [1; 64], "key {key}, seed {seed:?}");
+        }
+        for rows in [1, 2, 4, 8, 16, 32, 64] {
+            let boxes: std::collections::HashSet<_> = column(&points, 0)
+                .iter()
+                .zip(column(&points, 1))
+                .map(|(a, b)| ((a * rows as f64) as usize, (b * 64.0 / rows as f64) as usize))
+                .collect();
+            assert_eq!(boxes.len(), 64, "{rows} rows, seed {seed:?}");
+        }
+        let longer = Points::designed(&spans, Design::Sobol { count: 100, seed }).unwrap();
+        assert!((0..64).all(|k| longer.values(k) == points.values(k)));
+    }
+    let one_more = [spans, vec![Span::parse("one more=0:1").unwrap()]].concat();
+    let error = Points::designed(&one_more, Design::Sobol { count: 1, seed: None }).unwrap_err();
+    assert!(error.message.contains("21 keys, not for 22"), "{}", error.message);
+}
+
+#[test]
+fn points_are_read_from_a_table() {
+    let scene = ball("points");
+    let file = scene.with_file_name("points.csv");
+    let read = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        Points::read(&file).map_err(|error| error.message)
+    };
+    let points = read("\u{feff}speed, simulation.gravity\n1 m/s,\"[0, 0, 0]\"\n2,\"[0, -1, 0]\"\n").unwrap();
+    assert_eq!(points.keys(), ["speed", "simulation.gravity"]);
+    assert_eq!(points.values(1), ["2", "[0, -1, 0]"]);
+    assert_eq!(
+        points.changes(0).map(|one| one.text).collect::<Vec<_>>(),
+        ["speed=1 m/s", "simulation.gravity=[0, 0, 0]"]
+    );
+    for (text, what) in [
+        ("a,b\n1\n", "1"),
+        ("a,b\n1,\n", "no value for `b`"),
+        ("a,a\n1,2\n", "varied twice"),
+        ("a,\n1,2\n", "a key of the points is empty"),
+        ("a\n", "no line below"),
+        ("", "no line below"),
+    ] {
+        let error = read(text).unwrap_err();
+        assert!(error.contains(what), "{text:?}: {error}");
+    }
+    std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
+}
+
+#[test]
+fn every_run_is_in_one_shard() {
+    for (runs, count) in [(0, 1), (1, 3), (7, 3), (64, 64), (1_000_000, 99_999)] {
+        let mut next = 0;
+        for index in 1..=count {
+            let range = Shard::new(index, count).unwrap().range(runs);
+            assert_eq!(range.start, next);
+            assert!(range.len() == runs / count || range.len() == runs / count + 1);
+            next = range.end;
+        }
+        assert_eq!(next, runs);
+    }
+    assert_eq!("17/64".parse(), Ok(Shard::new(17, 64).unwrap()));
+    for text in ["0/4", "5/4", "1/0", "1", "1/4/2", "a/4", "1/100000"] {
+        assert!(text.parse::<Shard>().is_err(), "{text}");
+    }
+}
+
+/// A study of the ball in shards, `stop` after so many runs.
+fn shards(scene: &Path, folder: &Path, varied: &str, shard: Option<Shard>, resume: bool) -> Result<Study, String> {
+    let points = Points::grid(vec![Vary::parse(varied).unwrap()]).unwrap();
+    let journal = Some(folder.to_path_buf());
+    let options = StudyOptions { points, shard, journal, resume, jobs: 1, ..StudyOptions::default() };
+    let study = Study::run(scene, &options, &|_, _| (), &Arc::default()).map_err(|error| error.message.clone())?;
+    study.write(folder).unwrap();
+    Ok(study)
+}
+
+/// The second half fails, so that some parts have no titles of their own; outputs change their unit on the way.
+#[test]
+fn parts_make_the_bytes_of_the_whole() {
+    for (name, varied) in [
+        ("failing", "speed=1 kg,2 kg,1,2,3 kg,4"),
+        ("none", "speed=1 kg,2 kg"),
+        ("titles", "output.x.quantity=\"position\",\"velocity\",\"acceleration\",\"velocity\",\"position\""),
+    ] {
+        let scene = ball(name);
+        let folder = |name: &str| scene.with_file_name(name);
+        let whole = shards(&scene, &folder("whole"), varied, None, false).unwrap();
+        for count in [1, 2, 4, 7] {
+            let parts = folder(&format!("parts-{count}"));
+            for index in (1..=count).rev() {
+                shards(&scene, &parts, varied, Shard::new(index, count), false).unwrap();
+            }
+            let merged = merge(&parts).unwrap();
+            let bytes = |folder: &Path| std::fs::read_to_string(folder.join(STUDY_FILE)).unwrap();
+            assert_eq!(bytes(&parts), bytes(&folder("whole")), "{name}, {count} parts");
+            assert_eq!(merged.exit_code, whole.exit_code());
+            assert_eq!((merged.parts, merged.table.rows.len()), (count, whole.runs.len()));
+        }
+        std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
+    }
+}
+
+/// Values are never below the title of another unit.
+#[test]
+fn outputs_that_only_some_runs_have_get_columns_of_their_own() {
+    let scene = ball("columns");
+    let table = study(&scene, &["output.x.quantity=\"position\",\"velocity\""], false).table();
+    std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
+    let column = |title: &str| table.columns.iter().position(|column| column == title).unwrap();
+    let (way, x, v) = (column("figure.way [m]"), column("final.x [m]"), column("final.x [m/s]"));
+    let row = |k: usize| [way, x, v].map(|column| table.rows[k][column].parse::<f64>().ok().map(f64::round));
+    assert_eq!(row(0), [Some(2.0), Some(2.0), None]);
+    assert_eq!(row(1), [None, None, Some(2.0)]);
+    assert!(table.rows.iter().all(|row| row.len() == table.columns.len() && !row[row.len() - 1].is_empty()));
+}
+
+#[test]
+fn parts_that_do_not_belong_together_are_not_merged() {
+    let scene = ball("apart");
+    let parts = scene.with_file_name("parts");
+    let shard = |index, count| Shard::new(index, count);
+    let run = |varied: &str, shard| shards(&scene, &parts, varied, shard, true).map(drop);
+    let refused = || merge(&parts).unwrap_err().message;
+    let missing = |what: &str| std::fs::remove_file(parts.join(what)).unwrap();
+    assert!(refused().contains("cannot merge"), "no folder");
+    run("speed=1:3:9", shard(3, 5)).unwrap();
+    assert!(refused().contains("4 of 5 are missing: 1-2, 4-5"), "{}", refused());
+    // What is to be a part of the same folder is one of the same study.
+    assert!(run("speed=1:4:9", shard(1, 5)).unwrap_err().contains("varies other keys or values"));
+    assert!(run("speed=1:3:9", shard(1, 4)).unwrap_err().contains("is one of 5, not of 4"));
+    for index in [1, 2, 4, 5] {
+        run("speed=1:3:9", shard(index, 5)).unwrap();
+    }
+    merge(&parts).unwrap();
+    // A digit that is another one.
+    let file = parts.join("part-00002-of-00005.csv");
+    let rows = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, rows.replacen("completed", "completes", 1)).unwrap();
+    assert!(refused().contains("one of the two was changed"), "{}", refused());
+    run("speed=1:3:9", shard(2, 5)).unwrap();
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), rows);
+    // A part in place of another.
+    let stem = |k: usize, kind: &str| parts.join(format!("part-0000{k}-of-00005.{kind}"));
+    for kind in ["csv", "json"] {
+        std::fs::copy(stem(1, kind), stem(2, kind)).unwrap();
+    }
+    assert!(refused().contains("one of the two was changed"), "{}", refused());
+    missing("part-00002-of-00005.json");
+    assert!(refused().contains("cannot read `part-00002-of-00005.json`"), "{}", refused());
+    missing("part-00002-of-00005.csv");
+    assert!(refused().contains("1 of 5 are missing: 2"), "{}", refused());
+    // The scene is another one.
+    std::fs::write(&scene, BALL.replace("mass = 1", "mass = 2")).unwrap();
+    assert!(run("speed=1:3:9", shard(2, 5)).unwrap_err().contains("the scene file is not what it was"));
+    std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
+}
+
+/// A part is whole or not there; what was finished is not done again.
+#[test]
+fn a_shard_that_is_stopped_continues_where_it_was() {
+    let scene = ball("stopped");
+    let folder = scene.with_file_name("parts");
+    let points = Points::grid(vec![Vary::parse("speed=1:3:9").unwrap()]).unwrap();
+    let options = StudyOptions {
+        points,
+        shard: Shard::new(2, 2),
+        journal: Some(folder.clone()),
+        jobs: 1,
+        resume: true,
+        ..StudyOptions::default()
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    let told = |number: usize, _: &Run| {
+        if number == 5 {
+            stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+    };
+    let study = Study::run(&scene, &options, &told, &stop).unwrap();
+    assert_eq!((study.first, study.runs.len(), study.has_ended()), (4, 5, false));
+    assert_eq!(study.write(&folder).unwrap(), None);
+    let done = std::sync::Mutex::new(Vec::new());
+    let told = |number: usize, _: &Run| done.lock().unwrap().push(number);
+    let study = Study::run(&scene, &options, &told, &Arc::default()).unwrap();
+    assert_eq!(*done.lock().unwrap(), [6, 7, 8]);
+    assert_eq!(study.kept(), 2);
+    let path = study.write(&folder).unwrap().unwrap();
+    assert!(path.ends_with("part-00002-of-00002.csv") && !folder.join("part-00002-of-00002.journal").exists());
+    assert_eq!(options.shard.unwrap().finished(&scene, &options, &folder).unwrap(), Some(path));
+    std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
 }
