@@ -225,8 +225,9 @@ impl<'g> Builder<'g> {
         let angles: Vec<Node> = found.iter().map(|(angle, _)| *angle).collect();
         let operations = self.instructions(&self.graph.ancestors(&angles, |_| false));
         let lanes = lanes(angles.len());
-        let first = self.registers;
-        self.registers += 2 * lanes as Register;
+        // Angles, sines, cosines.
+        let first = self.registers + lanes as Register;
+        self.registers += 3 * lanes as Register;
         let mut used = 0;
         for (place, (_, both)) in found.iter().enumerate() {
             for (node, from) in both.iter().zip([0, lanes]) {

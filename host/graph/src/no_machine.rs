@@ -7,6 +7,13 @@ use element_api::Table;
 use super::costs::{MachineError, Maker};
 use super::tape::Program;
 
+/// What machine code copies itself: nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Copied {
+    pub(super) inputs: bool,
+    pub(super) outputs: bool,
+}
+
 /// There is none of these.
 #[derive(Debug)]
 pub enum MachineCode {}
@@ -17,6 +24,14 @@ impl MachineCode {
     /// # Errors
     /// Always [`MachineError::Unavailable`].
     pub fn compile(_: &Program, _: Maker, _: &AtomicBool) -> Result<Self, MachineError> {
+        Err(MachineError::Unavailable)
+    }
+
+    /// The same of several programs.
+    ///
+    /// # Errors
+    /// Always [`MachineError::Unavailable`].
+    pub fn compile_all(_: &[&Program], _: Maker, _: &AtomicBool) -> Result<Vec<Self>, MachineError> {
         Err(MachineError::Unavailable)
     }
 
@@ -38,7 +53,11 @@ impl MachineCode {
         match *self {}
     }
 
-    pub(super) fn run(&self, _: usize, _: &[Table], _: &mut [f64]) {
+    pub(super) fn copied(&self) -> Copied {
+        match *self {}
+    }
+
+    pub(super) fn run(&self, _: usize, _: &[Table], _: &[f64], _: &mut [f64], _: &mut [f64]) {
         match *self {}
     }
 }

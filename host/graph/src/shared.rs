@@ -79,7 +79,9 @@ fn same_structure(a: &Program, b: &Program) -> bool {
     a.registers == b.registers
         && a.tables.len() == b.tables.len()
         && a.stages.len() == b.stages.len()
+        && a.inputs == b.inputs
         && a.outputs == b.outputs
+        && a.block == b.block
         && a.after_calls == b.after_calls
         && a.stages.iter().zip(&b.stages).all(stage)
 }

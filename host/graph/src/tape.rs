@@ -8,7 +8,7 @@ use element_api::Table;
 use element_api::set::{Batch, ElementSet, Fault, Wanted};
 
 use super::interpreter::interpret;
-use super::machine::MachineCode;
+use super::machine::{Copied, MachineCode};
 use super::turn;
 
 /// A register: an index into the workspace's numbers.
@@ -87,7 +87,8 @@ pub(super) struct BatchPlan {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Turns {
     pub(super) angles: Vec<Register>,
-    /// Register of the first sine; the others follow, then the cosines from `first + lanes` on.
+    /// Register of the first sine; the others follow, then the cosines from `first + lanes` on. Before them, from `first - lanes` on,
+    /// the angles are gathered; what makes them up to whole vectors is zero.
     pub(super) first: Register,
     /// Number of angles, made up to whole vectors.
     pub(super) lanes: usize,
@@ -102,13 +103,24 @@ impl Turns {
         self.first..self.first + 2 * self.lanes as Register
     }
 
-    /// `[hot, no allocation]`
-    fn run(&self, numbers: &mut [f64], angles: &mut [f64]) {
-        let angles = &mut angles[..self.lanes];
-        angles.iter_mut().zip(&self.angles).for_each(|(angle, register)| *angle = numbers[*register as usize]);
-        angles[self.angles.len()..].fill(0.0);
-        let results = &mut numbers[self.first as usize..];
-        let (sines, cosines) = results[..2 * self.lanes].split_at_mut(self.lanes);
+    /// Where the angles are gathered: the first register.
+    pub(super) fn gathered_at(&self) -> Register {
+        self.first - self.lanes as Register
+    }
+
+    /// Computes them; the angles are `gathered` already, or that is done here. `[hot, no allocation]`
+    fn run(&self, numbers: &mut [f64], gathered: bool) {
+        if self.lanes == 0 {
+            return;
+        }
+        let from = self.gathered_at() as usize;
+        if !gathered {
+            for (place, register) in self.angles.iter().enumerate() {
+                numbers[from + place] = numbers[*register as usize];
+            }
+        }
+        let (angles, results) = numbers[from..][..3 * self.lanes].split_at_mut(self.lanes);
+        let (sines, cosines) = results.split_at_mut(self.lanes);
         turn::all(angles, sines, cosines);
     }
 }
@@ -151,7 +163,6 @@ static PROGRAMS: AtomicU64 = AtomicU64::new(0);
 #[derive(Debug, Clone)]
 pub struct Workspace {
     numbers: Vec<f64>,
-    angles: Vec<f64>,
     call_inputs: Vec<f64>,
     call_results: Vec<f64>,
     runs: u64,
@@ -175,15 +186,15 @@ pub struct Used<'a> {
     pub spare: bool,
     /// Whether every sample of results runs it.
     pub sampled: bool,
-    /// Whether every evaluation of the equations of motion runs it.
-    pub staged: bool,
+    /// Whether every step runs it, at each of its evaluations or once.
+    pub stepped: bool,
 }
 
 impl<'a> Used<'a> {
     /// One that samples have nothing to do with.
     #[must_use]
     pub fn new(program: &'a mut Program, runs: u64, spare: bool) -> Self {
-        Self { program, runs, spare, sampled: false, staged: false }
+        Self { program, runs, spare, sampled: false, stepped: false }
     }
 
     /// The same, run by every sample unless it is a spare one.
@@ -192,10 +203,10 @@ impl<'a> Used<'a> {
         Self { sampled: !self.spare, ..self }
     }
 
-    /// The same, run by every evaluation of the equations of motion unless it is a spare one.
+    /// The same, run by every step unless it is a spare one.
     #[must_use]
-    pub fn by_stages(self) -> Self {
-        Self { staged: !self.spare, ..self }
+    pub fn by_steps(self) -> Self {
+        Self { stepped: !self.spare, ..self }
     }
 }
 
@@ -211,7 +222,6 @@ impl Program {
         let largest = |f: fn(&BatchPlan) -> usize| self.batches().map(f).max().unwrap_or(0);
         Workspace {
             numbers,
-            angles: vec![0.0; self.stages.iter().map(|stage| stage.turns.lanes).max().unwrap_or(0)],
             call_inputs: vec![0.0; largest(|b| b.arguments.len())],
             call_results: vec![0.0; largest(|b| b.results.len())],
             runs: 0,
@@ -248,9 +258,17 @@ impl Program {
     }
 
     /// Runs list number `list`, by machine code where there is any.
-    fn run_list(&self, list: usize, operations: &[Instruction], numbers: &mut [f64]) {
+    #[inline]
+    fn run_list(
+        &self,
+        list: usize,
+        operations: &[Instruction],
+        inputs: &[f64],
+        numbers: &mut [f64],
+        outputs: &mut [f64],
+    ) {
         match &self.code {
-            Some(code) => code.run(list, &self.tables, numbers),
+            Some(code) => code.run(list, &self.tables, inputs, numbers, outputs),
             None => interpret(operations, &self.tables, numbers),
         }
     }
@@ -312,12 +330,16 @@ impl Program {
             let given = &inputs[slot as usize..][..length as usize];
             numbers[register as usize..][..given.len()].copy_from_slice(given);
         }
-        for (slot, register) in &self.single_inputs {
-            numbers[*register as usize] = inputs[*slot as usize];
+        // What machine code copies itself.
+        let copied = self.code.as_ref().map_or(Copied::default(), |code| code.copied());
+        if !copied.inputs {
+            for (slot, register) in &self.single_inputs {
+                numbers[*register as usize] = inputs[*slot as usize];
+            }
         }
         for (list, stage) in self.stages.iter().enumerate() {
-            self.run_list(list, &stage.operations, numbers);
-            stage.turns.run(numbers, &mut workspace.angles);
+            self.run_list(list, &stage.operations, inputs, numbers, outputs);
+            stage.turns.run(numbers, copied.inputs);
             for batch in &stage.batches {
                 let given = &mut workspace.call_inputs[..batch.arguments.len()];
                 for (slot, register) in given.iter_mut().zip(&batch.arguments) {
@@ -335,7 +357,10 @@ impl Program {
                 }
             }
         }
-        self.run_list(self.stages.len(), &self.after_calls, numbers);
+        self.run_list(self.stages.len(), &self.after_calls, inputs, numbers, outputs);
+        if copied.outputs {
+            return Ok(());
+        }
         if self.block.is_empty() {
             outputs.iter_mut().zip(&self.outputs).for_each(|(slot, register)| *slot = numbers[*register as usize]);
             return Ok(());

@@ -157,7 +157,8 @@ fn in_lanes(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
     for k in 0..n {
         (sines[k], cosines[k]) = one(angles[k]);
     }
-    if angles.iter().any(|angle| !is_near(*angle)) {
+    // Without a way out, several at a time.
+    if !angles.iter().fold(true, |near, angle| near & is_near(*angle)) {
         for k in 0..n {
             (sines[k], cosines[k]) = sin_cos(angles[k]);
         }

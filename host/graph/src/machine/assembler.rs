@@ -8,19 +8,23 @@
 //! Each list is gone through twice: backwards for the next uses ([`uses`]), then forwards, writing. A value is known by its
 //! register of the workspace: before another one is written there, it has been read for the last time.
 
+mod copies;
 mod uses;
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::costs::MachineError;
 use super::super::tape::{Instruction, Program, Register};
 use super::calls::{INLINE_POWER, Pair, atan2, cos, exp, ln, look_up, powf, powi, sin, sin_cos, tanh};
-use super::encoder::{Code, Operation, Place, RBX, RDI};
+use super::encoder::{Code, Operation, Place, RBX, RCX, RDI, RDX};
 use super::{Made, Piece, liveness};
+use copies::Copies;
+pub(super) use copies::copied;
 use uses::{Lookout, NEVER, Uses};
 
-/// The mapping that the code lies in; none for no code.
-pub(super) type Memory = Option<memmap2::Mmap>;
+/// The mapping that the code lies in, with that of all programs made together; none for no code.
+pub(super) type Memory = Option<Arc<memmap2::Mmap>>;
 
 /// Functions begin at multiples of this, bytes.
 const ALIGNMENT: usize = 16;
@@ -33,42 +37,54 @@ pub(super) fn is_available() -> bool {
     false
 }
 
-/// Makes the functions of a program, one per list. `cancel` is looked at between lists.
-pub(super) fn make(program: &Program, cancel: &AtomicBool) -> Result<Made<Memory>, MachineError> {
+/// Makes the functions of programs, one per list, all in one mapping. `cancel` is looked at between lists.
+pub(super) fn make(programs: &[&Program], cancel: &AtomicBool) -> Result<Vec<Made<Memory>>, MachineError> {
     if !is_available() {
         return Err(MachineError::Unavailable);
     }
-    let mut code = Code::default();
-    let mut entries = vec![None; program.lists().count()];
-    let mut lookout = Lookout::new(program.registers);
-    let mut homes = Homes::new(program.registers);
-    liveness::backwards(program, |number, list, live| {
-        if cancel.load(Ordering::Relaxed) {
-            return Err(MachineError::Cancelled);
-        }
-        if !list.is_empty() {
-            entries[number] = Some(code.align(ALIGNMENT));
-            let calls = list.iter().any(|instruction| called(instruction).is_some());
-            let uses = lookout.of(list, program.tables.len(), live);
-            Writer::new(&mut code, &mut homes, calls).function(list, uses);
-        }
-        Ok(())
-    })?;
-    let code = code.bytes();
+    let mut code = Code::with_room_for(programs.iter().map(|program| program.listed()).sum());
+    let registers = programs.iter().map(|program| program.registers).max().unwrap_or(0);
+    let mut lookout = Lookout::new(registers);
+    let mut homes = Homes::new(registers);
+    let mut places = Vec::with_capacity(programs.len());
+    for program in programs {
+        let from = code.bytes().len();
+        let mut entries = vec![None; program.lists().count()];
+        liveness::backwards(program, |number, list, live| {
+            if cancel.load(Ordering::Relaxed) {
+                return Err(MachineError::Cancelled);
+            }
+            let copies = Copies::of(program, number);
+            if !list.is_empty() || !copies.is_empty() {
+                entries[number] = Some(code.align(ALIGNMENT));
+                let calls = list.iter().any(is_called);
+                let uses = lookout.of(list, program.tables.len(), live);
+                Writer::new(&mut code, &mut homes, calls).function(list, uses, &copies);
+            }
+            Ok(())
+        })?;
+        places.push((entries, code.bytes().len() - from));
+    }
+    let memory = executable(code.bytes())?;
+    let piece = |entry: usize| {
+        let memory = memory.as_ref().expect("what has an entry has a mapping");
+        // SAFETY: `Writer::function` put a function of this signature and of the System V calling convention there; the
+        // mapping may be run, and lives as long as the last `MachineCode` in it.
+        unsafe { std::mem::transmute::<*const u8, Piece>(memory[entry..].as_ptr()) }
+    };
+    let lists = |entries: Vec<Option<usize>>| entries.into_iter().map(|entry| entry.map(piece).into_iter().collect());
+    Ok(places.into_iter().map(|(entries, bytes)| (lists(entries).collect(), bytes, memory.clone())).collect())
+}
+
+/// A mapping with this code that may be run.
+fn executable(code: &[u8]) -> Result<Memory, MachineError> {
     if code.is_empty() {
-        return Ok((vec![Vec::new(); entries.len()], 0, None));
+        return Ok(None);
     }
     let refused = |error: std::io::Error| MachineError::Refused(format!("no memory for machine code: {error}"));
     let mut memory = memmap2::MmapMut::map_anon(code.len()).map_err(refused)?;
     memory.copy_from_slice(code);
-    let memory = memory.make_exec().map_err(refused)?;
-    let piece = |entry: usize| {
-        // SAFETY: `Writer::function` put a function of this signature and of the System V calling convention there; the
-        // mapping may be run, and lives as long as the `MachineCode`.
-        unsafe { std::mem::transmute::<*const u8, Piece>(memory[entry..].as_ptr()) }
-    };
-    let lists = entries.into_iter().map(|entry| entry.map(piece).into_iter().collect()).collect();
-    Ok((lists, code.len(), Some(memory)))
+    Ok(Some(Arc::new(memory.make_exec().map_err(refused)?)))
 }
 
 /// Vector registers that hold numbers: 0 to 14.
@@ -118,6 +134,22 @@ fn called(instruction: &Instruction) -> Option<Called> {
     }
 }
 
+/// Whether an operation is no instruction of the processor.
+fn is_called(instruction: &Instruction) -> bool {
+    match instruction {
+        Instruction::Powi(_, _, n) => n.unsigned_abs() > INLINE_POWER,
+        Instruction::Add(..)
+        | Instruction::Sub(..)
+        | Instruction::Mul(..)
+        | Instruction::Div(..)
+        | Instruction::Neg(..)
+        | Instruction::Sqrt(..)
+        | Instruction::Turned(..)
+        | Instruction::Select(..) => false,
+        _ => true,
+    }
+}
+
 /// Where the value of each register of the workspace is.
 struct Homes {
     /// The vector register that holds it.
@@ -159,9 +191,12 @@ impl<'l> Writer<'l> {
     }
 
     /// The whole function.
-    fn function(mut self, list: &[Instruction], uses: &[Uses]) {
+    fn function(mut self, list: &[Instruction], uses: &[Uses], copies: &Copies<'_>) {
         if self.calls {
             self.code.enter();
+        }
+        for (slot, register) in copies.inputs {
+            self.copy(Place::Memory { base: RDX, offset: offset(*slot) }, self.home(*register));
         }
         for (instruction, uses) in list.iter().zip(uses) {
             self.code.make_room();
@@ -177,9 +212,26 @@ impl<'l> Writer<'l> {
         }
         self.code.make_room();
         if self.calls {
+            self.code.restore_rcx();
+        }
+        let (angles, gathered) = copies.angles;
+        for (register, to) in angles.iter().zip(gathered..) {
+            self.copy(self.home(*register), self.home(to));
+        }
+        for (register, slot) in copies.outputs.iter().zip(0..) {
+            self.copy(self.home(*register), Place::Memory { base: RCX, offset: offset(slot) });
+        }
+        if self.calls {
             self.code.leave();
         }
         self.code.ret();
+    }
+
+    /// Copies a number from memory to memory.
+    fn copy(&mut self, from: Place, to: Place) {
+        self.code.make_room();
+        self.code.vector(Operation::LOAD, SCRATCH, 0, from);
+        self.code.vector(Operation::STORE, SCRATCH, 0, to);
     }
 
     /// One operation; gives the register of the workspace that its result belongs to, and the vector register that it is in.
@@ -213,6 +265,7 @@ impl<'l> Writer<'l> {
     }
 
     /// An operation on two numbers that may trade places: better that the one in memory is the second.
+    #[inline]
     fn symmetric(&mut self, operation: Operation, a: Read, b: Read) -> u8 {
         if self.holder(a) == NOWHERE { self.arithmetic(operation, b, a) } else { self.arithmetic(operation, a, b) }
     }
@@ -333,11 +386,13 @@ impl<'l> Writer<'l> {
     }
 
     /// The vector register that holds a value.
+    #[inline]
     fn holder(&self, read: Read) -> u8 {
         self.homes.holder[read.register as usize]
     }
 
     /// Where a value is: in a vector register or else in the workspace.
+    #[inline]
     fn anywhere(&self, read: Read) -> Place {
         match self.holder(read) {
             NOWHERE => self.home(read.register),
@@ -346,6 +401,7 @@ impl<'l> Writer<'l> {
     }
 
     /// Brings a value into a vector register, which the operation at hand then keeps.
+    #[inline]
     fn in_register(&mut self, read: Read) -> u8 {
         let mut register = self.holder(read);
         if register == NOWHERE {
@@ -361,13 +417,15 @@ impl<'l> Writer<'l> {
 
     /// A vector register for the result of the operation at hand, the operands of which have been located: it may be one
     /// of theirs.
-    fn result(&mut self, reads: &[Read]) -> u8 {
+    #[inline]
+    fn result<const N: usize>(&mut self, reads: &[Read; N]) -> u8 {
         self.used(reads);
         self.pinned = 0;
         self.take()
     }
 
     /// Counts the operands as read: those that are not read again give back their vector register.
+    #[inline]
     fn used(&mut self, reads: &[Read]) {
         for read in reads {
             let register = self.holder(*read);
@@ -384,13 +442,18 @@ impl<'l> Writer<'l> {
 
     /// A vector register, made free if need be: the one whose value is not read for longest. Operands of the instruction at hand
     /// are read now.
+    #[inline]
     fn take(&mut self) -> u8 {
         let free = ALL_HOLDERS & !(self.occupied | self.pinned);
-        if free != 0 {
-            return free.trailing_zeros() as u8;
-        }
-        let farthest = self.until.iter().copied().max();
-        let best = self.until.iter().position(|until| Some(*until) == farthest).unwrap_or_default() as u8;
+        if free != 0 { free.trailing_zeros() as u8 } else { self.evict() }
+    }
+
+    #[cold]
+    fn evict(&mut self) -> u8 {
+        // The first of the farthest, by one number for both: registers fit into four bits.
+        let key = |(register, until): (usize, &u32)| u64::from(*until) << 4 | (HOLDERS - register) as u64;
+        let most = self.until.iter().enumerate().map(key).fold(0, u64::max);
+        let best = (HOLDERS as u64 - (most & 15)) as u8;
         self.vacate(best);
         best
     }
@@ -434,7 +497,11 @@ impl<'l> Writer<'l> {
 
     /// The place of a value in the workspace.
     fn home(&self, register: Register) -> Place {
-        let offset = i32::try_from(u64::from(register) * 8).expect("fewer than 2^28 registers");
-        Place::Memory { base: self.base, offset }
+        Place::Memory { base: self.base, offset: offset(register) }
     }
+}
+
+/// Of a number in a list of such, bytes.
+fn offset(number: u32) -> i32 {
+    i32::try_from(u64::from(number) * 8).expect("fewer than 2^28 numbers")
 }

@@ -119,8 +119,8 @@ impl Maker {
     ) -> Result<FuncId, MachineError> {
         let pointer = self.module.target_config().pointer_type();
         let mut context = self.module.make_context();
-        let parameters = [AbiParam::new(pointer), AbiParam::new(pointer)];
-        context.func.signature.params.extend(parameters);
+        // Registers, tables; inputs and outputs, which are copied around it.
+        context.func.signature.params.extend([AbiParam::new(pointer); 4]);
         let mut builder = FunctionBuilder::new(&mut context.func, &mut self.frontend);
         let block = builder.create_block();
         builder.append_block_params_for_function_params(block);

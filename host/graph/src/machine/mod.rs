@@ -27,8 +27,17 @@ use element_api::Table;
 use super::costs::{MachineError, Maker};
 use super::tape::Program;
 
-/// A list of instructions, or a part of one, as a function: takes the registers and the tables.
-type Piece = unsafe extern "C" fn(*mut f64, *const Table);
+/// A list of instructions, or a part of one, as a function: takes the registers, the tables, the program's inputs and outputs.
+type Piece = unsafe extern "C" fn(*mut f64, *const Table, *const f64, *mut f64);
+
+/// What the functions copy themselves, so that it need not be done around them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Copied {
+    /// Single inputs into their registers, before all else; angles of sines computed at once to where they are gathered.
+    pub(super) inputs: bool,
+    /// All outputs, at the end.
+    pub(super) outputs: bool,
+}
 
 /// Functions that do what the lists of instructions of one program do.
 pub struct MachineCode {
@@ -36,12 +45,16 @@ pub struct MachineCode {
     lists: Vec<Vec<Piece>>,
     registers: usize,
     tables: usize,
+    /// The least lengths of the slices of inputs and outputs.
+    inputs: usize,
+    outputs: usize,
+    copied: Copied,
     /// Size of the code, bytes.
     bytes: usize,
     _memory: Memory,
 }
 
-/// What the functions lie in; given back when it is dropped.
+/// What the functions lie in; given back when the last code in it is dropped.
 #[expect(dead_code, reason = "held, not read")]
 enum Memory {
     Assembled(assembler::Memory),
@@ -57,11 +70,26 @@ impl MachineCode {
     /// # Errors
     /// See [`MachineError`]; the program can always be interpreted instead.
     pub fn compile(program: &Program, maker: Maker, cancel: &AtomicBool) -> Result<Self, MachineError> {
+        let mut made = Self::compile_all(&[program], maker, cancel)?;
+        Ok(made.pop().expect("one code per program"))
+    }
+
+    /// The same of several programs, in their order. The assembler puts all into one piece of memory: what the system charges for
+    /// memory that may be run is paid once.
+    ///
+    /// # Errors
+    /// See [`MachineCode::compile`]; then there is code for none.
+    pub fn compile_all(programs: &[&Program], maker: Maker, cancel: &AtomicBool) -> Result<Vec<Self>, MachineError> {
         if maker == Maker::Compiler {
-            return Self::in_pieces(program, cancel, cranelift::PIECE);
+            return programs.iter().map(|program| Self::in_pieces(program, cancel, cranelift::PIECE)).collect();
         }
-        let (lists, bytes, memory) = assembler::make(program, cancel)?;
-        Ok(Self::new(program, lists, bytes, Memory::Assembled(memory)))
+        let made = assembler::make(programs, cancel)?;
+        let code = programs.iter().zip(made);
+        Ok(code
+            .map(|(program, (lists, bytes, memory))| {
+                Self::new(program, lists, bytes, Memory::Assembled(memory), assembler::copied(program))
+            })
+            .collect())
     }
 
     /// Whether this machine runs what the assembler makes.
@@ -79,11 +107,25 @@ impl MachineCode {
     /// By Cranelift, with functions of `piece` operations.
     pub fn in_pieces(program: &Program, cancel: &AtomicBool, piece: usize) -> Result<Self, MachineError> {
         let (lists, bytes, memory) = cranelift::make(program, cancel, piece)?;
-        Ok(Self::new(program, lists, bytes, Memory::Cranelift(Box::new(memory))))
+        Ok(Self::new(program, lists, bytes, Memory::Cranelift(Box::new(memory)), Copied::default()))
     }
 
-    fn new(program: &Program, lists: Vec<Vec<Piece>>, bytes: usize, memory: Memory) -> Self {
-        Self { lists, registers: program.registers, tables: program.tables.len(), bytes, _memory: memory }
+    fn new(program: &Program, lists: Vec<Vec<Piece>>, bytes: usize, memory: Memory, copied: Copied) -> Self {
+        Self {
+            lists,
+            registers: program.registers,
+            tables: program.tables.len(),
+            inputs: program.inputs.last().map_or(0, |(slot, _)| *slot as usize + 1),
+            outputs: program.outputs.len(),
+            copied,
+            bytes,
+            _memory: memory,
+        }
+    }
+
+    /// What its functions copy.
+    pub(super) fn copied(&self) -> Copied {
+        self.copied
     }
 
     /// Size of the code, bytes.
@@ -93,13 +135,16 @@ impl MachineCode {
     }
 
     /// Runs list number `list` of the program that this was made from. `[hot, no allocation]`
-    pub(super) fn run(&self, list: usize, tables: &[Table], x: &mut [f64]) {
+    #[inline]
+    pub(super) fn run(&self, list: usize, tables: &[Table], inputs: &[f64], x: &mut [f64], outputs: &mut [f64]) {
         assert!(x.len() >= self.registers && tables.len() >= self.tables, "registers and tables of another program");
+        assert!(inputs.len() >= self.inputs && outputs.len() >= self.outputs, "inputs and outputs of another program");
         for piece in &self.lists[list] {
-            // SAFETY: the functions read and write registers below `self.registers` and pass table numbers below
-            // `self.tables`, which the makers found for every instruction and the assertion above finds within the
-            // slices; `x` is borrowed mutably, and nothing keeps the pointers.
-            unsafe { piece(x.as_mut_ptr(), tables.as_ptr()) };
+            // SAFETY: the functions read and write registers below `self.registers`, pass table numbers below
+            // `self.tables`, read inputs below `self.inputs` and write outputs below `self.outputs`, which the makers found
+            // for every instruction and copy, and the assertions above find within the slices; `x` and `outputs` are borrowed
+            // mutably, and nothing keeps the pointers.
+            unsafe { piece(x.as_mut_ptr(), tables.as_ptr(), inputs.as_ptr(), outputs.as_mut_ptr()) };
         }
     }
 }

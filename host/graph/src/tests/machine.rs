@@ -3,6 +3,7 @@
 #[path = "../../../testing/machine.rs"]
 mod twins;
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::*;
@@ -26,6 +27,39 @@ fn random_programs_give_the_same_bits() {
                 assert_same(&found, &expected);
             }
         }
+    }
+}
+
+#[test]
+fn programs_made_together_give_the_same_bits_whichever_is_dropped_first() {
+    let mut random = Random(29);
+    let mut programs: Vec<Program> = Vec::new();
+    for round in 0..12 {
+        let (graph, nodes) = tape::random_graph(&mut random, 5, 300 / (1 + round % 4));
+        // Some copy inputs, some have no outputs at all.
+        let outputs: Vec<Node> = (0..round % 5).map(|_| nodes[random.below(nodes.len())]).collect();
+        programs.push(Program::compile(&graph, &outputs));
+    }
+    let all: Vec<&Program> = programs.iter().collect();
+    let codes = match MachineCode::compile_all(&all, Maker::here(), &AtomicBool::new(false)) {
+        Ok(codes) => codes,
+        Err(error) => return assert!(!MachineCode::can_assemble(), "{error}"),
+    };
+    let mut machines: Vec<Program> = Vec::new();
+    for (program, code) in programs.iter().zip(codes) {
+        let alone = MachineCode::compile(program, Maker::here(), &AtomicBool::new(false)).unwrap();
+        assert!(code.bytes().abs_diff(alone.bytes()) < 16 * (program.lists().count() + 1));
+        let mut machine = program.clone();
+        machine.install(Arc::new(code));
+        machines.push(machine);
+    }
+    while let Some(machine) = machines.pop() {
+        let program = &programs[machines.len()];
+        let (mut expected, mut found) = (vec![0.0; program.output_count()], vec![0.0; program.output_count()]);
+        let inputs = random.vector(5);
+        program.run(&inputs, &[], &mut program.workspace(), &mut expected).unwrap();
+        machine.run(&inputs, &[], &mut machine.workspace(), &mut found).unwrap();
+        assert_same(&found, &expected);
     }
 }
 

@@ -25,7 +25,7 @@ fn outputs(program: &Program) -> Vec<u64> {
 }
 
 fn used(program: &mut Program, runs: u64) -> Vec<Used<'_>> {
-    vec![Used { program, runs, spare: false, staged: false, sampled: false }]
+    vec![Used { program, runs, spare: false, stepped: false, sampled: false }]
 }
 
 #[test]

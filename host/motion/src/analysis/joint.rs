@@ -351,10 +351,10 @@ impl Formulation for JointForm {
         let mut list = Vec::new();
         let spare = self.regular.is_some();
         if let Some(regular) = &mut self.regular {
-            list.push(regular.motion.used(false).by_stages());
-            list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(false).by_samples()));
+            list.push(regular.motion.used(false).by_steps());
+            list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(false).by_steps()));
         }
-        list.push(self.kinematics.used(false));
+        list.push(self.kinematics.used(false).by_steps());
         list.push(self.safe.terms.used(spare));
         list.extend(self.bodies.programs());
         if let Derivatives::Known(known) = &mut self.derivatives {

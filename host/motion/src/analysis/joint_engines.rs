@@ -230,19 +230,15 @@ fn motion_outputs(
 /// length of the row; zero where the mass matrix is not positive definite or something is not a number.
 pub(super) fn pivot_ratio(outputs: &[f64], columns: usize, squares: &[f64]) -> f64 {
     let (mass, rows) = outputs[outputs.len() - columns - squares.len()..].split_at(columns);
-    if mass.iter().any(|pivot| pivot.is_nan() || *pivot <= 0.0) {
+    // Without ways out, several at a time. What is no number is not positive.
+    if !mass.iter().fold(true, |sound, pivot| sound & (*pivot > 0.0)) {
         return 0.0;
     }
     let ratios = rows.iter().zip(squares).map(|(left, whole)| left / whole);
-    ratios.fold(1.0, |least, ratio| {
-        if ratio >= least {
-            least
-        } else if ratio.is_nan() {
-            0.0
-        } else {
-            ratio
-        }
-    })
+    let (least, sound) = ratios.fold((1.0, true), |(least, sound), ratio| {
+        (if ratio < least { ratio } else { least }, sound & !ratio.is_nan())
+    });
+    if sound { least } else { 0.0 }
 }
 
 /// All rows by a rank-revealing factorisation.

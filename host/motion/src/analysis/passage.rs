@@ -73,7 +73,8 @@ pub(super) fn rates<F: Engines>(form: &mut F, t: f64, state: &[f64], rates: &mut
     let result = rates_of_stage(form, t, state, &mut stage, rates);
     form.motion_mut().passage.stage = stage;
     result?;
-    if rates.iter().all(|x| x.is_finite()) {
+    // Without a way out, several at a time.
+    if rates.iter().fold(true, |finite, rate| finite & rate.is_finite()) {
         return Ok(());
     }
     Err(AnalysisError::NotFinite { what: "an acceleration or the rate of a state".into() })

@@ -339,7 +339,7 @@ impl Formulation for WorkingForm {
         let spare = self.regular.is_some();
         let mut list = Vec::new();
         if let Some(engine) = &mut self.regular {
-            list.extend([engine.dynamics.used(false).by_stages(), engine.geometry.used(false).by_samples()]);
+            list.extend([&mut engine.dynamics, &mut engine.geometry].map(|program| program.used(false).by_steps()));
         }
         list.extend([self.safe.dynamics.used(spare), self.safe.geometry.used(spare)]);
         list.extend(self.coupling.as_mut().map(BodyCoupling::used));

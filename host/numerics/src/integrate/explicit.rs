@@ -419,35 +419,47 @@ impl StepControl {
 /// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. Each entry has its terms added in the order of the row, however many
 /// entries are summed side by side.
 fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
-    match out.len() {
-        0 => {}
-        1 => combine_lanes::<1>(row, stages, h, y, out),
-        2 => combine_lanes::<2>(row, stages, h, y, out),
-        3 => combine_lanes::<3>(row, stages, h, y, out),
-        4 => combine_lanes::<4>(row, stages, h, y, out),
-        5 => combine_lanes::<5>(row, stages, h, y, out),
-        6 => combine_lanes::<6>(row, stages, h, y, out),
-        7 => combine_lanes::<7>(row, stages, h, y, out),
-        _ => combine_lanes::<8>(row, stages, h, y, out),
+    let n = out.len();
+    let mut at = 0;
+    while n - at >= 8 {
+        combine_lanes::<8>(row, (stages, n), h, y, out, at);
+        at += 8;
+    }
+    match n - at {
+        1 => combine_lanes::<1>(row, (stages, n), h, y, out, at),
+        2 => combine_lanes::<2>(row, (stages, n), h, y, out, at),
+        3 => combine_lanes::<3>(row, (stages, n), h, y, out, at),
+        4 => combine_lanes::<4>(row, (stages, n), h, y, out, at),
+        5 => combine_lanes::<5>(row, (stages, n), h, y, out, at),
+        6 => combine_lanes::<6>(row, (stages, n), h, y, out, at),
+        7 => combine_lanes::<7>(row, (stages, n), h, y, out, at),
+        _ => {}
     }
 }
 
-/// The same, so many entries at a time, whose sums stay in the processor's registers. The last ones overlap those before.
-fn combine_lanes<const LANES: usize>(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
-    let n = out.len();
-    for at in (0..n).step_by(LANES) {
-        let at = at.min(n - LANES);
-        let mut sums = [0.0; LANES];
-        if let Some(y) = y {
-            sums.copy_from_slice(&y[at..at + LANES]);
-        }
-        for &(j, coefficient) in row {
-            let factor = h * coefficient;
-            let stage = &stages[j * n + at..][..LANES];
-            sums.iter_mut().zip(stage).for_each(|(sum, derivative)| *sum += factor * derivative);
-        }
-        out[at..at + LANES].copy_from_slice(&sums);
+/// The same for so many entries from `at` on, whose sums stay in the processor's registers; stages have `n` entries each.
+#[inline]
+fn combine_lanes<const LANES: usize>(
+    row: Row,
+    (stages, n): (&[f64], usize),
+    h: f64,
+    y: Option<&[f64]>,
+    out: &mut [f64],
+    at: usize,
+) {
+    let mut sums = [0.0; LANES];
+    if let Some(y) = y {
+        sums.copy_from_slice(&y[at..at + LANES]);
     }
+    let stages = &stages[at..];
+    for &(j, coefficient) in row {
+        let factor = h * coefficient;
+        let stage: &[f64; LANES] = stages[j * n..].first_chunk().expect("stages have the entries of the state");
+        for k in 0..LANES {
+            sums[k] += factor * stage[k];
+        }
+    }
+    out[at..at + LANES].copy_from_slice(&sums);
 }
 
 /// Evaluates the polynomial of [`Explicit::prepare_interpolation`], of so many coefficients, at the share `s` of the step.

@@ -433,11 +433,12 @@ impl<'a> Simulation<'a> {
     fn programs(&mut self) -> Vec<Used<'_>> {
         let mut list = self.formulation.programs();
         list.push(self.rows.used(false));
-        list.extend(self.values.iter_mut().flat_map(RowValues::used));
-        list.extend(self.energy.used().chain(self.report.used().map(Used::by_samples)).chain(self.accept.used()));
+        list.extend(self.values.iter_mut().flat_map(RowValues::used).map(Used::by_steps));
+        list.extend(self.energy.used().chain(self.accept.used()).map(Used::by_steps));
+        list.extend(self.report.used().map(Used::by_samples));
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));
-        list.extend(self.margins.iter_mut().flat_map(Margins::used));
+        list.extend(self.margins.iter_mut().flat_map(Margins::used).map(Used::by_steps));
         list.extend(self.unknowns.iter_mut().flat_map(Tracked::used));
         list.extend(self.touch.iter_mut().flat_map(Touch::used));
         list.extend(

@@ -1,6 +1,6 @@
 //! [`Tier`]: when programs turn from interpreted ones into machine code.
 //!
-//! What every evaluation runs is made at once, where that is quick. The rest starts interpreted: when the work still to come,
+//! What every step runs is made at once, where that is quick. The rest starts interpreted: when the work still to come,
 //! predicted from the work done so far and known from the samples to be taken, pays for making machine code, it is made, between
 //! two steps where that is quick, else by another thread while the run goes on. Both give the same results bit for bit, so that
 //! nothing depends on when that happens.
@@ -145,13 +145,8 @@ impl Tier {
     /// # Errors
     /// [`MachineError`] when there is no machine code to be had.
     pub fn compile_now(&mut self, t: f64, mut programs: Vec<Used<'_>>) -> Result<(), MachineError> {
-        let started = Instant::now();
-        for used in programs.iter_mut().filter(|used| is_open(used) && !used.spare) {
-            let code = MachineCode::compile(used.program, self.maker, &AtomicBool::new(false))?;
-            self.install(t, used, Arc::new(code));
-        }
-        self.made.seconds += started.elapsed().as_secs_f64();
-        Ok(())
+        let wanted: Vec<&mut Used<'_>> = programs.iter_mut().filter(|used| is_open(used) && !used.spare).collect();
+        self.make_together(t, wanted)
     }
 
     /// As [`Tier::between_steps`], before steps; decides something only before the first.
@@ -184,15 +179,9 @@ impl Tier {
         let maker = self.maker;
         let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come, samples));
         if maker == Maker::Assembler {
-            let never = AtomicBool::new(false);
-            for used in paying {
-                let started = Instant::now();
-                match MachineCode::compile(used.program, maker, &never) {
-                    Ok(code) => self.install(t, used, Arc::new(code)),
-                    // A reason to go on without.
-                    Err(_) => self.span = None,
-                }
-                self.made.seconds += started.elapsed().as_secs_f64();
+            if self.make_together(t, paying.collect()).is_err() {
+                // A reason to go on without.
+                self.span = None;
             }
             return;
         }
@@ -201,6 +190,21 @@ impl Tier {
             self.job = begin(maker, list);
             self.span = self.span.filter(|_| self.job.is_some());
         }
+    }
+
+    /// Makes and installs code of programs at once.
+    fn make_together(&mut self, t: f64, mut wanted: Vec<&mut Used<'_>>) -> Result<(), MachineError> {
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let programs: Vec<&Program> = wanted.iter().map(|used| &*used.program).collect();
+        let codes = MachineCode::compile_all(&programs, self.maker, &AtomicBool::new(false))?;
+        for (used, code) in wanted.iter_mut().zip(codes) {
+            self.install(t, used, Arc::new(code));
+        }
+        self.made.seconds += started.elapsed().as_secs_f64();
+        Ok(())
     }
 
     /// Installs what the thread has made.
@@ -245,11 +249,11 @@ fn is_open(used: &Used<'_>) -> bool {
 }
 
 /// Whether compiling a program pays if `to_come` times as many runs follow as it has had, or one with each of the samples to come.
-/// What is made quickly pays after two or three steps where every evaluation runs it.
+/// What is made quickly pays within a step where every evaluation runs it, and within a few where it is run once per step.
 fn pays(maker: Maker, used: &Used<'_>, to_come: f64, samples: usize) -> bool {
     let runs = used.runs as f64;
     let paying = maker.runs_that_pay(used.program.listed());
-    let is_known = used.staged && maker == Maker::Assembler || used.sampled && samples as f64 >= MARGIN * paying;
+    let is_known = used.stepped && maker == Maker::Assembler || used.sampled && samples as f64 >= MARGIN * paying;
     is_known || runs >= PROOF * paying && runs * to_come >= MARGIN * paying
 }
 

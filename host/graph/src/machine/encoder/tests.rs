@@ -34,7 +34,7 @@ macro_rules! encoded {
 
 fn places() -> Vec<Place> {
     let offsets = [0, 8, 120, 128, 1024, -8, -128, -136, 1 << 30];
-    let memory = [RDI, RBX].into_iter().flat_map(|base| offsets.map(|offset| Place::Memory { base, offset }));
+    let memory = [RDI, RBX, RDX, RCX].into_iter().flat_map(|base| offsets.map(|offset| Place::Memory { base, offset }));
     (0..16).map(Place::Vector).chain(memory).collect()
 }
 
@@ -92,12 +92,13 @@ fn moves() {
 
 #[test]
 fn calls() {
-    let entered = encoded! { pushq_o(RBX); pushq_o(12); subq_mi_sxb(4, 8_i8); movq_rm(RBX, RDI); movq_rm(12, 6); };
+    let entered = encoded! { pushq_o(RBX); pushq_o(12); pushq_o(RCX); movq_rm(RBX, RDI); movq_rm(12, 6); };
     assert_eq!(bytes(Code::enter), entered);
-    let mut left = encoded! { addq_mi_sxb(4, 8_i8); popq_o(12); popq_o(RBX); };
+    let mut left = encoded! { popq_o(RCX); popq_o(12); popq_o(RBX); };
     inst::retq_zo::new().encode(&mut left);
     assert_eq!(
         bytes(|code| {
+            code.restore_rcx();
             code.leave();
             code.ret();
         }),

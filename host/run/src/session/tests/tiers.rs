@@ -136,14 +136,14 @@ fn only_what_pays_is_compiled() {
 }
 
 #[test]
-fn what_every_evaluation_runs_is_assembled_before_the_first_step() {
+fn what_every_step_runs_is_assembled_before_the_first_step() {
     for maker in makers() {
         let mut fake = Fake::new();
         let mut tier = Tier::by(maker, 0.0, 4.0);
         tier.begin(0.0, 0, || fake.used(false));
         assert_eq!(tier.made().programs, 0);
         tier = Tier::by(maker, 0.0, 4.0);
-        tier.begin(0.0, 0, || fake.used(false).into_iter().map(Used::by_stages).collect());
+        tier.begin(0.0, 0, || fake.used(false).into_iter().map(Used::by_steps).collect());
         assert_eq!(tier.made().programs, u64::from(maker == Maker::Assembler));
         tier.begin(1.0, 0, || unreachable!("decided once, and never by a compiler"));
     }
