@@ -18,6 +18,7 @@ from ._model import Model, load
 from ._program import PROGRAM as _PROGRAM
 from ._run import Report, Run
 from ._simulation import Saved, Simulation
+from ._study import Study, grid, study
 from ._system import System
 
 __version__: str = _odyn.__version__
@@ -34,8 +35,11 @@ __all__ = [
     "RunWarning",
     "Saved",
     "Simulation",
+    "Study",
     "System",
+    "grid",
     "load",
+    "study",
 ]
 
 if _PROGRAM.is_file():

@@ -43,8 +43,8 @@ class Fit(NamedTuple):
     """The numbers, in their units (`about["parameters"]`)."""
     model: Model
     """The scene with them."""
-    text: str
-    """Its text."""
+    text: str | None
+    """The text of the scene file with them, without what else is set; `None` where one of them was set, and is not in it."""
 
 
 def _folder(start: Run | str | PathLike[str] | None) -> Path | None:
@@ -62,7 +62,8 @@ def _one_or_more(names: str | Iterable[str] | None) -> list[str] | None:
 
 
 class Analyses:
-    """What can be found out about a scene beside running it. Ctrl-C ends what takes long with `KeyboardInterrupt`."""
+    """What can be found out about a scene beside running it. Ctrl-C raises `KeyboardInterrupt` as soon as what is under way
+    can be ended."""
 
     _inner: _odyn.Model
 

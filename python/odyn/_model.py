@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _odyn
 from ._analyses import Analyses
@@ -193,6 +193,21 @@ class Model(Analyses):
         # Implicit methods want derivatives: with one of them these are prepared.
         return System(_odyn.System(self._with(settings({}, {"method": "radau5"}))._inner))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        path = None if self._place else self.path
+        return (_model_of, (path, self.text, self._inner.plugins, list(self.overrides)))
+
     def __repr__(self) -> str:
         changes = f" with {', '.join(self.overrides)}" if self.overrides else ""
         return f"<odyn.Model {self.path.name}{changes}>"
+
+
+def _model_of(path: Path | None, text: str, plugins: list[Path], overrides: list[str]) -> Model:
+    """A model that was pickled: by its text, whatever has become of its file, or where that is not."""
+    if path is None:
+        model = load(text=text, plugins=plugins)
+    elif path.is_file() and path.read_text(encoding="utf-8") == text:
+        model = load(path, plugins=plugins)
+    else:
+        model = load(text=text, folder=path.parent, plugins=plugins)
+    return model._with(overrides)

@@ -331,13 +331,13 @@ pub(crate) fn fitted(
     iterations: Option<usize>,
     jobs: usize,
     progress: Listener,
-) -> PyResult<(String, String)> {
+) -> PyResult<(String, Option<String>)> {
     answered(py, progress, |desk| {
         let request = fit::Request { vary, columns, noise, figures, most_iterations: iterations, jobs };
         let (path, options) = (model.file()?, apart(model));
         let found = Fit::of(path, measured.as_deref(), &options, &request, &desk.listener(), &desk.stop)?;
-        let scene = fitted_scene(path, &options.overrides, &found)?;
-        Ok((json(&found), scene))
+        // There is none where a number was set, and is not written.
+        Ok((json(&found), fitted_scene(path, &options.overrides, &found).ok()))
     })
 }
 

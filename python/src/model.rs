@@ -72,6 +72,12 @@ impl Model {
         self.document.source().text.clone()
     }
 
+    /// Further libraries and folders.
+    #[getter]
+    fn plugins(&self) -> Vec<PathBuf> {
+        self.plugins.clone()
+    }
+
     /// What is set of it, as `KEY=VALUE`.
     #[getter]
     fn overrides(&self) -> Vec<String> {

@@ -13,6 +13,9 @@ use crate::model::json;
 /// A column: name, unit, quantity, place, size of the unit in SI, whether rigid bodies determine it.
 type Column = (String, String, String, String, f64, bool);
 
+/// What happened to a contact, SI: time, element, kind, row, rates before and after, impulse, energy lost.
+type Happened = (f64, String, &'static str, String, f64, f64, f64, f64);
+
 /// What a run gave. Times and samples are in units of their columns.
 #[pyclass(frozen, module = "odyn._odyn")]
 pub(crate) struct Run {
@@ -93,8 +96,8 @@ impl Run {
         Ok(report(&self.report.summary, None, false))
     }
 
-    /// What happened to contacts, SI: time, element, kind, row, rates before and after, impulse, energy lost.
-    fn events(&self) -> Vec<(f64, String, &'static str, String, f64, f64, f64, f64)> {
+    /// What happened to contacts, in order.
+    fn events(&self) -> Vec<Happened> {
         let one = |event: &Event| {
             let [before, after] = event.rates;
             let (element, row) = (event.element.clone(), event.row.clone());

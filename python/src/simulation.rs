@@ -1,6 +1,6 @@
 //! [`Simulation`]: a scene that is stepped from outside.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use odyn::session::{self, SessionError};
 use pyo3::exceptions::PyValueError;
@@ -50,14 +50,14 @@ impl Simulation {
 
     /// The time.
     #[getter]
-    fn time(&self) -> f64 {
-        self.run().time()
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |run| Ok(run.time()))
     }
 
     /// The end of the scene.
     #[getter]
-    fn end(&self) -> f64 {
-        self.run().end()
+    fn end(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |run| Ok(run.end()))
     }
 
     /// Goes on to a time.
@@ -65,17 +65,19 @@ impl Simulation {
         self.with(py, |run| run.advance(t))
     }
 
-    /// Names and units of the inputs.
+    /// Names of the inputs.
     #[getter]
-    fn inputs(&self) -> Vec<String> {
-        self.run().inputs().map(String::from).collect()
+    fn inputs(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |run| Ok(run.inputs().map(String::from).collect()))
     }
 
     /// Names and units of the outputs.
     #[getter]
-    fn outputs(&self) -> Vec<(String, String)> {
-        let run = self.run();
-        run.session().model.channels.iter().map(|one| (one.name.clone(), one.unit.clone())).collect()
+    fn outputs(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
+        self.with(py, |run| {
+            let channels = &run.session().model.channels;
+            Ok(channels.iter().map(|one| (one.name.clone(), one.unit.clone())).collect())
+        })
     }
 
     /// The value of an input.
@@ -104,23 +106,21 @@ impl Simulation {
     }
 
     /// Times and columns of the samples so far.
-    fn samples(&self) -> (Array, Vec<Array>) {
-        let run = self.run();
-        let samples = run.samples();
-        (Array::list(samples.times.to_vec()), samples.columns.iter().cloned().map(Array::list).collect())
+    fn samples(&self, py: Python<'_>) -> PyResult<(Array, Vec<Array>)> {
+        self.with(py, |run| {
+            let samples = run.samples();
+            Ok((Array::list(samples.times.to_vec()), samples.columns.iter().cloned().map(Array::list).collect()))
+        })
     }
 }
 
 impl Simulation {
-    fn run(&self) -> MutexGuard<'_, session::Run<'static>> {
-        self.run.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn with<T: Send>(
         &self,
         py: Python<'_>,
         act: impl FnOnce(&mut session::Run<'static>) -> Result<T, SessionError> + Send,
     ) -> PyResult<T> {
-        py.detach(|| act(&mut self.run())).map_err(|error| error::of_session(py, &error))
+        let act = || act(&mut self.run.lock().unwrap_or_else(PoisonError::into_inner));
+        py.detach(act).map_err(|error| error::of_session(py, &error))
     }
 }

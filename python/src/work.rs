@@ -29,8 +29,9 @@ impl Desk {
     }
 }
 
-/// Does `work` on a thread of its own. `progress` is called now and then with the share done. Ctrl-C raises the flag once; what the
-/// work then gives is given. If it is pressed again, or the work `must_end` and has no flag to look at, `KeyboardInterrupt` follows when it has ended.
+/// Does `work` on a thread of its own. `progress` is called now and then with the share done. Ctrl-C raises the flag; what work that
+/// `keeps` its results then gives is given. Where it does not, and where Ctrl-C is pressed again, `KeyboardInterrupt` follows when the
+/// work has ended.
 ///
 /// # Errors
 /// `KeyboardInterrupt`, what `progress` raises, a thread that cannot be had.
@@ -70,19 +71,12 @@ pub(crate) fn beside<T: Send>(
 /// Looks at signals, and tells the progress. What `keeps` its results ends early at the first Ctrl-C, without an error.
 fn glance(desk: &Desk, progress: Option<&Py<PyAny>>, keeps: bool) -> PyResult<()> {
     Python::attach(|py| {
-        if let Err(error) = py.check_signals() {
-            let before = desk.stop.swap(true, Ordering::Relaxed);
-            if before || !keeps || !error.is_instance_of::<PyKeyboardInterrupt>(py) {
-                return Err(error);
-            }
-        }
-        if let Some(progress) = progress {
-            let share = f64::from_bits(desk.share.load(Ordering::Relaxed));
-            if let Err(error) = progress.call1(py, (share,)) {
-                desk.stop.store(true, Ordering::Relaxed);
-                return Err(error);
-            }
-        }
-        Ok(())
+        let share = f64::from_bits(desk.share.load(Ordering::Relaxed));
+        let told = || progress.map_or(Ok(()), |progress| progress.call1(py, (share,)).map(|_| ()));
+        // Ctrl-C may also be seen by what is called.
+        let Err(error) = py.check_signals().and_then(|()| told()) else { return Ok(()) };
+        let before = desk.stop.swap(true, Ordering::Relaxed);
+        let ends_early = keeps && !before && error.is_instance_of::<PyKeyboardInterrupt>(py);
+        if ends_early { Ok(()) } else { Err(error) }
     })
 }
