@@ -120,6 +120,8 @@ def test_reports(compressor):
 
 
 def test_tables(compressor):
+    for name in ("pandas", "pyarrow", "xarray"):
+        pytest.importorskip(name)
     run = compressor.run(t_end=10)
     frame = run.to_pandas()
     assert frame.index.name == "t" and frame.attrs["units"]["F_gas"] == "kN"
