@@ -87,7 +87,7 @@ pub use hash::{sha256, sha256_of};
 #[cfg(feature = "abi")]
 pub use package::{ENDING, INFO_FILE, PackageInfo, target};
 pub use request::Request;
-pub use search::{Choice, ENVIRONMENT, Found, Origin, Place, SearchPath};
+pub use search::{Choice, ENVIRONMENT, Found, Origin, Place, SearchPath, belongs_to};
 #[cfg(feature = "abi")]
 pub use store::{Installed, Store};
 pub use watchdog::{Late, Watchdog};

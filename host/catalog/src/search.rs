@@ -4,7 +4,9 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::OsStr;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use element_api::manifest::Manifest;
 use semver::Version;
@@ -15,6 +17,27 @@ use odyn_diagnostics::{Diagnostic, codes, suggest};
 
 /// The environment variable with further folders, separated as in `PATH`.
 pub const ENVIRONMENT: &str = "ODYN_PLUGIN_PATH";
+
+/// The program of this host, where that is not the one that runs.
+static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+
+/// From now on `program` counts as the running program in this process: libraries beside it are found and trusted as its own, and
+/// it is what [`super::put_up_glass`] starts. For hosts that are libraries of another program, such as an interpreter; the first
+/// call counts.
+pub fn belongs_to(program: PathBuf) {
+    let _ = PROGRAM.set(program);
+}
+
+/// The program whose neighbours are the own libraries.
+pub(super) fn own_program() -> io::Result<PathBuf> {
+    PROGRAM.get().map_or_else(std::env::current_exe, |program| Ok(program.clone()))
+}
+
+/// Whether [`belongs_to`] has named it.
+#[cfg(feature = "glass")]
+pub(super) fn is_guest() -> bool {
+    PROGRAM.get().is_some()
+}
 
 /// Who names a place, in the order in which they are asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -98,7 +121,7 @@ impl Found {
 
     /// Whether it is beside the program.
     pub(super) fn is_own(&self) -> bool {
-        let own = std::env::current_exe().map(|program| folders_of(&program)).unwrap_or_default();
+        let own = own_program().map(|program| folders_of(&program)).unwrap_or_default();
         let folder = self.path.parent().and_then(|folder| folder.canonicalize().ok());
         folder.is_some() && own.iter().any(|own| own.canonicalize().ok() == folder)
     }
@@ -124,7 +147,7 @@ impl SearchPath {
     /// The usual order, for a scene in this folder: the project is the one that the scene's folder is in.
     #[must_use]
     pub fn for_scene(command_line: &[PathBuf], scene: &[PathBuf], folder: &Path) -> Self {
-        let program = std::env::current_exe().unwrap_or_default();
+        let program = own_program().unwrap_or_default();
         let path = Self::of(command_line, scene, std::env::var_os(ENVIRONMENT).as_deref(), &program);
         let user = user_folder().filter(|folder| folder.is_dir());
         path.with_store(Origin::Project, project_above(folder)).with_store(Origin::User, user)

@@ -34,6 +34,7 @@ use element_api::recording::{Limits, Recording};
 use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
 use crate::kept::{Kept, OPENED};
+use crate::search::{is_guest, own_program};
 use message::{Opening, Request};
 use odyn_diagnostics::{Code, codes};
 pub use process::farewell;
@@ -48,11 +49,14 @@ const LIMIT: Duration = Duration::from_secs(60);
 static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
 
 /// From now on, libraries that are not trusted are loaded behind glass by all catalogs of this process. For programs that call
-/// [`record_if_asked`] first of all: they start themselves. Trusted are libraries beside the program, and those that
+/// [`record_if_asked`] first of all: they start themselves, or the one that [`belongs_to`](crate::belongs_to) names. Trusted are libraries beside the program, and those that
 /// [`Request`](crate::Request) says.
 pub fn put_up_glass() {
     // The file may be replaced while the program runs.
-    let own = if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { std::env::current_exe() };
+    let own = match cfg!(target_os = "linux") && !is_guest() {
+        true => Ok("/proc/self/exe".into()),
+        false => own_program(),
+    };
     if let Ok(program) = own {
         let _ = PROGRAM.set(program);
     }

@@ -23,6 +23,7 @@
 //! | `place.rs` | where a run begins: at the end of another, or at a checkpoint |
 //! | `prepared.rs` | a scene with everything that is chosen before time starts |
 //! | `run.rs` | a scene in motion, and the one loop that steps it |
+//! | `right_side.rs` | its equations of motion for integrators that are not ours |
 //! | `instant.rs` | where a run is, for analyses of that state |
 //! | `modes.rs` | the equations for a choice of closed contacts; contacts met at an instant |
 //! | `simulation.rs` | the equations of motion as the integrators see them |
@@ -85,6 +86,7 @@ mod prepared;
 mod prune;
 mod report;
 mod restart;
+mod right_side;
 mod run;
 mod samplings;
 mod saved;
@@ -118,6 +120,7 @@ pub use precise::{Precise, PreciseSamples};
 pub use prepared::Prepared;
 pub use report::{CheckReport, PlanReport};
 pub use restart::Restart;
+pub use right_side::RightSide;
 pub use run::{Run, RunSamples};
 pub use saved::Saved;
 pub use schema::{scene_page, scene_schema};

@@ -1,7 +1,9 @@
 //! [`RunReport`]: what a run gives.
 
+use std::path::Path;
+
 use crate::diagnostics::{Exit, codes};
-use crate::results::{ChannelInfo, CheckResult, Event, Status, Summary};
+use crate::results::{ChannelInfo, CheckResult, Event, Events, Folder, ResultsError, Status, Summary};
 
 /// What a run gives.
 #[derive(Debug, Clone)]
@@ -12,6 +14,8 @@ pub struct RunReport {
     pub times: Vec<f64>,
     /// Samples of each channel, scene units.
     pub columns: Vec<Vec<f64>>,
+    /// What the times are.
+    pub time: ChannelInfo,
     /// What each column is.
     pub channels: Vec<ChannelInfo>,
     /// What happened to contacts, in this part of the run where it was resumed.
@@ -21,6 +25,32 @@ pub struct RunReport {
 }
 
 impl RunReport {
+    /// Writes a run without a folder into one: table, columns, summary and events with the bytes that a run into the folder leaves.
+    /// The state at the end and the motion are not among what is kept of a run.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), ResultsError> {
+        // The samples are in units of their columns already.
+        let as_they_are: Vec<ChannelInfo> =
+            self.channels.iter().map(|channel| ChannelInfo { factor: 1.0, ..channel.clone() }).collect();
+        let mut summary = self.summary.clone();
+        let mut files = Folder::create(folder, &self.time, &as_they_are, None, &summary)?;
+        files.write_channels(&self.time, &self.channels)?;
+        if !self.events.is_empty() {
+            let mut events = Events::default();
+            events.begin(folder, self.time.factor)?;
+            self.events.iter().try_for_each(|event| events.take(event))?;
+            events.finish()?;
+        }
+        let mut row = vec![0.0; self.columns.len()];
+        for (k, time) in self.times.iter().enumerate() {
+            row.iter_mut().zip(&self.columns).for_each(|(value, column)| *value = column[k]);
+            files.row(*time, &row)?;
+        }
+        files.finish(&mut summary)
+    }
+
     /// Exit code of the program for this run.
     #[must_use]
     pub fn exit_code(&self) -> i32 {

@@ -504,12 +504,12 @@ impl<'a> Run<'a> {
         self.refuse(Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no {what} `{name}`")).help(help))
     }
 
-    fn refuse(&self, diagnostic: Diagnostic) -> SessionError {
+    pub(super) fn refuse(&self, diagnostic: Diagnostic) -> SessionError {
         SessionError::one(&self.session.scene.source, diagnostic)
     }
 
     /// Something could not be evaluated at this time.
-    fn failed(&self, error: AnalysisError) -> SessionError {
+    pub(super) fn failed(&self, error: AnalysisError) -> SessionError {
         let error = IntegrateError::System { t: self.time, cause: Box::new(error) };
         self.session.integration_error(&error)
     }

@@ -18,6 +18,8 @@ pub(super) struct Samplings {
     /// All times at which rows are wanted.
     pub(super) times: Vec<SampleTime>,
     pub(super) channels: Vec<ChannelInfo>,
+    /// The column of times.
+    time: ChannelInfo,
     /// Number of the first row that was taken.
     first: usize,
     /// Times of the rows, scene units.
@@ -130,7 +132,8 @@ impl Samplings {
     /// The report of the run.
     pub(super) fn report(self, summary: Summary, checks: Vec<CheckResult>) -> RunReport {
         let events = self.events.list;
-        RunReport { summary, times: self.taken, columns: self.columns, channels: self.channels, events, checks }
+        let Self { time, taken: times, columns, channels, .. } = self;
+        RunReport { summary, times, columns, time, channels, events, checks }
     }
 }
 
@@ -167,6 +170,7 @@ impl Session {
             error: None,
             folder: None,
             first: 0,
+            time: time_column(&self.scene.units),
             times,
             channels,
         }

@@ -15,6 +15,7 @@ mod pictures;
 mod pruning;
 mod recoveries;
 mod restarts;
+mod right_sides;
 mod runs;
 mod signals;
 #[cfg(feature = "jit")]

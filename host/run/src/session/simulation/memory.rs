@@ -5,7 +5,7 @@ use super::super::restart::Restart;
 use super::super::samplings::Rows;
 use super::super::saved::SystemState;
 use super::Simulation;
-use crate::analysis::{AnalysisError, Scales};
+use crate::analysis::{AnalysisError, Group, Scales};
 use crate::model::Model;
 use crate::results::{Audit, AuditRecord};
 
@@ -165,6 +165,11 @@ impl<'a> Simulation<'a> {
     pub(in crate::session) fn channels(&mut self, t: f64, state: &[f64]) -> Result<&[f64], AnalysisError> {
         self.report.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
         Ok(&self.report.outputs()[..self.channels])
+    }
+
+    /// What each entry of the state is.
+    pub(in crate::session) fn groups(&self) -> &[Group] {
+        self.formulation.groups()
     }
 
     /// Samples that were taken so far.

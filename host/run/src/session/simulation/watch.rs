@@ -263,4 +263,15 @@ impl Simulation<'_> {
         }
         Ok(changed)
     }
+
+    /// Lets references of angles that count turns follow to a state, as an accepted one does.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn follow_angles(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        if self.counted.is_empty() {
+            return Ok(());
+        }
+        self.remember(t, state).map(|_| ())
+    }
 }
