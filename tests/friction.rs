@@ -386,3 +386,121 @@ fn impacts_let_what_sticks_slip() {
     assert!(column(&report, "torque").iter().all(|torque| torque.abs() <= 0.8 + 1e-12));
     assert!(report.summary.audit.energy_error_relative < 1e-9, "{:?}", report.summary.audit);
 }
+
+/// Two balls of 0.2 kg and 3 cm that meet obliquely; `friction` is a parameter of the contact.
+fn billiards(friction: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+t_end = 1
+output_step = 0.1
+tolerance = 1e-11
+[[body]]
+name = "cue"
+mass = 0.2
+inertia = [7.2e-5, 7.2e-5, 7.2e-5]
+position = [-0.5, -0.036, 0.02]
+velocity = [2, 0, 0]
+angular_velocity = [3, 10, -20]
+[[body]]
+name = "object"
+mass = 0.2
+inertia = [7.2e-5, 7.2e-5, 7.2e-5]
+[[joint]]
+name = "click"
+type = "ball-contact"
+bodies = ["cue", "object"]
+frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]
+params = {{ radius_i = 0.03, radius_j = 0.03, restitution = 0.9{friction} }}
+"#
+    ) + &["cue", "object"]
+        .iter()
+        .flat_map(|body| ["velocity", "angular_velocity"].map(|quantity| (*body, quantity)))
+        .flat_map(|(body, quantity)| ["x", "y", "z"].map(|component| (body, quantity, component)))
+        .map(|(body, quantity, component)| {
+            format!(
+                "[[output]]\nname = \"{body}_{quantity}_{component}\"\nquantity = \"{quantity}\"\nof = \"{body}\"\n\
+                 component = \"{component}\"\n"
+            )
+        })
+        .collect::<String>()
+}
+
+/// A ball that sticks in an impact gives a seventh of the relative mass times the slip, one that slides mu times the normal impulse.
+#[test]
+fn balls_that_strike_obliquely_stick_or_slide() {
+    use nalgebra::Vector3;
+    let (m, r, moment) = (0.2, 0.03, 7.2e-5);
+    let (v, spin) = (Vector3::new(2.0, 0.0, 0.0), Vector3::new(3.0, 10.0, -20.0));
+    let (y, z) = (0.036_f64, -0.02_f64);
+    let n = Vector3::new((0.06_f64.powi(2) - y * y - z * z).sqrt(), y, z) / 0.06;
+    // Of the second ball's surface against the first's.
+    let slip = -(v - n * n.dot(&v) + spin.cross(&(n * r)));
+    let normal = 0.5 * m * 1.9 * n.dot(&v);
+    let sticking = slip.norm() / (2.0 / m + 2.0 * r * r / moment);
+    for (friction, limit) in
+        [("", 0.0), (", mu = 0.05", 0.05 * normal), (", mu = 0.8", 0.8 * normal), (", rough = true", f64::INFINITY)]
+    {
+        let report = every_way_agrees(&billiards(friction), 1e-9);
+        let along = -slip / slip.norm() * sticking.min(limit);
+        // On the second ball.
+        let impulse = n * normal + along;
+        let turn = (-n * r).cross(&along) / moment;
+        let expected = [v - impulse / m, spin + (n * r).cross(&-along) / moment, impulse / m, turn];
+        let names = ["cue_velocity", "cue_angular_velocity", "object_velocity", "object_angular_velocity"];
+        for (name, expected) in names.iter().zip(expected) {
+            for (axis, expected) in ["x", "y", "z"].iter().zip(expected.iter()) {
+                near(*column(&report, &format!("{name}_{axis}")).last().unwrap(), *expected, 1e-9);
+            }
+        }
+    }
+    assert!(sticking > 0.05 * normal && sticking < 0.8 * normal);
+}
+
+/// A ball that rolls down another one without sliding leaves it where cos(theta) = 10 / 17 of where it began.
+#[test]
+fn a_ball_rolls_off_another_one() {
+    let text = r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.02
+tolerance = 1e-10
+[[body]]
+name = "ball"
+mass = 0.5
+inertia = [8e-5, 8e-5, 8e-5]
+position = ["0.32 * sin(0.3)", 0, "0.32 * cos(0.3)"]
+[[joint]]
+name = "touch"
+type = "ball-contact"
+bodies = ["ground", "ball"]
+frames = [{ position = [0, 0, 0] }, { position = [0, 0, 0] }]
+params = { radius_i = 0.3, radius_j = 0.02, FRICTION }
+[[output]]
+name = "vx"
+quantity = "velocity"
+of = "ball"
+component = "x"
+[[output]]
+name = "wy"
+quantity = "angular_velocity"
+of = "ball"
+component = "y"
+"#;
+    let report = every_way_agrees(&text.replace("FRICTION", "rough = true"), 1e-7);
+    let cos = 10.0 / 17.0 * 0.3_f64.cos();
+    let speed = (9.81 * 0.32 * cos).sqrt();
+    assert!(report.events.iter().any(|event| event.kind == EventKind::Opens), "{:?}", report.events);
+    near(*column(&report, "vx").last().unwrap(), speed * cos, 1e-7);
+    near(*column(&report, "wy").last().unwrap(), speed / 0.02, 1e-5);
+    // With little friction it slides before, and turns more slowly.
+    let sliding = every_way_agrees(&text.replace("FRICTION", "mu = 0.2"), 1e-6);
+    time(&sliding, "touch", EventKind::Slides, 0);
+    assert!(*column(&sliding, "wy").last().unwrap() < 0.9 * speed / 0.02);
+    assert!(sliding.summary.audit.energy_error_relative < 1e-7, "{:?}", sliding.summary.audit);
+}

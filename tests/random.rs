@@ -211,6 +211,12 @@ fn every_way_of_running_a_scene_with_friction_agrees() {
     differential(60, Mechanism::rubbing);
 }
 
+/// Inerters and added masses take part in impacts, and in what sticks.
+#[test]
+fn every_way_of_running_a_scene_with_friction_and_elements_with_mass_agrees() {
+    differential(40, Mechanism::rubbing_with_mass);
+}
+
 /// Equilibria of mechanisms of all kinds.
 #[test]
 fn equilibria_stay_and_are_judged_rightly() {

@@ -10,6 +10,8 @@
 //! | `contacts.rs` | contacts that strike, rest and open, against closed forms and in every way |
 //! | `friction.rs` | rows that hold up to a limit: they stick and slide as closed forms say, in every way |
 //! | `inertia.rs` | elements with mass and flexible coordinates of their own move as bodies, finite elements and closed forms do |
+//! | `inertia_contacts.rs` | the mass of such elements takes part in impacts and in what sticks |
+//! | `stiffening.rs` | turning and weighing down change the stiffness of bodies that bend as closed forms say |
 //! | `ropes.rs` | elements with any number of bodies: ropes that catch, in every way, and what is refused |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
@@ -77,6 +79,7 @@ mod friction;
 mod hostile;
 mod import;
 mod inertia;
+mod inertia_contacts;
 mod interleaved;
 mod inverse;
 mod joint_memory;
@@ -99,6 +102,7 @@ mod singular;
 mod soak;
 mod speed_control;
 mod states;
+mod stiffening;
 mod stores;
 mod stress;
 mod stubborn;

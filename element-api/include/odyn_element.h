@@ -143,7 +143,13 @@ enum {
     /* The row on velocities holds up to this limit, N or N m, and slides beyond; of one that sticks with a unilateral row a share
        of that row's reaction. Contract 1.2. */
     ODYN_OUT_LIMIT = 30,
-    ODYN_OUT_SLIDES_WITH = 31 /* The row and that one have one limit, a circle; a constant, its number. Contract 1.2. */
+    ODYN_OUT_SLIDES_WITH = 31, /* The row and that one have one limit, a circle; a constant, its number. Contract 1.2. */
+    /* 0; kinetic energy of mass that a force brings, J: sums of products of two velocities each, of frames and flexible coordinates;
+       frames' positions and rotations and flexible coordinates may go in. Its inertia acts by itself. Not with ODYN_OPAQUE. Contract 1.2. */
+    ODYN_OUT_KINETIC = 40,
+    /* Generalised force on flexible coordinate k. With n of them the states begin with n coordinates and n rates of these, and the
+       element gives the rates of further states only. Contract 1.2. */
+    ODYN_OUT_FLEXIBLE_FORCE = 41
 };
 
 /* Continuation of a table outside its points, plus what it is between them (hosts of contract 1.0 know splines only). */
@@ -652,6 +658,12 @@ static inline void odyn_next_memory(odyn_tape o, uint32_t k, odyn_value value) {
 }
 static inline void odyn_potential(odyn_tape o, odyn_value value) { odyn_result(o, ODYN_OUT_POTENTIAL, 0, value); }
 static inline void odyn_dissipation(odyn_tape o, odyn_value value) { odyn_result(o, ODYN_OUT_DISSIPATION, 0, value); }
+/* Kinetic energy of mass that the element brings. */
+static inline void odyn_kinetic(odyn_tape o, odyn_value value) { odyn_result(o, ODYN_OUT_KINETIC, 0, value); }
+/* Force on flexible coordinate k: state k, whose rate is state n + k of n of them. */
+static inline void odyn_flexible_force(odyn_tape o, uint32_t k, odyn_value force) {
+    odyn_result(o, ODYN_OUT_FLEXIBLE_FORCE, k, force);
+}
 static inline void odyn_result_vector(odyn_tape o, uint32_t role, uint32_t of, odyn_vector v) {
     odyn_result(o, role, 3 * of, v.x);
     odyn_result(o, role, 3 * of + 1, v.y);

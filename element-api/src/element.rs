@@ -286,8 +286,8 @@ pub trait Force: Element {
     /// `[record]` Kinetic energy T, J, of mass that the element brings: a point mass, the rotor of a geared motor, a body that bends. A sum
     /// of products of two velocities each, never negative; it depends on positions, rotations and twists of the frames, and on
     /// flexible coordinates and their rates, on nothing else. Its inertia acts on the bodies by itself: [`Force::wrench`] is
-    /// what comes on top, the weight of that mass for instance. The energy balance counts T. Not for opaque elements, nor in scenes with
-    /// impacts. Contract 1.2.
+    /// what comes on top, the weight of that mass for instance. The energy balance counts T; impacts, and what
+    /// friction holds, feel its mass. Not for opaque elements. Contract 1.2.
     ///
     /// The host differentiates T: with h = dT/d(velocities) of a frame's origin and about it, and the derivatives along
     /// displacements and turns of the frame, the inertia is F = dT/dp - dh_v/dt, M = dT/dtheta + omega x h_w - dh_w/dt, which is linear

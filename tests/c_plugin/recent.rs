@@ -158,11 +158,83 @@ fn recent_elements_in_c_move_like_those_in_rust() {
     assert!(warnings.contains("is loaded beyond its rating"), "{warnings}");
 }
 
+/// A double pendulum with a mass on a spring in its lower arm, which strikes a stop.
+const SHAKEN: &str = r#"
+[plugins]
+libraries = ["c-recent", "odyn-joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.05
+tolerance = 1e-11
+[[body]]
+name = "upper"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [0.5, 0, 0]
+[[body]]
+name = "lower"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [1.5, 0, 0]
+[[joint]]
+name = "shoulder"
+type = "revolute"
+bodies = ["ground", "upper"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+[[joint]]
+name = "elbow"
+type = "revolute"
+bodies = ["upper", "lower"]
+point = [1, 0, 0]
+axis = [0, 1, 0]
+[[joint]]
+name = "stop"
+type = "rotational-stop"
+bodies = ["ground", "upper"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+params = { upper = 1.2, restitution = 0.5 }
+[[force]]
+name = "shaker"
+type = "shaker"
+bodies = ["lower"]
+point = [1.9, 0, 0]
+params = { mass = 0.8, stiffness = 60, damping = 0.5, start = 0.03 }
+[[output]]
+name = "x"
+quantity = "position"
+of = "lower"
+component = "x"
+[[output]]
+name = "q"
+quantity = "value"
+of = "shaker"
+channel = "q"
+[[output]]
+name = "energy"
+quantity = "total_energy"
+"#;
+
+#[test]
+fn an_element_in_c_brings_mass_and_a_flexible_coordinate() {
+    let Some(library) = recent() else { return };
+    let (in_c, in_rust) = (run_with(SHAKEN, "c-recent", library), run_with(SHAKEN, "recent-plugin", &in_rust()));
+    assert_eq!((in_c.exit_code(), in_rust.exit_code()), (0, 0), "{} {}", in_c.summary.reason, in_rust.summary.reason);
+    assert!(in_c.events.len() == in_rust.events.len() && in_c.summary.audit.impacts > 0, "{:?}", in_c.events);
+    for name in ["x", "q", "energy"] {
+        let off = difference(column(&in_c, name), column(&in_rust, name));
+        assert!(off < 1e-11, "{name}: {off:e}");
+    }
+    assert!(in_c.summary.audit.energy_error_relative < 1e-8, "{:?}", in_c.summary.audit);
+}
+
 #[test]
 fn recent_elements_in_c_are_described_as_in_rust_and_pass_the_test_kit() {
     let Some(library) = recent() else { return };
     let (in_c, in_rust) = (classes(library), classes(&in_rust()));
-    assert_eq!(in_c.elements().count(), 3);
+    assert_eq!(in_c.elements().count(), 4);
     for element in in_c.elements() {
         let twin = in_rust.find(&element.descriptor().name, None).unwrap();
         let mut described = element.descriptor().clone();

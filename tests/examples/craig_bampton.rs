@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! cargo run -p odyn-tests --example craig_bampton > beam.csv
+//! cargo run -p odyn-tests --example craig_bampton geometric > stiffening.csv
 //! ```
 //!
 //! The beam lies along x; degrees of freedom of a node are displacements x, y, z, rotations x, y, z. Elements: cubic across, linear along and
@@ -93,9 +94,47 @@ impl Beam {
         (mass, stiffness)
     }
 
+    /// Geometric stiffness with an axial force over the place along the beam.
+    fn geometric(&self, force: impl Fn(f64) -> f64) -> DMatrix<f64> {
+        // Quadrature of Gauss, exact up to the seventh power.
+        const POINTS: [(f64, f64); 4] = [
+            (-0.861_136_311_594_052_6, 0.347_854_845_137_453_86),
+            (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+            (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+            (0.861_136_311_594_052_6, 0.347_854_845_137_453_86),
+        ];
+        let n = 6 * (self.elements + 1);
+        let l = self.length / self.elements as f64;
+        let mut matrix = DMatrix::zeros(n, n);
+        for (element, (point, weight)) in (0..self.elements).flat_map(|element| POINTS.map(|point| (element, point))) {
+            let s = 0.5 * (1.0 + point);
+            let size = force(l * (element as f64 + s)) * 0.5 * l * weight;
+            for (dofs, sign) in [([1, 5], 1.0), ([2, 4], -1.0)] {
+                let at = 6 * element;
+                let places = [at + dofs[0], at + dofs[1], at + 6 + dofs[0], at + 6 + dofs[1]];
+                let bend = 6.0 * s * (s - 1.0) / l;
+                let slopes = [bend, sign * (1.0 - 4.0 * s + 3.0 * s * s), -bend, sign * (3.0 * s * s - 2.0 * s)];
+                for (i, j) in (0..16).map(|k| (k / 4, k % 4)) {
+                    matrix[(places[i], places[j])] += size * slopes[i] * slopes[j];
+                }
+            }
+        }
+        matrix
+    }
+
     /// Of the two ends and the lowest modes between them.
     pub fn reduce(&self, modes: usize) -> Matrices {
+        let [mass, stiffness, ..] = self.reduce_all(modes);
+        (mass, stiffness)
+    }
+
+    /// Mass, stiffness, and the geometric stiffness that mass forces along the beam cause: of 1 m/s^2, and in a rotation of 1 rad/s across it
+    /// through the first end.
+    pub fn reduce_all(&self, modes: usize) -> [DMatrix<f64>; 4] {
         let (mass, stiffness) = self.assemble();
+        let line = self.density * self.area;
+        let uniform = self.geometric(|x| line * (self.length - x));
+        let turning = self.geometric(|x| 0.5 * line * (self.length.powi(2) - x * x));
         let n = mass.nrows();
         let ends: Vec<usize> = (0..6).chain(n - 6..n).collect();
         let within: Vec<usize> = (6..n - 6).collect();
@@ -122,7 +161,7 @@ impl Beam {
             let size = eigen.eigenvalues[of].sqrt() * shape[shape.iamax()].signum();
             within.iter().enumerate().for_each(|(row, dof)| shapes[(*dof, 12 + k)] = shape[row] / size);
         }
-        (shapes.tr_mul(&(&mass * &shapes)), shapes.tr_mul(&(&stiffness * &shapes)))
+        [mass, stiffness, uniform, turning].map(|matrix| shapes.tr_mul(&(matrix * &shapes)))
     }
 }
 
@@ -142,6 +181,19 @@ pub fn lines(beam: &Beam, modes: usize) -> String {
         let (m, k) = (entry(&mass, row, column), entry(&stiffness, row, column));
         if m != 0.0 || k != 0.0 {
             text += &format!("{},{},{m:.12e},{k:.12e}\n", row + 1, column + 1);
+        }
+    }
+    text
+}
+
+/// The lines of the file of geometric stiffness.
+pub fn geometric_lines(beam: &Beam, modes: usize) -> String {
+    let [_, _, uniform, turning] = beam.reduce_all(modes);
+    let mut text = String::from("row,column,x,y,z,xx,yy,zz,xy,yz,zx\n");
+    for (row, column) in (0..uniform.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+        let (x, turn) = (uniform[(row, column)], turning[(row, column)]);
+        if x != 0.0 || turn != 0.0 {
+            text += &format!("{},{},{x:.12e},0,0,0,{turn:.12e},{turn:.12e},0,0,0\n", row + 1, column + 1);
         }
     }
     text
@@ -167,6 +219,9 @@ pub fn lowest(beam: &Beam, modes: usize, tip: (f64, f64)) -> (f64, f64, Vec<f64>
 }
 
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("geometric") {
+        return print!("{}", geometric_lines(&BEAM, MODES));
+    }
     let (omega, turn, amplitudes) = lowest(&BEAM, MODES, (0.054, 1e-4));
     print!("{}", lines(&BEAM, MODES));
     println!(

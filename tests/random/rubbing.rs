@@ -16,6 +16,14 @@ impl Mechanism {
                 part.params.push(("mu", number(random.decades(-1.5, 0.3))));
             }
         }
+        let mut balls = Random::new(seed ^ 0xba11);
+        for part in mechanism.parts.iter_mut().filter(|part| part.kind == "ball-contact") {
+            match balls.below(4) {
+                0 => part.params.push(("rough", "true".into())),
+                1 | 2 => part.params.push(("mu", number(balls.decades(-1.5, 0.3)))),
+                _ => {}
+            }
+        }
         for _ in 0..1 + random.below(3) {
             let kind = if random.chance(0.6) { "revolute" } else { "translational" };
             let Some(joint) = mechanism.one_of(kind, &mut random) else { continue };
@@ -42,6 +50,15 @@ impl Mechanism {
             };
             mechanism.part("joint", kind, &joint.bodies, &frames).params = params;
         }
+        mechanism
+    }
+
+    /// The same, with inerters and added masses.
+    pub fn rubbing_with_mass(seed: u64, style: Style) -> Self {
+        let mut mechanism = Self::rubbing(seed, style);
+        let mut random = Random::new(seed ^ 0x3a55);
+        mechanism.carry(style, &mut random);
+        mechanism.tie_by_inerter(style, &mut random);
         mechanism
     }
 }

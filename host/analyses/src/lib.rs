@@ -10,6 +10,7 @@
 //! | [`eigen`] | a matrix -> eigenvalues with vectors, residuals and what round-off leaves open | mechanics |
 //! | [`linear`] | a session at an instant -> A, B, C, D in independent coordinates | how they are shown |
 //! | [`modes`] | that -> frequencies, damping, shapes, energies, stability | how the instant was found |
+//! | `energies` | a linear model, a vector of states -> whose energy that is | how they are shown |
 //! | [`statics`] | a session -> an equilibrium, or the reason why there is none | files |
 //! | [`sensitivity`] | a scene file, outputs, numbers of the scene -> derivatives with their errors | how runs are stepped |
 //! | [`fit`] | a scene file, measurements, numbers of the scene with bounds -> these numbers with intervals | how runs are stepped |
@@ -27,6 +28,7 @@
 pub mod balance;
 mod driven;
 pub mod eigen;
+mod energies;
 pub mod files;
 pub mod fit;
 pub mod folder;

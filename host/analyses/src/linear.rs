@@ -16,6 +16,7 @@ use serde::Serialize;
 
 use crate::analysis::{Direction, Expansion, Freedom, Function, Local};
 use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::energies::{Carried, own_masses};
 use crate::model::{Model, Quantity};
 use crate::program::Equations;
 use crate::session::{Instant, Session, SessionError};
@@ -74,8 +75,9 @@ pub struct Linear {
     pub(crate) load_list: Vec<Load>,
     /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// An element that brings kinetic energy of its own.
-    pub(crate) brings_kinetic: Option<String>,
+    /// Masses of bodies without those of elements, ground axes; elements with kinetic energy.
+    pub(crate) own_masses: Vec<DMatrix<f64>>,
+    pub(crate) carried: Vec<Carried>,
     /// What the linearisation does not say by itself.
     pub notes: Vec<String>,
     /// Whether the scene neither moves nor accelerates there.
@@ -246,7 +248,15 @@ impl Linear {
                 }
             })
             .collect();
-        linear.brings_kinetic = model.elements.iter().find(|e| e.brings_kinetic()).map(|e| e.name.clone());
+        linear.own_masses = own_masses(model, layout, &instant.inputs);
+        linear.carried = Carried::all(&linear, model, layout, &instant.inputs, local.states());
+        // Flexible coordinates bend with the bodies.
+        for carried in &linear.carried {
+            let Some(own) = &carried.loads else { continue };
+            for (k, (_, frame, _)) in places.iter().enumerate().filter(|(_, place)| place.0 == carried.index) {
+                linear.loads.rows_mut(6 * k, 6).copy_from(&own.rows(6 * frame, 6));
+            }
+        }
         linear.say(session, instant, &local);
         Ok(linear)
     }
@@ -300,11 +310,6 @@ impl Linear {
             self.notes.push(
                 "some equations have branches (friction, stops, tables): linearised in the branch in force".into(),
             );
-        }
-        if let Some(element) = &self.brings_kinetic {
-            self.notes.push(format!(
-                "`{element}` brings kinetic energy of its own: modes are reported without shares of energy"
-            ));
         }
         if layout.given_at > 0 {
             self.notes.push("element states that change only between steps are held".into());
@@ -432,7 +437,8 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         loads: DMatrix::zeros(0, states),
         expansion: e.clone(),
         load_list: Vec::new(),
-        brings_kinetic: None,
+        own_masses: Vec::new(),
+        carried: Vec::new(),
         bodies: Vec::new(),
         notes: Vec::new(),
         at_rest: false,

@@ -1,10 +1,11 @@
 //! [`Modes`]: how a scene vibrates, decays or grows near a state.
 
-use nalgebra::{Complex, DMatrix, Vector3};
+use nalgebra::Complex;
 use serde::Serialize;
 
 use crate::diagnostics::{Diagnostic, codes};
 use crate::eigen::{ComplexVector, spectrum};
+use crate::energies::{complex, energies};
 use crate::linear::{Linear, refuse};
 use crate::session::{Session, SessionError};
 
@@ -12,8 +13,6 @@ use crate::session::{Session, SessionError};
 const RESIDUAL: f64 = 1e-10;
 /// Shares below this are not told.
 const LEAST_SHARE: f64 = 1e-6;
-/// Velocities in a vector, on its largest entry, below which bodies stay where they are.
-const STILL: f64 = 1e-12;
 
 /// What the eigenvalues say about a state, to first order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -89,7 +88,7 @@ pub struct Mode {
     pub uncertainty: f64,
     /// Whether the sign of the real part is beyond that.
     pub decided: bool,
-    /// Shares of the kinetic energy by body, largest first.
+    /// Shares of the kinetic energy by body, and by element that brings some, largest first.
     pub kinetic: Vec<Share>,
     /// Potential energies of force elements on the kinetic energy of all (both averaged over a period); what is missing to one is
     /// in weights and preloads, by way of the joints.
@@ -144,9 +143,7 @@ impl Modes {
         let mut modes = Vec::with_capacity(found.pairs.len());
         for (k, pair) in found.pairs.iter().enumerate() {
             let value = pair.value;
-            // Those of elements with kinetic energy of their own are not known by body.
-            let alone = linear.brings_kinetic.is_none();
-            let energies = if alone { energies(linear, &pair.vector) } else { Default::default() };
+            let energies = energies(linear, &pair.vector);
             let shape = shape(linear, &pair.vector, length);
             let size = value.norm();
             if pair.residual > RESIDUAL {
@@ -208,58 +205,11 @@ fn element_states(linear: &Linear, vector: &ComplexVector) -> Vec<Share> {
 }
 
 /// Those that are worth telling, largest first.
-fn shares(list: impl Iterator<Item = (String, f64)>) -> Vec<Share> {
+pub(crate) fn shares(list: impl Iterator<Item = (String, f64)>) -> Vec<Share> {
     let mut list: Vec<Share> = list.map(|(name, share)| Share { name, share }).collect();
     list.retain(|one| one.share.abs() > LEAST_SHARE);
     list.sort_by(|a, b| b.share.abs().total_cmp(&a.share.abs()));
     list
-}
-
-fn complex(matrix: &DMatrix<f64>, vector: &ComplexVector) -> ComplexVector {
-    let (re, im) = (vector.map(|z| z.re), vector.map(|z| z.im));
-    let (re, im) = (matrix * re, matrix * im);
-    re.zip_map(&im, Complex::new)
-}
-
-/// Kinetic energies of bodies as shares, and potential energies of elements on the kinetic energy of all.
-fn energies(linear: &Linear, vector: &ComplexVector) -> (Vec<Share>, Vec<Share>) {
-    let (x, v) = (complex(&linear.positions, vector), complex(&linear.velocities, vector));
-    let loads = complex(&linear.loads, vector);
-    let kinetic: Vec<f64> = (0..linear.bodies.len())
-        .map(|body| {
-            let mass = linear.expansion.mass.view((6 * body, 6 * body), (6, 6)).map(|m| Complex::new(m, 0.0));
-            let v = v.rows(6 * body, 6);
-            0.5 * v.dotc(&(mass * v)).re
-        })
-        .collect();
-    let all: f64 = kinetic.iter().sum();
-    let moves = (0..v.len()).map(|k| v[k].norm()).fold(0.0, f64::max);
-    // The largest entry of the vector is one.
-    if all.is_nan() || all <= 0.0 || moves < STILL {
-        return (Vec::new(), Vec::new());
-    }
-    let mut stored: Vec<(String, f64)> = Vec::new();
-    for (k, load) in linear.load_list.iter().enumerate() {
-        let part = |of: &ComplexVector, at: usize| [of[at], of[at + 1], of[at + 2]];
-        let (force, torque) = (part(&loads, 6 * k), part(&loads, 6 * k + 3));
-        let (shift, turn) = (part(&x, 6 * load.body), part(&x, 6 * load.body + 3));
-        // The moment about the centre of mass is T + s x F, and s turns with the body.
-        let moment = {
-            let cross = |a: [Complex<f64>; 3], b: Vector3<f64>| {
-                [a[1] * b.z - a[2] * b.y, a[2] * b.x - a[0] * b.z, a[0] * b.y - a[1] * b.x]
-            };
-            let turned = cross(cross(turn, load.arm), load.force);
-            let moved = cross(force, load.arm);
-            [0, 1, 2].map(|i| torque[i] + turned[i] - moved[i])
-        };
-        let work: f64 = (0..3).map(|i| (shift[i].conj() * force[i] + turn[i].conj() * moment[i]).re).sum();
-        match stored.last_mut().filter(|(name, _)| *name == load.element) {
-            Some((_, sum)) => *sum -= 0.5 * work / all,
-            None => stored.push((load.element.clone(), -0.5 * work / all)),
-        }
-    }
-    let bodies = linear.bodies.iter().cloned().zip(kinetic.iter().map(|one| one / all));
-    (shares(bodies), shares(stored.into_iter()))
 }
 
 fn shape(linear: &Linear, vector: &ComplexVector, length: f64) -> Vec<BodyShape> {

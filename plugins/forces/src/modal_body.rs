@@ -17,15 +17,26 @@
 //! momentum are those of (3) exactly. (Craig & Bampton, AIAA Journal 6, 1968; superelements carried by a frame: Cardona & Geradin,
 //! International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
-//! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` tells. There
-//! is no stiffening by rotation (the linear stiffness does not know of axial forces), and what modes between interfaces add to the
-//! inertia of rotation is left out: both are of second order in the deformation.
+//! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` tells. What
+//! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is stiffening
+//! by axial forces, unless `geometric` gives it: a blade becomes stiffer as it turns, since its lines shorten as they bend, against the
+//! centrifugal force. With v and omega of frame 0 in its own axes, and the geometric stiffness G_k of the structure, held at frame 0, in a
+//! uniform acceleration of frame 0 of 1 m/s^2 along -k (mass forces along k), and C_ab the part in omega_a omega_b of that in a rotation,
+//!
+//! ```text
+//! S_k = -e . G_k e / 2      T + v . (omega x S + S') - sum of omega_a omega_b e . C_ab e / 2      V - g . A S       (4)
+//! ```
+//!
+//! and w has A^T omega_0 + theta_i' for A^T omega_i, which differ by as much. `radau5` takes small steps with (4); prefer `dop853`.
+//! This is the mass of the body itself: forces at the interfaces do not stiffen it. (Geometric stiffness of inertia loads: Przemieniecki, Theory of
+//! Matrix Structural Analysis, 1968, ch. 15; Wallrapp & Schwertassek, International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
 //! The file, as a scene names it:
 //! `params.matrices = { file = "beam.csv", columns = ["row", "column", "mass", "stiffness"] }`: a line for each pair of degrees of freedom
 //! that has an entry, in one triangle, numbered from 1: displacements x, y, z and rotations x, y, z of each interface in the order
 //! of `bodies`, then modes. SI units (kg, m, rad), no units in the file, since the entries of a matrix have different ones. Lines that begin with
-//! `#` are remarks. Modes may have any scale. The sources have a program that
+//! `#` are remarks. `geometric` is given likewise, with `columns = ["row", "column", "x", "y", "z", "xx", "yy", "zz", "xy", "yz", "zx"]`:
+//! G_x, G_y, G_z and C_ab, those of two axes for both orders together. Modes may have any scale. The sources have a program that
 //! writes such a file of a beam: `cargo run -p odyn-tests --example craig_bampton`.
 //!
 //! ## Signs
@@ -86,7 +97,7 @@ mod data;
 
 use element_api::prelude::*;
 
-use data::Data;
+use data::{Data, PRODUCTS, Stiffening};
 
 /// The element.
 #[derive(Debug, Clone)]
@@ -118,6 +129,8 @@ pub struct ModalBodyParameters {
     /// Points of the interfaces where nothing is deformed, three numbers each, in axes of frame 0; only their differences count.
     #[param(unit = "m", example = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0])]
     pub points: Vec<f64>,
+    /// Entries of the geometric stiffness: row, column, nine values of each, SI; see the page of the element. None: loads do not stiffen.
+    pub geometric: Option<Vec<f64>>,
     /// Damping in proportion to stiffness, tau.
     #[param(unit = "s", min = 0.0, default = 0.0)]
     pub damping: f64,
@@ -141,7 +154,10 @@ impl Element for ModalBody {
     type Parameters = ModalBodyParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
-        let data = Data::new(&p.matrices, &p.points)?;
+        let mut data = Data::new(&p.matrices, &p.points)?;
+        if let Some(geometric) = &p.geometric {
+            data.stiffen(geometric)?;
+        }
         let amplitudes = p.amplitudes.unwrap_or_else(|| vec![0.0; data.modes()]);
         if amplitudes.len() != data.modes() {
             let message = format!("needs {} numbers, one per mode; found {}", data.modes(), amplitudes.len());
@@ -166,7 +182,62 @@ struct Deformed<S> {
     rate: Vec<S>,
 }
 
+/// What shortens: (4).
+struct Shortened<S> {
+    /// S and S'.
+    first: Vec3<S>,
+    rate: Vec3<S>,
+    /// e . C_ab e / 2.
+    by_spin: [S; 6],
+}
+
+impl<S: Scalar> Shortened<S> {
+    /// What v is multiplied with.
+    fn momentum(&self, omega: Vec3<S>) -> Vec3<S> {
+        omega.cross(&self.first) + self.rate
+    }
+
+    /// What it adds to the kinetic energy.
+    fn energy(&self, v: Vec3<S>, omega: Vec3<S>) -> S {
+        let parts = PRODUCTS.iter().zip(&self.by_spin);
+        parts.fold(v.dot(&self.momentum(omega)), |sum, ([a, b], form)| sum - omega[*a] * omega[*b] * *form)
+    }
+
+    /// What it adds to the angular momentum about frame 0.
+    fn angular(&self, v: Vec3<S>, omega: Vec3<S>) -> Vec3<S> {
+        let mut sum = self.first.cross(&v);
+        for ([a, b], form) in PRODUCTS.iter().zip(&self.by_spin) {
+            sum[*a] -= omega[*b] * *form;
+            sum[*b] -= omega[*a] * *form;
+        }
+        sum
+    }
+}
+
 impl ModalBody {
+    /// (4); nothing where no geometric stiffness is given.
+    fn shortened<S: Scalar>(&self, deformed: &Deformed<S>) -> Option<Shortened<S>> {
+        let Stiffening { by_acceleration, by_spin } = self.data.stiffening.as_ref()?;
+        let (e, rate) = (&deformed.e, &deformed.rate);
+        let first = Vec3::from(by_acceleration.each_ref().map(|matrix| matrix.form(e) * -0.5));
+        let products = by_acceleration.each_ref().map(|matrix| {
+            let products = matrix.product(e);
+            products.iter().zip(rate).fold(S::zero(), |sum, (product, rate)| sum - *product * *rate)
+        });
+        let by_spin = by_spin.each_ref().map(|matrix| matrix.form(e) * 0.5);
+        Some(Shortened { first, rate: Vec3::from(products), by_spin })
+    }
+
+    /// The kinetic energy, with w of (3).
+    fn energy<S: Scalar>(&self, at: &Motion<'_, S>, w: &[S]) -> S {
+        let energy = self.data.mass.form(w) * 0.5;
+        if self.data.stiffening.is_none() {
+            return energy;
+        }
+        let shortened = self.shortened(&self.deformed(at));
+        shortened.map_or(energy, |shortened| energy + shortened.energy(three(w, 0), three(w, 3)))
+    }
+
     /// (1)
     fn deformed<S: Scalar>(&self, at: &Motion<'_, S>) -> Deformed<S> {
         let (frames, twists) = (at.frames(), at.twists);
@@ -201,6 +272,12 @@ impl ModalBody {
             for (load, carried) in load.iter_mut().zip(&self.data.carried) {
                 *load -= weight.x * carried[0] + weight.y * carried[1] + weight.z * carried[2];
             }
+            if let Some(stiffening) = &self.data.stiffening {
+                for (matrix, weight) in stiffening.by_acceleration.iter().zip(weight.iter()) {
+                    let products = matrix.product(&deformed.e);
+                    load.iter_mut().zip(products).for_each(|(load, product)| *load += product * *weight);
+                }
+            }
         }
         load
     }
@@ -212,17 +289,29 @@ impl ModalBody {
         for (e, carried) in deformed.e.iter().zip(&self.data.carried) {
             centre += Vec3::from(carried.map(|carried| *e * (carried / self.data.mass_of_all)));
         }
+        if let Some(shortened) = self.shortened(deformed) {
+            centre += shortened.first * S::from(1.0 / self.data.mass_of_all);
+        }
         first.position + first.rotation * centre
     }
 
     /// w of (3).
     fn velocities<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        let rotation = at.frames()[0].rotation;
+        let (rotation, spin) = (at.frames()[0].rotation, at.twists[0].angular_velocity);
+        let carrying = rotation.tr_mul(&spin);
         let mut w = Vec::new();
-        for twist in at.twists {
-            for vector in [twist.velocity, twist.angular_velocity] {
-                w.extend(rotation.tr_mul(&vector).iter());
-            }
+        for (i, twist) in at.twists.iter().enumerate() {
+            w.extend(rotation.tr_mul(&twist.velocity).iter());
+            // With terms of second order, the shapes that M was made with move at the rates of rotation vectors.
+            let turning = match i {
+                0 => carrying,
+                _ if self.data.stiffening.is_none() => rotation.tr_mul(&twist.angular_velocity),
+                _ => {
+                    let theta = blocks::rotation_vector(&at.frames()[0], &at.frames()[i]);
+                    carrying + blocks::rotation_vector_rate(theta, rotation.tr_mul(&(twist.angular_velocity - spin)))
+                }
+            };
+            w.extend(turning.iter());
         }
         w.extend(&at.states[self.data.modes()..]);
         w
@@ -265,14 +354,20 @@ impl Force for ModalBody {
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         out.push(self.data.stiffness.form(&self.deformed(at).e) * 0.5);
         let w = self.velocities(at);
-        out.push(self.data.mass.form(&w) * 0.5);
+        out.push(self.energy(at, &w));
         let momenta = self.data.mass.product(&w);
         let rotation = at.frames()[0].rotation;
         let (mut momentum, mut angular) = (Vec3::from_element(S::zero()), Vec3::from_element(S::zero()));
+        let shortened = self.data.stiffening.as_ref().and_then(|_| self.shortened(&self.deformed(at)));
         for (i, frame) in at.frames().iter().enumerate() {
-            let own = rotation * three(&momenta, 6 * i);
+            let (mut linear, mut about) = (three(&momenta, 6 * i), three(&momenta, 6 * i + 3));
+            if let Some(shortened) = shortened.as_ref().filter(|_| i == 0) {
+                linear += shortened.momentum(three(&w, 3));
+                about += shortened.angular(three(&w, 0), three(&w, 3));
+            }
+            let own = rotation * linear;
             momentum += own;
-            angular += frame.position.cross(&own) + rotation * three(&momenta, 6 * i + 3);
+            angular += frame.position.cross(&own) + rotation * about;
         }
         out.push_vector(momentum);
         out.push_vector(angular);
@@ -303,7 +398,7 @@ impl Force for ModalBody {
     }
 
     fn kinetic<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.data.mass.form(&self.velocities(at)) * 0.5)
+        Some(self.energy(at, &self.velocities(at)))
     }
 
     fn flexible(&self) -> usize {

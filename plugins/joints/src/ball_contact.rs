@@ -1,16 +1,25 @@
-//! Two balls strike each other: they may touch and separate, and never overlap.
+//! Two balls strike each other: they may touch and separate, and never overlap; they roll, slide and stick on each other.
 //!
 //! ## Equations
 //!
-//! One unilateral row: gap >= 0, normal force >= 0, one of them zero.
+//! One unilateral row: gap >= 0, normal force >= 0, one of them zero. With n the unit vector from p_i to p_j:
 //!
 //! | row | equation | |
 //! |---|---|---|
 //! | gap | abs(p_j - p_i) - r_i - r_j >= 0 | unilateral |
+//! | along s | s . (v_j + omega_j x (c - p_j) - v_i - omega_i x (c - p_i)) = 0 | while closed, if `rough`, or up to `mu` times the normal force |
+//! | along t | t . (v_j + omega_j x (c - p_j) - v_i - omega_i x (c - p_i)) = 0 | likewise |
 //!
-//! The contact is smooth. Balls that approach with the velocity v separate with e v, e being the coefficient of restitution. Where
-//! several contacts touch at the same time, impacts follow one another, that of the fastest approach first, until none approaches: as
-//! in a chain of balls that touch, in which each strikes the next.
+//! c = p_i + r_i n is the contact. Across a = (2, 3, 6) / 7 in frame i are (3, -6, 2) / 7 and (6, 2, -3) / 7: turned by the smallest
+//! rotation that takes a to n these are s and t.
+//!
+//! Balls that approach with the velocity v separate with e v, e being the coefficient of restitution (Poisson's, as of
+//! `plane-contact`, which is the same where nothing sticks). Where several contacts touch at the same time, impacts follow one another,
+//! that of the fastest approach first, until none approaches: as in a chain of balls that touch, in which each strikes the next.
+//!
+//! With `mu` there is Coulomb friction, with the law of `plane-contact`: the contact sticks as long as that takes no more than mu times
+//! the normal force, otherwise it slides against exactly that; the same for the impulses of an impact. With `rough` it does not slide
+//! while it is closed, nor during an impact. Without either the contact is smooth.
 //!
 //! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Brogliato, Nonsmooth Mechanics, 2016.)
 //!
@@ -20,7 +29,8 @@
 //!
 //! ## Singular cases
 //!
-//! A scene in which the balls overlap at the start is refused. Balls around each other (one inside) are not meant.
+//! A scene in which the balls overlap at the start is refused. Balls around each other (one inside) are not meant. With friction, where
+//! the centre of ball j comes to lie in the direction -a seen from frame i, s and t turn without bound: turn frame i.
 //!
 //! ## Example
 //!
@@ -78,11 +88,21 @@ pub struct BallContactParameters {
     /// Coefficient of restitution, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]
     pub restitution: f64,
+    /// The contact does not slide while it is closed.
+    #[param(default = false)]
+    pub rough: bool,
+    /// Coefficient of friction; not given: smooth, or `rough`.
+    #[param(min = 0.0, example = 0.3)]
+    pub mu: Option<f64>,
 }
+
+/// a, and two axes across it: in no directions in which somebody lays out balls.
+const AXES: [[f64; 3]; 3] =
+    [[2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0], [3.0 / 7.0, -6.0 / 7.0, 2.0 / 7.0], [6.0 / 7.0, 2.0 / 7.0, -3.0 / 7.0]];
 
 impl Element for BallContact {
     const NAME: &'static str = "ball-contact";
-    const SUMMARY: &'static str = "two balls strike each other, with restitution";
+    const SUMMARY: &'static str = "two balls strike each other, stick or slide, with restitution";
     const DOC: &'static str = doc_of(include_str!("ball_contact.rs"));
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new("i", "on the first body; its origin is the centre of the first ball"),
@@ -91,19 +111,52 @@ impl Element for BallContact {
     type Parameters = BallContactParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        if p.rough && p.mu.is_some() {
+            return Err(ParamError::new("mu", "a `rough` contact does not slide: leave out one of the two"));
+        }
         Ok(Self(p))
     }
 }
 
 impl Constraint for BallContact {
     const ROWS: &'static [&'static str] = &["gap"];
+    const VELOCITY_ROWS: &'static [&'static str] = &["along s", "along t"];
 
-    fn unilateral(&self, _: usize) -> Option<f64> {
-        Some(self.0.restitution)
+    fn unilateral(&self, row: usize) -> Option<f64> {
+        (row == 0).then_some(self.0.restitution)
+    }
+
+    fn sticks_with(&self, row: usize) -> Option<usize> {
+        (row > 0).then_some(0)
+    }
+
+    fn uses_row(&self, row: usize) -> bool {
+        row == 0 || self.0.rough || self.0.mu.is_some()
+    }
+
+    fn limit<S: Scalar>(&self, row: usize, _: &Motion<'_, S>) -> Option<S> {
+        self.0.mu.filter(|_| row == 1).map(S::from)
+    }
+
+    fn slides_with(&self, row: usize) -> Option<usize> {
+        (row == 1 && self.0.mu.is_some()).then_some(2)
     }
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         let apart = at.frames[1].position - at.frames[0].position;
         rows.push(length(apart) - self.0.radius_i - self.0.radius_j);
+    }
+
+    fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let apart = j.position - i.position;
+        let n = apart / length(apart);
+        let slip = at.relative_velocity_at(0, 1, i.position + n * S::from(self.0.radius_i));
+        let [a, s, t] = AXES.map(|axis| i.rotation * Vec3::from(axis.map(S::from)));
+        // The smallest rotation from a to n, of what is across a: x - (a + n) (n . x) / (1 + a . n).
+        for x in [s, t] {
+            let turned = x - (a + n) * (n.dot(&x) / (a.dot(&n) + 1.0));
+            rows.push(turned.dot(&slip));
+        }
     }
 }

@@ -129,6 +129,8 @@ impl Recorded<'_> {
             Role::Force(k) => k as usize,
             Role::Torque(k) => 3 * l.frames + k as usize,
             Role::StateRate(k) if self.kind != Kind::Joint => 6 * l.frames + k as usize,
+            // In the place of the rates of flexible velocities, as elements in Rust give them.
+            Role::FlexibleForce(k) => 6 * l.frames + self.recording.flexible() + k as usize,
             Role::Condition(k) if self.kind != Kind::Joint => memory - 1 - k as usize,
             Role::NextDiscrete(k) if self.kind != Kind::Joint => memory + k as usize,
             Role::Channel(k) if self.kind != Kind::Joint => channels + k as usize,

@@ -169,6 +169,21 @@ impl<'a> Tape<'a> {
         for k in (0..self.subject.memory.len() as u32).filter(|k| !given.contains(&Role::NextDiscrete(*k))) {
             self.results.push((Role::NextDiscrete(k), input(Input::Discrete(k))));
         }
+        // Of flexible coordinates: q'. What q'' is, the host finds.
+        let flexible = self.flexible();
+        if self.subject.states.len() < 2 * flexible {
+            return Err(format!("{flexible} flexible coordinates need {} states, q and q'", 2 * flexible));
+        }
+        for k in 0..flexible as u32 {
+            if given.contains(&Role::StateRate(k)) {
+                return Err(format!(
+                    "gives {}, which is state {}",
+                    self.name_of(Role::StateRate(k)),
+                    flexible + k as usize
+                ));
+            }
+            self.results.push((Role::StateRate(k), input(Input::State(flexible as u32 + k))));
+        }
         let guesses = self.subject.guesses.iter().enumerate();
         self.results.extend(guesses.map(|(k, guess)| (Role::Guess(k as u32), Recorded::from(*guess))));
         let numbered = |list: &[Recorded], role: fn(u32) -> Role| {
@@ -186,6 +201,15 @@ impl<'a> Tape<'a> {
         }
     }
 
+    /// Number of flexible coordinates.
+    fn flexible(&self) -> usize {
+        let numbers = self.results.iter().filter_map(|(role, _)| match role {
+            Role::FlexibleForce(k) => Some(*k as usize + 1),
+            _ => None,
+        });
+        numbers.max().unwrap_or(0)
+    }
+
     /// The results that its class and instance promise.
     fn needed(&self) -> Vec<Role> {
         let Subject { descriptor, rows, velocity_rows, states, guesses, .. } = *self.subject;
@@ -196,7 +220,9 @@ impl<'a> Tape<'a> {
             needed.extend(list(descriptor.channels.len(), Role::Coordinate));
         }
         needed.extend(list(descriptor.reported().len(), Role::Channel));
-        needed.extend(list(states.len(), Role::StateRate));
+        let found_by_host = self.flexible()..2 * self.flexible();
+        let rates = (0..states.len()).filter(|k| !found_by_host.contains(k));
+        needed.extend(rates.map(|k| Role::StateRate(k as u32)));
         needed.extend(list(descriptor.checks.len(), Role::Check));
         needed.extend(list(guesses.len(), Role::Condition));
         if descriptor.mobility.is_some() {
@@ -223,6 +249,8 @@ impl<'a> Tape<'a> {
             Role::StateRate(k) => named(&d.states, "rate of state", k),
             Role::Force(k) => named(&d.frames, "force on frame", k / 3),
             Role::Torque(k) => named(&d.frames, "torque on frame", k / 3),
+            Role::Kinetic => "the kinetic energy".into(),
+            Role::FlexibleForce(k) => named(&d.states, "force on flexible coordinate", k),
             Role::PosePosition(_) | Role::PoseRotation(_) => "the pose of frame 1".into(),
             other => format!("{other:?}"),
         }

@@ -96,6 +96,8 @@ fn numbers_of_the_header_are_those_of_the_contract() {
         ("STICKS_WITH", Role::SticksWith(0)),
         ("LIMIT", Role::Limit(0)),
         ("SLIDES_WITH", Role::SlidesWith(0)),
+        ("KINETIC", Role::Kinetic),
+        ("FLEXIBLE_FORCE", Role::FlexibleForce(0)),
         ("CONDITION", Role::Condition(0)),
         ("CHECK", Role::Check(0)),
     ] {

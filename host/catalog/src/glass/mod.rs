@@ -80,7 +80,7 @@ pub(super) fn is_up() -> bool {
 /// The code of what became of a process, from its sentence.
 pub(super) fn code(message: &str) -> Option<Code> {
     let begins = |with: &str| message.starts_with(with);
-    if begins(process::CRASHED) || begins(process::EXITED) {
+    if [process::CRASHED, process::EXITED, process::REACHED].into_iter().any(begins) {
         return Some(codes::PLUGIN_CRASHED);
     }
     begins(process::LATE).then_some(codes::PLUGIN_HANGS)

@@ -27,6 +27,7 @@ const LONGEST_LINE: u64 = 500;
 pub(super) const CRASHED: &str = "its code crashed";
 pub(super) const EXITED: &str = "its code ended its process";
 pub(super) const LATE: &str = "its code did not come back";
+pub(super) const REACHED: &str = "its code reached out of its process";
 
 /// Why a process can't be asked.
 #[derive(Debug, Clone, PartialEq)]
@@ -168,6 +169,10 @@ impl Process {
             None => format!("its code answered nonsense in `{function}`"),
             Some(None) => format!("{EXITED} in `{function}`, by `exit`"),
             Some(Some(libc::SIGKILL)) => format!("{EXITED} in `{function}`, or the system did for lack of memory"),
+            Some(Some(libc::SIGSYS)) => format!(
+                "{REACHED} in `{function}`, for the network, another process, or a file to change: that is for libraries \
+                 that are trusted (`[plugins] trust`, --in-process)"
+            ),
             Some(Some(signal)) => format!("{CRASHED} in `{function}`, {}", crash::words(signal)),
         }
     }

@@ -1,5 +1,8 @@
 //! A process shuts itself in, before it runs foreign code: bounded memory, nothing but reading the system's libraries, no network,
 //! no other processes, no signals to others. What can't be had on a system is left out.
+//!
+//! What libraries may ask for in good faith (a file that is not there, the folder, an identity) fails. What no element needs ends the
+//! process with `SIGSYS`, which nobody can catch, and the host says so: other processes, the network, files changed.
 
 // Functions of the system that take plain numbers.
 #![allow(unsafe_code)]
@@ -73,7 +76,7 @@ mod linux {
 
     pub(super) fn shut_in(copy: &Path) -> bool {
         let files = no_files_but(copy).unwrap_or(false);
-        for filter in filters().into_iter().flatten() {
+        for filter in ending().into_iter().chain(filters().into_iter().flatten()) {
             // A kernel without filters runs the library in a process of its own all the same.
             let _ = apply_filter(&filter);
         }
@@ -151,17 +154,93 @@ mod linux {
         let harmless =
             [libc::F_DUPFD, libc::F_GETFD, libc::F_SETFD, libc::F_GETFL, libc::F_SETFL, libc::F_DUPFD_CLOEXEC];
         calls.insert(libc::SYS_fcntl, harmless.iter().map(|what| is(1, *what as u64)).collect::<Option<_>>()?);
-        calls.insert(libc::SYS_prctl, vec![is(0, libc::PR_SET_NAME as u64)?, is(0, libc::PR_SET_VMA as u64)?]);
+        // More filters only take away: `no_more_files` is one.
+        let named = [libc::PR_SET_NAME, libc::PR_SET_VMA, libc::PR_SET_NO_NEW_PRIVS];
+        calls.insert(libc::SYS_prctl, named.iter().map(|what| is(0, *what as u64)).collect::<Option<_>>()?);
         let refuse = SeccompAction::Errno(libc::EPERM as u32);
         let listed = SeccompFilter::new(calls, refuse, SeccompAction::Allow, arch).ok()?;
         // Its flags lie in memory, where no filter can see them; libraries then take `clone`.
         Some([refusing(&[libc::SYS_clone3], libc::ENOSYS)?, listed.try_into().ok()?])
     }
 
-    fn rule(argument: u8, op: SeccompCmpOp, value: u64) -> Option<SeccompRule> {
-        let condition = SeccompCondition::new(argument, SeccompCmpArgLen::Dword, op, value).ok()?;
-        SeccompRule::new(vec![condition]).ok()
+    /// The calls that end the process.
+    fn ending() -> Option<BpfProgram> {
+        let arch = std::env::consts::ARCH.try_into().ok()?;
+        let own = u64::from(std::process::id());
+        let other = |argument| condition(argument, SeccompCmpOp::Ne, own);
+        let mut calls: BTreeMap<i64, Vec<SeccompRule>> = ENDING.iter().map(|call| (*call, Vec::new())).collect();
+        calls.insert(libc::SYS_clone, vec![rule(0, SeccompCmpOp::MaskedEq(libc::CLONE_THREAD as u64), 0)?]);
+        for signal in [libc::SYS_kill, libc::SYS_tgkill] {
+            calls.insert(signal, vec![SeccompRule::new(vec![other(0)?]).ok()?]);
+        }
+        let of_others = vec![other(0)?, condition(0, SeccompCmpOp::Ne, 0)?];
+        calls.insert(libc::SYS_prlimit64, vec![SeccompRule::new(of_others).ok()?]);
+        // Sockets of this machine alone only fail: the system's own functions look for services by them.
+        calls.insert(libc::SYS_socket, vec![rule(0, SeccompCmpOp::Ne, libc::AF_UNIX as u64)?]);
+        let to_write = |flags: u8| {
+            let is =
+                |mask: libc::c_int, value: libc::c_int| rule(flags, SeccompCmpOp::MaskedEq(mask as u64), value as u64);
+            let access = libc::O_ACCMODE;
+            Some(vec![is(access, libc::O_WRONLY)?, is(access, libc::O_RDWR)?, is(libc::O_CREAT, libc::O_CREAT)?])
+        };
+        calls.insert(libc::SYS_openat, to_write(2)?);
+        #[cfg(target_arch = "x86_64")]
+        calls.insert(libc::SYS_open, to_write(1)?);
+        let filter = SeccompFilter::new(calls, SeccompAction::Allow, SeccompAction::KillProcess, arch).ok()?;
+        filter.try_into().ok()
     }
+
+    fn condition(argument: u8, op: SeccompCmpOp, value: u64) -> Option<SeccompCondition> {
+        SeccompCondition::new(argument, SeccompCmpArgLen::Dword, op, value).ok()
+    }
+
+    fn rule(argument: u8, op: SeccompCmpOp, value: u64) -> Option<SeccompRule> {
+        SeccompRule::new(vec![condition(argument, op, value)?]).ok()
+    }
+
+    /// Calls that nobody makes in good faith who is asked for equations.
+    const ENDING: &[i64] = &[
+        libc::SYS_bpf,
+        libc::SYS_execve,
+        libc::SYS_execveat,
+        libc::SYS_fchmodat,
+        libc::SYS_fchownat,
+        libc::SYS_linkat,
+        libc::SYS_mkdirat,
+        libc::SYS_mknodat,
+        libc::SYS_mount,
+        libc::SYS_process_vm_readv,
+        libc::SYS_process_vm_writev,
+        libc::SYS_ptrace,
+        libc::SYS_renameat2,
+        libc::SYS_symlinkat,
+        libc::SYS_truncate,
+        libc::SYS_unlinkat,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_chmod,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_chown,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_creat,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_fork,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_link,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_mkdir,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_rename,
+        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        libc::SYS_renameat,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_rmdir,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_symlink,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_unlink,
+        #[cfg(target_arch = "x86_64")]
+        libc::SYS_vfork,
+    ];
 
     /// Calls that reach nothing but the process itself and the files that it may open.
     const FREE: &[i64] = &[
@@ -210,6 +289,7 @@ mod linux {
         libc::SYS_rt_sigreturn,
         libc::SYS_sched_getaffinity,
         libc::SYS_sched_yield,
+        libc::SYS_seccomp,
         libc::SYS_set_robust_list,
         libc::SYS_set_tid_address,
         libc::SYS_sigaltstack,

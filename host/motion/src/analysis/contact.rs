@@ -3,7 +3,7 @@
 //! A contact has a row c(q, t) >= 0 whose reaction p >= 0 acts only where c = 0 (Pfeiffer & Glocker, "Multibody Dynamics with
 //! Unilateral Contacts", 1996; Brogliato, "Nonsmooth Mechanics", 3rd ed. 2016). With the rows that always hold eliminated, what
 //! an impulse P of the contacts changes of their rates u = c' is `A P` with Delassus' matrix `A = J M^-1 J^T`, M^-1 across the
-//! other rows. Everything here is said in `A`, which is as large as there are contacts that touch.
+//! other rows; M has the mass of elements, too. Everything here is said in `A`, which is as large as there are contacts that touch.
 //!
 //! - **Impacts** one after the other, that of the fastest approach first, as in chains of balls: each is compressed until it
 //!   neither approaches nor slides, then gives back its coefficient of restitution's share of the normal impulse (Poisson;
@@ -15,6 +15,7 @@
 
 mod friction;
 mod indeterminate;
+mod response;
 
 pub use friction::{Grip, Pattern};
 pub use indeterminate::{Holder, Indeterminate};
@@ -48,6 +49,7 @@ pub struct Contacts {
     structure: KktStructure,
     clusters: Clusters,
     mass: Vec<f64>,
+    elements: response::Places,
     scales: Vec<f64>,
     length: f64,
 }
@@ -124,15 +126,17 @@ impl Contacts {
     ///
     /// # Errors
     /// When the linear algebra refuses the model.
-    pub fn new(equations: &Equations, model: &Model, layout: &Layout, length: f64) -> Result<Self, AnalysisError> {
+    pub fn new(equations: &mut Equations, model: &Model, layout: &Layout, length: f64) -> Result<Self, AnalysisError> {
         let all: Vec<usize> = (0..equations.rows.len()).collect();
-        let rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time, |row| row.gamma], &[])?;
+        let (elements, masses) = response::Places::new(equations.element_mass(model, layout));
+        let rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time, |row| row.gamma], &masses)?;
         let open = equations.with_closed(&[]);
         let always: Vec<usize> = open.enforced().collect();
         Ok(Self {
             structure: super::constraints::structure(equations, &always)?,
             clusters: clusters(layout, &always),
             mass: mass_values(model),
+            elements,
             scales: body_scales(model, length),
             contacts: equations.contacts.clone(),
             frictions: equations.frictions.clone(),
@@ -244,14 +248,14 @@ impl Contacts {
         solver.refactor(&values)?;
         let jacobian: Vec<Vec<(usize, f64)>> = rows.iter().map(|row| self.row(*row)).collect();
         let times: Vec<f64> = rows.iter().map(|row| self.rows.function(1)[*row]).collect();
-        let (responses, driven) = self.responses(&mut solver, &jacobian)?;
+        let (responses, driven) = self.responses(&mut solver, &jacobian, true)?;
         let delassus = delassus(&jacobian, &responses);
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
         // The same of bodies that all have one mass.
         let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
         solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
         solver.refactor(&values)?;
-        let geometry = self::delassus(&jacobian, &self.responses(&mut solver, &jacobian)?.0);
+        let geometry = self::delassus(&jacobian, &self.responses(&mut solver, &jacobian, false)?.0);
         let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
         grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&geometry, &sizes));
         Ok(Meeting {
@@ -272,29 +276,6 @@ impl Contacts {
             times,
             jacobian,
         })
-    }
-}
-
-impl Contacts {
-    /// Velocities of bodies, six each, for a unit impulse of each row, and what the rows that always hold take up of it, each times its
-    /// derivative by time.
-    fn responses(
-        &self,
-        solver: &mut SparseFirst,
-        jacobian: &[Vec<(usize, f64)>],
-    ) -> Result<(Vec<Vec<f64>>, Vec<f64>), AnalysisError> {
-        let n = self.structure.n;
-        let (still, mut multipliers) = (vec![0.0; self.always.len()], vec![0.0; self.always.len()]);
-        let (mut responses, mut driven) = (Vec::new(), Vec::new());
-        for entries in jacobian {
-            let (mut load, mut response) = (vec![0.0; n], vec![0.0; n]);
-            entries.iter().for_each(|(column, slope)| load[*column] = *slope);
-            solver.solve(&load, &still, &mut response, &mut multipliers)?;
-            let of_time = self.always.iter().map(|row| self.rows.function(1)[*row]);
-            driven.push(of_time.zip(&multipliers).map(|(time, lambda)| time * lambda).sum());
-            responses.push(response);
-        }
-        Ok((responses, driven))
     }
 }
 

@@ -1,12 +1,10 @@
-//! Kinetic energies that elements bring: whether the mass matrix behind one is that of masses, and what such an element cannot meet.
+//! Kinetic energies that elements bring: whether the mass matrix behind one is that of masses, and what bodies feel of it.
 
 use element_api::recording::{Input, Role};
-use element_api::{Kind, Recording};
+use element_api::{Jet, Recording};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 use super::types::{Body, Instance, Lent, Marker, rotation};
-use crate::diagnostics::{Diagnostic, codes};
-use crate::scene::Scene;
 
 /// Share of the largest by which an eigenvalue of a matrix with ones on its diagonal may be negative, or is none.
 const ROUND_OFF: f64 = 1e-9;
@@ -42,8 +40,7 @@ pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) 
 /// The mass matrix of a recording's kinetic energy where the bodies are given: six velocities of each frame, ground axes, then those of
 /// flexible coordinates.
 fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Option<DMatrix<f64>> {
-    recording.output(Role::Kinetic)?;
-    let frames: Vec<(Vector3<f64>, Matrix3<f64>)> = markers
+    let frames: Vec<FramePose> = markers
         .iter()
         .map(|marker| match marker.body {
             None => (marker.position, marker.rotation),
@@ -53,7 +50,18 @@ fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Op
             }
         })
         .collect();
-    let (flexible, n) = (recording.flexible(), 6 * markers.len() + recording.flexible());
+    mass_at(recording, &frames, &recording.initial_states)
+}
+
+/// Position and rotation of a frame.
+pub type FramePose = (Vector3<f64>, Matrix3<f64>);
+
+/// The mass matrix of a recording's kinetic energy with its frames there and flexible coordinates as the states begin: six velocities of each
+/// frame, ground axes, then those of flexible coordinates. `None` where it brings none.
+#[must_use]
+pub fn mass_at(recording: &Recording, frames: &[FramePose], states: &[f64]) -> Option<DMatrix<f64>> {
+    recording.output(Role::Kinetic)?;
+    let (flexible, n) = (recording.flexible(), 6 * frames.len() + recording.flexible());
     // A quadratic form gives its matrix: T(a + b) - T(a) - T(b).
     let energy = |moved: [usize; 2]| {
         let speed = |k: usize| f64::from(u8::from(moved.contains(&k)));
@@ -62,8 +70,8 @@ fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Op
             Input::Rotation { frame, row, column } => frames[frame as usize].1[(row as usize, column as usize)],
             Input::Velocity { frame, component } => speed(6 * frame as usize + component as usize),
             Input::AngularVelocity { frame, component } => speed(6 * frame as usize + 3 + component as usize),
-            Input::State(k) if (k as usize) < flexible => recording.initial_states[k as usize],
-            Input::State(k) => speed(6 * markers.len() + k as usize - flexible),
+            Input::State(k) if (k as usize) < flexible => states[k as usize],
+            Input::State(k) => speed(6 * frames.len() + k as usize - flexible),
             _ => 0.0,
         };
         let found = recording.evaluate(read).into_iter().find(|(role, _)| *role == Role::Kinetic);
@@ -78,6 +86,43 @@ fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Op
         (mass[(row, column)], mass[(column, row)]) = (entry, entry);
     }
     Some(mass)
+}
+
+/// Derivatives of an element's own loads, on frames and on flexible coordinates, along displacements, small turns and these coordinates.
+/// Nothing moves, and no signals change.
+#[must_use]
+pub fn loads_along(recording: &Recording, poses: &[FramePose], states: &[f64]) -> DMatrix<f64> {
+    let (frames, n) = (poses.len(), recording.flexible());
+    let size = 6 * frames + n;
+    let mut slopes = DMatrix::zeros(size, size);
+    for along in 0..size {
+        let moves = |of: usize| f64::from(u8::from(of == along));
+        let read = |input: Input| match input {
+            Input::Position { frame, component } => {
+                let (frame, component) = (frame as usize, component as usize);
+                Jet::new(poses[frame].0[component], moves(6 * frame + component), 0.0)
+            }
+            Input::Rotation { frame, row, column } => {
+                let (frame, place) = (frame as usize, (row as usize, column as usize));
+                let axis = Vector3::from_fn(|k, _| moves(6 * frame + 3 + k));
+                Jet::new(poses[frame].1[place], (axis.cross_matrix() * poses[frame].1)[place], 0.0)
+            }
+            Input::State(k) if (k as usize) < n => Jet::new(states[k as usize], moves(6 * frames + k as usize), 0.0),
+            Input::State(k) if (k as usize) < 2 * n => Jet::from(0.0),
+            Input::State(k) => Jet::from(states[k as usize]),
+            _ => Jet::from(0.0),
+        };
+        for (role, value) in recording.evaluate(read) {
+            let row = match role {
+                Role::Force(k) => 6 * (k as usize / 3) + k as usize % 3,
+                Role::Torque(k) => 6 * (k as usize / 3) + 3 + k as usize % 3,
+                Role::FlexibleForce(k) => 6 * frames + k as usize,
+                _ => continue,
+            };
+            slopes[(row, along)] = value.first;
+        }
+    }
+    slopes
 }
 
 /// Counts to each body what it feels of the elements' mass where it is given: the mean of its mass in all directions, and its inertia
@@ -115,29 +160,4 @@ pub(super) fn lend(bodies: &mut [Body], elements: &[Instance]) {
             body.inertia += inertia;
         }
     }
-}
-
-/// Impacts and friction that sticks are solved for with the masses of bodies alone.
-pub(super) fn meets_contacts(scene: &Scene, elements: &[Instance]) -> Option<Diagnostic> {
-    let gives = |element: &Instance, wanted: fn(Role) -> bool| {
-        element.recording.outputs.iter().any(|output| wanted(output.role))
-    };
-    let brings = elements.iter().find(|element| element.brings_kinetic())?;
-    let contact = elements.iter().find(|element| {
-        element.class.kind == Kind::Joint && gives(element, |role| matches!(role, Role::Unilateral(_) | Role::Limit(_)))
-    })?;
-    let place = |name: &str| {
-        let record = scene.elements.iter().find(|record| record.name.value == name);
-        record.map_or(0..0, |record| record.name.span.clone())
-    };
-    let message = format!(
-        "`{}` brings kinetic energy, which the contact `{}` cannot take into account",
-        brings.name, contact.name
-    );
-    Some(
-        Diagnostic::error(codes::INERTIA_MEETS_CONTACT, message)
-            .at(place(&brings.name), "its mass would have no part in impacts and sticking")
-            .context(place(&contact.name), "strikes or sticks")
-            .help("give the mass to the body (`point_masses`), or make the contact compliant (`bump-stop`, `contact-friction`)"),
-    )
 }

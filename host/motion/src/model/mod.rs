@@ -44,6 +44,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
 pub use catalogue::Catalogue;
+pub use inertia::{FramePose, loads_along, mass_at};
 pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
@@ -71,7 +72,6 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
                 .help("add a `[[body]]` without `fixed = true`"),
         );
     }
-    found.extend(inertia::meets_contacts(scene, &elements.instances));
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
     if !found.iter().any(Diagnostic::is_error) {
         signals::connect(scene, &channels, &mut elements.instances, &mut found);

@@ -49,7 +49,7 @@ impl Equations {
     }
 
     /// The accelerations and multipliers among the inputs that `nodes` depend on, ascending.
-    fn solved_inputs(&self, nodes: &[Node], layout: &Layout) -> Vec<usize> {
+    pub(super) fn solved_inputs(&self, nodes: &[Node], layout: &Layout) -> Vec<usize> {
         let solved = layout.acceleration_slot()..layout.inputs();
         let slot = |node: &Node| match self.graph.expr(*node) {
             Expr::Input(slot) if solved.contains(&(slot as usize)) => Some(slot as usize),

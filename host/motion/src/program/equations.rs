@@ -13,6 +13,7 @@ use odyn_graph::{Below, Graph, Node, Program, Seeds, V3, derivatives, derivative
 use super::acting::Stored;
 use super::contacts::Contact;
 use super::coupling::CoupledInput;
+use super::inertia::FreeInertia;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
 use super::sliding::Friction;
@@ -122,6 +123,8 @@ pub struct Equations {
     pub coupling: Vec<CoupledInput>,
     /// Whether elements bring kinetic energy: the loads contain their inertia.
     pub inertial: bool,
+    /// What of it is met by impulses, where rows switch.
+    pub(super) free_inertia: FreeInertia,
     /// The inputs that are accelerations or multipliers which rates of states or the power depend on, ascending.
     pub solved_in_rates: Vec<usize>,
     /// See [`Equations::program_of_rows`].
@@ -154,6 +157,7 @@ impl Equations {
             open: Vec::new(),
             coupling: Vec::new(),
             inertial: false,
+            free_inertia: FreeInertia::default(),
             solved_in_rates: Vec::new(),
             of_rows: OnceLock::new(),
             graph,
@@ -217,6 +221,7 @@ impl Equations {
             elements: self.elements.clone(),
             coupling: self.coupling.clone(),
             inertial: self.inertial,
+            free_inertia: self.free_inertia.clone(),
             solved_in_rates: self.solved_in_rates.clone(),
             of_rows: OnceLock::new(),
         }
@@ -445,13 +450,16 @@ impl Equations {
 
     /// Adds a load at a marker to the right side of its body.
     pub(super) fn apply_load(&mut self, body: usize, force: V3, torque: V3, frame: &FrameNodes) {
+        let local = self.moment_on(body, force, torque, frame);
+        self.add_generalised(body, force, local);
+    }
+
+    /// The moment of a load at a marker about the centre of mass, body axes: n' = A^T (T + s x F).
+    pub(super) fn moment_on(&mut self, body: usize, force: V3, torque: V3, frame: &FrameNodes) -> V3 {
         let g = &mut self.graph;
-        let nodes = &self.bodies[body];
-        // Moment about the centre of mass, body axes: n' = A^T (T + s x F).
         let lever = g.cross(frame.arm, force);
         let moment = g.add3(torque, lever);
-        let local = g.apply_transposed(&nodes.a, moment);
-        self.add_generalised(body, force, local);
+        g.apply_transposed(&self.bodies[body].a, moment)
     }
 
     /// Adds a force (ground axes) and a moment about the centre of mass (body axes) to the right side of a body.

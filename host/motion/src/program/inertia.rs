@@ -9,14 +9,21 @@
 //! (Meirovitch, Methods of Analytical Dynamics, 1970, section 4.12). The last equation is solved for q'': T has a matrix M_qq of its
 //! own for it, and where that is constant its factors are numbers. What is left is linear in the accelerations of the bodies; they are
 //! inputs here, which are found together with these loads as with all others that depend on them (`coupling.rs`).
+//!
+//! An impulse meets the same inertia: positions stay, T is a quadratic form, so the changes of velocities dv and of momenta are
+//! related by the matrix that relates v' to the loads, and flexible velocities jump by the matrix that relates v' to q'', forces
+//! apart ([`ElementMass`]).
+
+use std::collections::BTreeMap;
 
 use element_api::Recording;
 use element_api::recording::{Input, Op, Role};
 use odyn_graph::{Elimination, Graph, Node, Rewriting, Seeds, V3, derivatives, operation};
 use rustc_hash::FxHashMap;
 
-use super::equations::{Equations, FrameLoad};
+use super::equations::{Equations, Form, FrameLoad};
 use super::kinematics::{FrameNodes, entries};
+use crate::model::Model;
 use crate::plan::Layout;
 
 /// Inputs per frame of an element by itself: position, rotation, twist, accelerations.
@@ -29,6 +36,27 @@ pub(super) struct Inertia {
     pub(super) loads: Vec<FrameLoad>,
     /// q'' of each flexible coordinate.
     pub(super) rates: Vec<Node>,
+}
+
+/// Inertia of all elements with no forces on flexible coordinates, where rows switch.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FreeInertia {
+    /// Loads on bodies: column, node.
+    loads: Vec<(usize, Node)>,
+    /// q'': number of the state that is q', node.
+    rates: Vec<(usize, Node)>,
+}
+
+/// The mass matrix of elements, beyond what they lend to the bodies of the model: columns and rows are velocities of bodies, six
+/// each. Flexible velocities are eliminated: no impulse acts on them.
+#[derive(Debug, Clone, Default)]
+pub struct ElementMass {
+    /// Columns that are not empty, ascending.
+    pub columns: Vec<usize>,
+    /// Entries that are not zero: row, place among the columns, node.
+    pub entries: Vec<(usize, usize, Node)>,
+    /// What flexible velocities change by as the bodies' do: number of the state, place among the columns, node.
+    pub flexible: Vec<(usize, usize, Node)>,
 }
 
 /// An element by itself: everything that its kinetic energy depends on is an input.
@@ -186,6 +214,29 @@ impl Equations {
         layout: &Layout,
     ) -> Option<Inertia> {
         let mut alone = Alone::new(recording, frames.len(), (first_table, &self.graph))?;
+        if self.switches_rows() && self.form == Form::Working {
+            let nothing = vec![self.graph.constant(0.0); forces.len()];
+            let free = self.carry_inertia(&mut alone, frames, state_slot, &nothing, layout);
+            for (frame, load) in frames.iter().zip(&free.loads) {
+                let Some(body) = frame.body else { continue };
+                let moment = self.moment_on(body, load.force, load.torque, frame);
+                let columns = 6 * body..6 * body + 6;
+                self.free_inertia.loads.extend(columns.zip(load.force.into_iter().chain(moment)));
+            }
+            let first = state_slot - layout.state_slot() + forces.len();
+            self.free_inertia.rates.extend((first..).zip(free.rates));
+        }
+        Some(self.carry_inertia(&mut alone, frames, state_slot, forces, layout))
+    }
+
+    fn carry_inertia(
+        &mut self,
+        alone: &mut Alone,
+        frames: &[FrameNodes],
+        state_slot: usize,
+        forces: &[Node],
+        layout: &Layout,
+    ) -> Inertia {
         let n = alone.flexible;
         let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
         for (f, frame) in frames.iter().enumerate() {
@@ -209,7 +260,50 @@ impl Equations {
         let rates = nodes.split_off(6 * frames.len());
         let three = |from: &[Node]| [from[0], from[1], from[2]];
         let load = |six: &[Node]| FrameLoad { force: three(six), torque: three(&six[3..]) };
-        Some(Inertia { loads: nodes.chunks_exact(6).map(load).collect(), rates })
+        Inertia { loads: nodes.chunks_exact(6).map(load).collect(), rates }
+    }
+
+    /// What bodies feel of the elements' mass in an impact; of a scene whose rows switch.
+    pub fn element_mass(&mut self, model: &Model, layout: &Layout) -> ElementMass {
+        let FreeInertia { loads, rates } = self.free_inertia.clone();
+        let nodes: Vec<Node> = loads.iter().chain(&rates).map(|(_, node)| *node).collect();
+        let one = self.graph.constant(1.0);
+        let mut mass: BTreeMap<(usize, usize), Node> = BTreeMap::new();
+        let mut flexible = Vec::new();
+        for slot in self.solved_inputs(&nodes, layout) {
+            let Some(column) = slot.checked_sub(layout.acceleration_slot()).filter(|k| *k < layout.velocities()) else {
+                continue;
+            };
+            let input = self.graph.input(slot);
+            let slopes = derivatives(&mut self.graph, &nodes, &Seeds::from_iter([(input, one)]));
+            let (of_loads, of_rates) = slopes.split_at(loads.len());
+            for ((row, _), slope) in loads.iter().zip(of_loads) {
+                let before = mass.get(&(column, *row)).copied().unwrap_or_else(|| self.graph.constant(0.0));
+                mass.insert((column, *row), self.graph.sub(before, *slope));
+            }
+            flexible.extend(rates.iter().zip(of_rates).map(|((state, _), slope)| (*state, column, *slope)));
+        }
+        for (b, body) in model.bodies.iter().enumerate() {
+            let Some(lent) = &body.lent else { continue };
+            let translation = (0..3).map(|k| ((6 * b + k, 6 * b + k), lent.mass));
+            let pairs = (0..3).flat_map(|column| (0..3).map(move |row| (column, row)));
+            let rotation = pairs.map(|(c, r)| ((6 * b + 3 + c, 6 * b + 3 + r), lent.inertia[(r, c)]));
+            for (place, value) in translation.chain(rotation) {
+                let (zero, value) = (self.graph.constant(0.0), self.graph.constant(value));
+                let before = mass.get(&place).copied().unwrap_or(zero);
+                mass.insert(place, self.graph.sub(before, value));
+            }
+        }
+        mass.retain(|_, node| !self.graph.is_zero(*node));
+        flexible.retain(|(_, _, node)| !self.graph.is_zero(*node));
+        let mut columns: Vec<usize> = mass.keys().map(|(column, _)| *column).collect();
+        columns.extend(flexible.iter().map(|(_, column, _)| *column));
+        columns.sort_unstable();
+        columns.dedup();
+        let place = |column: usize| columns.partition_point(|known| *known < column);
+        let entries = mass.into_iter().map(|((column, row), node)| (row, place(column), node)).collect();
+        let flexible = flexible.into_iter().map(|(state, column, node)| (state, place(column), node)).collect();
+        ElementMass { entries, flexible, columns }
     }
 
     /// Acceleration of a frame's origin and angular acceleration, ground axes, from the accelerations among the inputs.

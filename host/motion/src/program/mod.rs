@@ -69,6 +69,7 @@ pub use articulated::Articulated;
 pub use contacts::Contact;
 pub use coupling::{CoupledInput, Dependence};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
+pub use inertia::ElementMass;
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::BodyNodes;
 pub use projection::Projecting;

@@ -68,6 +68,18 @@ impl Symmetric {
     }
 }
 
+/// What lines of the structure shorten by as they bend, as far as the motion of frame 0 and weight feel it.
+#[derive(Debug, Clone)]
+pub struct Stiffening {
+    /// Geometric stiffness per acceleration along x, y, z.
+    pub by_acceleration: [Symmetric; 3],
+    /// Per product of angular velocities: [`PRODUCTS`].
+    pub by_spin: [Symmetric; 6],
+}
+
+/// The axes of each product of angular velocities.
+pub const PRODUCTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]];
+
 /// The matrices, and what follows from them.
 #[derive(Debug, Clone)]
 pub struct Data {
@@ -85,6 +97,8 @@ pub struct Data {
     pub centre: [f64; 3],
     /// Momentum along x, y, z for a unit velocity of each degree of freedom; zero for the six of the first frame.
     pub carried: Vec<[f64; 3]>,
+    /// Where it is given.
+    pub stiffening: Option<Stiffening>,
 }
 
 impl Data {
@@ -126,12 +140,55 @@ impl Data {
         if let Some(pair) = seen.windows(2).find(|pair| pair[0] == pair[1]) {
             return wrong(format!("has the entry {}, {} twice: give one triangle", pair[0].0, pair[0].1));
         }
-        let mut data =
-            Self { size: 1.0, mass_of_all: 0.0, centre: [0.0; 3], carried: Vec::new(), points, mass, stiffness };
+        let mut data = Self {
+            size: 1.0,
+            mass_of_all: 0.0,
+            centre: [0.0; 3],
+            carried: Vec::new(),
+            points,
+            mass,
+            stiffness,
+            stiffening: None,
+        };
         let far = (0..data.points.len()).map(|i| data.offset(i).iter().map(|x| x * x).sum::<f64>().sqrt());
         data.size = Some(far.fold(0.0, f64::max)).filter(|size| *size > 0.0).unwrap_or(1.0);
         data.weigh()?;
         Ok(data)
+    }
+
+    /// Takes geometric stiffness: row, column, nine values of each entry.
+    pub fn stiffen(&mut self, numbers: &[f64]) -> Result<(), ParamError> {
+        let wrong = |message: String| Err(ParamError::new("geometric", message));
+        if !numbers.len().is_multiple_of(11) {
+            let count = numbers.len();
+            return wrong(format!("needs row, column and nine values of each entry; {count} numbers are not that"));
+        }
+        let n = self.mass.n;
+        let mut matrices: [Symmetric; 9] = std::array::from_fn(|_| Symmetric { n, ..Symmetric::default() });
+        let mut seen = Vec::with_capacity(numbers.len() / 11);
+        for entry in numbers.chunks_exact(11) {
+            if entry[..2].iter().any(|k| k.fract() != 0.0 || *k < 1.0 || *k > n as f64) {
+                return wrong(format!(
+                    "row and column are whole numbers from 1 to {n}, found {} and {}",
+                    entry[0], entry[1]
+                ));
+            }
+            let (row, column) = (entry[0].max(entry[1]) as usize, entry[0].min(entry[1]) as usize);
+            seen.push((row, column));
+            // Frame 0 carries the axes of the deformation, which is zero there.
+            for (matrix, value) in
+                matrices.iter_mut().zip(&entry[2..]).filter(|(_, value)| column > 6 && **value != 0.0)
+            {
+                matrix.entries.push((row - 1, column - 1, *value));
+            }
+        }
+        seen.sort_unstable();
+        if let Some(pair) = seen.windows(2).find(|pair| pair[0] == pair[1]) {
+            return wrong(format!("has the entry {}, {} twice: give one triangle", pair[0].0, pair[0].1));
+        }
+        let [x, y, z, xx, yy, zz, xy, yz, zx] = matrices;
+        self.stiffening = Some(Stiffening { by_acceleration: [x, y, z], by_spin: [xx, yy, zz, xy, yz, zx] });
+        Ok(())
     }
 
     /// From the first interface to another one.

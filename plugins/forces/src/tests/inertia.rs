@@ -55,7 +55,14 @@ fn a_modal_body_fulfils_the_contract() {
     let options = testkit::Options { anywhere: Some(&bent), ..testkit::Options::default() };
     testkit::examine_force_with::<ModalBody>(ROD, &options).assert_sound();
     testkit::examine_force_with::<ModalBody>(&format!("{ROD}\ndamping = 0.1"), &options).assert_sound();
+    let stiffened = format!(
+        "{ROD}\ngeometric = [7, 7, 0.3, 0.1, 0, 0, 0.2, 0.2, 0.1, 0, 0, 8, 8, 1, 0, 0.2, 0.1, 0.3, 0.4, 0, 0.1, 0.2, \
+         13, 8, 0.2, 0, 0, 0, 0.1, 0, 0.1, 0, 0.3, 13, 13, 2, 0.5, 1, 0, 1, 1, 0.2, 0.3, 0.1]"
+    );
+    testkit::examine_force_with::<ModalBody>(&stiffened, &options).assert_sound();
     let heavy = testkit::Options { internal: false, invariant: false, ..options };
+    testkit::examine_force_with::<ModalBody>(&format!("{stiffened}\ngravity = [1.0, -2.0, 3.0]"), &heavy)
+        .assert_sound();
     testkit::examine_force_with::<ModalBody>(&format!("{ROD}\ngravity = [1.0, -2.0, 3.0]"), &heavy).assert_sound();
 }
 

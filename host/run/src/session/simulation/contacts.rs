@@ -287,8 +287,9 @@ impl Simulation<'_> {
             if jammed.is_some() && (0..touching.len()).any(|k| meeting.approaches(k, speed) && !meeting.gives_way(k)) {
                 return jammed.map_or(Ok(Vec::new()), Err);
             }
-            v.iter_mut().zip(meeting.change()).for_each(|(v, change)| *v += change);
-            self.give_velocities(t, state, &v)?;
+            let change = meeting.change();
+            v.iter_mut().zip(&change).for_each(|(v, change)| *v += change);
+            self.give_velocities(t, state, &v, &change)?;
             // Accelerations with all contacts open, at the velocities after impacts.
             let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
             let slot = self.layout.acceleration_slot();
@@ -311,10 +312,10 @@ impl Simulation<'_> {
                 let rows = touching.iter().copied().chain(frictions).map(|k| touch.name(k));
                 AnalysisError::NotSettled { rows: rows.collect::<Vec<_>>().join(", ") }
             })?;
-            let was = meeting.change();
             meeting.come_to_rest(&pattern);
-            v.iter_mut().zip(meeting.change().iter().zip(was)).for_each(|(v, (now, was))| *v += now - was);
-            self.give_velocities(t, state, &v)?;
+            let rest: Vec<f64> = meeting.change().iter().zip(&change).map(|(now, was)| now - was).collect();
+            v.iter_mut().zip(&rest).for_each(|(v, change)| *v += change);
+            self.give_velocities(t, state, &v, &rest)?;
             if let Some(work) = state.last_mut() {
                 *work += meeting.work;
             }
@@ -347,16 +348,21 @@ impl Simulation<'_> {
         Err(AnalysisError::NotSettled { rows })
     }
 
-    /// Gives a state other velocities, six per body, that meet the rows that always hold.
-    fn give_velocities(&mut self, t: f64, state: &mut [f64], v: &[f64]) -> Result<(), AnalysisError> {
+    /// Gives a state other velocities, six per body, that meet the rows that always hold; `change` is what is new of them, which
+    /// flexible velocities follow.
+    fn give_velocities(&mut self, t: f64, state: &mut [f64], v: &[f64], change: &[f64]) -> Result<(), AnalysisError> {
         let mut working = self.working_state(t, state)?;
-        for (y, v) in working.chunks_exact_mut(13).zip(v.chunks_exact(6)) {
+        let (bodies, states) = working.split_at_mut(13 * self.layout.bodies);
+        for (y, v) in bodies.chunks_exact_mut(13).zip(v.chunks_exact(6)) {
             y[7..13].copy_from_slice(v);
+        }
+        if let Some(touch) = &self.touch {
+            touch.contacts.flexible_jumps(change).for_each(|(k, jump)| states[k] += jump);
         }
         let mut found = state.to_vec();
         self.formulation.state_of(&working, &mut found);
         for ((value, found), group) in state.iter_mut().zip(found).zip(self.formulation.groups()) {
-            if matches!(group, Group::Velocity | Group::AngularVelocity) {
+            if matches!(group, Group::Velocity | Group::AngularVelocity | Group::State) {
                 *value = found;
             }
         }
