@@ -319,7 +319,7 @@ pub fn at<'v>(answer: &'v Value, place: &str) -> Result<&'v Value, String> {
                 Ok(number) => list.get(number),
                 Err(_) => list.iter().find(|one| {
                     let named = |key: &&str| one.get(*key).and_then(Value::as_str) == Some(part);
-                    NAMES.iter().any(|key| named(&key))
+                    NAMES.iter().any(named)
                 }),
             },
             _ => None,
