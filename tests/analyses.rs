@@ -380,3 +380,77 @@ fn internal_unknowns_and_rows_that_states_move_follow() {
         }
     }
 }
+
+/// A chain of rods in space, from joints with springs and dampers: `close` is what else holds it.
+fn damped_chain(close: &str) -> String {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 40\n\
+         output_step = 1\ntolerance = 1e-11\nmethod = \"radau5\"\n",
+    );
+    let axes = [[0, 1, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0]];
+    for (k, [x, y, z]) in axes.into_iter().enumerate() {
+        let at = 0.4 * k as f64;
+        let before = if k == 0 { "ground".into() } else { format!("rod{}", k - 1) };
+        text += &format!(
+            "[[body]]\nname = \"rod{k}\"\nmass = {}\ninertia = [0.004, 0.02, 0.021]\nposition = [{}, {}, 0]\n\
+             [[joint]]\nname = \"pin{k}\"\ntype = \"revolute\"\nbodies = [\"{before}\", \"rod{k}\"]\npoint = [{at}, 0, 0]\n\
+             axis = [{x}, {y}, {z}]\n\
+             [[force]]\nname = \"spring{k}\"\ntype = \"rotational-spring-damper\"\nbodies = [\"{before}\", \"rod{k}\"]\n\
+             axis = [{x}, {y}, {z}]\nparams = {{ stiffness = {}, damping = {} }}\n\
+             [[output]]\nname = \"a{k}\"\nquantity = \"coordinate\"\nof = \"pin{k}\"\nchannel = \"angle\"\n",
+            0.7 + 0.2 * k as f64,
+            at + 0.2,
+            0.03 * (k as f64 + 1.0),
+            9.0 - 1.5 * k as f64,
+            6.0 - k as f64
+        );
+    }
+    text + close
+}
+
+/// Where a run with heavy dampers comes to rest is where `statics` says, to 1e-9: an open chain, and one that a rod closes to a loop.
+#[test]
+fn heavily_damped_runs_come_to_rest_at_the_equilibrium() {
+    let rod = "[[joint]]\nname = \"stay\"\ntype = \"distance-rod\"\nbodies = [\"ground\", \"rod3\"]\n\
+               points = [[0.6, 0.9, -0.4], [1.6, 0, 0]]\nparams.length = \"sqrt(1.97)\"\n";
+    for close in ["", rod] {
+        let open = || of_text(&damped_chain(close), &[]);
+        let found = rest(&open());
+        assert_eq!(found.stability, Stability::Stable);
+        let moved = found.outputs.iter().map(|one| one.value.abs()).fold(0.0, f64::max);
+        assert!(moved > 0.1, "it rests where it starts: {:?}", found.outputs);
+        let mut run = open().prepare().unwrap().start().unwrap();
+        run.advance(40.0).unwrap_or_else(|error| panic!("{error}"));
+        for port in &found.outputs {
+            let value = run.output(&port.name).unwrap();
+            assert!((value - port.value).abs() < 1e-9, "{}: {value:?} is not {:?}", port.name, port.value);
+        }
+    }
+}
+
+/// The motion that a report shows of a mode is the mode: back at its start after a period, and bodies as far from the place as its shape says.
+#[test]
+fn modes_are_shown_along_a_period_of_each() {
+    let session = benchmark("chain_N10", &[]);
+    let found = rest(&session);
+    let page = odyn::analyses::shown::modes(&session, &found.instant, &found.modes).unwrap();
+    let moves = page.moves.as_ref().unwrap();
+    assert_eq!(moves.parts.len(), found.modes.modes.len());
+    let pictures = moves.records.len() / moves.parts.len();
+    for (number, mode) in found.modes.modes.iter().enumerate() {
+        let part = &moves.parts[number];
+        assert_eq!((part.from, part.to), (number as f64, number as f64 + 1.0));
+        let own = &moves.records[number * pictures..(number + 1) * pictures];
+        let (first, last) = (&own[0].1, &own[pictures - 1].1);
+        assert!(first.iter().zip(last).all(|(a, b)| (a - b).abs() < 1e-6), "mode {number} does not come back");
+        let size = 0.1 * moves.header.length;
+        for (body, shape) in mode.shape.iter().enumerate() {
+            // Frames of this scene are at the centres of mass.
+            for k in 0..3 {
+                let away = own[0].1[7 * body + k] - found.bodies[body].position[k];
+                assert!((away - size * shape.displacement[k]).abs() < 1e-12, "mode {number} body {body}: {away}");
+            }
+        }
+    }
+    assert_eq!(page.tables[0].rows.len(), found.modes.modes.len());
+}

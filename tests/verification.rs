@@ -4,6 +4,7 @@
 //! A new case is a scene file there; `odyn verify` shows it.
 
 use insta::assert_snapshot;
+use odyn::analyses::question::ANALYSES;
 use odyn::verification::{Case, Coverage, Element, Settings, Verifier, scenes_in};
 
 use crate::support::{kept, root};
@@ -43,7 +44,8 @@ fn complaints(case: &Case) -> String {
 fn work(cases: &[Case]) -> String {
     let mut table =
         format!("{:34}{:>8}{:>10}{:>13}{:>16}\n", "scene", "steps", "rejected", "evaluations", "factorisations");
-    for case in cases {
+    // Analyses take no steps.
+    for case in cases.iter().filter(|case| case.analysis.is_none()) {
         let Ok(measured) = &case.outcome else { continue };
         let work = &measured.work;
         table += &format!(
@@ -62,19 +64,23 @@ fn every_element_is_verified_and_every_scene_passes_with_the_pinned_work() {
     let coverage = Coverage::of(&cases, &elements);
     assert_eq!(coverage.libraries, LIBRARIES);
     assert!(coverage.gaps.is_empty(), "no scene verifies {}", coverage.gaps.join(", "));
+    for analysis in ANALYSES {
+        assert!(cases.iter().any(|case| case.analysis.as_deref() == Some(analysis)), "no scene verifies {analysis}");
+    }
     // Step counts depend on the last digits of the system's functions such as `sin`.
     if cfg!(all(target_arch = "x86_64", target_os = "linux")) {
         assert_snapshot!(work(&cases));
     }
 }
 
-/// A page of the manual names its scene; a scene without elements has no page.
+/// A page of the manual names its scene; a scene without elements and without an analysis has no page.
 #[test]
-fn every_scene_belongs_to_an_element() {
+fn every_scene_belongs_to_an_element_or_an_analysis() {
     for path in scenes_in(&root().join("scenes/verification")).unwrap() {
         let (scene, _) = odyn::scene::read(&path, &[]).unwrap_or_else(|r| panic!("{:?}", r.diagnostics));
         let verification = scene.verification.unwrap_or_else(|| panic!("{}: no [verification]", path.display()));
-        assert!(!verification.elements.is_empty() && !verification.text.is_empty(), "{}", path.display());
+        let belongs = !verification.elements.is_empty() || verification.analysis.is_some();
+        assert!(belongs && !verification.text.is_empty(), "{}", path.display());
         assert!(!scene.title.is_empty(), "{}: no title", path.display());
     }
 }

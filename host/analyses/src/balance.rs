@@ -92,6 +92,36 @@ pub struct Counterweight {
     pub set: String,
 }
 
+/// Shaking forces without and with the counterweight; SI.
+#[derive(Debug, Clone, Serialize)]
+pub struct Balanced {
+    /// Without it.
+    pub before: Shaking,
+    /// What least squares gives.
+    pub counterweight: Counterweight,
+    /// With it, if the machine turned as before.
+    pub predicted: Shaking,
+    /// As a run with it shows.
+    pub after: Shaking,
+}
+
+/// Balances a scene and runs it again with the counterweight; `open` gives it, with more set where that is asked.
+///
+/// # Errors
+/// Those of [`balance`] and [`Balance::counterweight`].
+pub fn balanced(
+    open: &dyn Fn(Option<&str>) -> Result<Session, SessionError>,
+    question: &Question,
+    radius: Option<f64>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Balanced, SessionError> {
+    let before = balance(&|| open(None), question, &mut |share| progress(0.5 * share))?;
+    let (counterweight, predicted) = before.counterweight(&open(None)?, question, radius)?;
+    let set = counterweight.set.as_str();
+    let after = balance(&|| open(Some(set)), question, &mut |share| progress(0.5 + 0.5 * share))?;
+    Ok(Balanced { before: before.shaking, predicted, after: after.shaking, counterweight })
+}
+
 /// A machine that was looked at, with what is needed to balance it.
 pub struct Balance {
     /// Without a counterweight.

@@ -12,11 +12,12 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::analysis::Function;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::driven::{Driven, cannot};
-use crate::linear::Port;
+use crate::linear::{Port, refuse};
 use crate::model::Quantity;
 use crate::moves;
-use crate::prescribed::{Derivatives, Wanted, quantity};
+use crate::prescribed::{Derivatives, Wanted, amount, quantity};
 use crate::scene::Dimension;
 use crate::session::{Session, SessionError};
 use path::{LEAST_STEP, NONE, Path, Place, SAME, difference};
@@ -38,6 +39,34 @@ pub enum Drive {
     Over(Wanted, [f64; 2], usize),
     /// Along the whole motion; ratios are those to this quantity.
     Whole(Wanted),
+}
+
+impl Drive {
+    /// `NAME`: the whole motion; `NAME=FROM:TO:COUNT`: a range of values, with units or in that of the quantity.
+    ///
+    /// # Errors
+    /// A name that there is not, a text that is no range.
+    pub fn read(session: &Session, text: &str) -> Result<Self, SessionError> {
+        let (name, range) = match text.split_once('=') {
+            Some((name, range)) => (name.trim(), Some(range)),
+            None => (text.trim(), None),
+        };
+        let wanted = quantity(session, name)?;
+        let Some(range) = range else { return Ok(Self::Whole(wanted)) };
+        let parts: Vec<&str> = range.split(':').collect();
+        let value = |text: &str| amount(text, wanted.dimension, wanted.factor);
+        if let [from, to, count] = parts[..]
+            && let (Some(from), Some(to)) = (value(from), value(to))
+            && let Ok(count) = count.trim().parse::<usize>()
+            && (2..=1_000_000).contains(&count)
+            && from != to
+        {
+            return Ok(Self::Over(wanted, [from, to], count));
+        }
+        let message = format!("`--drive {text}` is no range of `{name}`");
+        let help = "write NAME=FROM:TO:COUNT, such as \"crank.angle=0 deg:360 deg:361\", with two places or more";
+        Err(refuse(session, Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)))
+    }
 }
 
 /// The values that a quantity takes.

@@ -19,7 +19,10 @@
 //! | [`inverse`] | a session and a prescribed motion -> the efforts of actuators that cause it | files |
 //! | [`loads`] | instants of a run -> all loads on one body, as tables and decks for finite elements | how they were reached |
 //! | [`balance`] | a scene that turns -> harmonics of what shakes the ground, a counterweight | files |
-//! | [`folder`] | quantities over time -> a folder that `odyn report` shows | mechanics |
+//! | [`place`] | the start, the equilibrium or a time -> a session at that instant | files |
+//! | [`question`] | any of these, as data -> its answer, as data | how it is shown |
+//! | [`shown`] | what an analysis found -> a sentence, tables, motions of modes | files |
+//! | [`folder`] | these, quantities over time -> a folder that `odyn report` shows | mechanics |
 //! | [`files`] | matrices and reports -> JSON, CSV, `.npz` | mechanics |
 //!
 //! Every derivative is exact, by the recorded operations of the elements ([`odyn_motion::analysis::Local`]), whatever coordinates a
@@ -38,8 +41,13 @@ pub mod linear;
 pub mod loads;
 pub mod modes;
 mod moves;
+pub mod place;
+mod plain;
 pub mod prescribed;
+pub mod question;
 pub mod sensitivity;
+pub mod shown;
+mod shown_fits;
 pub mod statics;
 
 pub(crate) use odyn_catalog as catalog;

@@ -17,9 +17,11 @@ use serde::Serialize;
 use crate::analysis::{Direction, Expansion, Freedom, Function, Local};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::energies::{Carried, own_masses};
-use crate::model::{Model, Quantity};
+use crate::model::{Model as SceneModel, Quantity};
 use crate::program::Equations;
 use crate::session::{Instant, Session, SessionError};
+
+pub use crate::plain::Model;
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
@@ -96,7 +98,7 @@ pub(crate) struct Load {
 }
 
 /// The acceleration that the loads of a body would give it one by one, m/s^2, rotations on the size of the scene.
-fn alone(expansion: &Expansion, model: &Model, length: f64, index: usize) -> f64 {
+fn alone(expansion: &Expansion, model: &SceneModel, length: f64, index: usize) -> f64 {
     let (body, sizes) = (&model.bodies[index], &expansion.sizes);
     let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
     (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
@@ -130,7 +132,7 @@ pub(crate) fn rows_in_force(equations: &Equations, closed: &[usize]) -> Vec<usiz
 }
 
 /// Load quantities of all force elements on bodies, six per frame, with where they act.
-fn loads_of(model: &Model) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
+fn loads_of(model: &SceneModel) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
     let (mut quantities, mut places) = (Vec::new(), Vec::new());
     for (element, instance) in model.elements.iter().enumerate() {
         if instance.class.kind.word() != "force" {
@@ -156,7 +158,7 @@ fn loads_of(model: &Model) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
 impl Linear {
     /// Sets derivatives of accelerations by positions to zero where they are round-off of loads in balance: an eigenvalue made of them
     /// would grow or swing within millions of years.
-    fn drop_round_off(&mut self, expansion: &Expansion, model: &Model, length: f64) {
+    fn drop_round_off(&mut self, expansion: &Expansion, model: &SceneModel, length: f64) {
         let most = (0..model.bodies.len()).map(|body| alone(expansion, model, length, body)).fold(0.0, f64::max);
         let none = ROUND_OFF * most / length;
         let (rates, coordinates) = (self.a.nrows() - self.element_states, self.coordinates);

@@ -18,6 +18,7 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::linear::refuse;
 use crate::model::{Axes, Quantity, rotation};
 use crate::program::Node;
+use crate::scene::Dimension;
 use crate::session::{Instant, Session, SessionError};
 
 /// A peak counts from this share of the largest force, or moment, on.
@@ -218,6 +219,38 @@ impl Watch {
     }
 }
 
+/// The loads on a body: at times, in the scene's unit, or where a force or moment on it is largest among the output times.
+///
+/// # Errors
+/// Those of [`Watch::new`]; a run that does not get there; an element that fails.
+pub fn loads(
+    session: Session,
+    body: &str,
+    times: Option<&[f64]>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Loads, SessionError> {
+    let mut watch = Watch::new(&session, body)?;
+    let units = &session.scene.units;
+    let unit = units.factor(Dimension::TIME);
+    let mut all: Vec<f64> = match times {
+        Some(times) => times.to_vec(),
+        None => session.scene.simulation.sample_times(units).iter().map(|time| time.si / unit).collect(),
+    };
+    all.sort_by(f64::total_cmp);
+    let mut run = session.prepare()?.start()?;
+    let mut cases = Vec::with_capacity(all.len());
+    for (k, time) in all.iter().enumerate() {
+        progress(k as f64 / all.len() as f64);
+        run.advance(*time)?;
+        let instant = run.instant()?;
+        let case = watch.at(&instant, "asked for");
+        cases.push(case.map_err(|reason| refuse(run.session(), Diagnostic::error(codes::MOTION_NOT_FINITE, reason)))?);
+    }
+    let mut found = watch.loads;
+    found.cases = if times.is_none() { peaks(&found, &cases) } else { cases };
+    Ok(found)
+}
+
 /// The peaks of loads: for each attachment the cases of the largest force and the largest moment, each time once.
 #[must_use]
 pub fn peaks(loads: &Loads, cases: &[Case]) -> Vec<Case> {
@@ -271,6 +304,12 @@ impl Consistent {
 }
 
 impl Loads {
+    /// What is left of all loads at worst, as a share of their sizes.
+    #[must_use]
+    pub fn left(&self) -> f64 {
+        self.cases.iter().flat_map(|case| case.left).fold(0.0, f64::max)
+    }
+
     /// One row per case and load: at its point in the frame of the body, in the axes of the body.
     #[must_use]
     pub fn csv(&self, units: Consistent) -> String {

@@ -199,6 +199,31 @@ impl Modes {
     }
 }
 
+impl Modes {
+    /// One row per mode.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut text = String::from(
+            "mode,real [1/s],imaginary [rad/s],frequency [Hz],natural frequency [Hz],damping ratio,time constant [s],residual,uncertainty [1/s]\n",
+        );
+        for mode in &self.modes {
+            let constant = mode.time_constant.map_or_else(String::new, |value| format!("{value:?}"));
+            text.push_str(&format!(
+                "{},{:?},{:?},{:?},{:?},{:?},{constant},{:?},{:?}\n",
+                mode.number,
+                mode.real,
+                mode.imaginary,
+                mode.frequency,
+                mode.natural_frequency,
+                mode.damping_ratio,
+                mode.residual,
+                mode.uncertainty
+            ));
+        }
+        text
+    }
+}
+
 fn element_states(linear: &Linear, vector: &ComplexVector) -> Vec<Share> {
     let first = linear.velocities.ncols() - linear.element_states;
     shares((first..linear.states.len()).map(|k| (linear.states[k].clone(), vector[k].norm())))

@@ -142,6 +142,18 @@ fn cell(text: &str) -> (String, usize, Option<String>) {
 }
 
 impl Motion {
+    /// Times at a spacing, s, from the first to the last row, both included.
+    #[must_use]
+    pub fn spaced(&self, every: f64) -> Vec<f64> {
+        let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
+        let count = ((last - first) / every * (1.0 + 1e-12)).floor() as usize;
+        let mut times: Vec<f64> = (0..=count).map(|k| (first + k as f64 * every).min(last)).collect();
+        if last - times[times.len() - 1] > 1e-9 * every {
+            times.push(last);
+        }
+        times
+    }
+
     /// Reads a motion file; `follow` names the quantities that are taken of it, all where it is `None`.
     ///
     /// # Errors

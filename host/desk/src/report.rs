@@ -71,28 +71,35 @@ pub fn report(sources: &[Source], scripts: Scripts) -> String {
     body.push_str("</section>\n");
     let moves = sources.iter().any(|source| source.motion.is_some());
     let bundle = scripts.text();
-    body.push_str("<section><h2>Motion</h2>\n");
-    body.push_str(match (moves, bundle) {
-        (true, Some(_)) => "<div id=\"motion\"></div>\n",
-        (true, None) => {
-            "<p class=\"note\">This copy of odyn was built without the scripts that show motion. Build it where npm is \
-             installed, and make the report again.</p>\n"
-        }
-        (false, _) => {
-            "<p class=\"note\">The run wrote no motion. Run it with <code>--motion</code>, or with <code>motion = true</code> in \
-             <code>[simulation]</code>, and make the report again.</p>\n"
-        }
-    });
-    body.push_str("</section>\n<section><h2>Plots</h2>\n<div id=\"plots\">");
-    if bundle.is_none() {
-        body.extend(sources.iter().map(|source| {
-            let name = if several { format!("<h3>{}</h3>\n", escape(&source.name)) } else { String::new() };
-            name + &curves(source)
-        }));
+    // Analyses may have nothing that moves, and nothing over time.
+    if moves || sources.iter().any(|source| source.text("analysis").is_empty()) {
+        body.push_str("<section><h2>Motion</h2>\n");
+        body.push_str(match (moves, bundle) {
+            (true, Some(_)) => "<div id=\"motion\"></div>\n",
+            (true, None) => {
+                "<p class=\"note\">This copy of odyn was built without the scripts that show motion. Build it where npm is \
+                 installed, and make the report again.</p>\n"
+            }
+            (false, _) => {
+                "<p class=\"note\">The run wrote no motion. Run it with <code>--motion</code>, or with <code>motion = true</code> in \
+                 <code>[simulation]</code>, and make the report again.</p>\n"
+            }
+        });
+        body.push_str("</section>\n");
     }
-    body.push_str("</div></section>\n");
-    if bundle.is_some() {
-        body.push_str("<section><h2>Table</h2>\n<div id=\"table\"></div></section>\n");
+    let has_curves = |source: &Source| !source.table.columns.is_empty() || source.text("analysis").is_empty();
+    if sources.iter().any(has_curves) {
+        body.push_str("<section><h2>Plots</h2>\n<div id=\"plots\">");
+        if bundle.is_none() {
+            body.extend(sources.iter().map(|source| {
+                let name = if several { format!("<h3>{}</h3>\n", escape(&source.name)) } else { String::new() };
+                name + &curves(source)
+            }));
+        }
+        body.push_str("</div></section>\n");
+        if bundle.is_some() {
+            body.push_str("<section><h2>Table</h2>\n<div id=\"table\"></div></section>\n");
+        }
     }
     for source in sources {
         body.push_str(&elements::sections(source, several));

@@ -11,6 +11,9 @@ const DIGITS: usize = 6;
 
 /// How a run ended, what its audit found, its figures, checks and warnings.
 pub(crate) fn verdict(source: &Source, several: bool) -> String {
+    if !source.text("analysis").is_empty() {
+        return answers(source, several);
+    }
     let status = source.text("status");
     let good = status == "completed";
     let (mark, words) = match status {
@@ -55,6 +58,45 @@ pub(crate) fn verdict(source: &Source, several: bool) -> String {
             "<p>Rigid bodies do not determine {}: one of infinitely many solutions is shown.</p>\n",
             list.join(", ")
         ));
+    }
+    out
+}
+
+/// What an analysis found: its sentence, what has to be known, its tables.
+fn answers(source: &Source, several: bool) -> String {
+    let mut out = String::new();
+    if several {
+        out.push_str(&format!("<h2>{}</h2>\n", escape(&source.name)));
+    }
+    let good = source.summary.get("good").and_then(Value::as_bool).unwrap_or(true);
+    out.push_str(&format!(
+        "<p class=\"verdict {}\">{}</p>\n<p>{} of {}.</p>\n",
+        if good { "good" } else { "bad" },
+        escape(source.text("words")),
+        code(&format!("odyn {}", source.text("analysis"))),
+        code(source.text("scene")),
+    ));
+    let notes = texts(source, "notes");
+    if !notes.is_empty() {
+        let list: String = notes.iter().map(|text| format!("<li>{}</li>", escape(text))).collect();
+        out.push_str(&format!("<h3>Notes</h3>\n<ul class=\"warnings\">{list}</ul>\n"));
+    }
+    for shown in entries(source, "tables") {
+        let cells = |row: &Value| -> Vec<String> {
+            row.as_array().into_iter().flatten().map(|cell| cell.as_str().unwrap_or_default().to_owned()).collect()
+        };
+        let all = shown.get("rows").and_then(Value::as_array).into_iter().flatten().map(cells);
+        let rows: Vec<Vec<String>> = all.map(|row| row.iter().map(|cell| escape(cell)).collect()).collect();
+        // The head of a table is escaped there.
+        let names = shown.get("head").map(cells).unwrap_or_default();
+        let is_number = |cell: &String| cell.is_empty() || cell.replace('\u{2212}', "-").parse::<f64>().is_ok();
+        let side = |k: usize| match rows.iter().all(|row| row.get(k).is_none_or(is_number)) {
+            true => Side::Right,
+            false => Side::Left,
+        };
+        let head: Vec<(&str, Side)> = names.iter().enumerate().map(|(k, name)| (name.as_str(), side(k))).collect();
+        let title = shown.get("title").and_then(Value::as_str).unwrap_or_default();
+        out.push_str(&format!("<h3>{}</h3>\n{}", escape(title), table(&head, &rows)));
     }
     out
 }
@@ -226,7 +268,9 @@ pub(crate) fn details(source: &Source, several: bool) -> String {
             vec![escape(word("package")), escape(word("version")), code(word("sha256"))]
         })
         .collect();
-    out.push_str("<h3>Libraries</h3>\n");
+    if !libraries.is_empty() {
+        out.push_str("<h3>Libraries</h3>\n");
+    }
     out.push_str(&table(&[("package", Side::Word), ("version", Side::Word), ("SHA-256", Side::Left)], &libraries));
     let overrides = texts(source, "overrides");
     if !overrides.is_empty() {

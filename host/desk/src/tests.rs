@@ -218,3 +218,27 @@ fn elements_have_sections_whose_texts_only_speak() {
     // Without, there is no section.
     assert!(!report(&[read(&run("no-elements").0)], Scripts::Without).contains("smallest margin"));
 }
+
+/// An analysis has its sentence, notes and tables, texts as texts; and no plots where nothing is over time.
+#[test]
+fn the_folder_of_an_analysis_shows_its_answers() {
+    let folder = Folder::new("analysis");
+    folder.write(
+        "summary.json",
+        r#"{"status": "completed", "analysis": "modes", "words": "It <grows>.", "good": false, "scene": "s.toml", "title": "T",
+            "time_unit": "", "rows": 2, "notes": ["a & b"],
+            "tables": [{"title": "Modes", "head": ["mode", "it's"], "rows": [["1", "<i>"], ["2", "x"]]}]}"#,
+    );
+    folder.write(
+        "channels.json",
+        r#"{"columns": [{"name": "t", "unit": "", "quantity": "time", "si_per_unit": 1.0, "unique": true}]}"#,
+    );
+    folder.write("results.csv", "t\n0\n1\n");
+    let page = report(&[read(&folder.0)], Scripts::Without);
+    for part in
+        ["It &lt;grows&gt;.", "verdict bad", "a &amp; b", "<h3>Modes</h3>", "it&#39;s", "&lt;i&gt;", "odyn modes"]
+    {
+        assert!(page.contains(part), "no `{part}` in {page}");
+    }
+    assert!(!page.contains("<h2>Plots</h2>") && !page.contains("<h2>Motion</h2>") && !page.contains("Completed"));
+}

@@ -96,9 +96,9 @@ pub use parameters::{Parameter, Parameters};
 pub use quantity::Quantity;
 pub use raw::{RawKind, RawTable, RawValue, Spanned};
 pub use record::{
-    AuditTolerance, BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, ExternalInput,
-    FigureRecord, InputRecord, InputSource, LibraryRecord, LocalFrame, OutputRecord, OutputTimes, Placement,
-    PluginRequest, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
+    AnalysisRecord, AuditTolerance, BodyRecord, CheckKind, CheckRecord, Crossing, ElementKind, ElementRecord, Expected,
+    ExternalInput, FigureRecord, InputRecord, InputSource, LibraryRecord, LocalFrame, NumberRecord, OutputRecord,
+    OutputTimes, Placement, PluginRequest, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
 };
 pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;

@@ -420,8 +420,48 @@ pub struct VerificationRecord {
     pub elements: Vec<Spanned<String>>,
     /// The problem, the derivation of its solution and its source, as Markdown.
     pub text: String,
+    /// The analysis that is judged, where that is not a run.
+    pub analysis: Option<AnalysisRecord>,
+    /// Numbers that it must find.
+    pub numbers: Vec<NumberRecord>,
     /// Byte range of the header.
     pub span: Range<usize>,
+}
+
+/// An analysis that a scene is asked for: rooms above know which there are, and their options.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnalysisRecord {
+    /// Its options, with its name under `analysis`.
+    pub question: serde_json::Value,
+    /// Byte range of the name.
+    pub span: Range<usize>,
+}
+
+/// `[[verification.number]]`: what an analysis must find.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NumberRecord {
+    /// Its name, free text.
+    pub name: Spanned<String>,
+    /// Its place in the answer.
+    pub of: Spanned<String>,
+    /// What must stand there.
+    pub expected: Expected,
+    /// Its unit, to be shown.
+    pub unit: String,
+}
+
+/// What must stand at a place of an answer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Expected {
+    /// A word.
+    Word(String),
+    /// A number.
+    Value {
+        /// A formula of parameters.
+        reference: Formula,
+        /// Largest allowed magnitude of the difference; not negative.
+        tolerance: f64,
+    },
 }
 
 /// `[[check]]`: a value that must agree with a known one at all samples.

@@ -429,6 +429,22 @@ pub(super) fn verification_keys() -> Vec<Key> {
     vec![
         ("elements", list(word()), "Full names of the elements that it verifies."),
         ("text", word(), "The problem, the derivation of its solution and its source, as Markdown."),
+        ("analysis", word(), "The analysis that is judged, a command such as `modes`, where that is not a run."),
+        ("options", json!({ "type": "object" }), "Its long options: `options = { at = \"equilibrium\" }`."),
+        ("number", list(table(number_keys(), &["name", "of"])), "What the analysis must find."),
+    ]
+}
+
+pub(super) fn number_keys() -> Vec<Key> {
+    let mut not_negative = of(Dimension::DIMENSIONLESS);
+    not_negative["minimum"] = 0.into();
+    vec![
+        ("name", word(), "Its name, free text."),
+        ("of", word(), "Its place in what the command prints with `--json`: `modes/0/frequency`, `outputs/x/value`."),
+        ("reference", quantity(), "What it should be: a number, or an expression of parameters."),
+        ("tolerance", not_negative, "Largest allowed difference."),
+        ("equals", word(), "The word that must stand there, in place of a number."),
+        ("unit", word(), "Its unit, to be shown."),
     ]
 }
 

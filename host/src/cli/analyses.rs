@@ -1,17 +1,20 @@
 //! `odyn modes`, `odyn linearise`, `odyn statics`
 
+use std::cell::Cell;
 use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
 use odyn::analyses::files;
+use odyn::analyses::folder::{self, Page};
 use odyn::analyses::linear::{Linear, Port};
 use odyn::analyses::modes::{Modes, Share, Stability};
+use odyn::analyses::place::{self, At};
+use odyn::analyses::shown;
 use odyn::analyses::statics::{self, Equilibrium};
 use odyn::diagnostics::{Diagnostic, codes, render};
 use odyn::results::{ResultsError, significant};
+use odyn::scene::Scene;
 use odyn::session::{Instant, Restart, Session};
 
 use super::analyses_args::{LineariseArgs, ModesArgs, PlaceArgs, StaticsArgs};
@@ -24,7 +27,7 @@ use super::terminal::{self, Progress, Stream};
 const NAMED: usize = 3;
 
 /// `results/NAME-KIND`.
-pub(super) fn folder(scene: &SceneArgs, kind: &str) -> PathBuf {
+pub(super) fn folder_of(scene: &SceneArgs, kind: &str) -> PathBuf {
     let mut folder = scene.default_output();
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     folder.set_file_name(format!("{name}-{kind}"));
@@ -33,6 +36,17 @@ pub(super) fn folder(scene: &SceneArgs, kind: &str) -> PathBuf {
 
 pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Failure> {
     files::write(folder, name, content).map_err(|error| ResultsError::write(folder, error).into())
+}
+
+/// What `odyn report` shows of an analysis.
+pub(super) fn page(
+    folder: &Path,
+    scene: &Scene,
+    page: &Page,
+    times: &[f64],
+    columns: &[(&Port, &[f64])],
+) -> Result<(), Failure> {
+    folder::write(folder, scene, page, times, columns).map_err(|error| ResultsError::write(folder, error).into())
 }
 
 pub(super) fn warn(session: &Session, quiet: bool) {
@@ -48,41 +62,25 @@ pub(super) fn listener(progress: &Progress, hidden: bool) -> Box<dyn FnMut(f64) 
 
 /// A scene at the state that is asked for.
 fn place(args: &PlaceArgs) -> Result<(Session, Instant), Failure> {
-    let mut session = Session::open(&args.scene.scene, &args.scene.options(None))?;
-    if let Some(from) = &args.from {
-        let state = Restart::read(from).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
-        session.go_on_from(state)?;
-    }
-    warn(&session, args.quiet);
+    let from = args.from.as_deref().map(Restart::read).transpose();
+    let from = from.map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
+    let at = At::read(&args.at).ok_or_else(|| {
+        let message = format!("`--at {}` is no state of a scene", args.at);
+        let help = "give `start`, `equilibrium` or a time in the scene's unit";
+        Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE)
+    })?;
+    let warned = Cell::new(args.quiet);
+    let open = || {
+        let mut session = Session::open(&args.scene.scene, &args.scene.options(None))?;
+        if let Some(state) = &from {
+            session.go_on_from(state.clone())?;
+        }
+        warn(&session, warned.replace(true));
+        Ok(session)
+    };
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
-    let time = match args.at.as_str() {
-        "equilibrium" => {
-            let found = statics::equilibrium(&session, &mut listen)?;
-            return Ok((session, found.instant));
-        }
-        "start" => None,
-        other => match other.parse::<f64>() {
-            Ok(time) if time.is_finite() => Some(time),
-            _ => {
-                let message = format!("`--at {other}` is no state of a scene");
-                let help = "give `start`, `equilibrium` or a time in the scene's unit";
-                return Err(Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE));
-            }
-        },
-    };
-    let mut run = session.prepare()?.start()?;
-    if let Some(time) = time {
-        run.advance(time)?;
-    }
-    let instant = run.instant()?;
-    // The run has what its scene was: the same scene again, for its equations.
-    let mut session = Session::open(&args.scene.scene, &args.scene.options(None))?;
-    if let Some(from) = &args.from {
-        let state = Restart::read(from).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
-        session.go_on_from(state)?;
-    }
-    Ok((session, instant))
+    Ok(place::place(&open, at, &mut listen)?)
 }
 
 /// `odyn modes`
@@ -90,39 +88,19 @@ pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
     let (session, instant) = place(&args.place)?;
     let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
     let modes = Modes::of(&session, &linear)?;
-    let folder = args.place.output.clone().unwrap_or_else(|| folder(&args.place.scene, "modes"));
+    let folder = args.place.output.clone().unwrap_or_else(|| folder_of(&args.place.scene, "modes"));
     let json = terminal::json(&modes);
     write(&folder, "modes.json", json.as_bytes())?;
-    write(&folder, "modes.csv", table(&modes).as_bytes())?;
+    write(&folder, "modes.csv", modes.csv().as_bytes())?;
+    page(&folder, &session.scene, &shown::modes(&session, &instant, &modes)?, &[], &[])?;
     terminal::answer(args.place.scene.json, args.place.quiet, &json, || {
         let mut text = String::new();
         tell_modes(&mut text, &modes, args.most);
         let _ = writeln!(text, "results: {} (with modes.json: shapes)", folder.join("modes.csv").display());
+        let _ = writeln!(text, "to show them in motion: odyn report {}", folder.display());
         text
     })?;
     Ok(exit::DONE)
-}
-
-fn table(modes: &Modes) -> String {
-    let mut text = String::from(
-        "mode,real [1/s],imaginary [rad/s],frequency [Hz],natural frequency [Hz],damping ratio,time constant [s],residual,uncertainty [1/s]\n",
-    );
-    for mode in &modes.modes {
-        let constant = mode.time_constant.map_or_else(String::new, |value| format!("{value:?}"));
-        let _ = writeln!(
-            text,
-            "{},{:?},{:?},{:?},{:?},{:?},{constant},{:?},{:?}",
-            mode.number,
-            mode.real,
-            mode.imaginary,
-            mode.frequency,
-            mode.natural_frequency,
-            mode.damping_ratio,
-            mode.residual,
-            mode.uncertainty
-        );
-    }
-    text
 }
 
 fn named(shares: &[Share]) -> String {
@@ -187,41 +165,14 @@ fn tell_modes(text: &mut String, modes: &Modes, most: usize) {
     }
 }
 
-/// A linear model for programs.
-#[derive(Serialize)]
-struct Model<'a> {
-    /// s.
-    time: f64,
-    at_rest: bool,
-    states: &'a [String],
-    inputs: &'a [Port],
-    outputs: &'a [Port],
-    a: Vec<Vec<f64>>,
-    b: Vec<Vec<f64>>,
-    c: Vec<Vec<f64>>,
-    d: Vec<Vec<f64>>,
-    notes: &'a [String],
-}
-
 /// `odyn linearise`
 pub(super) fn linearise(args: &LineariseArgs) -> Result<u8, Failure> {
     let (session, instant) = place(&args.place)?;
     let linear = Linear::at(&session, &instant, args.inputs.as_deref(), args.outputs.as_deref())?;
-    let folder = args.place.output.clone().unwrap_or_else(|| folder(&args.place.scene, "linear"));
-    let rows = |matrix: &nalgebra::DMatrix<f64>| matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
-    let model = Model {
-        time: linear.time,
-        at_rest: linear.at_rest,
-        states: &linear.states,
-        inputs: &linear.inputs,
-        outputs: &linear.outputs,
-        a: rows(&linear.a),
-        b: rows(&linear.b),
-        c: rows(&linear.c),
-        d: rows(&linear.d),
-        notes: &linear.notes,
-    };
-    let json = terminal::json(&model);
+    let folder = args.place.output.clone().unwrap_or_else(|| folder_of(&args.place.scene, "linear"));
+    let plain = linear.plain();
+    let json = terminal::json(&plain);
+    page(&folder, &session.scene, &shown::linearise(&plain), &[], &[])?;
     write(&folder, "linear.json", json.as_bytes())?;
     let names = |ports: &[Port]| ports.iter().map(|port| format!("{} [{}]", port.name, port.unit)).collect::<Vec<_>>();
     let (inputs, outputs) = (names(&linear.inputs), names(&linear.outputs));
@@ -273,10 +224,11 @@ pub(super) fn statics(args: &StaticsArgs) -> Result<u8, Failure> {
     };
     drop(listen);
     drop(progress);
-    let folder = args.output.clone().unwrap_or_else(|| folder(&args.scene, "statics"));
+    let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "statics"));
     let json = terminal::json(&found);
     write(&folder, "statics.json", json.as_bytes())?;
-    write(&folder, "results.csv", outputs(&found.found).as_bytes())?;
+    write(&folder, "equilibria.csv", outputs(&found.found).as_bytes())?;
+    page(&folder, &session.scene, &shown::statics(&session, &found)?, &[], &[])?;
     if let Some(first) = found.found.first() {
         first.restart(&session).write(&folder)?;
     }
@@ -300,7 +252,8 @@ pub(super) fn statics(args: &StaticsArgs) -> Result<u8, Failure> {
                 let _ = writeln!(text, "  {reason}");
             });
         }
-        let _ = writeln!(text, "results: {} (with results.csv, state.toml)", folder.join("statics.json").display());
+        let _ = writeln!(text, "results: {} (with equilibria.csv, state.toml)", folder.join("statics.json").display());
+        let _ = writeln!(text, "to show it: odyn report {}", folder.display());
         let _ =
             writeln!(text, "to run from there: odyn run {} --from {}", args.scene.scene.display(), folder.display());
         text

@@ -2,31 +2,20 @@
 
 use std::fmt::Write as _;
 
-use odyn::analyses::balance::{Counterweight, Question, Shaking, balance as shaken};
+use odyn::analyses::balance::{Balanced, Question, Shaking, balanced};
 use odyn::analyses::prescribed;
+use odyn::analyses::shown;
 use odyn::desk::page::chart::{COLORS, Chart, Curve, SIZE, draw, drawing, linear_axis};
 use odyn::diagnostics::{Diagnostic, codes};
 use odyn::results::significant;
 use odyn::scene::{Dimension, Override};
 use odyn::session::{RunOptions, Session};
-use serde::Serialize;
 
-use super::analyses::{folder as folder_of, listener, warn, write};
+use super::analyses::{folder_of, listener, page, warn, write};
 use super::exit;
 use super::failure::Failure;
 use super::motion_args::BalanceArgs;
 use super::terminal::{self, Progress};
-
-/// What `balance.json` has; SI.
-#[derive(Serialize)]
-struct Balanced {
-    before: Shaking,
-    counterweight: Counterweight,
-    /// If the machine turned as before.
-    predicted: Shaking,
-    /// As a run with the counterweight shows it.
-    after: Shaking,
-}
 
 /// `odyn balance`
 pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
@@ -55,15 +44,13 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
         let options = RunOptions { overrides, ..args.scene.options(None) };
         Session::open(&args.scene.scene, &options)
     };
-    let before = shaken(&|| open(None), &question, &mut |share| listen(0.5 * share))?;
-    let (counterweight, predicted) = before.counterweight(&session, &question, radius)?;
-    let after = shaken(&|| open(Some(&counterweight.set)), &question, &mut |share| listen(0.5 + 0.5 * share))?;
+    let found = balanced(&open, &question, radius, &mut listen)?;
     drop(listen);
     drop(progress);
     let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "balance"));
-    let found = Balanced { before: before.shaking, counterweight, predicted, after: after.shaking };
     let json = terminal::json(&found);
     write(&folder, "balance.json", json.as_bytes())?;
+    page(&folder, &session.scene, &shown::balance(&found), &[], &[])?;
     write(&folder, "harmonics.csv", harmonics(&found).as_bytes())?;
     write(&folder, "shaking.csv", over_angle(&found).as_bytes())?;
     write(&folder, "shaking.svg", figure(&found).as_bytes())?;

@@ -1,13 +1,18 @@
 //! `odyn fit`
 
 use odyn::analyses::fit::{Fit, Request, fitted_scene};
+use odyn::analyses::linear::Port;
+use odyn::analyses::shown;
 use odyn::diagnostics::{Diagnostic, codes};
+use odyn::scene::{self, Dimension};
+use odyn::session::SessionError;
 
+use super::analyses::{folder_of, page, write};
 use super::exit;
 use super::failure::{Failure, cannot_write};
 use super::fit_args::FitArgs;
 use super::run::stop_on_interrupt;
-use super::sensitivity::{folder, listener, write};
+use super::sensitivity::listener;
 use super::terminal::{self, Progress};
 
 fn usage(message: String, help: &str) -> Failure {
@@ -58,10 +63,17 @@ pub(super) fn fit(args: &FitArgs) -> Result<u8, Failure> {
     let found = Fit::of(&args.scene.scene, args.measured.as_deref(), &options, &request, &told, &stop_on_interrupt())?;
     drop(told);
     drop(progress);
-    let folder = args.output.clone().unwrap_or_else(|| folder(&args.scene, "fit"));
+    let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "fit"));
     let json = terminal::json(&found);
     write(&folder, "fit.json", json.as_bytes())?;
     write(&folder, "fit.csv", found.csv().as_bytes())?;
+    let (scene, _) =
+        scene::read(&args.scene.scene, &options.overrides).map_err(|rejected| SessionError::from(*rejected))?;
+    let factor = scene.units.factor(Dimension::TIME);
+    let times: Vec<f64> = found.times.iter().map(|time| time * factor).collect();
+    let curves = found.curves();
+    let columns: Vec<(&Port, &[f64])> = curves.iter().map(|(port, values)| (port, values.as_slice())).collect();
+    page(&folder, &scene, &shown::fit(&found), &times, &columns)?;
     if let Some(path) = &args.write {
         let text = fitted_scene(&args.scene.scene, &options.overrides, &found)?;
         std::fs::write(path, text).map_err(|error| cannot_write(path, &error))?;

@@ -3,13 +3,14 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use odyn::analyses::loads::{Case, Consistent, Loads, Watch, peaks};
+use odyn::analyses::loads::{Consistent, Loads, loads as loads_of};
+use odyn::analyses::shown;
 use odyn::diagnostics::{Diagnostic, codes};
 use odyn::results::{SUMMARY_FILE, significant};
-use odyn::scene::{Dimension, Override};
+use odyn::scene::Override;
 use odyn::session::{RunOptions, Session};
 
-use super::analyses::{folder as folder_of, listener, warn, write};
+use super::analyses::{folder_of, listener, page, warn, write};
 use super::exit;
 use super::failure::Failure;
 use super::motion_args::{LoadsArgs, LoadsFormat, LoadsUnits};
@@ -48,12 +49,11 @@ fn times(args: &LoadsArgs) -> Result<Option<Vec<f64>>, Failure> {
         return Ok(None);
     }
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|time| time.is_finite());
-    let mut times: Vec<f64> = args.at.split(',').map(number).collect::<Option<_>>().ok_or_else(|| {
+    let times: Vec<f64> = args.at.split(',').map(number).collect::<Option<_>>().ok_or_else(|| {
         let message = format!("`--at {}` is neither `peaks` nor times", args.at);
         let help = "give numbers in the scene's unit of time, separated by commas";
         Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE)
     })?;
-    times.sort_by(f64::total_cmp);
     Ok(Some(times))
 }
 
@@ -63,32 +63,17 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
     let (path, options) = scene(args)?;
     let session = Session::open(&path, &options)?;
     warn(&session, args.quiet);
-    let mut watch = Watch::new(&session, &args.body)?;
-    let unit = session.scene.units.factor(Dimension::TIME);
-    let samples =
-        || session.scene.simulation.sample_times(&session.scene.units).iter().map(|time| time.si / unit).collect();
-    let times: Vec<f64> = asked.clone().unwrap_or_else(samples);
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
-    let mut run = session.prepare()?.start()?;
-    let mut cases: Vec<Case> = Vec::with_capacity(times.len());
-    for (k, time) in times.iter().enumerate() {
-        listen(k as f64 / times.len() as f64);
-        run.advance(*time)?;
-        let instant = run.instant()?;
-        let case = watch.at(&instant, "asked for").map_err(|reason| {
-            Failure::new(Diagnostic::error(codes::MOTION_NOT_FINITE, reason)).exit(exit::INTEGRATION)
-        })?;
-        cases.push(case);
-    }
+    let scene = session.scene.clone();
+    let found = loads_of(session, &args.body, asked.as_deref(), &mut listen)?;
     drop(listen);
     drop(progress);
-    let mut found = watch.loads;
-    found.cases = if asked.is_none() { peaks(&found, &cases) } else { cases };
     let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "loads"));
     let units = if args.units == LoadsUnits::M { Consistent::Metres } else { Consistent::Millimetres };
     let json = terminal::json(&found);
     write(&folder, "loads.json", json.as_bytes())?;
+    page(&folder, &scene, &shown::loads(&found), &[], &[])?;
     write(&folder, "loads.csv", found.csv(units).as_bytes())?;
     if args.format == LoadsFormat::Calculix {
         let (head, steps) = found.calculix(units, &args.elset, args.first_node);
@@ -97,7 +82,7 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
             write(&folder, &format!("step-{}.inp", k + 1), step.as_bytes())?;
         }
     }
-    let worst = found.cases.iter().flat_map(|case| case.left).fold(0.0, f64::max);
+    let worst = found.left();
     terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told(&found, worst);
         let name =

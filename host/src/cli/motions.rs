@@ -6,13 +6,13 @@ use odyn::analyses::folder;
 use odyn::analyses::inverse::{self, Inverse};
 use odyn::analyses::kinematics::{self, Drive, Kinematics};
 use odyn::analyses::linear::Port;
-use odyn::analyses::prescribed::{self, Motion};
-use odyn::diagnostics::{Diagnostic, codes};
-use odyn::results::{ResultsError, significant};
+use odyn::analyses::prescribed::Motion;
+use odyn::analyses::shown;
+use odyn::results::significant;
 use odyn::scene::Dimension;
 use odyn::session::Session;
 
-use super::analyses::{folder as folder_of, listener, warn, write};
+use super::analyses::{folder_of, listener, page, warn, write};
 use super::exit;
 use super::failure::Failure;
 use super::motion_args::{InverseArgs, KinematicsArgs};
@@ -25,7 +25,7 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
     let motion = Motion::read(&session, &args.motion, args.follow.as_deref())?;
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
-    let times = args.every.map(|every| spaced(&motion, session.scene.units.to_si(every, Dimension::TIME)));
+    let times = args.every.map(|every| motion.spaced(session.scene.units.to_si(every, Dimension::TIME)));
     let found = inverse::inverse(&session, &motion, args.by.as_deref(), times.as_deref(), &mut listen)?;
     drop(listen);
     drop(progress);
@@ -39,9 +39,8 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
             .filter(|(port, _)| !names.contains(&port.name.as_str()))
             .map(|(port, values)| (port, values.as_slice())),
     );
-    folder::write(&folder, &session, "inverse", &found.times, &all, &found.notes)
-        .map_err(|error| ResultsError::write(&folder, error))?;
-    write(&folder, "efforts.csv", folder::with_units(&session, &found.times, &efforts).as_bytes())?;
+    page(&folder, &session.scene, &shown::inverse(&found), &found.times, &all)?;
+    write(&folder, "efforts.csv", folder::with_units(&session.scene, &found.times, &efforts).as_bytes())?;
     let json = terminal::json(&found);
     write(&folder, "inverse.json", json.as_bytes())?;
     found.start.write(&folder)?;
@@ -56,17 +55,6 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
         text
     })?;
     Ok(exit::DONE)
-}
-
-/// From the first to the last row, both included.
-fn spaced(motion: &Motion, every: f64) -> Vec<f64> {
-    let (first, last) = (motion.times[0], motion.times[motion.times.len() - 1]);
-    let count = ((last - first) / every * (1.0 + 1e-12)).floor() as usize;
-    let mut times: Vec<f64> = (0..=count).map(|k| (first + k as f64 * every).min(last)).collect();
-    if last - times[times.len() - 1] > 1e-9 * every {
-        times.push(last);
-    }
-    times
 }
 
 fn told(found: &Inverse) -> String {
@@ -102,7 +90,7 @@ pub(super) fn kinematics(args: &KinematicsArgs) -> Result<u8, Failure> {
     warn(&session, args.quiet);
     let drive = match &args.drive {
         None => Drive::Time,
-        Some(text) => drive(&session, text)?,
+        Some(text) => Drive::read(&session, text)?,
     };
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
@@ -114,43 +102,24 @@ pub(super) fn kinematics(args: &KinematicsArgs) -> Result<u8, Failure> {
     write(&folder, "kinematics.json", json.as_bytes())?;
     let columns: Vec<(&Port, &[f64])> =
         found.columns.iter().zip(&found.values).map(|(port, values)| (port, values.as_slice())).collect();
-    let si: Vec<f64> = found.places.iter().map(|place| place * found.over.factor).collect();
-    if matches!(drive, Drive::Time) {
-        folder::write(&folder, &session, "kinematics", &si, &columns, &found.notes)
-            .map_err(|error| ResultsError::write(&folder, error))?;
-    } else {
+    let over_time = matches!(drive, Drive::Time);
+    let (shown, places) = shown::kinematics(&found);
+    let mut curves = columns.clone();
+    if shown.over.as_ref().is_some_and(|over| over.name != found.over.name) {
+        curves.insert(0, (&found.over, &found.places));
+    }
+    page(&folder, &session.scene, &shown, &places, &curves)?;
+    if !over_time {
         write(&folder, "kinematics.csv", folder::over(&found.over, &found.places, &columns).as_bytes())?;
     }
     terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told_kinematics(&found);
-        let name = if matches!(drive, Drive::Time) { "results.csv" } else { "kinematics.csv" };
+        let name = if over_time { "results.csv" } else { "kinematics.csv" };
         let _ = writeln!(text, "results: {} (with kinematics.json)", folder.join(name).display());
+        let _ = writeln!(text, "to show it: odyn report {}", folder.display());
         text
     })?;
     Ok(exit::DONE)
-}
-
-/// `NAME`, or `NAME=FROM:TO:COUNT`.
-fn drive(session: &Session, text: &str) -> Result<Drive, Failure> {
-    let (name, range) = match text.split_once('=') {
-        Some((name, range)) => (name.trim(), Some(range)),
-        None => (text.trim(), None),
-    };
-    let wanted = prescribed::quantity(session, name)?;
-    let Some(range) = range else { return Ok(Drive::Whole(wanted)) };
-    let parts: Vec<&str> = range.split(':').collect();
-    let value = |text: &str| prescribed::amount(text, wanted.dimension, wanted.factor);
-    if let [from, to, count] = parts[..]
-        && let (Some(from), Some(to)) = (value(from), value(to))
-        && let Ok(count) = count.trim().parse::<usize>()
-        && (2..=1_000_000).contains(&count)
-        && from != to
-    {
-        return Ok(Drive::Over(wanted, [from, to], count));
-    }
-    let message = format!("`--drive {text}` is no range of `{name}`");
-    let help = "write NAME=FROM:TO:COUNT, such as \"crank.angle=0 deg:360 deg:361\", with two places or more";
-    Err(Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE))
 }
 
 fn told_kinematics(found: &Kinematics) -> String {

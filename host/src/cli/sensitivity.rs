@@ -1,30 +1,19 @@
 //! `odyn sensitivity`
 
-use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use odyn::analyses::files;
-use odyn::analyses::sensitivity::{Request, Sensitivities};
-use odyn::results::ResultsError;
+use odyn::analyses::linear::Port;
+use odyn::analyses::sensitivity::{OutputSensitivity, Request, Sensitivities};
+use odyn::analyses::shown;
+use odyn::scene::{self, Dimension};
+use odyn::session::SessionError;
 
+use super::analyses::{folder_of, page, write};
 use super::exit;
 use super::failure::Failure;
 use super::fit_args::SensitivityArgs;
 use super::run::stop_on_interrupt;
-use super::scene_args::SceneArgs;
 use super::terminal::{self, Progress};
-
-/// `results/NAME-KIND`.
-pub(super) fn folder(scene: &SceneArgs, kind: &str) -> PathBuf {
-    let mut folder = scene.default_output();
-    let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    folder.set_file_name(format!("{name}-{kind}"));
-    folder
-}
-
-pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Failure> {
-    files::write(folder, name, content).map_err(|error| ResultsError::write(folder, error).into())
-}
 
 /// A progress bar that any thread may move.
 pub(super) fn listener(progress: &Progress, hidden: bool) -> impl Fn(f64) + Sync {
@@ -45,10 +34,20 @@ pub(super) fn sensitivity(args: &SensitivityArgs) -> Result<u8, Failure> {
     let found = Sensitivities::of(&args.scene.scene, &args.scene.options(None), &request, &told, &stop_on_interrupt())?;
     drop(told);
     drop(progress);
-    let folder = args.output.clone().unwrap_or_else(|| folder(&args.scene, "sensitivity"));
+    let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "sensitivity"));
     let json = terminal::json(&found);
     write(&folder, "sensitivity.json", json.as_bytes())?;
     write(&folder, "sensitivity.csv", found.csv().as_bytes())?;
+    let (scene, _) = scene::read(&args.scene.scene, &args.scene.options(None).overrides)
+        .map_err(|rejected| SessionError::from(*rejected))?;
+    let factor = scene.units.factor(Dimension::TIME);
+    let times: Vec<f64> = found.times.iter().map(|time| time * factor).collect();
+    let named = |one: &OutputSensitivity| format!("d {} / d {}", one.output, one.parameter);
+    let port = |one| Port { name: named(one), unit: one.unit.clone(), factor: 1.0, value: 0.0 };
+    let ports: Vec<Port> = found.outputs.iter().map(port).collect();
+    let columns: Vec<(&Port, &[f64])> =
+        ports.iter().zip(&found.outputs).map(|(port, one)| (port, one.derivative.as_slice())).collect();
+    page(&folder, &scene, &shown::sensitivity(&found), &times, &columns)?;
     terminal::answer(args.scene.json, args.quiet, &json, || {
         let place = folder.join("sensitivity.csv");
         format!("{}results: {} (with sensitivity.json)\n", found.overview(), place.display())

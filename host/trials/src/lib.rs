@@ -18,7 +18,7 @@ pub mod verification;
 #[cfg(feature = "workshop")]
 pub mod workshop;
 
-pub(crate) use odyn_analyses::statics;
+pub(crate) use odyn_analyses::{question, statics};
 pub(crate) use odyn_catalog as catalog;
 #[cfg(feature = "manual")]
 pub(crate) use odyn_desk::page;

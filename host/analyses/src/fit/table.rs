@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Direction, Fit};
+use super::{Direction, Fit, FittedColumn};
+use crate::linear::Port;
 use crate::results::significant;
 
 impl Fit {
@@ -24,6 +25,27 @@ impl Fit {
             text.push('\n');
         }
         text
+    }
+
+    /// The same as columns: measured and fitted of each, then what is left of it.
+    #[must_use]
+    pub fn curves(&self) -> Vec<(Port, Vec<f64>)> {
+        let columns = self.columns.iter().filter(|column| column.output != "figure");
+        let of = |column: &FittedColumn| {
+            let port = |what: &str| Port {
+                name: format!("{} {what}", column.name),
+                unit: column.unit.clone(),
+                factor: 1.0,
+                value: 0.0,
+            };
+            let left = column.fitted.iter().zip(&column.measured).map(|(fitted, measured)| fitted - measured);
+            [
+                (port("measured"), column.measured.clone()),
+                (port("fitted"), column.fitted.clone()),
+                (port("residual"), left.collect()),
+            ]
+        };
+        columns.flat_map(of).collect()
     }
 
     /// What people read.

@@ -20,6 +20,13 @@ export class Clock {
     this.listeners = [];
   }
 
+  /** Plays a part only, in two seconds. */
+  within(from, to) {
+    [this.from, this.to] = [from, to];
+    this.natural = (to - from) / 2 || 1;
+    this.set(from, "part");
+  }
+
   /** Calls back with the time and where it came from, at once and whenever it changes. */
   listen(listener) {
     this.listeners.push(listener);

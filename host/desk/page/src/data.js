@@ -13,6 +13,8 @@ export async function readRuns(text) {
     index,
     name: run.name,
     title: run.summary.title,
+    over: run.summary.over || "time",
+    parts: run.summary.parts ?? [],
     timeUnit: run.channels[0].unit,
     secondsPerUnit: run.channels[0].si_per_unit,
     times: block(run.time),

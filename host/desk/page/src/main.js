@@ -21,8 +21,12 @@ async function begin() {
       place.append(el("p", { class: "note" }, `The motion cannot be drawn here: ${error.message}`));
     }
   }
-  shown.charts = plots(document.getElementById("plots"), runs, clock);
-  tables(document.getElementById("table"), runs, clock);
+  // Analyses may have nothing over time.
+  const curves = document.getElementById("plots");
+  if (curves) {
+    shown.charts = plots(curves, runs, clock);
+    tables(document.getElementById("table"), runs, clock);
+  }
   // For tests, and for whoever opens the console.
   window.odyn = shown;
   document.documentElement.dataset.ready = "yes";

@@ -108,7 +108,7 @@ function chart(hosts, group, runs, clock, differences) {
     cursor: { sync: { key: "odyn", setSeries: false }, drag: { x: true, y: false }, points: { size: 7 } },
     legend: { live: true },
     axes: [
-      { ...axis, label: `time [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
+      { ...axis, label: `${runs[0].over ?? "time"} [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
       { ...axis, label, labelSize: 22, size: 70 },
     ],
     series: [{ label: "t", value: (_, x) => short(x) }, ...series],

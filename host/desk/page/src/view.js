@@ -196,6 +196,14 @@ class View {
     });
     const unit = this.mechanisms[0].run.timeUnit;
     const now = el("output", { class: "now" });
+    const { parts } = this.mechanisms[0].run;
+    const only = (k) => {
+      clock.within(parts[k].from, parts[k].to);
+      [slider.min, slider.max] = [String(clock.from), String(clock.to)];
+    };
+    // Modes and equilibria are shown one at a time.
+    const chosen = parts?.length ? choice("Show", parts.map((part, k) => [String(k), part.name]), "0", (k) => only(Number(k))) : null;
+    if (chosen) only(0);
     clock.listen((t, source) => {
       if (source !== "slider") slider.value = String(t);
       slider.setAttribute("aria-valuetext", `${short(t)} ${unit}`);
@@ -203,7 +211,7 @@ class View {
       button.textContent = clock.playing ? "Pause" : "Play";
     });
     const speeds = [0.05, 0.1, 0.25, 0.5, 1, 2, 4].map((k) => [String(k), `${short(k * clock.natural)} ${unit} a second`]);
-    return el("div", { class: "bar" }, button, slider, now, choice("Speed", speeds, "1", (k) => (clock.speed = Number(k))));
+    return el("div", { class: "bar" }, chosen, button, slider, now, choice("Speed", speeds, "1", (k) => (clock.speed = Number(k))));
   }
 
   details() {

@@ -30,6 +30,7 @@ fn every_key_of_the_reader_is_in_the_schema() {
     same(&schema::figure_keys(), outputs::FIGURE_KEYS);
     same(&schema::check_keys(), verification::CHECK_KEYS);
     same(&schema::verification_keys(), verification::VERIFICATION_KEYS);
+    same(&schema::number_keys(), verification::NUMBER_KEYS);
 }
 
 #[test]

@@ -14,7 +14,9 @@ pub(super) fn section(case: &Case) -> String {
             out.push_str(&checks(measured));
             out.push_str(&plot::over_time(measured));
             out.push_str(&plot::over_tolerance(measured));
-            out.push_str(&run(measured));
+            if case.analysis.is_none() {
+                out.push_str(&run(measured));
+            }
         }
         Err(reason) => {
             let reason = escape(reason.trim_end());

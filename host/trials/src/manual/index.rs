@@ -1,6 +1,6 @@
 //! The overview.
 
-use super::{Manual, case, page_name};
+use super::{Manual, analysis, case, page_name};
 use crate::page::html::{self, Side, escape, table, verdict};
 use crate::results::{Work, significant};
 use crate::verification::{Case, Element, Measured};
@@ -48,6 +48,7 @@ pub(super) fn page(manual: &Manual<'_>) -> String {
         let rows: Vec<Vec<String>> = own.iter().map(|element| row(manual, element)).collect();
         body.push_str(&table(&head, &rows));
     }
+    body.push_str(&analysis::overview(manual));
     let others: Vec<&Case> = manual.homeless().collect();
     if !others.is_empty() {
         body.push_str("<h2>Other scenes</h2>\n");

@@ -10,10 +10,12 @@
 //! |---|---|
 //! | `index.rs` | the overview |
 //! | `element.rs` | the page of an element: its manual page, its tables, its cases |
+//! | `analysis.rs` | the page of an analysis: its cases |
 //! | `case.rs` | a case on a page |
 //! | `plot.rs` | curves over time and tolerance, SVG |
 //! | `stress.rs` | the page of the stress suite |
 
+mod analysis;
 mod case;
 mod element;
 mod index;
@@ -24,6 +26,7 @@ mod stress;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -53,6 +56,9 @@ impl Manual<'_> {
         for element in self.shown() {
             pages.push((page_name(&element.name), element::page(self, element)));
         }
+        for analysis in self.analyses() {
+            pages.push((page_name(&analysis::name(analysis)), analysis::page(self, analysis)));
+        }
         pages
     }
 
@@ -74,15 +80,20 @@ impl Manual<'_> {
         self.elements.iter().filter(|element| verified.contains(&element.name) || gaps.contains(&element.name))
     }
 
+    /// The analyses that cases verify, each once, sorted.
+    fn analyses(&self) -> BTreeSet<&str> {
+        self.cases.iter().filter_map(|case| case.analysis.as_deref()).collect()
+    }
+
     /// The cases that verify an element.
     fn cases_of<'b>(&'b self, element: &'b str) -> impl Iterator<Item = &'b Case> {
         self.cases.iter().filter(move |case| case.elements.iter().any(|name| name == element))
     }
 
-    /// The cases that no page shows: they name no element, or could not even be read.
+    /// The cases that no page shows: they name no element and no analysis, or could not even be read.
     fn homeless(&self) -> impl Iterator<Item = &Case> {
         let shown = |name: &String| self.shown().any(|element| element.name == *name);
-        self.cases.iter().filter(move |case| !case.elements.iter().any(shown))
+        self.cases.iter().filter(move |case| case.analysis.is_none() && !case.elements.iter().any(shown))
     }
 }
 

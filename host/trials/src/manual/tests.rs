@@ -77,6 +77,7 @@ fn case(name: &str, element: &str, worst: f64) -> Case {
         file: format!("{name}.toml"),
         title: format!("Case <{name}>"),
         elements: vec![format!("odyn-example/{element}")],
+        analysis: None,
         text: "# Problem\nA *rod* swings; <script>alert(1)</script>.".into(),
         source: "title = \"a < b\"\n".into(),
         outcome: Ok(Measured {

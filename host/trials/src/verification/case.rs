@@ -16,6 +16,8 @@ pub struct Case {
     pub title: String,
     /// Full names of the elements it verifies.
     pub elements: Vec<String>,
+    /// The analysis that it verifies; absent: a run.
+    pub analysis: Option<String>,
     /// The problem and the derivation of its reference, Markdown.
     pub text: String,
     /// The scene file.

@@ -12,12 +12,14 @@
 //! |---|---|
 //! | `case.rs` | what came out, as plain data |
 //! | `verifier.rs` | runs a scene |
+//! | `numbers.rs` | an analysis in place of a run: its numbers against those that the scene gives |
 //! | `balance.rs` | reported loads of every body against its acceleration |
 //! | `coverage.rs` | elements and the scenes that verify them |
 
 mod balance;
 mod case;
 mod coverage;
+mod numbers;
 mod verifier;
 
 #[cfg(test)]

@@ -134,6 +134,7 @@ fn elements_without_a_scene_are_gaps_in_libraries_that_are_verified_at_all() {
         file: "x.toml".into(),
         title: "x".into(),
         elements: vec!["mine/leg".into(), "nobody/knows".into()],
+        analysis: None,
         text: String::new(),
         source: String::new(),
         outcome: Err("failed: it is not the coverage that tells".into()),
@@ -284,6 +285,71 @@ fn a_wrong_answer_fails() {
     // 0.01 m/s^2 over a second.
     assert!((measured.checks[0].largest - 0.005).abs() < 1e-12);
     assert!(measured.ladder.is_empty());
+}
+
+/// The stone's loads, a number and a word of them.
+const LOADS: &str = r#"
+[verification]
+elements = []
+text = "A stone falls."
+analysis = "loads"
+options = { body = "stone", at = [500] }
+[[verification.number]]
+name = "weight"
+of = "cases/0/weight/1"
+reference = "-2 * 9.81"
+tolerance = 1e-12
+[[verification.number]]
+name = "body"
+of = "body"
+equals = "stone"
+"#;
+
+#[test]
+fn an_analysis_is_judged_by_its_numbers() {
+    let scratch = Scratch::new("analysis");
+    let alone = THROW.split("[[check]]").next().unwrap();
+    let verify = |text: &str| Verifier::new(Settings::default()).verify(&scratch.file("scene.toml", text));
+    let case = verify(&format!("{alone}{LOADS}"));
+    assert!(case.passed(), "{:?}", case.outcome);
+    assert_eq!(case.analysis.as_deref(), Some("loads"));
+    assert_eq!(case.outcome.unwrap().checks.len(), 2);
+    // With checks of a run beside it.
+    assert_eq!(verify(&format!("{THROW}{LOADS}")).outcome.unwrap().checks.len(), 4);
+    for (from, to) in [("-2 * 9.81", "-2 * 9.80"), ("equals = \"stone\"", "equals = \"rock\"")] {
+        let case = verify(&format!("{alone}{}", LOADS.replace(from, to)));
+        let checks = case.outcome.as_ref().unwrap().checks.clone();
+        assert!(!case.passed() && checks.iter().filter(|check| !check.passed && check.problem.is_some()).count() == 1);
+    }
+}
+
+#[test]
+fn mistakes_in_the_table_of_an_analysis_are_named_with_their_place() {
+    let scratch = Scratch::new("analysis-wrong");
+    let alone = THROW.split("[[check]]").next().unwrap();
+    for (from, to, reason) in [
+        ("\"loads\"", "\"load\"", "`load` is no analysis: known are statics, modes"),
+        ("at = [500]", "when = [500]", "unknown field `when`"),
+        ("at = [500]", "at = \"soon\"", "invalid type"),
+        ("body = \"stone\"", "body = \"stones\"", "did you mean `stone`?"),
+        ("cases/0/weight/1", "cases/1/weight/1", "no `1` among 1 entries"),
+        ("cases/0/weight/1", "cases/0/weights/1", "no `weights` among"),
+        ("cases/0/weight/1", "cases/0/weight", "is no number"),
+        ("\"-2 * 9.81\"", "\"-2 * height\"", "`height` is neither"),
+        ("\"-2 * 9.81\"", "\"-2 * t\"", "does not depend on the time"),
+        ("tolerance = 1e-12", "tolerance = -1e-12", "must not be negative"),
+        ("tolerance = 1e-12", "", "tolerance"),
+        ("equals = \"stone\"", "equals = \"stone\"\ntolerance = 1", "has both `equals` and `tolerance`"),
+        ("name = \"body\"", "name = \"weight\"", "weight"),
+        ("analysis = \"loads\"", "", "is of an analysis, and `[verification]` names none"),
+        ("options = {", "options = 3 #", "a table of options"),
+    ] {
+        let text = format!("{alone}{}", LOADS.replacen(from, to, 1));
+        let case = Verifier::new(Settings::default()).verify(&scratch.file("scene.toml", &text));
+        let found = case.outcome.clone().map(|_| String::new()).unwrap_or_else(|reason| reason);
+        assert!(found.contains(reason), "`{to}`: `{reason}` is not in `{found}`");
+        assert!(to == "body = \"stones\"" || found.contains("scene.toml:"), "no place: {found}");
+    }
 }
 
 #[test]

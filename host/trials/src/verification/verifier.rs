@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::balance::{self, Reports};
 use super::case::{Case, Checked, Measured, Rung};
 use super::coverage::{Element, collect};
+use super::numbers;
 use crate::catalog::{Catalog, Request, SearchPath};
 use crate::diagnostics::{Diagnostic, render};
 use crate::model::{Channel, Model};
@@ -39,6 +40,7 @@ pub struct Verifier {
 
 /// A scene that was read, with its libraries; or why there is nothing to run.
 struct Begun {
+    path: PathBuf,
     case: Case,
     ready: Result<(Scene, Arc<Catalog>), String>,
 }
@@ -100,6 +102,7 @@ impl Verifier {
             file: part(path.file_name()),
             name,
             elements: Vec::new(),
+            analysis: None,
             text: String::new(),
             source: String::new(),
             outcome: Err(String::new()),
@@ -108,7 +111,11 @@ impl Verifier {
             Ok((scene, _)) => scene,
             Err(rejected) => {
                 case.source = rejected.source.text.clone();
-                return Begun { ready: Err(render(&rejected.diagnostics, &rejected.source, false)), case };
+                return Begun {
+                    path: path.into(),
+                    ready: Err(render(&rejected.diagnostics, &rejected.source, false)),
+                    case,
+                };
             }
         };
         case.source = scene.source.text.clone();
@@ -118,12 +125,14 @@ impl Verifier {
         if let Some(verification) = &scene.verification {
             case.text = verification.text.clone();
             case.elements = verification.elements.iter().map(|name| name.value.clone()).collect();
+            let asked = verification.analysis.as_ref();
+            case.analysis = asked.and_then(|asked| asked.question.get("analysis")?.as_str()).map(String::from);
         }
-        let ready = match scene.checks.is_empty() {
-            true => Err("the scene has no [[check]]".into()),
+        let ready = match scene.checks.is_empty() && case.analysis.is_none() {
+            true => Err("the scene has no [[check]], and names no analysis in [verification]".into()),
             false => self.catalog(path, &scene).map(|catalog| (scene, catalog)),
         };
-        Begun { case, ready }
+        Begun { path: path.into(), case, ready }
     }
 
     /// The libraries that a scene names.
@@ -155,19 +164,36 @@ impl Verifier {
 
 /// Runs and judges what was begun.
 fn finish(settings: &Settings, begun: Begun) -> Case {
-    let Begun { mut case, ready } = begun;
-    case.outcome = ready.and_then(|(scene, catalog)| measure(settings, &scene, &catalog));
+    let Begun { path, mut case, ready } = begun;
+    case.outcome = ready.and_then(|(scene, catalog)| {
+        let verification = scene.verification.as_ref();
+        let analysis = verification.and_then(|record| Some((record.analysis.as_ref()?, &record.numbers)));
+        let Some((asked, wanted)) = analysis else { return measure(settings, &scene, &catalog) };
+        named_elements(&scene, &open(&scene, &catalog)?)?;
+        let mut judged = numbers::judge(settings, &path, &scene, asked, wanted)?;
+        if !scene.checks.is_empty() {
+            let run = measure(settings, &scene, &catalog)?;
+            judged = Measured { checks: [judged.checks, run.checks].concat(), ..run };
+        }
+        Ok(judged)
+    });
     case
 }
 
-fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Measured, String> {
-    let session = open(scene, catalog)?;
+/// The elements that a scene says it verifies are in it.
+fn named_elements(scene: &Scene, session: &Session) -> Result<(), String> {
     for name in scene.verification.iter().flat_map(|verification| &verification.elements) {
         let named = |element: &crate::model::Instance| format!("{}/{}", element.library, element.class.name);
         if !session.model.elements.iter().any(|element| named(element) == name.value) {
             return Err(format!("[verification] names `{}`, but the scene has no such element", name.value));
         }
     }
+    Ok(())
+}
+
+fn measure(settings: &Settings, scene: &Scene, catalog: &Catalog) -> Result<Measured, String> {
+    let session = open(scene, catalog)?;
+    named_elements(scene, &session)?;
     let report = run(session)?;
     let mut measured = Measured {
         time_unit: report.summary.time_unit.clone(),
