@@ -86,7 +86,7 @@ fn robots_accelerate_as_in_mujoco_in_coordinates_of_bodies() {
 
 #[test]
 fn robots_run_with_their_limits() {
-    for name in ["arm.urdf", "gantry.urdf", "crane.urdf"] {
+    for name in ROBOTS {
         let imported = imported(name, &Options::default());
         let report = run_text(&imported.scene, &["simulation.t_end=0.3"]);
         assert_eq!(report.columns.len(), imported.joints.len(), "{name}");

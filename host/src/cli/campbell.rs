@@ -1,0 +1,132 @@
+//! `odyn modes --over`
+
+use std::fmt::Write as _;
+
+use odyn::analyses::campbell::Campbell;
+use odyn::analyses::question::{Answer, Question};
+use odyn::desk::page::chart::{Chart, INK, Curve, Figure, colored, linear_axis};
+use odyn::diagnostics::{Diagnostic, codes};
+use odyn::results::significant;
+use odyn::scene::{Dimension, Override, parse_unit};
+use odyn::study::Vary;
+
+use super::analyses::{folder_of, write};
+use super::analyses_args::ModesArgs;
+use super::exit;
+use super::failure::Failure;
+use super::run::stop_on_interrupt;
+use super::terminal::{self, Progress};
+
+/// Orders of the speed that are drawn beside the frequencies.
+const ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
+
+/// Modes over the values of a key.
+pub(super) fn campbell(args: &ModesArgs, over: &str) -> Result<u8, Failure> {
+    let usage = |diagnostic: Diagnostic| Failure::new(diagnostic).exit(exit::USAGE);
+    let vary = Vary::parse(over).map_err(usage)?;
+    let place = &args.place;
+    let question = Question::Modes { at: place.at.clone() };
+    let stop = stop_on_interrupt();
+    let progress = (!place.quiet && !place.scene.json).then(Progress::new);
+    let mut listen = progress.as_ref().map(Progress::listener);
+    let mut ended = 0_usize;
+    let mut ask = |value: &str| {
+        let mut options = place.scene.options(None);
+        options.overrides.push(Override::new(format!("{}={value}", vary.key)));
+        let answer = question.ask(&place.scene.scene, &options, &|_| (), &stop)?;
+        ended += 1;
+        if let Some(listen) = &mut listen {
+            listen(ended as f64 / vary.values.len() as f64);
+        }
+        match answer {
+            Answer::Modes(modes) => Ok(modes),
+            _ => unreachable!("modes were asked for"),
+        }
+    };
+    let found = Campbell::over(&vary.key, &vary.values, &mut ask)?;
+    drop(listen);
+    drop(progress);
+    let folder = place.output.clone().unwrap_or_else(|| folder_of(&place.scene, "campbell"));
+    let json = terminal::json(&found);
+    write(&folder, "campbell.json", json.as_bytes())?;
+    write(&folder, "campbell.csv", found.csv().as_bytes())?;
+    let drawn = figure(&found);
+    if let Some(drawn) = &drawn {
+        write(&folder, "campbell.svg", drawn.as_bytes())?;
+    }
+    terminal::answer(place.scene.json, place.quiet, &json, || {
+        let mut text = table(&found, args.most);
+        let files = if drawn.is_some() { "campbell.csv, campbell.svg, campbell.json" } else { "campbell.csv, campbell.json" };
+        let _ = writeln!(text, "results: {} ({files})", folder.display());
+        text
+    })?;
+    Ok(exit::DONE)
+}
+
+/// Frequencies of the branches, a line for each value.
+fn table(found: &Campbell, most: usize) -> String {
+    let shown = found.branches.len().min(most);
+    let mut text = format!("{:>16}", found.key);
+    (1..=shown).for_each(|branch| {
+        let _ = write!(text, " {:>12}", format!("f{branch} [Hz]"));
+    });
+    text.push_str("  stability\n");
+    for (at, value) in found.values.iter().enumerate() {
+        let _ = write!(text, "{value:>16}");
+        for branch in 0..shown {
+            let mode = found.branch(branch).find(|(number, _)| *number == at);
+            let number = mode.map_or(String::new(), |(_, mode)| significant(mode.frequency, 6));
+            let _ = write!(text, " {number:>12}");
+        }
+        let _ = writeln!(text, "  {}", found.modes[at].stability.words());
+    }
+    if found.branches.len() > shown {
+        let _ = writeln!(text, "  and {} more branches", found.branches.len() - shown);
+    }
+    text
+}
+
+/// A number with its unit, as `--over` has them.
+fn number(text: &str) -> Option<(f64, &str)> {
+    let end = text.char_indices().find(|(at, c)| {
+        let exponent = matches!(c, 'e' | 'E') && text[at + 1..].starts_with(|c: char| c.is_ascii_digit() || c == '-');
+        c.is_alphabetic() && !exponent
+    });
+    let (number, unit) = text.split_at(end.map_or(text.len(), |(at, _)| at));
+    Some((number.trim().parse().ok()?, unit.trim()))
+}
+
+/// Frequencies over the values, with multiples of the speed where the key is one; none where values are no numbers of one unit.
+fn figure(found: &Campbell) -> Option<String> {
+    let values: Vec<(f64, &str)> = found.values.iter().map(|value| number(value)).collect::<Option<_>>()?;
+    let (_, unit) = *values.first()?;
+    if values.iter().any(|(_, other)| *other != unit) {
+        return None;
+    }
+    let ends = values.iter().fold((f64::MAX, f64::MIN), |(low, high), (x, _)| (low.min(*x), high.max(*x)));
+    let branches = (0..found.branches.len()).map(|branch| {
+        let points = found.branch(branch).filter(|(_, mode)| mode.imaginary != 0.0);
+        points.map(|(at, mode)| (values[at].0, mode.frequency)).collect::<Vec<_>>()
+    });
+    let mut curves = colored(branches.filter(|points| !points.is_empty()));
+    let highest = curves.iter().flat_map(|curve| &curve.points).fold(0.0_f64, |most, point| most.max(point.1));
+    if !(ends.1 > ends.0 && highest > 0.0) {
+        return None;
+    }
+    let turns = parse_unit(unit).ok().filter(|(dimension, _)| *dimension == Dimension::ANGULAR_VELOCITY);
+    if let Some((_, factor)) = turns {
+        for order in ORDERS {
+            let per = order * factor / std::f64::consts::TAU;
+            // Down to where the line leaves the drawing.
+            let last = ends.1.min(1.05 * highest / per);
+            if last > ends.0 {
+                curves.push(Curve { points: vec![(ends.0, per * ends.0), (last, per * last)], color: INK });
+            }
+        }
+    }
+    let label = if unit.is_empty() { found.key.clone() } else { format!("{} [{unit}]", found.key) };
+    let (x, y) = (linear_axis(ends.0, ends.1, label), linear_axis(0.0, 1.05 * highest, "frequency [Hz]".into()));
+    let chart = Chart { x: &x, y: &y, curves: &curves, dots: true, bound: None };
+    let names = turns.map_or(String::new(), |_| "dark lines: 1, 2 and 3 times the speed".into());
+    Some(Figure { chart: &chart, says: "Frequencies over a number of the scene", below: &names }.file())
+}
