@@ -144,11 +144,12 @@ enum {
        of that row's reaction. Contract 1.2. */
     ODYN_OUT_LIMIT = 30,
     ODYN_OUT_SLIDES_WITH = 31, /* The row and that one have one limit, a circle; a constant, its number. Contract 1.2. */
-    /* 0; kinetic energy of mass that a force brings, J: sums of products of two velocities each, of frames and flexible coordinates;
-       frames' positions and rotations and flexible coordinates may go in. Its inertia acts by itself. Not with ODYN_OPAQUE. Contract 1.2. */
+    /* 0; kinetic energy of mass that a force brings, J: sums of products of two velocities each, of frames and flexible
+       coordinates; frames' positions and rotations and flexible coordinates may go in. Its inertia acts by itself. Not with
+       ODYN_OPAQUE. Contract 1.2. */
     ODYN_OUT_KINETIC = 40,
-    /* Generalised force on flexible coordinate k. With n of them the states begin with n coordinates and n rates of these, and the
-       element gives the rates of further states only. Contract 1.2. */
+    /* Generalised force on flexible coordinate k. With n of them the states begin with n coordinates and n rates of these, and
+       the element gives the rates of further states only. Contract 1.2. */
     ODYN_OUT_FLEXIBLE_FORCE = 41
 };
 

@@ -5,8 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::Complex;
 use serde::Serialize;
 
-use crate::modes::{Mode, Modes};
-use crate::results::exact;
+use crate::modes::{BodyShape, Mode, Modes};
 use crate::session::SessionError;
 
 /// Modes over values of a key.
@@ -50,8 +49,9 @@ impl Campbell {
         for (number, value) in self.values.iter().enumerate() {
             for branch in 0..self.branches.len() {
                 for (_, mode) in self.branch(branch).filter(|(at, _)| *at == number) {
-                    let numbers = [mode.frequency, mode.damping_ratio, mode.real].map(exact).join(",");
-                    let _ = writeln!(text, "\"{}\",{},{numbers}", value.replace('"', "\"\""), branch + 1);
+                    let Mode { frequency, damping_ratio, real, .. } = mode;
+                    let value = value.replace('"', "\"\"");
+                    let _ = writeln!(text, "\"{value}\",{},{frequency},{damping_ratio},{real}", branch + 1);
                 }
             }
         }
@@ -67,7 +67,9 @@ fn follow(all: &[Modes]) -> Vec<Vec<Option<usize>>> {
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (branch, last) in branches.iter().enumerate() {
             let Some(last) = last.last().copied().flatten().and_then(|mode| before?.modes.get(mode)) else { continue };
-            pairs.extend(modes.modes.iter().enumerate().map(|(mode, next)| (likeness(last, next), branch, mode)));
+            pairs.extend(
+                modes.modes.iter().enumerate().map(|(mode, next)| (likeness(last, next, modes.length), branch, mode)),
+            );
         }
         pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut continues: Vec<Option<usize>> = vec![None; branches.len()];
@@ -85,23 +87,18 @@ fn follow(all: &[Modes]) -> Vec<Vec<Option<usize>>> {
     branches
 }
 
-/// The modal assurance criterion of two shapes (Allemang & Brown 1982), less the difference of the eigenvalues on their size.
-fn likeness(a: &Mode, b: &Mode) -> f64 {
+/// The modal assurance criterion of two shapes (Allemang & Brown 1982), less the difference of the eigenvalues on their size. Turns
+/// count by the displacements that they cause at a length.
+fn likeness(a: &Mode, b: &Mode, length: f64) -> f64 {
     let value = |mode: &Mode| Complex::new(mode.real, mode.imaginary);
     let apart = (value(a) - value(b)).norm() / (value(a).norm() + value(b).norm()).max(f64::MIN_POSITIVE);
-    // Turns count as displacements at the distance where the largest of them is one.
-    let turns = [a, b].iter().flat_map(|mode| &mode.shape).flat_map(|body| body.turn.iter().chain(&body.turn_imaginary));
-    let scale = 1.0 / turns.fold(0.0_f64, |most, turn| most.max(turn.abs())).max(f64::MIN_POSITIVE);
     let entries = |mode: &Mode| -> Vec<Complex<f64>> {
-        let of = mode.shape.iter().flat_map(|body| {
-            (0..3).flat_map(|k| {
-                [
-                    Complex::new(body.displacement[k], body.displacement_imaginary[k]),
-                    Complex::new(body.turn[k], body.turn_imaginary[k]) * scale,
-                ]
-            })
-        });
-        of.collect()
+        let of_body = |body: &BodyShape| {
+            let moved = |k: usize| Complex::new(body.displacement[k], body.displacement_imaginary[k]);
+            let turned = |k: usize| Complex::new(body.turn[k], body.turn_imaginary[k]) * length;
+            [0, 1, 2].map(|k| [moved(k), turned(k)]).concat()
+        };
+        mode.shape.iter().flat_map(of_body).collect()
     };
     let (a, b) = (entries(a), entries(b));
     let product: Complex<f64> = a.iter().zip(&b).map(|(a, b)| a.conj() * b).sum();

@@ -111,6 +111,8 @@ pub struct Neutral {
 pub struct Modes {
     /// s.
     pub time: f64,
+    /// Size of the scene, m: turns times it are compared with displacements.
+    pub length: f64,
     /// Degrees of freedom of positions.
     pub coordinates: usize,
     /// States in all.
@@ -188,6 +190,7 @@ impl Modes {
             });
         Ok(Self {
             time: linear.time,
+            length,
             coordinates: linear.coordinates,
             states: linear.a.nrows(),
             stability,

@@ -18,6 +18,7 @@ use odyn::scene::Scene;
 use odyn::session::{Instant, Restart, Session};
 
 use super::analyses_args::{LineariseArgs, ModesArgs, PlaceArgs, StaticsArgs};
+use super::campbell::campbell;
 use super::exit;
 use super::failure::Failure;
 use super::scene_args::SceneArgs;
@@ -85,6 +86,9 @@ fn place(args: &PlaceArgs) -> Result<(Session, Instant), Failure> {
 
 /// `odyn modes`
 pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
+    if let Some(over) = &args.over {
+        return campbell(args, over);
+    }
     let (session, instant) = place(&args.place)?;
     let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
     let modes = Modes::of(&session, &linear)?;

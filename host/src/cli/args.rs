@@ -90,6 +90,7 @@ Derivatives are exact. Of a state that is not at rest, the linearisation is froz
 Examples:
   odyn modes scenes/benchmarks/chain_N10.toml --at equilibrium
   odyn modes rotor.toml --set rotor.speed=3000rpm --json
+  odyn modes rotor.toml --over rotor.speed=0rpm:6000rpm:31    (a Campbell diagram)
   odyn modes scenes/compressor.toml --at 20
   odyn modes car.toml --from results/car-rest")]
     Modes(ModesArgs),

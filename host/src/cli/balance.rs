@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use odyn::analyses::balance::{Balanced, Question, Shaking, balanced};
 use odyn::analyses::prescribed;
 use odyn::analyses::shown;
-use odyn::desk::page::chart::{COLORS, Chart, Curve, SIZE, draw, drawing, linear_axis};
+use odyn::desk::page::chart::{COLORS, Chart, Curve, file, linear_axis};
 use odyn::diagnostics::{Diagnostic, codes};
 use odyn::results::significant;
 use odyn::scene::{Dimension, Override};
@@ -89,28 +89,11 @@ fn figure(found: &Balanced) -> String {
         |of: fn(&(f64, f64)) -> f64| all.iter().flat_map(|(_, points)| points.iter().map(of)).fold(0.0, f64::max);
     let x = linear_axis(0.0, most(|point| point.0).max(1.0), "angle [deg]".into());
     let y = linear_axis(0.0, 1.05 * most(|point| point.1).max(f64::MIN_POSITIVE), "force without its mean [N]".into());
-    let (width, height) = SIZE;
-    let mut key = String::new();
-    for (k, ((name, _), (_, color))) in all.iter().zip(COLORS).enumerate() {
-        let (left, top) = (160 + 420 * k, height + 30);
-        key.push_str(&format!(
-            "<line x1=\"{left}\" y1=\"{top}\" x2=\"{}\" y2=\"{top}\" stroke=\"{color}\" stroke-width=\"6\"/>\
-             <text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"28\" fill=\"currentColor\">{name}</text>\n",
-            left + 50,
-            left + 64,
-            top + 10
-        ));
-    }
+    let names: Vec<(&str, &str)> = all.iter().zip(COLORS).map(|((name, _), (_, color))| (*name, color)).collect();
     let curves: Vec<Curve> =
         (all.into_iter().zip(COLORS)).map(|((_, points), (color, _))| Curve { points, color }).collect();
     let chart = Chart { x: &x, y: &y, curves: &curves, dots: false, bound: None };
-    let drawn = drawing("", |area| draw(area, &chart));
-    let content = drawn.split_once('>').map_or("", |(_, content)| content).trim_end().trim_end_matches("</svg>");
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {}\" style=\"color:#7d8590\" role=\"img\" \
-         aria-label=\"Shaking force over the angle, before and after\">{content}{key}</svg>\n",
-        height + 60
-    )
+    file("Shaking force over the angle, before and after", &chart, &names)
 }
 
 fn harmonics(found: &Balanced) -> String {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use odyn::analyses::campbell::Campbell;
 use odyn::analyses::question::{Answer, Question};
-use odyn::desk::page::chart::{Chart, INK, Curve, Figure, colored, linear_axis};
-use odyn::diagnostics::{Diagnostic, codes};
+use odyn::desk::page::chart::{Chart, Curve, INK, colored, file, linear_axis};
+use odyn::diagnostics::Diagnostic;
 use odyn::results::significant;
 use odyn::scene::{Dimension, Override, parse_unit};
 use odyn::study::Vary;
@@ -23,7 +23,13 @@ const ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
 /// Modes over the values of a key.
 pub(super) fn campbell(args: &ModesArgs, over: &str) -> Result<u8, Failure> {
     let usage = |diagnostic: Diagnostic| Failure::new(diagnostic).exit(exit::USAGE);
-    let vary = Vary::parse(over).map_err(usage)?;
+    // Written as values of a study are, under another option.
+    let named = |diagnostic: Diagnostic| Diagnostic {
+        message: diagnostic.message.replace("--vary", "--over"),
+        help: vec!["write `--over rotor.speed=0rpm:6000rpm:31` (from, to, how many) or `--over spring.k=10,20`".into()],
+        ..diagnostic
+    };
+    let vary = Vary::parse(over).map_err(named).map_err(usage)?;
     let place = &args.place;
     let question = Question::Modes { at: place.at.clone() };
     let stop = stop_on_interrupt();
@@ -56,7 +62,8 @@ pub(super) fn campbell(args: &ModesArgs, over: &str) -> Result<u8, Failure> {
     }
     terminal::answer(place.scene.json, place.quiet, &json, || {
         let mut text = table(&found, args.most);
-        let files = if drawn.is_some() { "campbell.csv, campbell.svg, campbell.json" } else { "campbell.csv, campbell.json" };
+        let files =
+            if drawn.is_some() { "campbell.csv, campbell.svg, campbell.json" } else { "campbell.csv, campbell.json" };
         let _ = writeln!(text, "results: {} ({files})", folder.display());
         text
     })?;
@@ -127,6 +134,7 @@ fn figure(found: &Campbell) -> Option<String> {
     let label = if unit.is_empty() { found.key.clone() } else { format!("{} [{unit}]", found.key) };
     let (x, y) = (linear_axis(ends.0, ends.1, label), linear_axis(0.0, 1.05 * highest, "frequency [Hz]".into()));
     let chart = Chart { x: &x, y: &y, curves: &curves, dots: true, bound: None };
-    let names = turns.map_or(String::new(), |_| "dark lines: 1, 2 and 3 times the speed".into());
-    Some(Figure { chart: &chart, says: "Frequencies over a number of the scene", below: &names }.file())
+    let orders = ("1, 2, 3 times the speed", "currentColor");
+    let names = if turns.is_some() { &[orders][..] } else { &[] };
+    Some(file("Frequencies over a number of the scene", &chart, names))
 }

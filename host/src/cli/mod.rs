@@ -10,6 +10,7 @@
 //! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
 //! | `run.rs` | `run` |
 //! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
+//! | `campbell.rs` | `modes --over` |
 //! | `sensitivity.rs`, `fit.rs`, `fit_args.rs` | `sensitivity`, `fit` |
 //! | `motions.rs`, `loads.rs`, `balance.rs`, `motion_args.rs` | `inverse`, `kinematics`; `loads`; `balance` |
 //! | `inspect.rs` | `check`, `plan` |
@@ -33,6 +34,7 @@ mod analyses_args;
 mod args;
 mod balance;
 mod bench;
+mod campbell;
 mod choices;
 mod compare;
 mod elements;

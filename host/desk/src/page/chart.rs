@@ -8,6 +8,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, DefaultFormatting, KeyPointHint, 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::html::escape;
 use crate::results::significant;
 
 /// Size of a drawing. Coordinates are whole numbers, so it is drawn large; the page scales it.
@@ -178,6 +179,31 @@ pub fn ten_to(exponent: &f64) -> String {
 /// A colour for each curve, in the order of [`COLORS`].
 pub fn colored(curves: impl Iterator<Item = Vec<(f64, f64)>>) -> Vec<Curve> {
     curves.zip(COLORS.iter().cycle()).map(|(points, (color, _))| Curve { points, color: *color }).collect()
+}
+
+/// A chart as a file of its own, with names and their colours below.
+pub fn file(title: &str, chart: &Chart<'_>, names: &[(&str, &str)]) -> String {
+    let (width, height) = SIZE;
+    let mut key = String::new();
+    for (k, (name, color)) in names.iter().enumerate() {
+        let (left, top) = (160 + 420 * k, height + 30);
+        key.push_str(&format!(
+            "<line x1=\"{left}\" y1=\"{top}\" x2=\"{}\" y2=\"{top}\" stroke=\"{color}\" stroke-width=\"6\"/>\
+             <text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"28\" fill=\"currentColor\">{}</text>\n",
+            left + 50,
+            left + 64,
+            top + 10,
+            escape(name)
+        ));
+    }
+    let drawn = drawing("", |area| draw(area, chart));
+    let content = drawn.split_once('>').map_or("", |(_, content)| content).trim_end().trim_end_matches("</svg>");
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {}\" style=\"color:#7d8590\" role=\"img\" \
+         aria-label=\"{}\">{content}{key}</svg>\n",
+        height + 60,
+        escape(title)
+    )
 }
 
 /// The drawing as an element of a page, in the page's colour.
