@@ -140,7 +140,7 @@ fn a_joint_that_mimics_another_follows_it() {
 fn links_without_mass_change_nothing() {
     let text = std::fs::read_to_string(robot("arm.urdf")).unwrap();
     let at = text.find("<inertial><mass value=\"0.2\"/>").unwrap();
-    let bare = [&text[..at], &text[at..].split_once("</inertial>").unwrap().1].concat();
+    let bare = [&text[..at], text[at..].split_once("</inertial>").unwrap().1].concat();
     // The same with a wrist that weighs next to nothing, as MuJoCo wants it.
     let light = text.replace("<mass value=\"0.2\"/><inertia ixx=\"0.0002\" iyy=\"0.0001\" izz=\"0.0003\"", {
         "<mass value=\"1e-9\"/><inertia ixx=\"1e-9\" iyy=\"1e-9\" izz=\"1e-9\""
