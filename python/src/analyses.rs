@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use odyn::analyses::balance::{Question, balance as shaken};
+use odyn::analyses::balance::{Question, balanced};
 use odyn::analyses::fit::{self, Fit, fitted_scene};
 use odyn::analyses::inverse::inverse as efforts;
 use odyn::analyses::kinematics::{Drive, kinematics as moved};
 use odyn::analyses::linear::Linear;
-use odyn::analyses::loads::{Watch, peaks};
+use odyn::analyses::loads::loads as loads_on;
 use odyn::analyses::modes::Modes;
+use odyn::analyses::place;
 use odyn::analyses::prescribed::{Motion, amount, quantity};
 use odyn::analyses::sensitivity::{Request as Wanted, Sensitivities};
 use odyn::analyses::statics as rest;
@@ -48,7 +49,7 @@ pub(crate) enum At {
 }
 
 /// A scene at the state that is asked for, or at the end of the run in a folder.
-fn place(
+fn placed(
     model: &Model,
     at: &At,
     from: Option<&PathBuf>,
@@ -61,26 +62,16 @@ fn place(
         }
         Ok(session)
     };
-    let session = open()?;
-    let time = match at {
-        At::Time(time) => Some(*time),
-        At::Word(word) if word == "start" => None,
-        At::Word(word) if word == "equilibrium" => {
-            let found = rest::equilibrium(&session, &mut |share| listen(share))?;
-            return Ok((session, found.instant));
-        }
+    let at = match at {
+        At::Time(time) => place::At::Time(*time),
+        At::Word(word) if word == "start" => place::At::Start,
+        At::Word(word) if word == "equilibrium" => place::At::Equilibrium,
         At::Word(word) => {
             let message = format!("`{word}` is no state of a scene");
-            return Err(refuse(&session, message, "give `start`, `equilibrium` or a time in the scene's unit"));
+            return Err(refuse(&open()?, message, "give `start`, `equilibrium` or a time in the scene's unit"));
         }
     };
-    let mut run = session.prepare()?.start()?;
-    if let Some(time) = time {
-        run.advance(time)?;
-    }
-    let instant = run.instant()?;
-    // The run has what its scene was: the same scene again, for its equations.
-    Ok((open()?, instant))
+    place::place(&open, at, &mut |share| listen(share))
 }
 
 /// One equilibrium, or all that are found from several starts.
@@ -108,7 +99,7 @@ pub(crate) fn modes(
     progress: Listener,
 ) -> PyResult<String> {
     answered(py, progress, |desk| {
-        let (session, instant) = place(model, &at, start.as_ref(), &desk.listener())?;
+        let (session, instant) = placed(model, &at, start.as_ref(), &desk.listener())?;
         let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
         Ok(json(&Modes::of(&session, &linear)?))
     })
@@ -138,7 +129,7 @@ pub(crate) fn linearise(
     progress: Listener,
 ) -> PyResult<([Array; 4], String)> {
     answered(py, progress, |desk| {
-        let (session, instant) = place(model, &at, start.as_ref(), &desk.listener())?;
+        let (session, instant) = placed(model, &at, start.as_ref(), &desk.listener())?;
         let linear = Linear::at(&session, &instant, inputs.as_deref(), outputs.as_deref())?;
         let matrices = [&linear.a, &linear.b, &linear.c, &linear.d]
             .map(|one| Array::matrix([one.nrows(), one.ncols()], |row, column| one[(row, column)]));
@@ -222,32 +213,8 @@ pub(crate) fn loads(
 ) -> PyResult<String> {
     answered(py, progress, |desk| {
         let session = model.session()?;
-        let mut watch = Watch::new(&session, &body)?;
-        let unit = session.scene.units.factor(Dimension::TIME);
-        let asked = times.is_some();
-        let mut times = times.unwrap_or_else(|| {
-            session.scene.simulation.sample_times(&session.scene.units).iter().map(|time| time.si / unit).collect()
-        });
-        times.sort_by(f64::total_cmp);
         let listen = desk.listener();
-        let source = session.scene.source.clone();
-        let mut run = session.prepare()?.start()?;
-        let mut cases = Vec::with_capacity(times.len());
-        for (k, time) in times.iter().enumerate() {
-            listen(k as f64 / times.len() as f64);
-            run.advance(*time)?;
-            let instant = run.instant()?;
-            let case = watch.at(&instant, "asked for");
-            cases.push(
-                case.map_err(|reason| SessionError::one(&source, Diagnostic::error(codes::MOTION_NOT_FINITE, reason)))?,
-            );
-            if desk.stop.load(std::sync::atomic::Ordering::Relaxed) {
-                break;
-            }
-        }
-        let mut found = watch.loads;
-        found.cases = if asked { cases } else { peaks(&found, &cases) };
-        Ok(json(&found))
+        Ok(json(&loads_on(session, &body, times.as_deref(), &mut |share| listen(share), &desk.stop)?))
     })
 }
 
@@ -265,13 +232,6 @@ pub(crate) fn balance(
     about: [f64; 3],
     progress: Listener,
 ) -> PyResult<String> {
-    #[derive(serde::Serialize)]
-    struct Balanced<A, B> {
-        before: A,
-        counterweight: B,
-        predicted: A,
-        after: A,
-    }
     answered(py, progress, |desk| {
         let session = model.session()?;
         let length = session.scene.units.factor(Dimension::LENGTH);
@@ -290,10 +250,7 @@ pub(crate) fn balance(
             model.session_with(&options)
         };
         let listen = desk.listener();
-        let before = shaken(&|| open(None), &question, &mut |share| listen(0.5 * share))?;
-        let (counterweight, predicted) = before.counterweight(&session, &question, radius)?;
-        let after = shaken(&|| open(Some(&counterweight.set)), &question, &mut |share| listen(0.5 + 0.5 * share))?;
-        Ok(json(&Balanced { before: before.shaking, counterweight, predicted, after: after.shaking }))
+        Ok(json(&balanced(&session, &open, &question, radius, &mut |share| listen(share))?))
     })
 }
 

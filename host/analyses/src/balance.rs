@@ -105,18 +105,26 @@ pub struct Balanced {
     pub after: Shaking,
 }
 
-/// Balances a scene and runs it again with the counterweight; `open` gives it, with more set where that is asked.
+/// Size of a vector.
+#[must_use]
+pub fn size(of: &[f64; 3]) -> f64 {
+    of.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Balances a scene, given at its start, and runs it again with the counterweight; `open` gives it anew for each run, with more set where
+/// that is asked.
 ///
 /// # Errors
 /// Those of [`balance`] and [`Balance::counterweight`].
 pub fn balanced(
+    session: &Session,
     open: &dyn Fn(Option<&str>) -> Result<Session, SessionError>,
     question: &Question,
     radius: Option<f64>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Balanced, SessionError> {
     let before = balance(&|| open(None), question, &mut |share| progress(0.5 * share))?;
-    let (counterweight, predicted) = before.counterweight(&open(None)?, question, radius)?;
+    let (counterweight, predicted) = before.counterweight(session, question, radius)?;
     let set = counterweight.set.as_str();
     let after = balance(&|| open(Some(set)), question, &mut |share| progress(0.5 + 0.5 * share))?;
     Ok(Balanced { before: before.shaking, predicted, after: after.shaking, counterweight })

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::Complex;
 use serde::Serialize;
 
+use crate::files::cell;
 use crate::modes::{BodyShape, Mode, Modes};
 use crate::session::SessionError;
 
@@ -50,8 +51,7 @@ impl Campbell {
             for branch in 0..self.branches.len() {
                 for (_, mode) in self.branch(branch).filter(|(at, _)| *at == number) {
                     let Mode { frequency, damping_ratio, real, .. } = mode;
-                    let value = value.replace('"', "\"\"");
-                    let _ = writeln!(text, "\"{value}\",{},{frequency},{damping_ratio},{real}", branch + 1);
+                    let _ = writeln!(text, "{},{},{frequency},{damping_ratio},{real}", cell(value), branch + 1);
                 }
             }
         }

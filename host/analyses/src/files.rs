@@ -5,12 +5,7 @@ use std::path::Path;
 
 use nalgebra::DMatrix;
 
-/// CRC-32 as zip archives have it (ISO 3309), bit by bit.
-fn crc(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0_u32, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
-    })
-}
+use crate::results::{Packing, zip};
 
 /// A matrix in NumPy's format 1.0: little-endian doubles, column by column.
 fn npy(matrix: &DMatrix<f64>) -> Vec<u8> {
@@ -28,46 +23,15 @@ fn npy(matrix: &DMatrix<f64>) -> Vec<u8> {
     bytes
 }
 
-/// Matrices with their names as an `.npz` archive: a zip file whose entries are stored as they are (PKWARE APPNOTE 4.3).
+/// Matrices with their names as an `.npz` archive: a zip file whose entries are stored as they are.
 ///
 /// # Errors
 /// An archive of more than 4 GB.
 pub fn npz(matrices: &[(&str, &DMatrix<f64>)]) -> io::Result<Vec<u8>> {
-    let short = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more than 4 GB"));
-    let (mut archive, mut directory) = (Vec::new(), Vec::new());
-    for (name, matrix) in matrices {
-        let (content, name) = (npy(matrix), format!("{name}.npy"));
-        let mut entry = Vec::new();
-        // Version 2.0, no flags, stored, 1 January 1980.
-        for value in [20_u16, 0, 0, 0, 0x21] {
-            entry.extend(value.to_le_bytes());
-        }
-        for value in [crc(&content), short(content.len())?, short(content.len())?] {
-            entry.extend(value.to_le_bytes());
-        }
-        entry.extend((name.len() as u16).to_le_bytes());
-        entry.extend(0_u16.to_le_bytes());
-        let at = short(archive.len())?;
-        archive.extend(b"PK\x03\x04");
-        archive.extend(&entry);
-        archive.extend(name.as_bytes());
-        archive.extend(&content);
-        directory.extend(b"PK\x01\x02\x14\x00");
-        directory.extend(&entry);
-        // No comment, disk 0, no attributes.
-        directory.extend([0_u8; 10]);
-        directory.extend(at.to_le_bytes());
-        directory.extend(name.as_bytes());
-    }
-    let (at, length, count) = (short(archive.len())?, short(directory.len())?, matrices.len() as u16);
-    archive.extend(&directory);
-    archive.extend(b"PK\x05\x06\0\0\0\0");
-    archive.extend(count.to_le_bytes());
-    archive.extend(count.to_le_bytes());
-    archive.extend(length.to_le_bytes());
-    archive.extend(at.to_le_bytes());
-    archive.extend([0, 0]);
-    Ok(archive)
+    let files: Vec<(String, Vec<u8>)> =
+        matrices.iter().map(|(name, matrix)| (format!("{name}.npy"), npy(matrix))).collect();
+    let files: Vec<(String, &[u8])> = files.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect();
+    zip(&files, Packing::Stored)
 }
 
 /// A name as a cell of CSV.
@@ -103,11 +67,6 @@ pub fn write(folder: &Path, name: &str, content: &[u8]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn checksums_are_those_of_the_standard() {
-        assert_eq!(crc(b"123456789"), 0xcbf4_3926);
-    }
 
     #[test]
     fn data_begin_at_multiples_of_64_and_are_column_by_column() {

@@ -9,6 +9,7 @@
 //! CalculiX and is given as the moment -J alpha.
 
 use std::fmt::Write as _;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
@@ -219,7 +220,8 @@ impl Watch {
     }
 }
 
-/// The loads on a body: at times, in the scene's unit, or where a force or moment on it is largest among the output times.
+/// The loads on a body: at times, in the scene's unit, or where a force or moment on it is largest among the output times. `stop` leaves
+/// out the times that are left.
 ///
 /// # Errors
 /// Those of [`Watch::new`]; a run that does not get there; an element that fails.
@@ -228,6 +230,7 @@ pub fn loads(
     body: &str,
     times: Option<&[f64]>,
     progress: &mut dyn FnMut(f64),
+    stop: &AtomicBool,
 ) -> Result<Loads, SessionError> {
     let mut watch = Watch::new(&session, body)?;
     let units = &session.scene.units;
@@ -240,6 +243,9 @@ pub fn loads(
     let mut run = session.prepare()?.start()?;
     let mut cases = Vec::with_capacity(all.len());
     for (k, time) in all.iter().enumerate() {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
         progress(k as f64 / all.len() as f64);
         run.advance(*time)?;
         let instant = run.instant()?;

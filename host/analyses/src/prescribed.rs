@@ -17,7 +17,7 @@ use crate::analysis::{Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, help_for};
 use crate::linear::refuse;
 use crate::model::{Level, Model, Quantity};
-use crate::scene::{Dimension, parse_unit};
+use crate::scene::{Dimension, number_and_unit, parse_unit};
 use crate::session::{Session, SessionError};
 
 /// A quantity with its unit.
@@ -93,12 +93,8 @@ pub fn quantity(session: &Session, name: &str) -> Result<Wanted, SessionError> {
 /// A number with a unit of its own (`30 deg`), or in that of a quantity; SI. `None` where it is neither.
 #[must_use]
 pub fn amount(text: &str, dimension: Dimension, factor: f64) -> Option<f64> {
-    let text = text.trim();
-    let (value, rest) = (1..=text.len())
-        .rev()
-        .filter(|end| text.is_char_boundary(*end))
-        .find_map(|end| Some((text[..end].trim().parse::<f64>().ok()?, text[end..].trim())))?;
-    let factor = match rest {
+    let (value, unit) = number_and_unit(text)?;
+    let factor = match unit {
         "" => factor,
         unit => parse_unit(unit).ok().filter(|(found, _)| found.compatible(dimension))?.1,
     };

@@ -256,9 +256,9 @@ impl Question {
                     harmonics: (*harmonics).max(1),
                     about: about.map(|x| x * length),
                 };
-                Answer::Balance(balanced(&open, &question, radius, &mut listen)?)
+                Answer::Balance(balanced(&session, &open, &question, radius, &mut listen)?)
             }
-            Self::Loads { body, at } => Answer::Loads(loads(open(None)?, body, at.as_deref(), &mut listen)?),
+            Self::Loads { body, at } => Answer::Loads(loads(open(None)?, body, at.as_deref(), &mut listen, stop)?),
             Self::Sensitivity { of, to, step } => {
                 let request = sensitivity::Request { of: of.clone(), to: to.clone(), step: *step, jobs: options.jobs };
                 Answer::Sensitivity(Sensitivities::of(path, options, &request, told, stop)?)

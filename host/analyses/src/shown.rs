@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, Quaternion, Vector3};
 
-use crate::balance::Balanced;
+use crate::balance::{Balanced, size};
 use crate::folder::{Moves, Page, Part, Shown};
 use crate::inverse::Inverse;
 use crate::kinematics::Kinematics;
@@ -35,7 +35,9 @@ pub(crate) fn words(list: &[&str]) -> Vec<String> {
     list.iter().map(|text| (*text).to_owned()).collect()
 }
 
-fn named(shares: &[Share]) -> String {
+/// The bodies or elements with the largest shares.
+#[must_use]
+pub fn named(shares: &[Share]) -> String {
     let largest = shares.iter().take(NAMED).filter(|one| one.share.abs() >= 0.005);
     largest.map(|one| format!("{} {:.0} %", one.name, 100.0 * one.share)).collect::<Vec<_>>().join(", ")
 }
@@ -338,10 +340,6 @@ fn page_of_kinematics(found: &Kinematics) -> Page {
         over: (over.name != "t").then(|| over.clone()),
         ..Page::default()
     }
-}
-
-fn size(of: &[f64; 3]) -> f64 {
-    of.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Of shaking forces.

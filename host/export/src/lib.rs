@@ -16,8 +16,8 @@
 //! | `c/source.rs`, `c/runtime.c`, `c/arithmetic.c` | the C file: programs, and what steps them |
 //! | `c/header.rs` | its header |
 //! | `c/package.rs` | all files of an export, and what a step costs |
-//! | `fmu/mod.rs`, `fmu/archive.rs` | an FMU: description, sources, binaries in one archive |
-//! | `fmu/instance.c`, `fmu/fmi2.c`, `fmu/fmi3.c` | what stands between a machine and the functions of the interface |
+//! | `fmu/mod.rs` | an FMU: description, sources, binaries in one archive |
+//! | `fmu/instance.c`, `fmu/fmi2.c`, `fmu/fmi3.c`, `fmu/both.c` | what stands between a machine and the functions of the interface |
 //! | `fmu/description.rs`, `fmu/dependencies.rs` | `modelDescription.xml`; what outputs and rates depend on |
 //! | `fmu/build.rs` | binaries by the compilers that are there |
 
@@ -34,4 +34,4 @@ pub use twin::{Failed, Twin};
 
 pub(crate) use odyn_diagnostics as diagnostics;
 pub(crate) use odyn_motion::{analysis, model, plan, program};
-pub(crate) use odyn_run::session;
+pub(crate) use odyn_run::{results, session};

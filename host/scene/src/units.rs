@@ -13,6 +13,14 @@ use odyn_diagnostics::{Code, codes, suggest};
 use std::f64::consts::PI;
 use std::ops::Range;
 
+/// `8.5 mm` in its two parts; the unit may be empty. The longest beginning that is a finite number counts.
+pub fn number_and_unit(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let ends = text.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
+    let parsed = ends.map(|end| (text[..end].parse::<f64>(), text[end..].trim()));
+    parsed.filter_map(|(number, unit)| Some((number.ok().filter(|number| number.is_finite())?, unit))).next()
+}
+
 /// Parses a whole text as a unit: its dimension, and how many SI units one of it is.
 ///
 /// # Errors

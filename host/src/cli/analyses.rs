@@ -10,7 +10,7 @@ use odyn::analyses::folder::{self, Page};
 use odyn::analyses::linear::{Linear, Port};
 use odyn::analyses::modes::{Modes, Share, Stability};
 use odyn::analyses::place::{self, At};
-use odyn::analyses::shown;
+use odyn::analyses::shown::{self, named};
 use odyn::analyses::statics::{self, Equilibrium};
 use odyn::diagnostics::{Diagnostic, codes, render};
 use odyn::results::{ResultsError, significant};
@@ -105,11 +105,6 @@ pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
         text
     })?;
     Ok(exit::DONE)
-}
-
-fn named(shares: &[Share]) -> String {
-    let largest = shares.iter().take(NAMED).filter(|one| one.share.abs() >= 0.005);
-    largest.map(|one| format!("{} {:.0} %", one.name, 100.0 * one.share)).collect::<Vec<_>>().join(", ")
 }
 
 /// Of a mode in which no body moves.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use odyn::analyses::balance::{Balanced, Question, Shaking, balanced};
+use odyn::analyses::balance::{Balanced, Question, Shaking, balanced, size};
 use odyn::analyses::prescribed;
 use odyn::analyses::shown;
 use odyn::desk::page::chart::{COLORS, Chart, Curve, file, linear_axis};
@@ -44,7 +44,7 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
         let options = RunOptions { overrides, ..args.scene.options(None) };
         Session::open(&args.scene.scene, &options)
     };
-    let found = balanced(&open, &question, radius, &mut listen)?;
+    let found = balanced(&session, &open, &question, radius, &mut listen)?;
     drop(listen);
     drop(progress);
     let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "balance"));
@@ -66,10 +66,6 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
         text
     })?;
     Ok(exit::DONE)
-}
-
-fn size(of: &[f64; 3]) -> f64 {
-    of.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The force without its mean over the angle, before and after, as a file of its own.

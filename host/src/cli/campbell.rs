@@ -7,7 +7,7 @@ use odyn::analyses::question::{Answer, Question};
 use odyn::desk::page::chart::{Chart, Curve, INK, colored, file, linear_axis};
 use odyn::diagnostics::Diagnostic;
 use odyn::results::significant;
-use odyn::scene::{Dimension, Override, parse_unit};
+use odyn::scene::{Dimension, Override, number_and_unit, parse_unit};
 use odyn::study::Vary;
 
 use super::analyses::{folder_of, write};
@@ -93,19 +93,9 @@ fn table(found: &Campbell, most: usize) -> String {
     text
 }
 
-/// A number with its unit, as `--over` has them.
-fn number(text: &str) -> Option<(f64, &str)> {
-    let end = text.char_indices().find(|(at, c)| {
-        let exponent = matches!(c, 'e' | 'E') && text[at + 1..].starts_with(|c: char| c.is_ascii_digit() || c == '-');
-        c.is_alphabetic() && !exponent
-    });
-    let (number, unit) = text.split_at(end.map_or(text.len(), |(at, _)| at));
-    Some((number.trim().parse().ok()?, unit.trim()))
-}
-
 /// Frequencies over the values, with multiples of the speed where the key is one; none where values are no numbers of one unit.
 fn figure(found: &Campbell) -> Option<String> {
-    let values: Vec<(f64, &str)> = found.values.iter().map(|value| number(value)).collect::<Option<_>>()?;
+    let values: Vec<(f64, &str)> = found.values.iter().map(|value| number_and_unit(value)).collect::<Option<_>>()?;
     let (_, unit) = *values.first()?;
     if values.iter().any(|(_, other)| *other != unit) {
         return None;

@@ -7,7 +7,7 @@ use clap::Args;
 use odyn::diagnostics::{Diagnostic, codes, shown};
 use odyn::import::{self, Base, Imported, Options};
 use odyn::results::replace;
-use odyn::scene::parse_unit;
+use odyn::scene::{number_and_unit, parse_unit};
 
 use super::exit;
 use super::failure::Failure;
@@ -66,10 +66,7 @@ enum BaseArg {
 /// `JOINT=VALUE`, the value with a unit or without.
 fn coordinate(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("expected JOINT=VALUE")?;
-    let value = value.trim();
-    let end = value.find(|c: char| c.is_alphabetic() && c != 'e' && c != 'E').unwrap_or(value.len());
-    let (number, unit) = value.split_at(end);
-    let number: f64 = number.trim().parse().map_err(|_| format!("`{value}` is not a number with a unit"))?;
+    let (number, unit) = number_and_unit(value).ok_or_else(|| format!("`{value}` is not a number with a unit"))?;
     let factor = if unit.is_empty() { 1.0 } else { parse_unit(unit).map_err(|error| error.message)?.1 };
     let product = number * factor;
     if product.is_finite() { Ok((name.to_owned(), product)) } else { Err(format!("`{value}` is not finite")) }

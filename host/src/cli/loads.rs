@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use odyn::analyses::loads::{Consistent, Loads, loads as loads_of};
 use odyn::analyses::shown;
@@ -66,7 +67,7 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
     let scene = session.scene.clone();
-    let found = loads_of(session, &args.body, asked.as_deref(), &mut listen)?;
+    let found = loads_of(session, &args.body, asked.as_deref(), &mut listen, &AtomicBool::new(false))?;
     drop(listen);
     drop(progress);
     let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "loads"));

@@ -24,6 +24,25 @@ struct Variable {
     rate_of: Option<usize>,
 }
 
+impl Variable {
+    /// What both versions say of it.
+    fn attributes(&self) -> String {
+        let mut attributes = format!(
+            "name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"continuous\"",
+            escaped(&self.name),
+            self.reference,
+            self.causality
+        );
+        if !self.initial.is_empty() {
+            let _ = write!(attributes, " initial=\"{}\"", self.initial);
+        }
+        if !self.about.is_empty() {
+            let _ = write!(attributes, " description=\"{}\"", escaped(&self.about));
+        }
+        attributes
+    }
+}
+
 /// First value references: of inputs, outputs, states, rates, event indicators; as in `instance.c`.
 struct References {
     input: usize,
@@ -210,18 +229,7 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         variables.iter().position(|variable| variable.reference == reference).map_or(0, |place| place + 1)
     };
     for variable in &variables {
-        let mut attributes = format!(
-            "name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"continuous\"",
-            escaped(&variable.name),
-            variable.reference,
-            variable.causality
-        );
-        if !variable.initial.is_empty() {
-            let _ = write!(attributes, " initial=\"{}\"", variable.initial);
-        }
-        if !variable.about.is_empty() {
-            let _ = write!(attributes, " description=\"{}\"", escaped(&variable.about));
-        }
+        let attributes = variable.attributes();
         let _ = writeln!(
             text,
             "    <ScalarVariable {attributes}><Real{}{}{}/></ScalarVariable>",
@@ -289,18 +297,7 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         rate_of: None,
     }));
     for variable in &list {
-        let mut attributes = format!(
-            "name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"continuous\"",
-            escaped(&variable.name),
-            variable.reference,
-            variable.causality
-        );
-        if !variable.initial.is_empty() {
-            let _ = write!(attributes, " initial=\"{}\"", variable.initial);
-        }
-        if !variable.about.is_empty() {
-            let _ = write!(attributes, " description=\"{}\"", escaped(&variable.about));
-        }
+        let attributes = variable.attributes();
         let rate = variable.rate_of.map_or(String::new(), |state| format!(" derivative=\"{state}\""));
         let _ = writeln!(text, "    <Float64 {attributes}{}{}{rate}/>", start(variable.start), unit(&variable.unit));
     }

@@ -84,18 +84,6 @@ DECLARED(fmi2Component, fmi2Instantiate, (fmi2String name, fmi2Type type, fmi2St
     return it;
 }
 
-DECLARED(void, fmi2FreeInstance, (fmi2Component c)) {
-    discard((instance *)c);
-}
-
-DECLARED(fmi2Status, fmi2SetDebugLogging, (fmi2Component c, fmi2Boolean on, size_t number, const fmi2String categories[])) {
-    IT(c);
-    UNUSED(number);
-    UNUSED(categories);
-    it->shows_log = on;
-    return fmi2OK;
-}
-
 DECLARED(fmi2Status, fmi2SetupExperiment, (fmi2Component c, fmi2Boolean is_tolerance, fmi2Real tolerance, fmi2Real start,
     fmi2Boolean is_stop, fmi2Real stop)) {
     IT(c);
@@ -110,24 +98,6 @@ DECLARED(fmi2Status, fmi2SetupExperiment, (fmi2Component c, fmi2Boolean is_toler
 DECLARED(fmi2Status, fmi2EnterInitializationMode, (fmi2Component c)) {
     IT(c);
     it->now.phase = INITIALISING;
-    return fmi2OK;
-}
-
-DECLARED(fmi2Status, fmi2ExitInitializationMode, (fmi2Component c)) {
-    IT(c);
-    it->now.phase = it->is_exchange ? EVENT : STEPPING;
-    return STATUS(initialised(it));
-}
-
-DECLARED(fmi2Status, fmi2Terminate, (fmi2Component c)) {
-    IT(c);
-    it->now.phase = ENDED;
-    return fmi2OK;
-}
-
-DECLARED(fmi2Status, fmi2Reset, (fmi2Component c)) {
-    IT(c);
-    begin(&it->now);
     return fmi2OK;
 }
 
@@ -300,12 +270,6 @@ DECLARED(fmi2Status, fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind
 
 /* ---- model exchange ---- */
 
-DECLARED(fmi2Status, fmi2EnterEventMode, (fmi2Component c)) {
-    IT(c);
-    it->now.phase = EVENT;
-    return fmi2OK;
-}
-
 DECLARED(fmi2Status, fmi2NewDiscreteStates, (fmi2Component c, fmi2EventInfo *info)) {
     IT(c);
     int is_moved = 0;
@@ -319,12 +283,6 @@ DECLARED(fmi2Status, fmi2NewDiscreteStates, (fmi2Component c, fmi2EventInfo *inf
     return fmi2OK;
 }
 
-DECLARED(fmi2Status, fmi2EnterContinuousTimeMode, (fmi2Component c)) {
-    IT(c);
-    it->now.phase = CONTINUOUS;
-    return fmi2OK;
-}
-
 DECLARED(fmi2Status, fmi2CompletedIntegratorStep, (fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *enter_event,
     fmi2Boolean *terminate)) {
     IT(c);
@@ -334,53 +292,11 @@ DECLARED(fmi2Status, fmi2CompletedIntegratorStep, (fmi2Component c, fmi2Boolean 
     return STATUS(completed(it, enter_event));
 }
 
-DECLARED(fmi2Status, fmi2SetTime, (fmi2Component c, fmi2Real time)) {
-    set_time((instance *)c, time);
-    return fmi2OK;
-}
-
-DECLARED(fmi2Status, fmi2SetContinuousStates, (fmi2Component c, const fmi2Real states[], size_t number)) {
-    IT(c);
-    if (number != @N@_STATES) {
-        return fmi2Error;
-    }
-    memcpy(it->now.machine.state, states, sizeof it->now.machine.state);
-    changed(&it->now);
-    return fmi2OK;
-}
-
-DECLARED(fmi2Status, fmi2GetContinuousStates, (fmi2Component c, fmi2Real states[], size_t number)) {
-    IT(c);
-    if (number != @N@_STATES) {
-        return fmi2Error;
-    }
-    memcpy(states, it->now.machine.state, sizeof it->now.machine.state);
-    return fmi2OK;
-}
-
 DECLARED(fmi2Status, fmi2GetDerivatives, (fmi2Component c, fmi2Real rates[], size_t number)) {
     IT(c);
     if (number != @N@_STATES || !find_rates(it)) {
         return fmi2Error;
     }
     memcpy(rates, it->now.rates, sizeof it->now.rates);
-    return fmi2OK;
-}
-
-DECLARED(fmi2Status, fmi2GetEventIndicators, (fmi2Component c, fmi2Real indicators[], size_t number)) {
-    IT(c);
-    if (number != @N@_SWITCHES) {
-        return fmi2Error;
-    }
-    @n@_switches(&it->now.machine, indicators);
-    return fmi2OK;
-}
-
-DECLARED(fmi2Status, fmi2GetNominalsOfContinuousStates, (fmi2Component c, fmi2Real nominals[], size_t number)) {
-    size_t k;
-    UNUSED(c);
-    for (k = 0; k < number; ++k) {
-        nominals[k] = 1.0;
-    }
     return fmi2OK;
 }

@@ -98,18 +98,6 @@ DECLARED(fmi3Instance, fmi3InstantiateScheduledExecution, (fmi3String name, fmi3
     return NULL;
 }
 
-DECLARED(void, fmi3FreeInstance, (fmi3Instance c)) {
-    discard((instance *)c);
-}
-
-DECLARED(fmi3Status, fmi3SetDebugLogging, (fmi3Instance c, fmi3Boolean on, size_t number, const fmi3String categories[])) {
-    IT(c);
-    UNUSED(number);
-    UNUSED(categories);
-    it->shows_log = on;
-    return fmi3OK;
-}
-
 DECLARED(fmi3Status, fmi3EnterInitializationMode, (fmi3Instance c, fmi3Boolean is_tolerance, fmi3Float64 tolerance,
     fmi3Float64 start, fmi3Boolean is_stop, fmi3Float64 stop)) {
     IT(c);
@@ -119,24 +107,6 @@ DECLARED(fmi3Status, fmi3EnterInitializationMode, (fmi3Instance c, fmi3Boolean i
     UNUSED(stop);
     set_time(it, start);
     it->now.phase = INITIALISING;
-    return fmi3OK;
-}
-
-DECLARED(fmi3Status, fmi3ExitInitializationMode, (fmi3Instance c)) {
-    IT(c);
-    it->now.phase = it->is_exchange ? EVENT : STEPPING;
-    return STATUS(initialised(it));
-}
-
-DECLARED(fmi3Status, fmi3Terminate, (fmi3Instance c)) {
-    IT(c);
-    it->now.phase = ENDED;
-    return fmi3OK;
-}
-
-DECLARED(fmi3Status, fmi3Reset, (fmi3Instance c)) {
-    IT(c);
-    begin(&it->now);
     return fmi3OK;
 }
 
@@ -300,12 +270,6 @@ DECLARED(fmi3Status, fmi3DoStep, (fmi3Instance c, fmi3Float64 time, fmi3Float64 
 
 /* ---- model exchange ---- */
 
-DECLARED(fmi3Status, fmi3EnterEventMode, (fmi3Instance c)) {
-    IT(c);
-    it->now.phase = EVENT;
-    return fmi3OK;
-}
-
 DECLARED(fmi3Status, fmi3EvaluateDiscreteStates, (fmi3Instance c)) {
     UNUSED(c);
     return fmi3OK;
@@ -330,12 +294,6 @@ DECLARED(fmi3Status, fmi3UpdateDiscreteStates, (fmi3Instance c, fmi3Boolean *aga
     return fmi3OK;
 }
 
-DECLARED(fmi3Status, fmi3EnterContinuousTimeMode, (fmi3Instance c)) {
-    IT(c);
-    it->now.phase = CONTINUOUS;
-    return fmi3OK;
-}
-
 DECLARED(fmi3Status, fmi3CompletedIntegratorStep, (fmi3Instance c, fmi3Boolean no_set_state, fmi3Boolean *enter_event,
     fmi3Boolean *terminate)) {
     IT(c);
@@ -349,54 +307,12 @@ DECLARED(fmi3Status, fmi3CompletedIntegratorStep, (fmi3Instance c, fmi3Boolean n
     return fmi3OK;
 }
 
-DECLARED(fmi3Status, fmi3SetTime, (fmi3Instance c, fmi3Float64 time)) {
-    set_time((instance *)c, time);
-    return fmi3OK;
-}
-
-DECLARED(fmi3Status, fmi3SetContinuousStates, (fmi3Instance c, const fmi3Float64 states[], size_t number)) {
-    IT(c);
-    if (number != @N@_STATES) {
-        return fmi3Error;
-    }
-    memcpy(it->now.machine.state, states, sizeof it->now.machine.state);
-    changed(&it->now);
-    return fmi3OK;
-}
-
-DECLARED(fmi3Status, fmi3GetContinuousStates, (fmi3Instance c, fmi3Float64 states[], size_t number)) {
-    IT(c);
-    if (number != @N@_STATES) {
-        return fmi3Error;
-    }
-    memcpy(states, it->now.machine.state, sizeof it->now.machine.state);
-    return fmi3OK;
-}
-
 DECLARED(fmi3Status, fmi3GetContinuousStateDerivatives, (fmi3Instance c, fmi3Float64 rates[], size_t number)) {
     IT(c);
     if (number != @N@_STATES || !find_rates(it)) {
         return fmi3Error;
     }
     memcpy(rates, it->now.rates, sizeof it->now.rates);
-    return fmi3OK;
-}
-
-DECLARED(fmi3Status, fmi3GetEventIndicators, (fmi3Instance c, fmi3Float64 indicators[], size_t number)) {
-    IT(c);
-    if (number != @N@_SWITCHES) {
-        return fmi3Error;
-    }
-    @n@_switches(&it->now.machine, indicators);
-    return fmi3OK;
-}
-
-DECLARED(fmi3Status, fmi3GetNominalsOfContinuousStates, (fmi3Instance c, fmi3Float64 nominals[], size_t number)) {
-    size_t k;
-    UNUSED(c);
-    for (k = 0; k < number; ++k) {
-        nominals[k] = 1.0;
-    }
     return fmi3OK;
 }
 

@@ -1,6 +1,5 @@
 //! Machines as FMUs, by the Functional Mock-up Interface 2.0.4 and 3.0.2 (Modelica Association): description, sources, binaries.
 
-mod archive;
 mod build;
 mod dependencies;
 mod description;
@@ -9,12 +8,15 @@ mod documentation;
 use crate::c::{Cost, Real, package};
 use crate::diagnostics::Diagnostic;
 use crate::machine::Machine;
+use crate::results::{Packing, zip};
 
 pub use build::{Binary, TARGETS, Target, build};
 
 const INSTANCE: &str = include_str!("instance.c");
 const FMI2: &str = include_str!("fmi2.c");
 const FMI3: &str = include_str!("fmi3.c");
+/// Functions that differ in the prefix of their names only.
+const BOTH: &str = include_str!("both.c");
 
 /// A version of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +61,8 @@ impl Fmu {
         let name = machine.name.clone();
         let own = |file: &(String, String)| [format!("{name}.h"), format!("{name}.c")].contains(&file.0);
         let mut sources: Vec<(String, String)> = c.files.into_iter().filter(own).collect();
-        let glue = format!("{INSTANCE}{}", if version == Version::Two { FMI2 } else { FMI3 });
+        let (of_version, prefix) = if version == Version::Two { (FMI2, "fmi2") } else { (FMI3, "fmi3") };
+        let glue = format!("{INSTANCE}{of_version}{}", BOTH.replace("@fmi@", prefix));
         let guid = guid(&[&sources[0].1, &sources[1].1, &glue]);
         let tag: String = guid.chars().filter(char::is_ascii_hexdigit).take(15).collect();
         let filled = [("@n@", name.as_str()), ("@N@", &name.to_uppercase()), ("@guid@", &guid), ("@tag@", &tag)];
@@ -90,7 +93,7 @@ impl Fmu {
             };
             entries.push((format!("binaries/{folder}/{}.{}", self.name, target.suffix), content));
         }
-        archive::write(&entries)
+        zip(&entries, Packing::Deflated)
     }
 }
 

@@ -57,7 +57,7 @@ pub(super) fn make(programs: &[&Program], cancel: &AtomicBool) -> Result<Vec<Mad
             let copies = Copies::of(program, number);
             if !list.is_empty() || !copies.is_empty() {
                 entries[number] = Some(code.align(ALIGNMENT));
-                let calls = list.iter().any(is_called);
+                let calls = list.iter().any(|instruction| called(instruction).is_some());
                 let uses = lookout.of(list, program.tables.len(), live);
                 Writer::new(&mut code, &mut homes, calls).function(list, uses, &copies);
             }
@@ -131,22 +131,6 @@ fn called(instruction: &Instruction) -> Option<Called> {
         Instruction::Powi(_, _, n) if n.unsigned_abs() > INLINE_POWER => Some(Called::Whole(n)),
         Instruction::Table(_, _, table, order) => Some(Called::Table(table, order)),
         _ => None,
-    }
-}
-
-/// Whether an operation is no instruction of the processor.
-fn is_called(instruction: &Instruction) -> bool {
-    match instruction {
-        Instruction::Powi(_, _, n) => n.unsigned_abs() > INLINE_POWER,
-        Instruction::Add(..)
-        | Instruction::Sub(..)
-        | Instruction::Mul(..)
-        | Instruction::Div(..)
-        | Instruction::Neg(..)
-        | Instruction::Sqrt(..)
-        | Instruction::Turned(..)
-        | Instruction::Select(..) => false,
-        _ => true,
     }
 }
 

@@ -22,6 +22,7 @@
 //! | `checks.rs` | values against those they should have |
 //! | `motion/` | `motion.bin`: where all bodies were, and what acted on them |
 //! | `glb/` | a motion as glTF, for other programs |
+//! | `archive.rs` | zip archives, for whoever writes several files as one |
 //! | `mesh.rs` | triangles of a file |
 //! | `figures.rs` | numbers derived from channels, for print beside published ones |
 //! | `remedies.rs` | what was done where the plain way did not get on |
@@ -32,6 +33,7 @@
 //! | `verified.rs` | the differences of two runs by different methods |
 //! | `text.rs` | short numbers and aligned columns |
 
+mod archive;
 mod audit;
 mod channels;
 mod checks;
@@ -59,6 +61,7 @@ mod verified;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
+pub use archive::{Packing, zip};
 pub use audit::{Audit, AuditRecord};
 pub use channels::ChannelInfo;
 pub use checks::{Check, CheckResult, Expected};

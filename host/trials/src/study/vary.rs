@@ -1,6 +1,7 @@
 //! [`Vary`], [`Span`]: a key of the scene and the values it takes, or the range that its values are from.
 
 use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::number_and_unit;
 
 /// A key with all its values.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -154,13 +155,6 @@ fn ends<'t>(from: &'t str, to: &'t str) -> Result<(f64, f64, &'t str), String> {
 /// To fifteen digits, so that 0.1 is not written as 0.10000000000000002.
 fn fifteen(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
-}
-
-/// `8.5 mm` in its two parts; the unit may be empty.
-fn number_and_unit(text: &str) -> Option<(f64, &str)> {
-    let ends = text.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
-    let parsed = ends.map(|end| (text[..end].parse::<f64>(), text[end..].trim()));
-    parsed.filter_map(|(number, unit)| Some((number.ok().filter(|number| number.is_finite())?, unit))).next()
 }
 
 /// The fewest digits that give the number again.
