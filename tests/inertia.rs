@@ -40,6 +40,26 @@ fn every_formulation_and_method_gives_the_same_motion() {
     all_ways("verification/modal-body.toml", "simulation.t_end=0.02", 1e-5);
 }
 
+/// Of axes that are nearly those of the ground, some velocities have next to no share in the energy: it is never negative for that.
+#[test]
+fn an_axis_that_is_nearly_that_of_the_ground_is_an_axis() {
+    let scene = |lean: f64| {
+        format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 0.2\noutput_step = 0.1\n\
+             [[body]]\nname = \"arm\"\nmass = 2\ninertia = [0.01, 0.06, 0.06]\nposition = [0.3, 0, 0]\n\
+             [[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"arm\"]\npoint = [0, 0, 0]\naxis = [{lean:e}, {lean:e}, 1]\n\
+             [[force]]\nname = \"rotor\"\ntype = \"rotational-inerter\"\nbodies = [\"ground\", \"arm\"]\npoint = [0, 0, 0]\n\
+             axis = [{lean:e}, {lean:e}, 1]\nparams.inertance = 0.2\n[[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"hinge\"\n"
+        )
+    };
+    let end = |lean: f64| *column(&try_text(&scene(lean), &[]).unwrap(), "angle").last().unwrap();
+    let straight = end(0.0);
+    for power in [7, 8, 9, 12, 14, 15, 16, 17, 20, 40, 150, 300] {
+        let leaning = end(10.0_f64.powi(-power));
+        assert!((leaning - straight).abs() < 1e-8, "1e-{power}: {leaning} {straight}");
+    }
+}
+
 /// What the scenes here read.
 pub(crate) fn write_files(scratch: &Scratch) {
     std::fs::write(scratch.path().join("beam.csv"), craig_bampton::lines(&BEAM, MODES)).unwrap();

@@ -8,12 +8,14 @@
 //! | file | content |
 //! |---|---|
 //! | `xml.rs` | elements, attributes, numbers, with their places |
+//! | `include.rs` | files within files |
 //! | `urdf.rs`, `mjcf/` | one format each |
 //! | `mechanism.rs` | links, joints, shapes: what both formats say |
 //! | `solid.rs` | mass and inertia of shapes and meshes |
 //! | `place.rs` | one joint per body; where bodies are at the start |
 //! | `write.rs` | the scene |
 
+mod include;
 mod mechanism;
 mod mjcf;
 mod place;
@@ -31,6 +33,7 @@ use std::path::Path;
 
 use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
 
+use include::Whole;
 use mechanism::{Joint, Mechanism};
 
 /// Bytes of a file that are read.
@@ -95,21 +98,34 @@ pub struct Refused {
 /// A file that cannot be read, is of neither format, is damaged, or describes no mechanism.
 pub fn read(file: &Path, folder: &Path, options: &Options) -> Result<Imported, Box<Refused>> {
     let name = file.display().to_string();
-    let bare = |message: String| {
-        let diagnostics = vec![Diagnostic::error(codes::NOT_IMPORTED, message)];
+    let text = file_text(file).map_err(|reason| {
+        let diagnostics = vec![Diagnostic::error(codes::NOT_IMPORTED, reason)];
         Box::new(Refused { diagnostics, source: Source::new(name.clone(), "") })
-    };
-    let length = file.metadata().map_err(|error| bare(format!("cannot read {name}: {error}")))?.len();
-    if length > LONGEST {
-        return Err(bare(format!("{name} is longer than {} MB", LONGEST >> 20)));
-    }
-    let text = std::fs::read_to_string(file).map_err(|error| bare(format!("cannot read {name}: {error}")))?;
-    let beside = file.parent().unwrap_or(Path::new(""));
-    let read = from_text(&text, beside, folder, options);
-    read.map_err(|diagnostics| Box::new(Refused { diagnostics, source: Source::new(name, text) }))
+    })?;
+    from_source(Source::new(name, text), file.parent().unwrap_or(Path::new("")), folder, options)
 }
 
-/// The same from a text, with the folder that its meshes are relative to.
+/// The text of a file, or why there is none.
+fn file_text(file: &Path) -> Result<String, String> {
+    let name = file.display();
+    let length = file.metadata().map_err(|error| format!("cannot read {name}: {error}"))?.len();
+    if length > LONGEST {
+        return Err(format!("{name} is longer than {} MB", LONGEST >> 20));
+    }
+    std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))
+}
+
+/// The same from a text, with the folder that its meshes and included files are relative to.
+fn from_source(source: Source, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Box<Refused>> {
+    let whole = Whole::read(source, beside)
+        .map_err(|(error, source)| Box::new(Refused { diagnostics: vec![error], source }))?;
+    from_text(&whole.text, beside, folder, options).map_err(|mut diagnostics| {
+        diagnostics.iter_mut().for_each(|diagnostic| whole.place(diagnostic));
+        Box::new(Refused { diagnostics, source: whole.source })
+    })
+}
+
+/// The same from a text without included files.
 fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Vec<Diagnostic>> {
     let document = xml::parse(text).map_err(|error| vec![error])?;
     let mut found = xml::Found::default();
@@ -128,6 +144,10 @@ fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Res
     }
     if found.has_errors() {
         return Err(found.diagnostics);
+    }
+    if mechanism.links.iter().all(|link| matches!(link.hold, mechanism::Hold::Fixed)) {
+        let all = "nothing moves: every link is held on the ground; `--base free` frees the first of a URDF";
+        mechanism.left_out.push(all.into());
     }
     Ok(write::scene(place::of_bodies(mechanism), folder))
 }

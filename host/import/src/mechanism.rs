@@ -36,6 +36,11 @@ impl Mechanism {
             Hold::Fixed | Hold::Free => &mut [],
         })
     }
+
+    /// Masses of all links that have one.
+    pub(crate) fn solids_mut(&mut self) -> impl Iterator<Item = &mut Solid> {
+        self.links.iter_mut().filter_map(|link| link.solid.as_mut())
+    }
 }
 
 /// A rigid part with what holds it on its parent.
@@ -91,6 +96,16 @@ impl Solid {
             com: (pose * Point3::from(self.com)).coords,
             inertia: turn * self.inertia * turn.transpose(),
         }
+    }
+
+    /// The same part with a mass and principal moments of inertia that are not below these.
+    pub(crate) fn at_least(mut self, mass: f64, moment: f64) -> Self {
+        let principal = self.inertia.symmetric_eigen();
+        if principal.eigenvalues.min() < moment {
+            let moments = Matrix3::from_diagonal(&principal.eigenvalues.map(|m| m.max(moment)));
+            self.inertia = principal.eigenvectors * moments * principal.eigenvectors.transpose();
+        }
+        Self { mass: self.mass.max(mass), ..self }
     }
 
     /// Both as one part (Steiner).

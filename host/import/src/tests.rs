@@ -107,7 +107,6 @@ fn mistakes_are_named() {
         (joint(&format!("{ends}<axis xyz=\"0 0\"/>")), "2 numbers, 3 are needed"),
         (joint(&format!("{ends}<origin xyz=\"0 0 nan\"/>")), "not made of numbers"),
         (joint(&format!("{ends}<origin xyz=\"0 0 1e999\"/>")), "not made of numbers"),
-        (joint(&format!("{ends}<limit lower=\"1\" upper=\"-1\"/>")), "1 is above -1"),
         (joint(&format!("{ends}<dynamics damping=\"-1\"/>")), "`damping` is negative"),
         (
             robot("<joint name=\"j\" type=\"wobbly\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
@@ -128,7 +127,11 @@ fn mistakes_are_named() {
             ),
             "carried by two joints",
         ),
-        ("<mujoco><include file=\"x\"/></mujoco>".into(), "<include> is not expanded"),
+        ("<mujoco><worldbody><replicate/></worldbody></mujoco>".into(), "<replicate> is not expanded"),
+        (
+            "<mujoco><worldbody><body><joint class=\"none\"/><geom size=\"1\"/></body></worldbody></mujoco>".into(),
+            "there is no class `none`",
+        ),
         (
             "<mujoco><worldbody><body><joint type=\"odd\"/><geom size=\"1\"/></body></worldbody></mujoco>".into(),
             "unknown type \"odd\"",
@@ -167,5 +170,66 @@ fn names_of_scenes_are_made_of_letters_and_taken_once() {
     let scene = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap().scene;
     for name in ["title = \"a \\\"b\\\"\\u000Ac\"", "\"ground-2\"", "\"le_bras\"", "\"le_bras-joint\""] {
         assert!(scene.contains(name), "{name}: {scene}");
+    }
+}
+
+/// A file that includes others is the file with their elements in it; mistakes are reported where they are written.
+#[test]
+fn included_files_are_part_of_the_file() {
+    let folder = std::env::temp_dir().join(format!("odyn-include-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("parts")).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    let body = "<body name=\"b\"><joint name=\"j\" class=\"stiff\"/><geom size=\"0.1\"/></body>";
+    let defaults =
+        "<default><joint damping=\"3\"/><default class=\"stiff\"><joint stiffness=\"7\"/></default></default>";
+    let more = "<default><joint damping=\"4\" armature=\"2\"/></default>";
+    write("whole.xml", &format!("<mujoco>{defaults}{more}<worldbody>{body}</worldbody></mujoco>"));
+    let parts = "<mujoco><include file=\"parts/defaults.xml\"/><worldbody>\n<include file=\"parts/body.xml\"/></worldbody></mujoco>";
+    write("main.xml", parts);
+    write("parts/defaults.xml", &format!("<x>{defaults}<include file=\"parts/more.xml\"/></x>"));
+    write("parts/more.xml", &format!("<!-- more --><mujocoinclude>{more}</mujocoinclude>"));
+    write("parts/body.xml", &format!("<mujocoinclude>{body}</mujocoinclude>"));
+    let read = |name: &str| crate::read(&folder.join(name), &folder, &Options::default());
+    let (whole, main) = (read("whole.xml").unwrap(), read("main.xml").unwrap());
+    assert_eq!(whole.scene, main.scene);
+    for said in ["damping = 4", "stiffness = 7", "inertance = 2"] {
+        assert!(main.scene.contains(said), "{said}: {}", main.scene);
+    }
+    let place = |name: &str| {
+        let refused = read(name).unwrap_err();
+        let found = &refused.diagnostics[0];
+        let at = refused.source.locate(found.labels[0].span.clone().unwrap().start);
+        (found.message.clone(), Path::new(&at.name).file_name().unwrap().to_string_lossy().into_owned(), at.line)
+    };
+    write("parts/body.xml", "<x>\n<body>\n<joint axis=\"0 0\"/><geom size=\"0.1\"/></body></x>");
+    assert_eq!(place("main.xml"), ("`axis` has 2 numbers, 3 are needed".into(), "body.xml".into(), 3));
+    write("parts/body.xml", "<x>\n<body></x>");
+    assert_eq!(place("main.xml").1, "body.xml");
+    write("parts/body.xml", "<x>\n<include file=\"main.xml\"/></x>");
+    let (says, file, line) = place("main.xml");
+    assert!(says.contains("included twice") && file == "main.xml" && line == 1, "{says} {file} {line}");
+    write("main.xml", "<mujoco>\n<include file=\"none.xml\"/></mujoco>");
+    assert!(place("main.xml").0.contains("cannot read"), "{:?}", place("main.xml"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// `settotalmass`, `boundmass` and `boundinertia` change masses as MuJoCo does.
+#[test]
+fn masses_are_those_that_the_compiler_makes() {
+    let text = |compiler: &str| {
+        format!(
+            "<mujoco><compiler {compiler}/><worldbody><body name=\"a\"><joint/><inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 2 2\"/>\
+             <body name=\"b\"><joint/><inertial pos=\"0 0 0\" mass=\"3\" diaginertia=\"4 5 6\"/></body></body></worldbody></mujoco>"
+        )
+    };
+    let scene =
+        |compiler: &str| from_text(&text(compiler), Path::new(""), Path::new(""), &Options::default()).unwrap().scene;
+    let scaled = scene("settotalmass=\"8\"");
+    for said in ["mass = 2\n", "inertia = [2, 4, 4]", "mass = 6\n", "inertia = [8, 10, 12]"] {
+        assert!(scaled.contains(said), "{said}: {scaled}");
+    }
+    let bounded = scene("boundmass=\"2\" boundinertia=\"4.5\"");
+    for said in ["mass = 2\n", "inertia = [4.5, 4.5, 4.5]", "mass = 3\n", "inertia = [4.5, 5, 6]"] {
+        assert!(bounded.contains(said), "{said}: {bounded}");
     }
 }

@@ -300,7 +300,8 @@ impl Reader<'_> {
                 Some(std::cmp::Ordering::Equal) => {
                     self.left_out.push(format!("limits of joint `{name}`: both are {lower}"));
                 }
-                _ => self.found.error(head(&limit), format!("limits of joint `{name}`: {lower} is above {upper}"), ""),
+                // Programs that read URDF take this as a joint without limits.
+                _ => self.left_out.push(format!("limits of joint `{name}`: {lower} is above {upper}")),
             }
         }
         if child(node, "limit").is_some_and(|limit| limit.has_attribute("effort") || limit.has_attribute("velocity"))

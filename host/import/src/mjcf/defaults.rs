@@ -2,20 +2,24 @@
 
 use std::collections::HashMap;
 
+use odyn_diagnostics::{Diagnostic, codes, help_for};
 use roxmltree::{Attribute, Node};
 
 use crate::xml::{Found, child, children, head};
 
-/// The class that everything is of where no other is named.
+/// The class that everything is of where no other is named, unless the file calls it otherwise.
 const MAIN: &str = "main";
 
 /// All classes by their names.
 pub(super) struct Classes<'a, 'i> {
     classes: HashMap<&'a str, Class<'a, 'i>>,
+    main: &'a str,
 }
 
+#[derive(Default)]
 struct Class<'a, 'i> {
-    node: Node<'a, 'i>,
+    /// The last of them counts.
+    nodes: Vec<Node<'a, 'i>>,
     parent: Option<&'a str>,
 }
 
@@ -43,7 +47,9 @@ impl<'a, 'i> Of<'a, 'i> {
 
 impl<'a, 'i: 'a> Classes<'a, 'i> {
     pub(super) fn read(root: Node<'a, 'i>, found: &mut Found) -> Self {
-        let mut classes = Self { classes: HashMap::new() };
+        let mut top = children(root).filter(|node| node.has_tag_name("default"));
+        let main = top.find_map(|node| node.attribute("class")).unwrap_or(MAIN);
+        let mut classes = Self { classes: HashMap::from([(main, Class::default())]), main };
         for node in children(root).filter(|node| node.has_tag_name("default")) {
             classes.add(node, None, found);
         }
@@ -53,16 +59,20 @@ impl<'a, 'i: 'a> Classes<'a, 'i> {
     fn add(&mut self, node: Node<'a, 'i>, parent: Option<&'a str>, found: &mut Found) {
         let name = match (node.attribute("class"), parent) {
             (Some(name), _) => name,
-            (None, None) => MAIN,
+            (None, None) => self.main,
             (None, Some(_)) => {
                 found.error(head(&node), "a class of defaults within another needs a name", "");
                 return;
             }
         };
-        if self.classes.insert(name, Class { node, parent }).is_some() {
+        // The outermost class may be given in parts, as included files do.
+        if name != self.main && self.classes.contains_key(name) {
             found.error(head(&node), format!("the class `{name}` is there twice"), "");
             return;
         }
+        let class = self.classes.entry(name).or_default();
+        class.nodes.push(node);
+        class.parent = parent;
         for below in children(node).filter(|below| below.has_tag_name("default")) {
             self.add(below, Some(name), found);
         }
@@ -71,11 +81,24 @@ impl<'a, 'i: 'a> Classes<'a, 'i> {
     /// An element of a kind, in a body whose class is given.
     pub(super) fn of(&self, node: Node<'a, 'i>, kind: &str, class: Option<&'a str>) -> Of<'a, 'i> {
         let mut nodes = vec![node];
-        let mut at = Some(node.attribute("class").or(class).unwrap_or(MAIN));
+        let mut at = Some(node.attribute("class").or(class).unwrap_or(self.main));
         while let Some(class) = at.and_then(|name| self.classes.get(name)) {
-            nodes.extend(child(class.node, kind));
+            nodes.extend(class.nodes.iter().rev().filter_map(|class| child(*class, kind)));
             at = class.parent;
         }
         Of { nodes }
+    }
+
+    /// Reports elements of classes that are not there.
+    pub(super) fn check(&self, root: Node<'a, 'i>, found: &mut Found) {
+        let known: Vec<&str> = self.classes.keys().copied().collect();
+        let outside = root.descendants().filter(|node| node.is_element() && !node.has_tag_name("default"));
+        for named in outside.flat_map(|node| ["class", "childclass"].map(|name| node.attribute_node(name))).flatten() {
+            if !self.classes.contains_key(named.value()) {
+                let unknown = Diagnostic::error(codes::NOT_IMPORTED, format!("there is no class `{}`", named.value()));
+                let unknown = unknown.at(named.range_value(), "").help_if(help_for(named.value(), &known, "classes"));
+                found.diagnostics.push(unknown);
+            }
+        }
     }
 }

@@ -21,12 +21,12 @@ const GRAVITY: f64 = -9.81;
 
 /// Reads a `<mujoco>`. `folder` is where meshes are looked for.
 pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: &mut Found) -> Mechanism {
-    for node in root.descendants().filter(Node::is_element) {
-        if matches!(node.tag_name().name(), "include" | "replicate" | "composite" | "flexcomp" | "attach") {
-            let message = format!("<{}> is not expanded here", node.tag_name().name());
-            let help = "MuJoCo writes the whole model into one file: mujoco.mj_saveLastXML(\"whole.xml\", model)";
-            found.error(head(&node), message, help);
-        }
+    let only_mujoco =
+        |node: &Node<'_, '_>| matches!(node.tag_name().name(), "replicate" | "composite" | "flexcomp" | "attach");
+    for node in root.descendants().filter(only_mujoco) {
+        let message = format!("<{}> is not expanded here", node.tag_name().name());
+        let help = "MuJoCo writes the whole model into one file: mujoco.mj_saveLastXML(\"whole.xml\", model)";
+        found.error(head(&node), message, help);
     }
     let title = root.attribute("model").unwrap_or("mechanism").to_owned();
     let mut mechanism = Mechanism { title, gravity: Vector3::new(0.0, 0.0, GRAVITY), ..Mechanism::default() };
@@ -35,6 +35,7 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     }
     let compiler = Compiler::read(root, folder, found);
     let classes = Classes::read(root, found);
+    classes.check(root, found);
     let meshes = geometry::meshes(root, &compiler, &classes, found);
     let mut reader = Reader {
         compiler,
@@ -49,6 +50,12 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     reader.others(root);
     for world in children(root).filter(|node| node.has_tag_name("worldbody")) {
         reader.inside(world, None, Isometry3::identity(), world.attribute("childclass"));
+    }
+    if let Some(wanted) = reader.compiler.total_mass {
+        let factor = wanted / reader.mechanism.solids_mut().map(|solid| solid.mass).sum::<f64>();
+        for solid in reader.mechanism.solids_mut().filter(|_| factor.is_finite()) {
+            (solid.mass, solid.inertia) = (solid.mass * factor, solid.inertia * factor);
+        }
     }
     for equality in children(root).filter(|node| node.has_tag_name("equality")) {
         for node in children(equality) {
@@ -69,6 +76,11 @@ struct Compiler<'f> {
     auto_limits: bool,
     /// Whether masses follow from shapes: always, never, or where there is no `<inertial>`.
     from_shapes: Option<bool>,
+    /// Mass and principal moments of inertia that no body is below.
+    least_mass: f64,
+    least_inertia: f64,
+    /// Mass of all bodies together.
+    total_mass: Option<f64>,
 }
 
 impl<'f> Compiler<'f> {
@@ -80,6 +92,9 @@ impl<'f> Compiler<'f> {
             euler: "xyz".into(),
             auto_limits: true,
             from_shapes: None,
+            least_mass: 0.0,
+            least_inertia: 0.0,
+            total_mass: None,
         };
         for node in children(root).filter(|node| node.has_tag_name("compiler")) {
             for attribute in node.attributes() {
@@ -103,14 +118,16 @@ impl<'f> Compiler<'f> {
                             "have MuJoCo write it anew",
                         );
                     }
-                    ("settotalmass" | "boundmass" | "boundinertia" | "balanceinertia", word)
-                        if word != "false" && word != "-1" && word != "0" =>
-                    {
-                        let message = format!("`{}` changes masses behind the file", attribute.name());
+                    ("settotalmass", _) => {
+                        compiler.total_mass = found.number(Some(attribute)).filter(|mass| *mass > 0.0);
+                    }
+                    ("boundmass", _) => compiler.least_mass = found.not_negative(Some(attribute)).unwrap_or(0.0),
+                    ("boundinertia", _) => compiler.least_inertia = found.not_negative(Some(attribute)).unwrap_or(0.0),
+                    ("balanceinertia", "true") => {
                         found.error(
                             attribute.range(),
-                            message,
-                            "have MuJoCo write the model with the masses that it uses",
+                            "`balanceinertia` changes moments of inertia that no body can have",
+                            "give moments of inertia of which none is larger than the sum of the others",
                         );
                     }
                     _ => {}
@@ -226,7 +243,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             Some(false) => given,
             None => given.or(parts.solid),
         };
-        let solid = solid.filter(|solid| solid.mass > 0.0);
+        let (least_mass, least_inertia) = (self.compiler.least_mass, self.compiler.least_inertia);
+        let solid = solid.map(|solid| solid.at_least(least_mass, least_inertia)).filter(|solid| solid.mass > 0.0);
         self.mechanism.links.push(Link { name, parent, pose, hold, solid, shapes: parts.shapes, remark: None });
         self.inside(node, Some(number), Isometry3::identity(), class);
     }

@@ -62,9 +62,8 @@ pub type FramePose = (Vector3<f64>, Matrix3<f64>);
 pub fn mass_at(recording: &Recording, frames: &[FramePose], states: &[f64]) -> Option<DMatrix<f64>> {
     recording.output(Role::Kinetic)?;
     let (flexible, n) = (recording.flexible(), 6 * frames.len() + recording.flexible());
-    // A quadratic form gives its matrix: T(a + b) - T(a) - T(b).
-    let energy = |moved: [usize; 2]| {
-        let speed = |k: usize| f64::from(u8::from(moved.contains(&k)));
+    let energy = |moved: [(usize, f64); 2]| {
+        let speed = |k: usize| moved.iter().find(|(of, _)| *of == k).map_or(0.0, |(_, speed)| *speed);
         let read = |input: Input| match input {
             Input::Position { frame, component } => frames[frame as usize].0[component as usize],
             Input::Rotation { frame, row, column } => frames[frame as usize].1[(row as usize, column as usize)],
@@ -79,10 +78,15 @@ pub fn mass_at(recording: &Recording, frames: &[FramePose], states: &[f64]) -> O
     };
     let mut mass = DMatrix::zeros(n, n);
     for k in 0..n {
-        mass[(k, k)] = 2.0 * energy([k, k]);
+        mass[(k, k)] = 2.0 * energy([(k, 1.0); 2]);
     }
+    // A quadratic form gives its matrix: 4 a'Mb = 2 T(a + b) - 2 T(a - b), at speeds whose energies are alike, so that of velocities that
+    // take a very small part nothing is lost.
+    let speed = |k: usize| Some(mass[(k, k)].abs()).filter(|m| m.is_normal()).map_or(1.0, |m| m.sqrt().recip());
+    let speeds: Vec<f64> = (0..n).map(speed).collect();
     for (row, column) in (0..n).flat_map(|row| (0..row).map(move |column| (row, column))) {
-        let entry = energy([row, column]) - 0.5 * (mass[(row, row)] + mass[(column, column)]);
+        let (a, b) = (speeds[row], speeds[column]);
+        let entry = (energy([(row, a), (column, b)]) - energy([(row, a), (column, -b)])) / (2.0 * a * b);
         (mass[(row, column)], mass[(column, row)]) = (entry, entry);
     }
     Some(mass)
