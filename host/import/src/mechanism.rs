@@ -59,6 +59,13 @@ pub(crate) struct Link {
     pub(crate) remark: Option<String>,
 }
 
+impl Link {
+    /// Whether it has no mass.
+    pub(crate) fn is_bare(&self) -> bool {
+        self.solid.is_none_or(|solid| solid.mass == 0.0)
+    }
+}
+
 /// What holds a link on its parent.
 #[derive(Debug, Clone)]
 pub(crate) enum Hold {
@@ -96,6 +103,11 @@ impl Solid {
             com: (pose * Point3::from(self.com)).coords,
             inertia: turn * self.inertia * turn.transpose(),
         }
+    }
+
+    /// Whether it has mass or inertia; files round the mass of small parts to zero and keep their inertia.
+    pub(crate) fn is_something(&self) -> bool {
+        self.mass > 0.0 || self.inertia != Matrix3::zeros()
     }
 
     /// The same part with a mass and principal moments of inertia that are not below these.

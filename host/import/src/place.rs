@@ -9,6 +9,9 @@ use crate::mechanism::{Hold, Joint, Kind, Link, Mechanism, Solid};
 /// Mass and moments of inertia of what is between two joints of one link, and has none, by those of the link.
 const TINY: f64 = 1e-12;
 
+/// Moments of inertia per mass, m^2, below which a link is a point.
+const POINT: f64 = 1e-18;
+
 /// Where a link is and how it moves, ground axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
@@ -34,10 +37,17 @@ pub(crate) fn of_bodies(mut mechanism: Mechanism) -> Mechanism {
     let mut numbers: Vec<usize> = Vec::with_capacity(links.len());
     for mut link in links {
         link.parent = link.parent.and_then(|parent| numbers.get(parent).copied());
-        if link.solid.is_none() {
+        let (bare, tiny) = (link.is_bare(), Matrix3::identity() * TINY);
+        let solid = link.solid.get_or_insert(Solid { mass: 0.0, com: Vector3::zeros(), inertia: tiny });
+        if bare {
             let message = "has no mass; without mass nothing moves by its own, so it has next to none here";
             mechanism.left_out.push(format!("link `{}` {message}", link.name));
-            link.solid = Some(Solid { mass: TINY, com: Vector3::zeros(), inertia: Matrix3::identity() * TINY });
+            solid.mass = TINY;
+        }
+        if solid.inertia.amax() <= POINT * solid.mass {
+            let message = "has mass and no extent: a point, with next to no moment of inertia about itself";
+            mechanism.left_out.push(format!("link `{}` {message}", link.name));
+            solid.inertia = tiny * solid.mass;
         }
         if let Hold::Joints(joints) = &mut link.hold
             && let Some(last) = joints.pop()
@@ -84,10 +94,9 @@ fn join_massless(mechanism: &mut Mechanism) {
         let link = &mechanism.links[number];
         let Hold::Fixed = link.hold else { continue };
         let carrier = link.parent.map(|parent| &mechanism.links[parent]);
-        let bare = link.solid.is_none();
+        let bare = link.is_bare();
         // A carrier without mass that moves takes the mass of what is fixed to it.
-        let carrier_is_bare =
-            carrier.is_some_and(|carrier| carrier.solid.is_none() && !matches!(carrier.hold, Hold::Fixed));
+        let carrier_is_bare = carrier.is_some_and(|carrier| carrier.is_bare() && !matches!(carrier.hold, Hold::Fixed));
         if !bare && !carrier_is_bare {
             continue;
         }

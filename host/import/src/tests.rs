@@ -233,3 +233,28 @@ fn masses_are_those_that_the_compiler_makes() {
         assert!(bounded.contains(said), "{said}: {bounded}");
     }
 }
+
+/// Parts whose mass a file rounds to zero keep their inertia; those without extent are points.
+#[test]
+fn small_parts_keep_what_they_have() {
+    let link = |name: &str, mass: &str, moment: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"{mass}\"/><inertia ixx=\"{moment}\" iyy=\"{moment}\" izz=\"{moment}\" \
+             ixz=\"1e-30\"/></inertial></link>"
+        )
+    };
+    let joint = |kind: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{child}-j\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/></joint>"
+        )
+    };
+    let links = [link("base", "9", "1"), link("shank", "2", "0.5"), link("foot", "0", "0.25"), link("point", "3", "0")];
+    let joints =
+        [joint("continuous", "base", "shank"), joint("fixed", "shank", "foot"), joint("continuous", "shank", "point")];
+    let text = format!("<robot name=\"r\">{}{}</robot>", links.concat(), joints.concat());
+    let imported = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap();
+    let scene = imported.scene;
+    assert!(scene.contains("mass = 2\ninertia = [0.75, 0.75, 0.75"), "{scene}");
+    assert!(scene.contains("inertia = [0.000000000003, 0.000000000003, 0.000000000003]"), "{scene}");
+    assert!(imported.left_out.iter().any(|what| what.starts_with("link `point` has mass and no extent")), "{scene}");
+}

@@ -207,7 +207,7 @@ impl Reader<'_> {
         let mut of = |name: &str| self.found.number(tensor?.attribute_node(name)).or(Some(0.0));
         let [xx, xy, xz, yy, yz, zz] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| of(name).unwrap_or(0.0));
         let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-        (mass > 0.0).then(|| Solid { mass, com: Vector3::zeros(), inertia }.moved(&pose))
+        Some(Solid { mass, com: Vector3::zeros(), inertia }.moved(&pose)).filter(Solid::is_something)
     }
 
     /// The mass of a link without any, from its shapes.

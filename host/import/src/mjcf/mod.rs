@@ -244,7 +244,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             None => given.or(parts.solid),
         };
         let (least_mass, least_inertia) = (self.compiler.least_mass, self.compiler.least_inertia);
-        let solid = solid.map(|solid| solid.at_least(least_mass, least_inertia)).filter(|solid| solid.mass > 0.0);
+        let solid = solid.map(|solid| solid.at_least(least_mass, least_inertia)).filter(Solid::is_something);
         self.mechanism.links.push(Link { name, parent, pose, hold, solid, shapes: parts.shapes, remark: None });
         self.inside(node, Some(number), Isometry3::identity(), class);
     }

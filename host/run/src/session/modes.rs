@@ -9,6 +9,7 @@ use crate::analysis::{AnalysisError, Assembly, Constraints};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::program::Equations;
+use crate::scene::Spanned;
 
 impl Session {
     /// Refuses what unilateral rows do not go with.
@@ -64,10 +65,12 @@ impl Session {
         SessionError::one(&self.scene.source, diagnostic.help(help))
     }
 
-    /// The equations with these contacts closed at an assembled place. The opaque elements of the model move in.
+    /// The equations with these contacts closed at an assembled place, in coordinates of joints or of bodies as the run's are. The
+    /// opaque elements of the model move in.
     fn mode(
         &mut self,
         closed: &[usize],
+        coordinates: &str,
         place: (f64, Assembly),
         offer_jacobian: bool,
     ) -> Result<(Mode, Equations), SessionError> {
@@ -87,7 +90,9 @@ impl Session {
             std::mem::replace(&mut self.plan, plan),
             self.ahead.replace(place),
         );
+        let asked = self.scene.simulation.formulation.replace(Spanned::new(coordinates.to_owned(), 0..0));
         let formulation = self.formulation(&engine);
+        self.scene.simulation.formulation = asked;
         let equations = std::mem::replace(&mut self.equations, was.0);
         (self.plan, self.ahead) = (was.1, was.2);
         let mut formulation = formulation?;
@@ -157,7 +162,8 @@ impl Run<'_> {
         let mut place = self.session.assembly.clone();
         (place.working, place.references, place.discrete) = (state.working, state.references, state.discrete);
         self.session.model.sets = self.system.lend_sets();
-        let made = self.session.mode(closed, (t, place), self.method.may_use_jacobian());
+        let coordinates = if self.system.formulation().name().starts_with("joint") { "joint" } else { "cartesian" };
+        let made = self.session.mode(closed, coordinates, (t, place), self.method.may_use_jacobian());
         match made {
             Ok((mode, equations)) => Ok(self.system.take_mode(mode, &equations, t, &self.state)?),
             Err(error) => {
