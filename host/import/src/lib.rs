@@ -34,7 +34,7 @@ use std::path::Path;
 use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
 
 use include::Whole;
-use mechanism::{Joint, Mechanism};
+use mechanism::{Joint, Kind, Mechanism};
 
 /// Bytes of a file that are read.
 const LONGEST: u64 = 64 << 20;
@@ -170,6 +170,7 @@ fn start(mechanism: &mut Mechanism, options: &Options, found: &mut xml::Found) {
         found.diagnostics.push(unknown.help_if(help_for(name, &known, "joints")));
     }
     follow(mechanism, options);
+    count_from_the_first_turn(mechanism);
 }
 
 /// Sets the coordinate at the start; one that nobody asked for is within the limits, which is said where it matters.
@@ -206,4 +207,30 @@ fn follow(mechanism: &mut Mechanism, options: &Options) {
             second.speed = speed;
         }
     }
+}
+
+/// A scene says where bodies are, not how often they have turned: hinges that begin further than half a turn from zero are counted from
+/// as many turns later.
+fn count_from_the_first_turn(mechanism: &mut Mechanism) {
+    let turn = 2.0 * std::f64::consts::PI;
+    let mut shifts = BTreeMap::new();
+    for joint in mechanism.joints_mut().filter(|joint| joint.kind == Kind::Hinge) {
+        // Half a turn itself is as near as it can be.
+        let shift = turn * (joint.value / turn * (1.0 - 1e-12)).round();
+        if shift != 0.0 {
+            for angle in [&mut joint.value, &mut joint.reference, &mut joint.relaxed] {
+                *angle -= shift;
+            }
+            joint.range = joint.range.map(|(lower, upper)| (lower - shift, upper - shift));
+            shifts.insert(joint.name.clone(), shift);
+        }
+    }
+    for coupling in &mut mechanism.couplings {
+        let of = |name: &str| shifts.get(name).copied().unwrap_or(0.0);
+        coupling.offset += coupling.ratio * of(&coupling.first) - of(&coupling.second);
+    }
+    let said = |(name, shift): (&String, &f64)| {
+        format!("joint `{name}`: its coordinate is {} rad less than in the file, whole turns", write::number(*shift))
+    };
+    mechanism.left_out.extend(shifts.iter().map(said));
 }

@@ -10,7 +10,7 @@ use crate::mechanism::{Hold, Joint, Kind, Link, Mechanism, Solid};
 const TINY: f64 = 1e-12;
 
 /// Moments of inertia per mass, m^2, below which a link is a point.
-const POINT: f64 = 1e-18;
+const POINT: f64 = 1e-15;
 
 /// Where a link is and how it moves, ground axes.
 #[derive(Debug, Clone, Copy)]

@@ -258,3 +258,47 @@ fn small_parts_keep_what_they_have() {
     assert!(scene.contains("inertia = [0.000000000003, 0.000000000003, 0.000000000003]"), "{scene}");
     assert!(imported.left_out.iter().any(|what| what.starts_with("link `point` has mass and no extent")), "{scene}");
 }
+
+/// Hinges that begin further than half a turn from zero read whole turns less, with all that counts on them.
+#[test]
+fn angles_are_counted_from_the_first_turn() {
+    let text = |angle: f64| {
+        format!(
+            "<mujoco><compiler angle=\"radian\"/><worldbody><body><joint name=\"j\" ref=\"{angle}\" springref=\"{angle}\" stiffness=\"2\" \
+             range=\"{} {}\"/><geom size=\"0.1\"/></body></worldbody></mujoco>",
+            angle - 0.5,
+            angle + 0.5
+        )
+    };
+    let read = |text: &str| from_text(text, Path::new(""), Path::new(""), &Options::default()).unwrap();
+    let (near, far) = (read(&text(0.25)), read(&text(0.25 + 2.0 * std::f64::consts::PI)));
+    let rounded = |scene: &str| scene.replace("0.249999999999999", "0.25").replace("0.250000000000001", "0.25");
+    let scene = |of: &str| rounded(of.split_once("title").unwrap().1);
+    assert_eq!(scene(&near.scene), scene(&far.scene));
+    assert!(far.left_out[0].contains("6.28318530717959 rad less"), "{:?}", far.left_out);
+}
+
+/// Shapes without a mass that is known are refused where their body has no other, and words that change mechanics are listed.
+#[test]
+fn what_is_not_read_is_not_passed_over() {
+    let text = |compiler: &str, geom: &str, inertial: &str| {
+        format!(
+            "<mujoco><compiler {compiler}/><asset><mesh name=\"m\" vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\"/></asset><worldbody>\
+             <body><joint springdamper=\"1 1\"/>{geom}<geom size=\"0.1\" group=\"1\"/>{inertial}</body></worldbody></mujoco>"
+        )
+    };
+    let read = |text: String| from_text(&text, Path::new(""), Path::new(""), &Options::default());
+    let mesh = "<geom type=\"mesh\" mesh=\"m\"/>";
+    let refused = read(text("", mesh, "")).unwrap_err();
+    assert!(refused[0].message.contains("mass of this shape is not known"), "{refused:?}");
+    let inertial = "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/>";
+    let known = read(text("mystery=\"7\"", mesh, inertial)).unwrap();
+    for said in ["`mystery` of <compiler>: 7", "`springdamper`"] {
+        assert!(known.left_out.iter().any(|what| what.contains(said)), "{said}: {:?}", known.left_out);
+    }
+    // A shape outside of the groups has no mass.
+    let sphere = "<geom size=\"1\" group=\"3\"/>";
+    let (all, some) = (read(text("", "", "")).unwrap(), read(text("inertiagrouprange=\"0 2\"", sphere, "")).unwrap());
+    let mass = |scene: &str| scene.lines().find(|line| line.starts_with("mass")).unwrap().to_owned();
+    assert_eq!(mass(&all.scene), mass(&some.scene));
+}

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::Node;
 
+use super::Reader;
+use super::compiler::Compiler;
 use super::defaults::{Classes, Of};
-use super::{Compiler, Reader};
 use crate::mechanism::{Form, Shape, Solid};
 use crate::solid;
 use crate::urdf::hex;
@@ -62,7 +63,12 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         class: Option<&'a str>,
     ) -> (Option<Shape>, Option<Solid>) {
         let of = self.classes.of(node, "geom", class);
-        let Some((form, pose)) = self.form(node, &of) else { return (None, None) };
+        let Some((form, pose)) = self.form(node, &of) else {
+            if self.has_mass(&of) && of.text("type") != Some("plane") {
+                self.mass_is_needed(node, "it has no file of its own, or is of a kind that is not read");
+            }
+            return (None, None);
+        };
         let color = self.found.list(of.get("rgba")).map(hex);
         let shape = Shape { form, pose: frame * pose, color };
         let mass = self.mass(node, &of, &shape);
@@ -71,10 +77,10 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
 
     fn mass(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, shape: &Shape) -> Option<Solid> {
         let density = self.found.not_negative(of.get("density")).unwrap_or(self.density);
-        let wanted = self.found.not_negative(of.get("mass"));
-        if wanted == Some(0.0) || (wanted.is_none() && density == 0.0) {
+        if !self.has_mass(of) {
             return None;
         }
+        let wanted = self.found.not_negative(of.get("mass"));
         if of.text("shellinertia") == Some("true") {
             self.left_out("mass on the surface of shapes (`shellinertia`): it is in their volume");
         }
@@ -84,18 +90,34 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                 None => solid,
             }),
             Err(reason) => {
-                let needed = node.parent().is_some_and(|body| {
-                    body.has_tag_name("body") && body.children().all(|c| !c.has_tag_name("inertial"))
-                });
-                if needed {
-                    self.found.error(
-                        head(&node),
-                        format!("the mass of this mesh is not known: {reason}"),
-                        "give the body an <inertial>",
-                    );
-                }
+                self.mass_is_needed(node, &reason);
                 None
             }
+        }
+    }
+
+    /// Whether a shape gives its body mass, if the body has none of its own.
+    fn has_mass(&mut self, of: &Of<'a, 'i>) -> bool {
+        let number = |found: &mut Found, name: &str| found.not_negative(of.get(name));
+        let none = match number(self.found, "mass") {
+            Some(mass) => mass == 0.0,
+            None => number(self.found, "density") == Some(0.0),
+        };
+        let group = self.found.number(of.get("group")).unwrap_or(0.0);
+        let [first, last] = self.compiler.groups;
+        !none && first <= group && group <= last
+    }
+
+    /// Reports a shape whose mass is not known, if its body has no other.
+    fn mass_is_needed(&mut self, node: Node<'a, 'i>, reason: &str) {
+        let body = node.ancestors().find(|above| above.has_tag_name("body"));
+        let given = body.is_some_and(|body| children(body).any(|child| child.has_tag_name("inertial")));
+        if body.is_some()
+            && (!given || self.compiler.from_shapes == Some(true))
+            && !self.found.has_errors_at(head(&node))
+        {
+            let message = format!("the mass of this shape is not known: {reason}");
+            self.found.error(head(&node), message, "give the body an <inertial>");
         }
     }
 

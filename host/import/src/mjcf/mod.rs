@@ -2,6 +2,7 @@
 //!
 //! (Format: mujoco.readthedocs.io, XML reference.)
 
+mod compiler;
 mod defaults;
 mod geometry;
 
@@ -14,6 +15,7 @@ use roxmltree::Node;
 use crate::Options;
 use crate::mechanism::{Closure, Coupling, Hold, Joint, Kind, Link, Mechanism, Solid};
 use crate::xml::{Found, child, children, head};
+use compiler::Compiler;
 use defaults::{Classes, Of};
 
 /// Gravity where a file has none, m/s^2.
@@ -33,7 +35,7 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     if found.has_errors() {
         return mechanism;
     }
-    let compiler = Compiler::read(root, folder, found);
+    let compiler = Compiler::read(root, folder, &mut mechanism.left_out, found);
     let classes = Classes::read(root, found);
     classes.check(root, found);
     let meshes = geometry::meshes(root, &compiler, &classes, found);
@@ -64,78 +66,6 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     }
     mechanism.left_out.dedup();
     mechanism
-}
-
-/// The words of `<compiler>` that change what others mean.
-struct Compiler<'f> {
-    folder: &'f Path,
-    mesh_folder: String,
-    /// Factor of angles.
-    angle: f64,
-    euler: String,
-    auto_limits: bool,
-    /// Whether masses follow from shapes: always, never, or where there is no `<inertial>`.
-    from_shapes: Option<bool>,
-    /// Mass and principal moments of inertia that no body is below.
-    least_mass: f64,
-    least_inertia: f64,
-    /// Mass of all bodies together.
-    total_mass: Option<f64>,
-}
-
-impl<'f> Compiler<'f> {
-    fn read(root: Node<'_, '_>, folder: &'f Path, found: &mut Found) -> Self {
-        let mut compiler = Self {
-            folder,
-            mesh_folder: String::new(),
-            angle: 1.0_f64.to_radians(),
-            euler: "xyz".into(),
-            auto_limits: true,
-            from_shapes: None,
-            least_mass: 0.0,
-            least_inertia: 0.0,
-            total_mass: None,
-        };
-        for node in children(root).filter(|node| node.has_tag_name("compiler")) {
-            for attribute in node.attributes() {
-                match (attribute.name(), attribute.value()) {
-                    ("angle", "radian") => compiler.angle = 1.0,
-                    ("angle", "degree") => compiler.angle = 1.0_f64.to_radians(),
-                    ("eulerseq", sequence) => {
-                        if sequence.len() != 3 || !sequence.chars().all(|c| "xyzXYZ".contains(c)) {
-                            found.error(attribute.range_value(), "`eulerseq` is three of x, y, z, X, Y, Z", "");
-                            continue;
-                        }
-                        compiler.euler = sequence.to_owned();
-                    }
-                    ("meshdir" | "assetdir", folder) => compiler.mesh_folder = folder.to_owned(),
-                    ("autolimits", word) => compiler.auto_limits = word == "true",
-                    ("inertiafromgeom", word) => compiler.from_shapes = (word != "auto").then_some(word == "true"),
-                    ("coordinate", "global") => {
-                        found.error(
-                            attribute.range(),
-                            "global coordinates are of an older MJCF",
-                            "have MuJoCo write it anew",
-                        );
-                    }
-                    ("settotalmass", _) => {
-                        compiler.total_mass = found.number(Some(attribute)).filter(|mass| *mass > 0.0);
-                    }
-                    ("boundmass", _) => compiler.least_mass = found.not_negative(Some(attribute)).unwrap_or(0.0),
-                    ("boundinertia", _) => compiler.least_inertia = found.not_negative(Some(attribute)).unwrap_or(0.0),
-                    ("balanceinertia", "true") => {
-                        found.error(
-                            attribute.range(),
-                            "`balanceinertia` changes moments of inertia that no body can have",
-                            "give moments of inertia of which none is larger than the sum of the others",
-                        );
-                    }
-                    _ => {}
-                }
-            }
-        }
-        compiler
-    }
 }
 
 struct Reader<'r, 'a, 'i> {
@@ -325,6 +255,12 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         joint.stiffness = self.first(&of, "stiffness");
         joint.friction = self.first(&of, "frictionloss");
         joint.armature = self.first(&of, "armature");
+        if of.get("springdamper").is_some() {
+            self.left_out(format!(
+                "joint `{}`: `springdamper`, from which MuJoCo takes stiffness and damping",
+                joint.name
+            ));
+        }
         let range = of.get("range").and_then(|range| self.found.list::<2>(Some(range)));
         let limited = match of.text("limited") {
             Some("true") => true,

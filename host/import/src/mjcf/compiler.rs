@@ -1,0 +1,100 @@
+//! What `<compiler>` says.
+
+use std::path::Path;
+
+use roxmltree::Node;
+
+use crate::xml::{Found, children};
+
+/// The words of `<compiler>` that change what others mean.
+pub(super) struct Compiler<'f> {
+    pub(super) folder: &'f Path,
+    pub(super) mesh_folder: String,
+    /// Factor of angles.
+    pub(super) angle: f64,
+    pub(super) euler: String,
+    pub(super) auto_limits: bool,
+    /// Whether masses follow from shapes: always, never, or where there is no `<inertial>`.
+    pub(super) from_shapes: Option<bool>,
+    /// Mass and principal moments of inertia that no body is below.
+    pub(super) least_mass: f64,
+    pub(super) least_inertia: f64,
+    /// Mass of all bodies together.
+    pub(super) total_mass: Option<f64>,
+    /// Groups of shapes that have mass, from the first to the last.
+    pub(super) groups: [f64; 2],
+}
+
+/// Words of `<compiler>` that change no mechanics of what is read.
+const NO_MATTER: [&str; 9] = [
+    "autolimits",
+    "strippath",
+    "texturedir",
+    "usethread",
+    "discardvisual",
+    "fusestatic",
+    "alignfree",
+    "saveinertial",
+    "conflict",
+];
+
+impl<'f> Compiler<'f> {
+    pub(super) fn read(root: Node<'_, '_>, folder: &'f Path, left_out: &mut Vec<String>, found: &mut Found) -> Self {
+        let mut compiler = Self {
+            folder,
+            mesh_folder: String::new(),
+            angle: 1.0_f64.to_radians(),
+            euler: "xyz".into(),
+            auto_limits: true,
+            from_shapes: None,
+            least_mass: 0.0,
+            least_inertia: 0.0,
+            total_mass: None,
+            groups: [0.0, f64::INFINITY],
+        };
+        for node in children(root).filter(|node| node.has_tag_name("compiler")) {
+            for attribute in node.attributes() {
+                match (attribute.name(), attribute.value()) {
+                    ("angle", "radian") => compiler.angle = 1.0,
+                    ("angle", "degree") => compiler.angle = 1.0_f64.to_radians(),
+                    ("eulerseq", sequence) => {
+                        if sequence.len() != 3 || !sequence.chars().all(|c| "xyzXYZ".contains(c)) {
+                            found.error(attribute.range_value(), "`eulerseq` is three of x, y, z, X, Y, Z", "");
+                            continue;
+                        }
+                        compiler.euler = sequence.to_owned();
+                    }
+                    ("meshdir" | "assetdir", folder) => compiler.mesh_folder = folder.to_owned(),
+                    ("autolimits", word) => compiler.auto_limits = word == "true",
+                    ("inertiafromgeom", word) => compiler.from_shapes = (word != "auto").then_some(word == "true"),
+                    ("coordinate", "global") => {
+                        found.error(
+                            attribute.range(),
+                            "global coordinates are of an older MJCF",
+                            "have MuJoCo write it anew",
+                        );
+                    }
+                    ("settotalmass", _) => {
+                        compiler.total_mass = found.number(Some(attribute)).filter(|mass| *mass > 0.0);
+                    }
+                    ("boundmass", _) => compiler.least_mass = found.not_negative(Some(attribute)).unwrap_or(0.0),
+                    ("boundinertia", _) => compiler.least_inertia = found.not_negative(Some(attribute)).unwrap_or(0.0),
+                    ("balanceinertia", "true") => {
+                        found.error(
+                            attribute.range(),
+                            "`balanceinertia` changes moments of inertia that no body can have",
+                            "give moments of inertia of which none is larger than the sum of the others",
+                        );
+                    }
+                    ("inertiagrouprange", _) => {
+                        compiler.groups = found.list(Some(attribute)).unwrap_or(compiler.groups)
+                    }
+                    ("angle" | "coordinate" | "balanceinertia", _) => {}
+                    (word, _) if NO_MATTER.contains(&word) => {}
+                    (word, value) => left_out.push(format!("`{word}` of <compiler>: {value}")),
+                }
+            }
+        }
+        compiler
+    }
+}
