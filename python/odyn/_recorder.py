@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -28,6 +29,9 @@ class Recorder:
             for key, value in vars(base).items():
                 self.specs.pop(key, None)
                 self.functions.pop(key, None)
+                declared = isinstance(value, Spec) or hasattr(value, "_odyn")
+                if declared and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", key):
+                    refuse("ODY0832", f"`{own.__name__}.{key}` is no name for scenes", "letters a to z, digits and `_`")
                 if isinstance(value, Spec):
                     self.specs[key] = value
                 elif isinstance(getattr(value, "_odyn", None), Spec):

@@ -352,6 +352,13 @@ def test_what_does_not_fit_a_declaration_is_refused():
     assert "cannot be the name" in refused(bad_name).message
 
 
+    def bad_parameter() -> Any:
+        members = {"_length": odyn.param("m"), "residual": lambda self, at: [at[0].position.x - self._length]}
+        return odyn.joint()(type("Hidden", (), members))
+
+    assert "`Hidden._length` is no name for scenes" in refused(bad_parameter).message
+
+
 def test_values_of_another_recording_are_refused():
     kept: list[odyn.Number] = []
 
