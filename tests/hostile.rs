@@ -138,6 +138,11 @@ fn files_said_to_be_libraries() {
     assault("library", 2000, targets::library);
 }
 
+#[test]
+fn files_of_elements() {
+    assault("elements", 4000, targets::elements);
+}
+
 /// A million million samples; ten million of eleven columns.
 #[test]
 fn results_that_do_not_fit_into_memory_are_refused() {

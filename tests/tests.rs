@@ -18,6 +18,7 @@
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `stores.rs` | libraries are packed, installed, pinned, verified, removed, and loaded again when they were built again |
 //! | `c_plugin.rs` | libraries in C move as the same elements in Rust do; faulty ones are refused in words |
+//! | `python_elements.rs` | elements written in Python move as the same elements in Rust do, bit for bit, and are handled as libraries are |
 //! | `versions.rs` | libraries of earlier and later versions of the contract run, whatever they were built with |
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
@@ -92,6 +93,7 @@ mod methods;
 mod motion;
 mod opaque;
 mod plugins;
+mod python_elements;
 mod random;
 mod rooms;
 mod ropes;

@@ -13,23 +13,67 @@ import atexit as _atexit
 
 from . import _odyn
 from ._analyses import Fit, Linear
+from ._elements import Element, control, force, joint, save
 from ._errors import Diagnostic, Error, Place, RunWarning
+from ._functions import (
+    acos,
+    asin,
+    atan,
+    atan2,
+    clip,
+    cos,
+    cross,
+    dot,
+    exp,
+    hypot,
+    length,
+    log,
+    maximum,
+    minimum,
+    sin,
+    sqrt,
+    table,
+    tan,
+    tanh,
+)
 from ._model import Model, load
 from ._program import PROGRAM as _PROGRAM
+from ._motion import Frame, Loads, Motion, Reaction
 from ._run import Report, Run
 from ._simulation import Saved, Simulation
+from ._specs import (
+    channel,
+    check,
+    coordinate,
+    function_param,
+    memory,
+    param,
+    signal,
+    state,
+    surface_param,
+    unknown,
+    vector_param,
+)
 from ._study import Study, grid, study
 from ._system import System
+from ._tracing import Condition, Number, TraceError, Vec, where
 
 __version__: str = _odyn.__version__
 
 __all__ = [
+    "Condition",
     "Diagnostic",
+    "Element",
     "Error",
     "Fit",
+    "Frame",
     "Linear",
+    "Loads",
     "Model",
+    "Motion",
+    "Number",
     "Place",
+    "Reaction",
     "Report",
     "Run",
     "RunWarning",
@@ -37,9 +81,46 @@ __all__ = [
     "Simulation",
     "Study",
     "System",
+    "TraceError",
+    "Vec",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "channel",
+    "check",
+    "clip",
+    "control",
+    "coordinate",
+    "cos",
+    "cross",
+    "dot",
+    "exp",
+    "force",
+    "function_param",
     "grid",
+    "hypot",
+    "joint",
+    "length",
     "load",
+    "log",
+    "maximum",
+    "memory",
+    "minimum",
+    "param",
+    "save",
+    "signal",
+    "sin",
+    "sqrt",
+    "state",
     "study",
+    "surface_param",
+    "table",
+    "tan",
+    "tanh",
+    "unknown",
+    "vector_param",
+    "where",
 ]
 
 if _PROGRAM.is_file():

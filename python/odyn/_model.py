@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _odyn
 from ._analyses import Analyses
+from ._elements import Element, file_of, recorded
 from ._progress import Listening, Progress, in_notebook
 from ._run import Report, Run
 from ._simulation import Simulation
@@ -25,6 +26,7 @@ def load(
     text: str | None = None,
     folder: str | PathLike[str] | None = None,
     plugins: Iterable[str | PathLike[str]] = (),
+    elements: Iterable[Element | type] = (),
 ) -> Model:
     """Reads a scene.
 
@@ -36,6 +38,8 @@ def load(
         The text of a scene, in place of a file. What it names is looked for in `folder`.
     plugins
         Libraries of elements, or folders to look for them in, besides those that came with the package.
+    elements
+        Elements written in Python, which the scene then uses by their names, whether it lists libraries or not.
 
     Raises
     ------
@@ -44,16 +48,17 @@ def load(
     """
     if (scene is None) == (text is None):
         raise TypeError("give a scene file, or `text=`")
-    more = [Path(one) for one in plugins]
+    texts = tuple(element.text for element in recorded(elements))
+    more = [*(Path(one) for one in plugins), *map(file_of, texts)]
     if scene is not None:
-        return Model(_odyn.Model(Path(scene), None, more))
+        return Model(_odyn.Model(Path(scene), None, more), None, texts)
     if folder is not None:
-        return Model(_odyn.Model(Path(folder) / "scene.toml", text, more))
+        return Model(_odyn.Model(Path(folder) / "scene.toml", text, more), None, texts)
     # A file for what reads scenes itself.
     place = tempfile.TemporaryDirectory(prefix="odyn-")
     path = Path(place.name) / "scene.toml"
     path.write_text(text or "", encoding="utf-8")
-    return Model(_odyn.Model(path, None, more), place)
+    return Model(_odyn.Model(path, None, more), place, texts)
 
 
 class Model(Analyses):
@@ -63,12 +68,18 @@ class Model(Analyses):
     compute side by side.
     """
 
-    def __init__(self, inner: _odyn.Model, place: tempfile.TemporaryDirectory[str] | None = None) -> None:
+    def __init__(
+        self,
+        inner: _odyn.Model,
+        place: tempfile.TemporaryDirectory[str] | None = None,
+        elements: tuple[str, ...] = (),
+    ) -> None:
         self._inner = inner
         self._place = place
+        self._elements = elements
 
     def _with(self, texts: list[str]) -> Model:
-        return Model(self._inner.set(texts), self._place) if texts else self
+        return Model(self._inner.set(texts), self._place, self._elements) if texts else self
 
     def set(self, changes: Mapping[str, Value] | None = None, /, **parameters: Value) -> Model:
         """The scene with other values: parameters, settings, keys of bodies and elements, as behind `odyn run --set`.
@@ -195,19 +206,26 @@ class Model(Analyses):
 
     def __reduce__(self) -> tuple[Any, ...]:
         path = None if self._place else self.path
-        return (_model_of, (path, self.text, self._inner.plugins, list(self.overrides)))
+        # Elements go along as they are; their files are of this process.
+        own = set(map(file_of, self._elements))
+        plugins = [one for one in self._inner.plugins if one not in own]
+        return (_model_of, (path, self.text, plugins, list(self.overrides), self._elements))
 
     def __repr__(self) -> str:
         changes = f" with {', '.join(self.overrides)}" if self.overrides else ""
         return f"<odyn.Model {self.path.name}{changes}>"
 
 
-def _model_of(path: Path | None, text: str, plugins: list[Path], overrides: list[str]) -> Model:
+def _model_of(
+    path: Path | None, text: str, plugins: list[Path], overrides: list[str], elements: tuple[str, ...] = ()
+) -> Model:
     """A model that was pickled: by its text, whatever has become of its file, or where that is not."""
+    plugins = [*plugins, *map(file_of, elements)]
     if path is None:
         model = load(text=text, plugins=plugins)
     elif path.is_file() and path.read_text(encoding="utf-8") == text:
         model = load(path, plugins=plugins)
     else:
         model = load(text=text, folder=path.parent, plugins=plugins)
+    model._elements = elements
     return model._with(overrides)

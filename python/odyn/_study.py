@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from ._elements import file_of
 from ._errors import Diagnostic, Error
 from ._program import PROGRAM
 from ._values import Value, text_of
@@ -166,7 +167,14 @@ def study(
     folder = Path(output).absolute()
     folder.mkdir(parents=True, exist_ok=True)
     sets = [part for one in model.overrides for part in ("--set", one)]
-    libraries = [part for one in model._inner.plugins for part in ("--plugin", str(one))]
+    own = {file_of(text): text for text in model._elements}
+    plugins = [one for one in model._inner.plugins if one not in own]
+    for file, text in own.items():
+        # Where all workers see it.
+        plugins.append(folder / "elements" / file.name)
+        plugins[-1].parent.mkdir(exist_ok=True)
+        plugins[-1].write_text(text, encoding="utf-8", newline="\n")
+    libraries = [part for one in plugins for part in ("--plugin", str(one))]
     with tempfile.TemporaryDirectory(prefix="points-", dir=folder) as place:
         table = Path(place) / "points.csv"
         with table.open("w", newline="", encoding="utf-8") as file:

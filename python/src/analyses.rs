@@ -80,7 +80,7 @@ fn placed(
 pub(crate) fn statics(py: Python<'_>, model: &Model, starts: Option<usize>, progress: Listener) -> PyResult<String> {
     answered(py, progress, |desk| {
         let session = model.session()?;
-        let listen = desk.listener();
+        let listen = desk.interrupting();
         match starts {
             None => Ok(json(&rest::equilibrium(&session, &mut |share| listen(share))?)),
             Some(starts) => Ok(json(&rest::equilibria(&session, starts, &mut |share| listen(share))?)),
@@ -99,7 +99,7 @@ pub(crate) fn modes(
     progress: Listener,
 ) -> PyResult<String> {
     answered(py, progress, |desk| {
-        let (session, instant) = placed(model, &at, start.as_ref(), &desk.listener())?;
+        let (session, instant) = placed(model, &at, start.as_ref(), &desk.interrupting())?;
         let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
         Ok(json(&Modes::of(&session, &linear)?))
     })
@@ -129,7 +129,7 @@ pub(crate) fn linearise(
     progress: Listener,
 ) -> PyResult<([Array; 4], String)> {
     answered(py, progress, |desk| {
-        let (session, instant) = placed(model, &at, start.as_ref(), &desk.listener())?;
+        let (session, instant) = placed(model, &at, start.as_ref(), &desk.interrupting())?;
         let linear = Linear::at(&session, &instant, inputs.as_deref(), outputs.as_deref())?;
         let matrices = [&linear.a, &linear.b, &linear.c, &linear.d]
             .map(|one| Array::matrix([one.nrows(), one.ncols()], |row, column| one[(row, column)]));
@@ -173,7 +173,7 @@ pub(crate) fn kinematics(
                 Drive::Over(wanted, [from, to], *count)
             }
         };
-        let listen = desk.listener();
+        let listen = desk.interrupting();
         Ok(json(&moved(&session, &drive, &mut |share| listen(share))?))
     })
 }
@@ -195,7 +195,7 @@ pub(crate) fn inverse(
         let motion = Motion::read(&session, &motion, follow.as_deref())?;
         let unit = session.scene.units.factor(Dimension::TIME);
         let times: Option<Vec<f64>> = times.map(|times| times.iter().map(|time| time * unit).collect());
-        let listen = desk.listener();
+        let listen = desk.interrupting();
         let found = efforts(&session, &motion, by.as_deref(), times.as_deref(), &mut |share| listen(share))?;
         Ok(json(&found))
     })
@@ -249,7 +249,7 @@ pub(crate) fn balance(
             options.overrides.extend(more.map(Override::new));
             model.session_with(&options)
         };
-        let listen = desk.listener();
+        let listen = desk.interrupting();
         Ok(json(&balanced(&session, &open, &question, radius, &mut |share| listen(share))?))
     })
 }

@@ -14,6 +14,9 @@ const GLANCE: Duration = Duration::from_millis(40);
 /// Stack of the thread that works, as a main thread has it.
 const STACK: usize = 8 << 20;
 
+/// What ends the thread of work that is interrupted.
+struct Interrupted;
+
 /// What work is given: a flag that ends it early, and where it says how far it is.
 pub(crate) struct Desk {
     /// Raised by Ctrl-C, and by a listener that fails.
@@ -26,6 +29,21 @@ impl Desk {
     pub(crate) fn listener(&self) -> impl Fn(f64) + Send + Sync + use<> {
         let share = Arc::clone(&self.share);
         move |done: f64| share.store(done.to_bits(), Ordering::Relaxed)
+    }
+}
+
+impl Desk {
+    /// The same for work that looks at no flag, which it ends: once the flag is raised, the next report does not return but
+    /// unwinds the thread up to [`beside`], as panics do, without the words of one. Reports come from the thread of the work, between
+    /// its steps, so nothing is left half done but what the work itself owns.
+    pub(crate) fn interrupting(&self) -> impl Fn(f64) + Send + Sync + use<> {
+        let (listen, stop) = (self.listener(), Arc::clone(&self.stop));
+        move |done: f64| {
+            listen(done);
+            if stop.load(Ordering::Relaxed) {
+                std::panic::resume_unwind(Box::new(Interrupted));
+            }
+        }
     }
 }
 
@@ -59,12 +77,17 @@ pub(crate) fn beside<T: Send>(
                     *raise = glance(desk, progress, keeps).err();
                 }
             }
-            worker.join().map_err(|_| PyRuntimeError::new_err("the solver panicked; this is a defect of O-DYN"))
+            worker.join().map_err(|payload| {
+                if payload.is::<Interrupted>() {
+                    return PyKeyboardInterrupt::new_err(());
+                }
+                PyRuntimeError::new_err("the solver panicked; this is a defect of O-DYN")
+            })
         })
-    })?;
+    });
     match raised {
         Some(error) => Err(error),
-        None => Ok(result),
+        None => result,
     }
 }
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import numpy
 import odyn
@@ -110,3 +112,52 @@ def test_files_that_changed_are_refused(tmp_path):
     assert model.run()["omega"][-1] == odyn.load(text=PENDULUM).run()["omega"][-1]
     with pytest.raises(odyn.Error, match="reads scene files"):
         odyn.load(text=PENDULUM, folder=tmp_path).sensitivity("omega", "rod.mass")
+
+
+INTERRUPTED = """
+import signal
+import sys
+
+import odyn
+
+model = odyn.load(sys.argv[1]).set({"simulation.t_end": 9e5, "simulation.output_step": 100})
+calls = {
+    "statics": lambda told: model.statics(starts=1_000_000, progress=told),
+    "kinematics": lambda told: model.kinematics(("main_bearing.angle", "0 deg", "360 deg", 1_000_000), progress=told),
+    "linearise": lambda told: model.linearise(at=8e5, progress=told),
+    "modes": lambda told: model.modes(at=8e5, progress=told),
+    "balance": lambda told: model.balance("main_bearing.angle", turns=100_000, progress=told),
+}
+for name, call in calls.items():
+    shares = []
+
+    def told(share):
+        shares.append(share)
+        if len(shares) == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    try:
+        call(told)
+    except KeyboardInterrupt:
+        print(name, "interrupted", 0 <= shares[-1] < 1)
+
+    def broken(share):
+        raise OSError("no terminal")
+
+    try:
+        call(broken)
+    except OSError as error:
+        print(name, error)
+print(len(model.set({"simulation.t_end": 1, "simulation.output_step": 0.5}).run().t))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_ctrl_c_ends_an_analysis_on_its_way():
+    """Each of these takes hours to its end. What a listener raises ends it, too; afterwards everything still works."""
+    path = ROOT / "scenes" / "compressor.toml"
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, path], capture_output=True, text=True, timeout=300, check=False)
+    for name in ["statics", "kinematics", "linearise", "modes", "balance"]:
+        assert f"{name} interrupted True" in done.stdout, done.stdout + done.stderr
+        assert f"{name} no terminal" in done.stdout
+    assert done.stdout.splitlines()[-1] == "3" and "panicked" not in done.stderr

@@ -15,6 +15,9 @@ mod parameters;
 mod recorder;
 mod table;
 
+/// Evaluation of recorded elements with plain numbers, for whoever has recordings and no code.
+pub(super) use interpret::Recorded as Evaluation;
+
 #[cfg(test)]
 mod tests;
 

@@ -54,6 +54,16 @@ pub enum CatalogError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A file of elements that can't be used.
+    #[error("`{}`{} is no file of elements that can be used: {reason}", path.display(), line_text(*line))]
+    BadElement {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1, where there is one.
+        line: Option<usize>,
+        /// What is wrong there.
+        reason: String,
+    },
     /// Built for another version of the binary interface.
     #[error("`{package}` ({}) has interface version {found}, this host version {expected}", path.display())]
     AbiVersion {
@@ -214,6 +224,10 @@ pub enum CatalogError {
     },
 }
 
+fn line_text(line: Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!(", line {line},"))
+}
+
 impl CatalogError {
     /// The stable code.
     #[must_use]
@@ -222,6 +236,7 @@ impl CatalogError {
             Self::NotFound { .. } | Self::NoLoader { .. } => codes::PLUGIN_NOT_FOUND,
             Self::NotALibrary { .. } => codes::NOT_A_LIBRARY,
             Self::NoManifest { .. } | Self::BadManifest { .. } => codes::NO_MANIFEST,
+            Self::BadElement { .. } => codes::BAD_ELEMENT_FILE,
             Self::AbiVersion { .. } => codes::ABI_VERSION,
             Self::Layout { .. } => codes::ABI_LAYOUT,
             Self::Conventions { .. } => codes::ABI_CONVENTIONS,
@@ -272,6 +287,9 @@ impl CatalogError {
             Self::BadManifest { .. } | Self::AbiVersion { .. } | Self::Layout { .. } | Self::Conventions { .. } => {
                 vec![rebuild]
             }
+            Self::BadElement { .. } => vec![
+                "write it again from Python (`save` of its element), with a version of `odyn` that is not newer than this program".into(),
+            ],
             Self::Processor { .. } => vec!["build it without `-C target-cpu=native`, or on this machine".into()],
             Self::Failed { package, .. } => vec![format!("report it to the author of `{package}`")],
             Self::NoneFits { request, pin, found, .. } => {

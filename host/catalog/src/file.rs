@@ -11,13 +11,16 @@ use element_api::manifest::{Manifest, SECTION, SECTION_MACH_O};
 use object::read::{Object, ObjectKind, ObjectSection, ObjectSegment, ReadCache, ReadRef};
 use object::{Architecture, BinaryFormat};
 
-use super::CatalogError;
+use super::{CatalogError, element_file};
 
 /// The manifest of a library file. Only the parts of the file that say where it is are read.
 ///
 /// # Errors
 /// [`CatalogError::NotALibrary`], [`CatalogError::NoManifest`] or [`CatalogError::BadManifest`].
 pub fn read_manifest(path: &Path) -> Result<Manifest, CatalogError> {
+    if element_file::is_one(path) {
+        return element_file::manifest(path, &element_file::bytes(path)?);
+    }
     let file = File::open(path).map_err(|error| not_a_library(path, error))?;
     let cache = ReadCache::new(file);
     manifest(path, &cache)
@@ -29,7 +32,8 @@ pub fn scan(folder: &Path) -> Vec<(PathBuf, Result<Manifest, CatalogError>)> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<PathBuf> = entries
         .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|path| path.to_str().is_some_and(|p| p.ends_with(DLL_SUFFIX)) && path.is_file())
+        .filter(|path| path.to_str().is_some_and(|p| p.ends_with(DLL_SUFFIX)) || element_file::is_one(path))
+        .filter(|path| path.is_file())
         .collect();
     paths.sort();
     let manifests = paths.into_iter().map(|path| {
@@ -43,6 +47,10 @@ pub fn scan(folder: &Path) -> Vec<(PathBuf, Result<Manifest, CatalogError>)> {
 
 /// The manifest of a file that is whole and for this machine.
 pub(super) fn manifest<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result<Manifest, CatalogError> {
+    if element_file::is_one(path) {
+        let bytes = data.len().and_then(|length| data.read_bytes_at(0, length));
+        return element_file::manifest(path, bytes.map_err(|()| not_a_library(path, "it can't be read"))?);
+    }
     let section = section(data).map_err(|reason| not_a_library(path, reason))?;
     let section = section.ok_or_else(|| CatalogError::NoManifest { path: path.into() })?;
     let bad = |reason| CatalogError::BadManifest { path: path.into(), reason };

@@ -17,6 +17,7 @@
 //! | `hash.rs` | SHA-256 |
 //! | `float_control.rs` | rounding, denormals and traps of the processor, kept as they were |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
+//! | `element_file/` | elements as data, `*.odyn-element`: read, given numbers |
 //! | `kept.rs`, `lazy.rs` | what was answered before; libraries that are loaded when they are needed |
 //! | `glass/` | libraries that are not trusted, in processes of their own |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
@@ -31,6 +32,8 @@ mod archive;
 mod c_library;
 #[cfg(all(unix, feature = "crashes"))]
 mod crash;
+#[cfg(feature = "abi")]
+mod element_file;
 mod error;
 #[cfg(feature = "abi")]
 mod file;

@@ -17,6 +17,7 @@ use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, Manif
 use element_api::set::ElementClass;
 
 use super::c_library;
+use super::element_file;
 use super::file::{manifest, read_manifest};
 use super::float_control;
 #[cfg(all(unix, feature = "glass"))]
@@ -69,6 +70,10 @@ pub(super) fn load(
     expected: Option<&str>,
     side: Side,
 ) -> Result<Opened, CatalogError> {
+    if element_file::is_one(path) {
+        // Data: there is no code to keep, to load or to keep away from.
+        return element_file::load(path, expected);
+    }
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let known = if expected.is_none() { known::find(path, copies) } else { None };
     let (manifest, content) = match &known {

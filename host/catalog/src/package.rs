@@ -13,6 +13,9 @@ pub const ELEMENTS_FILE: &str = "elements.json";
 /// The ending of a package's file name.
 pub const ENDING: &str = "odynplugin";
 
+/// The target of a package whose library is data.
+pub(super) const ANY_TARGET: &str = "any";
+
 /// Version of the format of packages.
 const FORMAT: u32 = 1;
 /// Files that a package may have.
@@ -39,7 +42,7 @@ pub struct PackageInfo {
     pub abi: u32,
     /// Number of its conventions (axes, units, signs).
     pub conventions: u32,
-    /// The system and processor it was built for, such as `x86_64-unknown-linux-gnu`.
+    /// The system and processor it was built for, such as `x86_64-unknown-linux-gnu`; `any` for elements that are data.
     pub target: String,
     /// How it was compiled: `debug` or `release`.
     pub profile: String,
@@ -68,7 +71,7 @@ impl PackageInfo {
             contract: manifest.interface.clone(),
             abi: manifest.abi,
             conventions: manifest.conventions,
-            target: target(),
+            target: if library.ends_with(super::search::ENDING) { ANY_TARGET.into() } else { target() },
             profile: manifest.profile.word().into(),
             library: library.into(),
             elements: manifest.elements.iter().map(|e| format!("{} {}", e.kind, e.name)).collect(),

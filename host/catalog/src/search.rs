@@ -39,6 +39,9 @@ pub(super) fn is_guest() -> bool {
     PROGRAM.get().is_some()
 }
 
+/// The ending of files of elements.
+pub(super) const ENDING: &str = ".odyn-element";
+
 /// Who names a place, in the order in which they are asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
@@ -446,16 +449,17 @@ fn same_content(a: &Path, b: &Path) -> bool {
 }
 
 fn is_path(request: &str) -> bool {
-    request.contains(['/', std::path::MAIN_SEPARATOR]) || request.ends_with(DLL_SUFFIX)
+    request.contains(['/', std::path::MAIN_SEPARATOR]) || request.ends_with(DLL_SUFFIX) || request.ends_with(ENDING)
 }
 
-/// The file names that cargo gives the libraries of the packages `odyn-NAME` and `NAME`.
+/// The file names that cargo gives the libraries of the packages `odyn-NAME` and `NAME`, and that of a file of elements.
 fn file_names(request: &str) -> Vec<String> {
     if is_path(request) {
         return vec![request.into()];
     }
     let name = request.replace('-', "_");
-    ["odyn_", ""].iter().map(|prefix| format!("{DLL_PREFIX}{prefix}{name}{DLL_SUFFIX}")).collect()
+    let libraries = ["odyn_", ""].iter().map(|prefix| format!("{DLL_PREFIX}{prefix}{name}{DLL_SUFFIX}"));
+    libraries.chain([format!("{request}{ENDING}")]).collect()
 }
 
 /// Where libraries lie relative to a program: beside it. cargo puts the programs of tests and benchmarks, and the

@@ -13,7 +13,7 @@ use super::file::manifest;
 use super::hash::sha256;
 use super::loader;
 use super::loader::Side;
-use super::package::{INFO_FILE, PackageInfo, is_package_name, target};
+use super::package::{ANY_TARGET, INFO_FILE, PackageInfo, is_package_name, target};
 use super::search::{project_folder, user_folder};
 
 /// A folder with installed libraries.
@@ -85,7 +85,7 @@ impl Store {
         let info = &package.info;
         let folder = self.folder.join(&info.name).join(info.version.to_string());
         let bad = |reason: String| CatalogError::BadPackage { path: info.file_name().into(), reason };
-        if info.target != target() {
+        if info.target != target() && info.target != ANY_TARGET {
             return Err(bad(format!("it is for {}, this machine is {}", info.target, target())));
         }
         let own = manifest(Path::new(&info.library), package.library())?;

@@ -11,6 +11,7 @@
 //! | [`state`] | `state.toml`, from which a run goes on |
 //! | [`manifest`] | the text by which a library says what it is |
 //! | [`library`] | a file that is said to be a library |
+//! | [`elements`] | a file of elements as data |
 //!
 //! libFuzzer calls them (`fuzz_targets/`), and so does `tests/hostile.rs`, with the kept inputs of `corpus/` and with random
 //! changes of these.
@@ -22,7 +23,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use element_api::Table as Curve;
-use odyn::catalog::{Catalog, read_manifest};
+use element_api::params::{ParamKind, ParamType};
+use odyn::catalog::{Catalog, SearchPath, read_manifest};
 use odyn::diagnostics::{Source, render};
 use odyn::results::{self, compare};
 use odyn::scene::{Override, parse, parse_unit};
@@ -173,6 +175,33 @@ pub fn library(data: &[u8]) {
     let file = Temporary::file(&format!("lib.{}", std::env::consts::DLL_EXTENSION), data);
     if let Err(error) = read_manifest(&file.path()) {
         assert!(error.to_string().contains("lib."), "{error}");
+    }
+}
+
+/// A file of elements as data: read, and each of its elements given numbers and recorded.
+///
+/// # Panics
+/// When a refusal does not name the file, or an element that was accepted breaks the program.
+pub fn elements(data: &[u8]) {
+    let file = Temporary::file("some.odyn-element", data);
+    let mut catalog = Catalog::new();
+    if let Err(error) = catalog.add(&file.path().display().to_string(), &SearchPath::default()) {
+        assert!(error.to_string().contains("some.odyn-element"), "{error}");
+        return;
+    }
+    for element in catalog.elements() {
+        let value = |kind| match kind {
+            ParamKind::Boolean => true.write(),
+            ParamKind::Vector => [0.1, 0.2, 0.3].write(),
+            _ => 0.5.write(),
+        };
+        let params = element.descriptor().params.iter().map(|param| (param.name.clone(), value(param.kind))).collect();
+        let mut set = element.class.new_set();
+        if let Ok(number) = set.add(&params)
+            && let Ok(recording) = set.record(number)
+        {
+            recording.check(&element.descriptor().limits()).expect("a recording is checked");
+        }
     }
 }
 
