@@ -113,6 +113,7 @@ fn the_reference_of_the_scene_format_is_up_to_date() {
     for library in ["compressor", "controls", "forces", "joints"] {
         catalog.add(library, &search).unwrap_or_else(|error| panic!("{library}: {error}"));
     }
+    let catalog = catalog.with_fmus();
     assert!(
         read(&book().join("src/scene.md")) == scene_page(&catalog, &Methods::default()),
         "write it with `odyn schema --markdown > docs/book/src/scene.md`"

@@ -19,7 +19,7 @@ use crate::random::mechanism::{Mechanism, Place, Style};
 use crate::support::{Scratch, column, open};
 use harness::Program;
 
-fn machine(session: Session, step: Option<f64>, method: &str) -> Machine {
+pub fn machine(session: Session, step: Option<f64>, method: &str) -> Machine {
     let method = Method::named(method).unwrap();
     Machine::new(session, "the scene", Choices { step, method, ..Choices::default() })
         .unwrap_or_else(|error| panic!("{error}"))

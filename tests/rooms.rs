@@ -12,11 +12,14 @@ use crate::support::root;
 /// not a repair of this test.
 const CRATES: &[(&str, &[&str])] = &[
     ("host/analyses", &["odyn-catalog", "odyn-diagnostics", "odyn-motion", "odyn-run", "odyn-scene"]),
-    ("host/catalog", &["odyn-diagnostics", "element-api"]),
+    // FMUs are libraries with one class.
+    ("host/catalog", &["odyn-diagnostics", "odyn-fmu", "element-api"]),
     ("host/desk", &["odyn-diagnostics", "odyn-run"]),
     ("host/diagnostics", &[]),
     // Sessions for their programs, the graph for the values that these are made of, no solvers.
     ("host/export", &["odyn-diagnostics", "odyn-graph", "odyn-motion", "odyn-run", "odyn-scene", "element-api"]),
+    // Units of FMUs are read as scenes read theirs.
+    ("host/fmu", &["odyn-scene", "element-api"]),
     ("host/graph", &["odyn-numerics", "element-api"]),
     // Meshes are read as results read them.
     ("host/import", &["odyn-diagnostics", "odyn-run"]),

@@ -46,6 +46,7 @@
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
 //! | `export.rs`, `export/` | scenes as C and as FMUs: the bits of the interpreter, the results of runs, other compilers and processors |
+//! | `fmu.rs`, `fmu/` | FMUs of other tools inside scenes move machines as elements do; what they return ends runs in words |
 //! | `study.rs` | studies do not depend on the number of threads |
 //! | `soak.rs` | many runs in one process take no more memory than one |
 //! | `limit/` | the same mechanisms by hand: the limit that run times are measured against |
@@ -75,6 +76,7 @@ mod examples;
 mod export;
 mod fits;
 mod fixtures;
+mod fmu;
 mod formulations;
 mod friction;
 mod hostile;

@@ -126,6 +126,12 @@ impl ElementSet for FencedSet {
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault> {
         about(instance, || self.0.accept(instance, inputs))
     }
+    fn communicates(&self) -> bool {
+        self.0.communicates()
+    }
+    fn communicate(&mut self, instance: usize, t: f64, begins: bool, memory: &mut [f64]) -> Result<(), Fault> {
+        about(instance, || self.0.communicate(instance, t, begins, memory))
+    }
     fn save(&self, instance: usize) -> Result<Vec<u8>, Fault> {
         about(instance, || self.0.save(instance))
     }

@@ -59,6 +59,23 @@ pub trait ElementSet: Send {
     /// When the element panics.
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault>;
 
+    /// Whether instances hold discrete states that the host lets them compute, between their samples, by [`ElementSet::communicate`]:
+    /// models of other tools. The host's own; it crosses no interface.
+    fn communicates(&self) -> bool {
+        false
+    }
+
+    /// `[between steps]` Computes from the last communication point of an instance up to the time `t`, s, and writes what it gives
+    /// into its discrete states, which hold what it takes. With `begins` it starts there, which may be asked again while inputs and
+    /// outputs settle. No other step is ever repeated. The host's own; it crosses no interface.
+    ///
+    /// # Errors
+    /// What went wrong; the run ends.
+    fn communicate(&mut self, instance: usize, t: f64, begins: bool, memory: &mut [f64]) -> Result<(), Fault> {
+        let _ = (t, begins, memory);
+        Err(Fault { instance, message: "it does not communicate".into() })
+    }
+
     /// `[between steps]` The private memory of an instance.
     ///
     /// # Errors

@@ -12,6 +12,14 @@ pub fn fault_code(message: &str) -> Code {
     if let Some(code) = super::glass::code(message) {
         return code;
     }
+    #[cfg(feature = "abi")]
+    if message.starts_with(odyn_fmu::FAILED) {
+        return codes::FMU_FAILED;
+    }
+    #[cfg(feature = "abi")]
+    if message.starts_with(odyn_fmu::NO_STATE) {
+        return codes::FMU_WITHOUT_STATE;
+    }
     if is_panic(message) { codes::PLUGIN_PANICKED } else { codes::PLUGIN_MISBEHAVED }
 }
 
@@ -178,6 +186,18 @@ pub enum CatalogError {
         /// What it has of this name, `NAME@VERSION` each.
         installed: Vec<String>,
     },
+    /// An FMU that cannot be used.
+    #[error("`{}` cannot be used as an FMU: {reason}", path.display())]
+    Fmu {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        reason: String,
+        /// What to do about it; may be empty.
+        help: String,
+        /// The file is damaged, or no FMU.
+        damaged: bool,
+    },
     /// A folder can't be written.
     #[error("cannot write `{}`: {reason}", path.display())]
     Files {
@@ -247,6 +267,8 @@ impl CatalogError {
             Self::NoneFits { .. } | Self::Changed { .. } => codes::PLUGIN_CONTENT,
             Self::BadPackage { .. } => codes::BAD_PACKAGE,
             Self::AlreadyInstalled { .. } | Self::NotInstalled { .. } => codes::INSTALLATION,
+            Self::Fmu { damaged: true, .. } => codes::BAD_FMU,
+            Self::Fmu { .. } => codes::FMU_NOT_USABLE,
             Self::Files { .. } => codes::CANNOT_WRITE,
             Self::UnknownType { .. } => codes::UNKNOWN_TYPE,
             Self::AmbiguousType { .. } => codes::AMBIGUOUS_TYPE,
@@ -312,6 +334,7 @@ impl CatalogError {
                 vec!["`odyn plugin list` shows what is installed where; --project DIR names a project".into()]
             }
             Self::NotInstalled { installed, .. } => vec![format!("installed are {}", installed.join(", "))],
+            Self::Fmu { help, .. } => (!help.is_empty()).then(|| help.clone()).into_iter().collect(),
             Self::Files { .. } => Vec::new(),
             Self::DuplicatePackage { .. } => {
                 vec!["remove one of them from `[plugins] libraries`, or from the command line".into()]

@@ -18,6 +18,7 @@
 //! | `float_control.rs` | rounding, denormals and traps of the processor, kept as they were |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
 //! | `element_file/` | elements as data, `*.odyn-element`: read, given numbers |
+//! | `fmu.rs` | FMUs, each a library with one class |
 //! | `kept.rs`, `lazy.rs` | what was answered before; libraries that are loaded when they are needed |
 //! | `glass/` | libraries that are not trusted, in processes of their own |
 //! | `package.rs`, `archive.rs`, `store.rs` | a library with its papers as one file; the folders where such are installed |
@@ -38,6 +39,8 @@ mod error;
 #[cfg(feature = "abi")]
 mod file;
 mod float_control;
+#[cfg(feature = "abi")]
+mod fmu;
 #[cfg(all(unix, feature = "glass"))]
 mod glass;
 mod hash;
@@ -125,6 +128,9 @@ pub struct Catalog {
     copies: Option<PathBuf>,
     /// Who watches the calls into them.
     watchdog: Option<Watchdog>,
+    /// FMUs that were read.
+    #[cfg(feature = "abi")]
+    fmus: fmu::Known,
 }
 
 /// One library of a catalog.
@@ -352,6 +358,15 @@ impl Catalog {
         };
         let offers = library.classes.into_iter().map(|class| Arc::new(Offer::of(Arc::from(fence::class(class)))));
         self.insert(info, offers.collect())
+    }
+
+    /// Without the feature `abi` nothing can be loaded.
+    ///
+    /// # Errors
+    /// [`CatalogError::NoLoader`], always.
+    #[cfg(not(feature = "abi"))]
+    pub fn fmu(&self, _: &std::path::Path, written: &str) -> Result<ElementHandle, CatalogError> {
+        Err(CatalogError::NoLoader { request: written.into() })
     }
 
     fn insert(&mut self, info: LibraryInfo, offers: Vec<Arc<Offer>>) -> Result<Arc<LibraryInfo>, CatalogError> {

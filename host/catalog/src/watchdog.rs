@@ -26,8 +26,18 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(500);
 const SHORTEST_SLEEP: Duration = Duration::from_millis(1);
 
 /// What a library may be asked for, in words.
-const FUNCTIONS: [&str; 9] =
-    ["loading the library", "new set", "create", "record", "evaluate", "accept", "save", "load", "destroy"];
+const FUNCTIONS: [&str; 10] = [
+    "loading the library",
+    "new set",
+    "create",
+    "record",
+    "evaluate",
+    "accept",
+    "save",
+    "load",
+    "destroy",
+    "communicate",
+];
 const LOADING: usize = 0;
 const NEW_SET: usize = 1;
 const CREATE: usize = 2;
@@ -37,6 +47,7 @@ const ACCEPT: usize = 5;
 const SAVE: usize = 6;
 const LOAD: usize = 7;
 const DESTROY: usize = 8;
+const COMMUNICATE: usize = 9;
 
 /// A set holds what it watches until it is dropped.
 const HELD: &str = "held until the end";
@@ -326,6 +337,13 @@ impl ElementSet for WatchedSet {
     fn accept(&mut self, instance: usize, inputs: &[f64]) -> Result<(), Fault> {
         let (inner, post) = self.parts();
         post.about(ACCEPT, instance, || inner.accept(instance, inputs))
+    }
+    fn communicates(&self) -> bool {
+        self.inner().communicates()
+    }
+    fn communicate(&mut self, instance: usize, t: f64, begins: bool, memory: &mut [f64]) -> Result<(), Fault> {
+        let (inner, post) = self.parts();
+        post.about(COMMUNICATE, instance, || inner.communicate(instance, t, begins, memory))
     }
     fn save(&self, instance: usize) -> Result<Vec<u8>, Fault> {
         self.post.about(SAVE, instance, || self.inner().save(instance))

@@ -328,4 +328,16 @@ table! {
         "The functions of an element in Python are called once, with values that stand for numbers: what they compute is recorded and later run with the numbers of each instant. Such a value has no number that `if`, `bool()`, `float()`, `math.sin()` or `range()` could look at. Write `odyn.where(x > 0, a, b)` for a choice, `odyn.sin(x)` for `math.sin(x)`, `odyn.maximum(x, y)` for `max(x, y)`. A parameter is such a value, too: one recording serves all instances.";
     BAD_PYTHON_ELEMENT = "ODY0832", Plugin, "element in Python that cannot be recorded",
         "The class says something of the element that does not fit: a name that scenes cannot use, a function that is missing or gives other rows, coordinates or channels than are declared, a value that must depend on parameters only (the start of a state, a coefficient of restitution) and depends on the motion. The message names the class and the function.";
+    BAD_FMU = "ODY0850", Plugin, "FMU that cannot be read",
+        "A control element `fmu` names a file that is no zip archive, has no `modelDescription.xml`, or is damaged; the message says where (line and column of the description, or the file in the archive). Document types and entities, paths that lead out of the archive and files that grow without measure are refused. Nothing of it was run, and nothing is left on disk. Export it anew; `fmpy validate FILE` and the FMU checkers of its tool say more.";
+    FMU_NOT_USABLE = "ODY0851", Plugin, "FMU that cannot be used here",
+        "The FMU of a control element `fmu` is whole, but cannot be run: it is of another version of the interface than 2.0 and 3.0, it has no co-simulation, it needs the tool that made it, or it has no binary for this machine. The message says what is inside. Where its sources are inside, a compiler makes the binary (`fmpy compile FILE`); otherwise export it for this platform.";
+    FMU_FAILED = "ODY0852", Integration, "FMU failed",
+        "A function of an FMU returned an error, or it ended the simulation; the message names the element, the file, the function, the communication step and what the FMU logged. An FMU that discards a step is not asked again with a smaller one: choose a smaller `period`. Results up to this time are kept.";
+    FMU_WITHOUT_STATE = "ODY0853", Integration, "state of an FMU cannot be saved",
+        "Checkpoints, `--from`, `odyn resume` and saved runs need the state of every element. An FMU gives its own only if it says so (`canGetAndSetFMUstate` and `canSerializeFMUstate` in its description) and does. Run the scene in one piece, or export the FMU with these capabilities.";
+    NO_HIL = "ODY0854", Scene, "scene that cannot be run in real time",
+        "`odyn hil` takes steps of a fixed size at the times of a clock. It needs a port or a name for shared memory that is free, a rate whose period is a whole number of steps, and inputs and outputs that the scene has. The message says which of these is missing.";
+    HIL_ENDED = "ODY0855", Integration, "real-time run ended early",
+        "A step of `odyn hil` could not be computed: the method did not converge, a value was not finite, an element failed. The report has the time and what was measured up to there.";
 }

@@ -220,6 +220,20 @@ Examples:
         #[command(subcommand)]
         command: ExportCommand,
     },
+    /// Run a scene in real time, its inputs and outputs exchanged with a controller
+    #[command(after_help = "\
+Steps are those of `odyn export c`: explicit, of a fixed size, the same number of operations in each, so that what cannot be exported
+(contacts with impacts, memories of elements) is refused. At each tick the newest inputs are taken, the motion is computed up to the
+next tick, and its outputs are sent at once, to whoever sent the last packet. Where no packet came the inputs are held, which is counted.
+The report (hil.txt, hil.json) has overruns, percentiles of lateness and computing time, and the worst of each. Exit code 0 at the end,
+130 after Ctrl-C, 6 where a step cannot be computed. What packets hold: --describe, and the book, \"Real time\".
+
+Examples:
+  odyn hil scenes/hil/cart.toml --rate 1kHz --udp 9000 --for \"60 s\"
+  odyn hil scenes/hil/cart.toml --describe
+  python3 scenes/hil/controller.py --udp 9000
+  odyn hil scenes/hil/cart.toml --rate \"500 Hz\" --shm odyn --method dopri5 --substeps 2 --wait --endless")]
+    Hil(super::hil_args::HilArgs),
     /// Write a mechanism of another program (URDF, MJCF) as a scene
     #[command(after_help = super::import::HELP)]
     Import(super::import::ImportArgs),

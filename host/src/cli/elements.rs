@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use element_api::descriptor::{Descriptor, Kind, Named, NamedInput};
 use element_api::documentation::manual_page;
+use element_api::manifest::ManifestElement;
 use element_api::params::{ParamKind, ParamSpec};
 use serde::Serialize;
 
-use odyn::catalog::{Catalog, CatalogError, ElementHandle, Manifest, SearchPath};
+use odyn::catalog::{Catalog, CatalogError, ElementHandle, SearchPath};
 use odyn::diagnostics::suggest;
 use odyn::model::Catalogue;
 
@@ -16,9 +17,32 @@ use super::exit;
 use super::failure::Failure;
 use super::terminal;
 
+/// A library in a list.
+struct Listed<'a> {
+    package: &'a str,
+    version: &'a str,
+    about: &'a str,
+    elements: &'a [ManifestElement],
+}
+
 /// Lists all element types by what the libraries say about themselves; nothing is run.
 pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
-    let libraries = SearchPath::standard(&args.plugins, &[]).packages();
+    let found = SearchPath::standard(&args.plugins, &[]).packages();
+    // Part of the program, like a library.
+    let fmus = Catalog::new().with_fmus();
+    let own = fmus.libraries().map(|one| Listed {
+        package: &one.package,
+        version: &one.version,
+        about: &one.about,
+        elements: &one.elements,
+    });
+    let named = found.iter().map(|(_, one)| Listed {
+        package: &one.package,
+        version: &one.version,
+        about: &one.about,
+        elements: &one.elements,
+    });
+    let libraries: Vec<Listed<'_>> = named.chain(own).collect();
     if args.json {
         #[derive(Serialize)]
         struct Element<'a> {
@@ -27,33 +51,26 @@ pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
             library: &'a str,
             version: &'a str,
         }
-        let elements = |manifest: &'_ Manifest| {
-            let one = |element: &'_ element_api::manifest::ManifestElement| {
-                (format!("{}/{}", manifest.package, element.name), element.kind.clone())
-            };
-            manifest.elements.iter().map(one).collect::<Vec<_>>()
-        };
-        let named: Vec<_> = libraries.iter().map(|(_, manifest)| (manifest, elements(manifest))).collect();
-        let all = named.iter().flat_map(|(manifest, elements)| {
-            elements.iter().map(|(name, kind)| Element {
-                name: name.clone(),
-                kind,
-                library: &manifest.package,
-                version: &manifest.version,
+        let all = libraries.iter().flat_map(|library| {
+            library.elements.iter().map(|element| Element {
+                name: format!("{}/{}", library.package, element.name),
+                kind: &element.kind,
+                library: library.package,
+                version: library.version,
             })
         });
         terminal::print_as_it_is(&terminal::json(&all.collect::<Vec<_>>()))?;
         return Ok(exit::DONE);
     }
     let mut text = String::new();
-    for (_, manifest) in &libraries {
+    for manifest in &libraries {
         text.push_str(&format!("{} {}: {}\n", manifest.package, manifest.version, manifest.about));
         let width = manifest.elements.iter().map(|element| element.name.len()).max().unwrap_or(0);
-        for element in &manifest.elements {
+        for element in manifest.elements {
             text.push_str(&format!("  {:width$}  {}\n", element.name, element.kind));
         }
     }
-    if libraries.is_empty() {
+    if found.is_empty() {
         eprintln!("{}", nothing_found());
     }
     terminal::print(&text)?;
@@ -68,14 +85,14 @@ pub(super) fn describe(args: &DescribeArgs) -> Result<u8, Failure> {
         Some((package, short)) => (Some(package), short),
         None => (None, args.name.as_str()),
     };
-    let mut catalog = Catalog::new();
+    let mut catalog = Catalog::new().with_fmus();
     for (path, manifest) in &libraries {
         let named = package.is_none_or(|package| package == manifest.package);
         if named && manifest.elements.iter().any(|element| element.name == short) {
             catalog.add(&path.display().to_string(), &search)?;
         }
     }
-    if catalog.libraries().next().is_none() {
+    if catalog.libraries().nth(1).is_none() && catalog.find(&args.name, None).is_err() {
         let known: Vec<String> =
             libraries.iter().flat_map(|(_, m)| m.elements.iter().map(|e| e.name.clone())).collect();
         let nearest = suggest(short, known.iter().map(String::as_str));

@@ -21,6 +21,7 @@
 //! | `bench.rs`, `compare.rs`, `explain.rs`, `stress.rs`, `study.rs`, `verify.rs` | the commands of these names |
 //! | `report.rs` | `report`, `run --report` |
 //! | `export.rs`, `export_args.rs` | `export glb`, `export c`, `export fmu` |
+//! | `hil/`, `hil_args.rs` | `hil` |
 //! | `import.rs` | `import` |
 //! | `schema.rs` | `schema` |
 //! | `studio.rs` | `studio` |
@@ -44,6 +45,8 @@ mod export_args;
 mod failure;
 mod fit;
 mod fit_args;
+mod hil;
+mod hil_args;
 mod import;
 mod inspect;
 mod loads;
@@ -169,6 +172,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Export { command: ExportCommand::Glb(args) } => export::export_glb(args),
         Command::Export { command: ExportCommand::C(args) } => export::export_c(args),
         Command::Export { command: ExportCommand::Fmu(args) } => export::export_fmu(args),
+        Command::Hil(args) => hil::hil(args),
         Command::Import(args) => import::import(args),
         Command::Verify(args) => verify::verify(args),
         Command::Stress(args) => stress::stress(args),
@@ -202,6 +206,7 @@ impl Command {
             Command::Elements { command: ElementsCommand::Describe(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::List(args) } => args.places.json,
             Command::Plugin { command: PluginCommand::Check(args) } => args.json,
+            Command::Hil(args) => args.json || args.describe,
             Command::Compare(args) => args.json,
             _ => false,
         }

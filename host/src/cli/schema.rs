@@ -34,6 +34,7 @@ pub(super) fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
         Some(scene) => catalog_of_scene(scene, &RunOptions { plugins: args.plugins.clone(), ..RunOptions::default() })?,
         None => everything_found(args),
     };
+    let catalog = catalog.with_fmus();
     let text = match args.markdown {
         true => scene_page(&catalog, &Methods::default()),
         false => terminal::json(&scene_schema(&catalog, &Methods::default())),

@@ -11,11 +11,13 @@ use serde::de::DeserializeOwned;
 /// Largest message, bytes: the largest recording has 4 million operations of at most 25 bytes.
 const LARGEST: u32 = 1 << 28;
 
-/// What is asked. The first request is [`Request::Open`], which is answered by an [`Opening`].
+/// What is asked. The first request is [`Request::Open`] or [`Request::OpenFmu`], which is answered by an [`Opening`].
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(super) enum Request<'a> {
     /// Load this file: `Opening`.
     Open { copy: PathBuf },
+    /// Take the FMU that is unpacked in this folder: `Opening`.
+    OpenFmu { folder: PathBuf },
     /// The descriptor of a class as TOML: `Result<String, String>`.
     Describe { class: u32 },
     /// The number of a new set: `Result<u32, String>`.
@@ -37,6 +39,8 @@ pub(super) enum Request<'a> {
     },
     /// `Result<(), Fault>`.
     Accept { set: u32, instance: u32, inputs: Cow<'a, [f64]> },
+    /// The discrete states are written over: `Result<Vec<f64>, Fault>`.
+    Communicate { set: u32, instance: u32, t: f64, begins: bool, memory: Cow<'a, [f64]> },
     /// `Result<Vec<u8>, Fault>`.
     Save { set: u32, instance: u32 },
     /// `Result<(), Fault>`.
@@ -47,7 +51,7 @@ impl Request<'_> {
     /// What a user calls it, as for a library in this process.
     pub(super) fn function(&self) -> &'static str {
         match self {
-            Self::Open { .. } => "loading the library",
+            Self::Open { .. } | Self::OpenFmu { .. } => "loading the library",
             Self::Describe { .. } => "describe",
             Self::NewSet { .. } => "new set",
             Self::DropSet { .. } => "destroy",
@@ -55,6 +59,7 @@ impl Request<'_> {
             Self::Record { .. } => "record",
             Self::Evaluate { .. } => "evaluate",
             Self::Accept { .. } => "accept",
+            Self::Communicate { .. } => "communicate",
             Self::Save { .. } => "save",
             Self::Load { .. } => "load",
         }

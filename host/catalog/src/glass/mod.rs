@@ -10,11 +10,13 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `fmu.rs` | FMUs, whose code runs in such a process |
 //! | `message.rs` | what is asked and answered |
 //! | `process.rs` | a recorder seen from the host |
 //! | `recorder.rs` | the program as a recorder |
 //! | `shut_in.rs` | what a recorder may do |
 
+mod fmu;
 mod message;
 mod process;
 mod recorder;
@@ -35,6 +37,7 @@ use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
 use crate::kept::{Kept, OPENED};
 use crate::search::{is_guest, own_program};
+pub(super) use fmu::fmu;
 use message::{Opening, Request};
 use odyn_diagnostics::{Code, codes};
 pub use process::farewell;
@@ -88,7 +91,9 @@ pub(super) fn code(message: &str) -> Option<Code> {
 
 /// A library behind glass. Its process is started when it is needed, and again after it has ended.
 pub(super) struct Glass {
+    /// The file of the library, or the folder of an FMU.
     copy: PathBuf,
+    is_fmu: bool,
     /// For what it prints.
     package: String,
     process: Mutex<Option<Arc<Process>>>,
@@ -99,7 +104,7 @@ impl Glass {
     /// Loads the library in the file `copy`. Whether it left the floating-point control register as it was comes with it.
     pub(super) fn enter(copy: &Path, package: &str) -> (Result<Arc<Self>, OpenError>, bool) {
         let kept = Kept::of(copy, program().unwrap_or(Path::new("")));
-        let glass = Self { copy: copy.into(), package: package.into(), process: Mutex::new(None), kept };
+        let glass = Self { copy: copy.into(), is_fmu: false, package: package.into(), process: Mutex::new(None), kept };
         if let Some(kept) = glass.kept.read(OPENED, "") {
             return (Ok(Arc::new(glass)), kept);
         }
@@ -119,7 +124,8 @@ impl Glass {
         let process = process.map_err(|error| {
             OpenError::Root(format!("no process for it can be started: {error}; --in-process loads it into this one"))
         })?;
-        let request = Request::Open { copy: self.copy.clone() };
+        let copy = self.copy.clone();
+        let request = if self.is_fmu { Request::OpenFmu { folder: copy } } else { Request::Open { copy } };
         let opening: Opening = process.ask(&request).map_err(|gone| OpenError::Root(gone.into()))?;
         opening.opened.map(|()| (process, opening.kept))
     }
@@ -170,14 +176,20 @@ impl ElementClass for GlassClass {
     }
 
     fn new_set(&self) -> Box<dyn ElementSet> {
-        Box::new(GlassSet {
+        Box::new(self.new_glass_set())
+    }
+}
+
+impl GlassClass {
+    fn new_glass_set(&self) -> GlassSet {
+        GlassSet {
             glass: Arc::clone(&self.glass),
             class: self.number,
             opaque: self.descriptor.opaque,
             limits: self.descriptor.limits(),
             params: Vec::new(),
             made: OnceCell::new(),
-        })
+        }
     }
 }
 

@@ -64,14 +64,17 @@ fn own(number: RawFd) -> io::Result<File> {
 /// Answers until nobody asks.
 fn serve(mut from: File, mut to: File) -> io::Result<()> {
     let mut buffer = Vec::new();
-    let Ok(Request::Open { copy }) = receive(&mut from, &mut buffer) else {
-        return Err(io::ErrorKind::InvalidInput.into());
+    let (copy, is_fmu) = match receive(&mut from, &mut buffer) {
+        Ok(Request::Open { copy }) => (copy, false),
+        Ok(Request::OpenFmu { folder }) => (folder, true),
+        _ => return Err(io::ErrorKind::InvalidInput.into()),
     };
     crash::report_to(&to, BROKEN);
     let files = shut_in(&copy);
     end_with_the_host(&from)?;
-    let (mut library, opening) = Library::open(&copy);
-    if !files {
+    let (mut library, opening) = if is_fmu { Library::open_fmu(&copy) } else { Library::open(&copy) };
+    // An FMU reads its resources when it starts.
+    if !files && !is_fmu {
         no_more_files();
     }
     send(&mut to, &opening)?;
@@ -129,9 +132,20 @@ impl Library {
         (Self { watchdog: Watchdog::alone(), package, offers, classes, sets, count: 0 }, Opening { opened, kept })
     }
 
+    fn open_fmu(folder: &Path) -> (Self, Opening) {
+        let class = odyn_fmu::Fmu::unpacked(folder).and_then(|fmu| fmu.class());
+        let (offers, opened) = match class {
+            Ok(class) => (vec![Arc::new(Offer::of(class))], Ok(())),
+            Err(error) => (Vec::new(), Err(OpenError::Root(error.message))),
+        };
+        let (classes, sets) = (HashMap::new(), HashMap::new());
+        let library = Self { watchdog: Watchdog::alone(), package: "FMU".into(), offers, classes, sets, count: 0 };
+        (library, Opening { opened, kept: true })
+    }
+
     fn answer(&mut self, request: &Request<'_>, to: &mut impl Write) -> io::Result<()> {
         match request {
-            Request::Open { .. } => Err(io::ErrorKind::InvalidInput.into()),
+            Request::Open { .. } | Request::OpenFmu { .. } => Err(io::ErrorKind::InvalidInput.into()),
             Request::Describe { class } => send(to, &self.describe(*class)),
             Request::NewSet { class } => {
                 let made = self.class(*class).map(|class| class.new_set());
@@ -158,6 +172,12 @@ impl Library {
             Request::Accept { set, instance, inputs } => {
                 let instance = *instance as usize;
                 send(to, &self.set(*set, instance).and_then(|set| set.accept(instance, inputs)))
+            }
+            Request::Communicate { set, instance, t, begins, memory } => {
+                let (instance, mut memory) = (*instance as usize, Cow::clone(memory));
+                let done = self.set(*set, instance);
+                let done = done.and_then(|set| set.communicate(instance, *t, *begins, memory.to_mut()));
+                send(to, &done.map(|()| memory))
             }
             Request::Save { set, instance } => {
                 let instance = *instance as usize;

@@ -126,6 +126,11 @@ mod linux {
         let folders = SYSTEM.iter().map(PathBuf::from).chain(std::env::split_paths(&named));
         let folders: Vec<PathBuf> = folders.filter(|folder| folder.is_absolute() && folder.is_dir()).collect();
         let files = [copy, Path::new("/etc/ld.so.cache")];
+        // The folder of an FMU is read as a whole.
+        let (files, folders) = match copy.is_dir() {
+            true => (&files[1..], folders.into_iter().chain([copy.into()]).collect()),
+            false => (&files[..], folders),
+        };
         let read = AccessFs::ReadFile | AccessFs::ReadDir | AccessFs::Execute;
         let status = Ruleset::default()
             .handle_access(AccessFs::from_all(abi))?

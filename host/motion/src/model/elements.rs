@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::bodies::{Bodies, Target, quoted};
 use super::types::{Body, Instance, Marker};
-use super::{inertia, margins, parameters, tables};
-use crate::catalog::{Catalog, ElementHandle, fault_code};
+use super::{fmus, inertia, margins, parameters, tables};
+use crate::catalog::{Catalog, ElementHandle, LibraryInfo, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
 
@@ -19,6 +19,8 @@ use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
 pub(super) struct Elements {
     pub(super) instances: Vec<Instance>,
     pub(super) sets: Vec<Box<dyn ElementSet>>,
+    /// The FMUs among the elements, one for each file.
+    pub(super) fmus: Vec<LibraryInfo>,
     /// Full class name of each set.
     set_names: Vec<String>,
     /// Class of each set.
@@ -26,10 +28,18 @@ pub(super) struct Elements {
 }
 
 pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: &mut Vec<Diagnostic>) -> Elements {
-    let mut elements = Elements { instances: Vec::new(), sets: Vec::new(), set_names: Vec::new(), classes: Vec::new() };
+    let mut elements = Elements {
+        instances: Vec::new(),
+        sets: Vec::new(),
+        fmus: Vec::new(),
+        set_names: Vec::new(),
+        classes: Vec::new(),
+    };
     for record in scene.elements.iter().filter(|record| record.enabled) {
         let before = found.len();
-        let handle = class_of(record, catalog, found);
+        let handle = class_of(scene, record, catalog, found);
+        let flat = handle.as_ref().and_then(|handle| fmus::flattened(record, handle));
+        let record = flat.as_ref().unwrap_or(record);
         let targets: Vec<&Target> = record
             .bodies
             .value
@@ -82,7 +92,15 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
     elements
 }
 
-fn class_of(record: &ElementRecord, catalog: &Catalog, found: &mut Vec<Diagnostic>) -> Option<ElementHandle> {
+fn class_of(
+    scene: &Scene,
+    record: &ElementRecord,
+    catalog: &Catalog,
+    found: &mut Vec<Diagnostic>,
+) -> Option<ElementHandle> {
+    if fmus::is_one(record, catalog) {
+        return fmus::class_of(scene, record, catalog).map_err(|diagnostic| found.push(*diagnostic)).ok();
+    }
     let kind = match record.kind {
         ElementKind::Joint => Kind::Joint,
         ElementKind::Force => Kind::Force,
@@ -330,7 +348,11 @@ impl Elements {
         let full_name = handle.full_name();
         let set = self.set_names.iter().position(|name| *name == full_name).unwrap_or_else(|| {
             self.set_names.push(full_name.clone());
-            self.sets.push(handle.class.new_set());
+            let set = handle.class.new_set();
+            if set.communicates() {
+                self.fmus.push(LibraryInfo::clone(&handle.library));
+            }
+            self.sets.push(set);
             self.classes.push(Arc::new(handle.descriptor().clone()));
             self.sets.len() - 1
         });

@@ -11,6 +11,7 @@
 //! | `types.rs` | the model |
 //! | `bodies.rs` | masses and inertias, fixed bodies |
 //! | `elements.rs` | markers, creation and recording of elements |
+//! | `fmus.rs` | FMUs among the elements: a class for each file |
 //! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
@@ -24,6 +25,7 @@ mod bodies;
 mod catalogue;
 mod channels;
 mod elements;
+mod fmus;
 mod inertia;
 mod margins;
 mod moved_rows;
@@ -85,6 +87,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
         bodies: bodies.movable,
         elements: elements.instances,
         sets: elements.sets,
+        fmus: elements.fmus,
         gravity: Vector3::from(scene.simulation.gravity),
         inputs: scene.inputs.iter().map(signals::given).collect(),
         channels,

@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 
 use super::catalogue::{self, Catalogue};
 use super::channels::QUANTITIES;
+use super::fmus;
 use super::parameters::{dimension_of, variable};
 use crate::catalog::{Catalog, ElementHandle};
 use crate::scene::Dimension;
@@ -86,6 +87,12 @@ fn of_element(element: &ElementHandle) -> Value {
     let order: Vec<&str> = descriptor.params.iter().map(|spec| spec.name.as_str()).collect();
     let order: Vec<&str> = row.iter().map(|_| catalogue::USE).chain(order).collect();
     properties.insert("params".into(), closed(parameters, &order, &needed));
+    if element.library.package == fmus::GENERAL {
+        // What a file has is not known here.
+        let about = "Values of the FMU's own parameters, by their names.";
+        properties["params"]["properties"][fmus::PARAMETERS] = json!({ "type": "object", "description": about });
+        return json!({ "properties": properties, "required": required });
+    }
     let inputs = descriptor.inputs.iter().map(|input| {
         let mut schema = quantity();
         let unit = if input.unit.is_empty() { String::new() } else { format!(" [{}]", input.unit) };

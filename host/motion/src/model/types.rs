@@ -7,6 +7,7 @@ use element_api::set::ElementSet;
 use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use crate::catalog::LibraryInfo;
 use crate::scene::Dimension;
 
 /// Everything the mathematics needs to know about a scene, and the elements themselves.
@@ -17,6 +18,8 @@ pub struct Model {
     pub elements: Vec<Instance>,
     /// The element sets instances live in, one per class used.
     pub sets: Vec<Box<dyn ElementSet>>,
+    /// The FMUs among the elements, which no catalog lists.
+    pub fmus: Vec<LibraryInfo>,
     /// Gravity, m/s^2, ground frame.
     pub gravity: Vector3<f64>,
     /// Signals that are given from outside, which stay as they are from one change to the next.

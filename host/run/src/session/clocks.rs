@@ -12,6 +12,8 @@ const EARLY: f64 = 1e-9;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Clocks {
     list: Vec<Clock>,
+    /// The run goes on from another one.
+    carried: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -34,7 +36,7 @@ impl Clocks {
             let memory = first..first + element.recording.initial_discrete.len();
             Some(Clock { period, memory, next: 0.0 })
         });
-        Self { list: list.collect() }
+        Self { list: list.collect(), carried: false }
     }
 
     /// Their periods, s.
@@ -44,10 +46,28 @@ impl Clocks {
 
     /// Sets them to a time from which a run begins; `carried`: what is due at that time was sampled before.
     pub(super) fn set(&mut self, t: f64, carried: bool) {
+        self.carried = carried;
         for clock in &mut self.list {
             let periods = t / clock.period;
             clock.next = if carried { (periods + EARLY).floor() + 1.0 } else { (periods - EARLY).ceil() };
         }
+    }
+
+    /// Whether what is due at the time that they are set to was sampled before.
+    pub(super) fn are_carried(&self) -> bool {
+        self.carried
+    }
+
+    /// The whole multiple of its period at which the element with these discrete states samples now, s, if it does.
+    pub(super) fn instant(&self, memory: &Range<usize>, t: f64) -> Option<f64> {
+        let clock = self.list.iter().find(|clock| clock.memory == *memory)?;
+        (t >= (clock.next - EARLY) * clock.period).then(|| (t / clock.period + EARLY).floor() * clock.period)
+    }
+
+    /// Whether the element with these discrete states has sampled at this time, which was told to [`Clocks::hold`].
+    pub(super) fn has_sampled(&self, memory: &Range<usize>, t: f64) -> bool {
+        let clock = self.list.iter().find(|clock| clock.memory == *memory);
+        clock.is_some_and(|clock| (t - (clock.next - 1.0) * clock.period).abs() <= EARLY * clock.period)
     }
 
     /// At the end of a step: what is to become of the discrete states, `new` after it and `old` before. Elements that do not sample

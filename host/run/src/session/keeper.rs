@@ -12,6 +12,7 @@ use super::error::SessionError;
 use super::leg::LegEnd;
 use super::opened::Session;
 use super::samplings::Samplings;
+use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::results::{ResultsError, Summary, Written};
 use crate::scene::Simulation;
@@ -83,7 +84,7 @@ impl Keeper {
         point.taken += 1;
         point.carried = end.carried.take().map(|carried| Carried { steps_tried: point.work.steps_tried(), ..carried });
         let state = std::mem::replace(&mut end.state, Err(String::new()));
-        point.state = Some(state.map_err(|message| (codes::PLUGIN_MISBEHAVED, cannot_save(session, &message)))?);
+        point.state = Some(state.map_err(|message| cannot_save(session, &message))?);
         self.write(samplings).map_err(|error| (error.code(), session.files_error(&error)))
     }
 
@@ -101,10 +102,11 @@ impl Keeper {
 }
 
 /// An element whose memory is not to be had.
-fn cannot_save(session: &Session, message: &str) -> SessionError {
-    let diagnostic = Diagnostic::error(codes::PLUGIN_MISBEHAVED, format!("no checkpoint can be written: {message}"))
+fn cannot_save(session: &Session, message: &str) -> (Code, SessionError) {
+    let code = message.split_once(": ").map_or(codes::PLUGIN_MISBEHAVED, |(_, reason)| fault_code(reason));
+    let diagnostic = Diagnostic::error(code, format!("no checkpoint can be written: {message}"))
         .help("run without --checkpoint; the rows up to here are kept");
-    SessionError::one(&session.scene.source, diagnostic)
+    (code, SessionError::one(&session.scene.source, diagnostic))
 }
 
 /// The start of a run.

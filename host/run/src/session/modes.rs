@@ -158,7 +158,7 @@ impl Run<'_> {
 
     fn make_mode(&mut self, closed: &[usize]) -> Result<(), Met> {
         let t = self.time;
-        let state = self.system.restart(&self.session.model, t, &self.state)?;
+        let state = self.system.place(&self.session.model, t, &self.state)?;
         let mut place = self.session.assembly.clone();
         (place.working, place.references, place.discrete) = (state.working, state.references, state.discrete);
         self.session.model.sets = self.system.lend_sets();

@@ -187,7 +187,7 @@ impl Session {
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let mut session = Self {
             warnings,
-            libraries: catalog.libraries().cloned().collect(),
+            libraries: catalog.libraries().chain(&model.fmus).cloned().collect(),
             model,
             equations,
             plan,

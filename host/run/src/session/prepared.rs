@@ -151,7 +151,7 @@ impl Prepared {
         if fixed_step.is_none() {
             watching.periods = (system.clocks().periods().collect(), t_end);
         }
-        let state = system.start(t_start, &session.assembly).map_err(|e| start_error(&session.scene, &e))?;
+        let state = system.start(t_start, &session.assembly).map_err(|e| session.cannot_start(e, t_start))?;
         system.examine_contacts(t_start, &state).map_err(|e| session.bad_contact(&e))?;
         watching.contacts = session.equations.contacts.clone();
         watching.frictions = session.equations.frictions.clone();

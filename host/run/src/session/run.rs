@@ -433,7 +433,7 @@ impl<'a> Run<'a> {
             Err(error) => Err(error.to_string()),
             Ok(_) => {
                 let state = self.system.restart(&self.session.model, self.time, &self.state);
-                state.map_err(|error| error.to_string())
+                state.map_err(|error| self.session.without_state(&error))
             }
         };
         self.system.leave_code();

@@ -8,6 +8,7 @@ mod levels;
 mod margins;
 mod memory;
 mod part;
+mod partners;
 mod picture;
 mod system;
 mod unknowns;
@@ -96,6 +97,26 @@ struct Told {
     inputs: Part,
 }
 
+/// An instance that computes by itself between its samples.
+#[derive(Debug, Clone)]
+struct Partner {
+    set: usize,
+    instance: usize,
+    /// Its discrete states, among all.
+    memory: Range<usize>,
+}
+
+fn partners(model: &Model, layout: &Layout, formulation: &dyn Formulation) -> Vec<Partner> {
+    let elements = model.elements.iter().enumerate();
+    let partners = elements.filter(|(_, element)| formulation.sets()[element.set].communicates());
+    let partners = partners.map(|(number, element)| {
+        let first = layout.discrete_at[number];
+        let memory = first..first + element.recording.initial_discrete.len();
+        Partner { set: element.set, instance: element.index as usize, memory }
+    });
+    partners.collect()
+}
+
 /// Speeds at the start, as multiples of the slowest that counts, below which what follows may be round-off.
 const NEAR_REST: f64 = 1e3;
 
@@ -117,6 +138,7 @@ pub(super) struct Simulation<'a> {
     discrete: Vec<f64>,
     accept: Part,
     told: Vec<Told>,
+    partners: Vec<Partner>,
     report: Part,
     energy: Part,
     heat: Heat,
@@ -233,6 +255,7 @@ impl<'a> Simulation<'a> {
             looks: [None, None],
             report,
             told,
+            partners: partners(model, layout, formulation.as_ref()),
             is_driven,
             rows,
             values: None,

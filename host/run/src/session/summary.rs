@@ -1,11 +1,11 @@
 //! The summary of a run: what is known before it, what was done, and how it ended.
 
 use super::checkpoint::Carried;
-use super::error::SessionError;
+use super::error::{SessionError, start_error};
 use super::opened::Session;
 use super::restart::Restart;
 use super::tier::Made;
-use crate::analysis::Counters;
+use crate::analysis::{AnalysisError, Counters};
 use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
@@ -201,6 +201,13 @@ impl Session {
         SessionError::one(&self.scene.source, diagnostic.help("results up to this time are valid"))
     }
 
+    /// The motion cannot start at this time, s: by the fault of an element, or of its equations.
+    pub(super) fn cannot_start(&self, error: AnalysisError, t: f64) -> SessionError {
+        let general = start_error(&self.scene, &error);
+        let fault = self.element_fault(&IntegrateError::System { t, cause: Box::new(error) });
+        fault.map_or(general, |diagnostic| SessionError::one(&self.scene.source, diagnostic).of_integration())
+    }
+
     /// A particle that was made to turn, or a thin rod about its axis.
     fn particle_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
         let IntegrateError::System { cause, .. } = error else { return None };
@@ -225,6 +232,13 @@ impl Session {
         Some(diagnostic.at(record.name.span.clone(), place).help(help))
     }
 
+    /// Why there is no state to continue from: the element, a colon, its reason.
+    pub(super) fn without_state(&self, error: &AnalysisError) -> String {
+        let AnalysisError::Element { set, fault } = error else { return error.to_string() };
+        let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance);
+        instance.map_or_else(|| error.to_string(), |instance| format!("`{}`: {}", instance.name, fault.message))
+    }
+
     /// The element behind a failure, with its place in the scene.
     fn element_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
         let IntegrateError::System { t, cause } = error else { return None };
@@ -237,7 +251,11 @@ impl Session {
         let who = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
         let time = significant(t / unit, 6);
         let text = format!("{who} failed at t = {time} {label}: {}", fault.message);
-        let diagnostic = Diagnostic::error(fault_code(&fault.message), text).at(record.name.span.clone(), "");
+        let code = fault_code(&fault.message);
+        let diagnostic = Diagnostic::error(code, text).at(record.name.span.clone(), "");
+        if code == codes::FMU_FAILED || code == codes::FMU_WITHOUT_STATE {
+            return Some(diagnostic);
+        }
         Some(diagnostic.help("this is a defect of the library; its author will want this message"))
     }
 }

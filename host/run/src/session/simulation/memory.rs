@@ -6,7 +6,7 @@ use super::super::samplings::Rows;
 use super::super::saved::SystemState;
 use super::Simulation;
 use crate::analysis::{AnalysisError, Group, Scales};
-use crate::model::Model;
+use crate::model::{Instance, Model};
 use crate::results::{Audit, AuditRecord};
 
 impl<'a> Simulation<'a> {
@@ -47,10 +47,9 @@ impl<'a> Simulation<'a> {
     pub(in crate::session) fn save(&mut self, t: f64, state: &[f64]) -> Result<SystemState, AnalysisError> {
         let working = self.working_state(t, state)?;
         let mut memories = Vec::new();
-        for told in &self.told {
-            let memory = self.formulation.sets()[told.set].save(told.instance);
-            let memory = memory.map_err(|fault| AnalysisError::Element { set: told.set, fault })?;
-            memories.push((told.set, told.instance, memory));
+        for (set, instance) in self.with_memories() {
+            let memory = self.formulation.sets()[set].save(instance);
+            memories.push((set, instance, memory.map_err(|fault| AnalysisError::Element { set, fault })?));
         }
         Ok(SystemState {
             working,
@@ -63,6 +62,12 @@ impl<'a> Simulation<'a> {
             samples: self.samples,
             last_steps: self.last_steps,
         })
+    }
+
+    /// Elements with private memories: their set, their number in it.
+    fn with_memories(&self) -> Vec<(usize, usize)> {
+        let told = self.told.iter().map(|told| (told.set, told.instance));
+        told.chain(self.partners.iter().map(|partner| (partner.set, partner.instance))).collect()
     }
 
     /// The last accepted time, s.
@@ -88,7 +93,7 @@ impl<'a> Simulation<'a> {
             && saved.discrete.len() == self.discrete.len()
             && saved.carried.state_sizes.len() == self.state_sizes.len()
             && saved.working.len() == 13 * self.layout.bodies + self.layout.states + 1
-            && saved.memories.iter().map(own).eq(self.told.iter().map(|told| (told.set, told.instance)))
+            && saved.memories.iter().map(own).eq(self.with_memories())
     }
 
     /// Is again what it was when it was saved.
@@ -217,9 +222,10 @@ impl<'a> Simulation<'a> {
         t: f64,
         state: &[f64],
     ) -> Result<Restart, AnalysisError> {
-        let working = self.working_state(t, state)?;
-        let mut restart = Restart::new(model, t, working, &self.references, &self.discrete);
-        for element in model.elements.iter().filter(|element| element.class.opaque) {
+        let mut restart = self.place(model, t, state)?;
+        let sets = self.formulation.sets();
+        let with_memory = |element: &&Instance| element.class.opaque || sets[element.set].communicates();
+        for element in model.elements.iter().filter(with_memory) {
             let memory = self.formulation.sets()[element.set].save(element.index as usize);
             let memory = memory.map_err(|fault| AnalysisError::Element { set: element.set, fault })?;
             if !memory.is_empty() {
@@ -227,6 +233,15 @@ impl<'a> Simulation<'a> {
             }
         }
         Ok(restart)
+    }
+
+    /// The same without private memories.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn place(&mut self, model: &Model, t: f64, state: &[f64]) -> Result<Restart, AnalysisError> {
+        let working = self.working_state(t, state)?;
+        Ok(Restart::new(model, t, working, &self.references, &self.discrete))
     }
 
     /// Per body r, p, v, omega'; then element states; then work.

@@ -211,6 +211,7 @@ impl Simulation<'_> {
     /// Equations without a value there.
     pub(super) fn sample_at_start(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let due: Vec<_> = self.clocks.due(t).collect();
+        self.begin_partners(t, state)?;
         if due.is_empty() {
             return Ok(());
         }
@@ -219,14 +220,17 @@ impl Simulation<'_> {
         for memory in due {
             self.discrete[memory.clone()].copy_from_slice(&discrete[memory]);
         }
-        self.clocks.set(t, true);
         self.tell_discrete();
+        // They take what the others have sampled just now.
+        self.begin_partners_once(t, state)?;
+        self.clocks.set(t, true);
         Ok(())
     }
 
     /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
     pub(super) fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
         let mut changed = Accepted::Unchanged;
+        let communicated = self.communicate(t)?;
         if !self.accept.evaluator.outputs().is_empty() {
             let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
             let (angles, discrete) = found.split_at(self.counted.len());
@@ -246,6 +250,10 @@ impl Simulation<'_> {
                 changed = Accepted::Changed;
             }
             self.held = held;
+        }
+        if communicated {
+            self.give_to_partners(t, state)?;
+            changed = Accepted::Changed;
         }
         if !self.told.is_empty() {
             let solve = self.told.iter().any(|told| told.inputs.needs_dynamics);
