@@ -133,6 +133,7 @@ def study(
     output: str | PathLike[str],
     jobs: int = 0,
     resume: bool = False,
+    retry_failed: bool = False,
     client: Client | None = None,
     shards: int | None = None,
 ) -> Study:
@@ -147,7 +148,9 @@ def study(
     jobs
         Runs at the same time; 0: as many as there are processors. The table does not depend on it.
     resume
-        Whether runs that were finished in this folder are taken as they are.
+        Whether runs that were finished, or failed, in this folder are taken as they are.
+    retry_failed
+        Whether those that failed are done again all the same.
     client
         A Dask client, whose workers do shards of the study; scene, libraries and `output` are in folders that all of them see. A
         shard of a worker that dies is done by another one.
@@ -169,9 +172,9 @@ def study(
     sets = [part for one in model.overrides for part in ("--set", one)]
     own = {file_of(text): text for text in model._elements}
     plugins = [one for one in model._inner.plugins if one not in own]
-    for file, text in own.items():
+    for element, text in own.items():
         # Where all workers see it.
-        plugins.append(folder / "elements" / file.name)
+        plugins.append(folder / "elements" / element.name)
         plugins[-1].parent.mkdir(exist_ok=True)
         plugins[-1].write_text(text, encoding="utf-8", newline="\n")
     libraries = [part for one in plugins for part in ("--plugin", str(one))]
@@ -182,7 +185,8 @@ def study(
         arguments = ["study", str(model.path.absolute()), "--csv", str(table), *sets, *libraries, "-q", "-o", str(folder)]
         if client is None:
             number = ["--jobs", str(jobs)] if jobs else []
-            _odyn([*arguments, *number, *(["--resume"] if resume else [])], folder / TABLE)
+            retry = ["--retry-failed"] if resume and retry_failed else []
+            _odyn([*arguments, *number, *(["--resume"] if resume else []), *retry], folder / TABLE)
         else:
             count = shards or min(64, len(rows))
             # The same points at another path are the same study.

@@ -41,6 +41,9 @@ def test_points_are_runs(model, tmp_path):
 def test_rows_fail_alone_and_studies_with_a_reason(model, tmp_path):
     found = odyn.study(model, [{"rod.length": "50 mm"}, {"rod.length": "3 kg"}], output=tmp_path)
     assert found["status"] == ["completed", "failed"]
+    points = [{"rod.length": "50 mm"}, {"rod.length": "3 kg"}]
+    again = odyn.study(model, points, output=tmp_path, resume=True, retry_failed=True)
+    assert again.rows == found.rows
     with pytest.raises(odyn.Error, match="rod.lenght"):
         odyn.study(model, [{"rod.lenght": "50 mm"}], output=tmp_path)
     with pytest.raises(ValueError, match="one point or more"):

@@ -63,6 +63,7 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
         folder: args.results.then(|| folder.clone()),
         journal: Some(folder.clone()),
         resume: args.resume,
+        retry_failed: args.retry_failed,
     };
     let refused = |diagnostic: Box<Diagnostic>| Failure::new(*diagnostic).exit(exit::USAGE);
     if let (Some(shard), true) = (args.shard, args.resume)

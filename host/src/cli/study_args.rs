@@ -138,9 +138,12 @@ pub(super) struct StudyArgs {
     /// Also keep the results of every run, in folders run-1, run-2, ... there
     #[arg(long)]
     pub(super) results: bool,
-    /// Continue a study that was stopped or killed in this folder: runs that were finished are not done again
+    /// Continue a study that was stopped or killed in this folder: runs that were finished, or failed, are not done again
     #[arg(long)]
     pub(super) resume: bool,
+    /// With --resume, do runs again that failed
+    #[arg(long, requires = "resume")]
+    pub(super) retry_failed: bool,
     /// Largest constraint violation and energy error that the audit of a run lets pass, or `none`; as for `odyn run`
     #[arg(long, value_name = "X|none", value_parser = audit_tolerance, allow_negative_numbers = true)]
     pub(super) audit_tol: Option<AuditTolerance>,

@@ -1,7 +1,7 @@
 //! [`Journal`]: what has come out of a study that is not at its end, written as runs end.
 //!
-//! A line per entry, with its SHA-256 before it: first what the study is, then a row for every run that was integrated. A last
-//! line without an end is what a kill left of it, and is not counted.
+//! A line per entry, with its SHA-256 before it: first what the study is, then a row for every run that was integrated, or failed
+//! for a reason of its own. A last line without an end is what a kill left of it, and is not counted.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -14,9 +14,10 @@ use serde::{Deserialize, Serialize};
 use super::head::Head;
 use super::runner::{Finished, Outcome, Study};
 use super::shard::write_part;
-use super::table::Titles;
+use super::table::{Titles, failed_cells};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{ResultsError, checksum, replace};
+use crate::session::SessionError;
 
 /// Name of the table of a study in its folder.
 pub const STUDY_FILE: &str = "study.csv";
@@ -34,6 +35,9 @@ pub struct Kept {
     pub(super) exit_code: i32,
     /// Its cells of the table, from the status on.
     pub(super) cells: Vec<String>,
+    /// It was not integrated: there are no results.
+    #[serde(default)]
+    pub(super) failed: bool,
     /// What stands above the cells that depend on the scene.
     #[serde(skip)]
     pub(super) titles: Arc<Titles>,
@@ -63,11 +67,17 @@ struct Open {
 pub(super) type KeptRuns = BTreeMap<usize, Kept>;
 
 impl Journal {
-    /// The journal with this path, and the runs that it has. Without `resume` there must be none.
+    /// The journal with this path, and the runs that it has, without those that failed if these are to be tried again. Without
+    /// `resume` there must be none. Where all have failed there are none: the mistake may have been in what they share.
     ///
     /// # Errors
     /// A file that can't be written; one that was damaged; one of another study; one with runs that are not to be resumed.
-    pub(super) fn open(path: &Path, head: &Head, resume: bool) -> Result<(Self, KeptRuns), Box<Diagnostic>> {
+    pub(super) fn open(
+        path: &Path,
+        head: &Head,
+        resume: bool,
+        retry: bool,
+    ) -> Result<(Self, KeptRuns), Box<Diagnostic>> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.file_name().unwrap_or_default().display();
         let failed = |cause: io::Error| Box::new(ResultsError::write(path, cause).diagnostic());
@@ -85,7 +95,7 @@ impl Journal {
         };
         let anew = format!("to begin anew, remove `{}`, or write elsewhere with `-o DIR`", path.display());
         let (found, whole) = entries(&bytes).map_err(|what| refused(format!("`{name}` {what}"), &anew))?;
-        let (kept, titles) = runs(found, head).map_err(|what| refused(what, &anew))?;
+        let (mut kept, titles) = runs(found, head).map_err(|what| refused(what, &anew))?;
         if !resume && !kept.is_empty() {
             let message =
                 format!("{} holds a study that has not ended: {} runs are finished", folder.display(), kept.len());
@@ -100,6 +110,10 @@ impl Journal {
             let mut open = journal.open.lock().unwrap_or_else(PoisonError::into_inner);
             append(&mut open.file, &Entry::Head(head.clone())).map_err(failed)?;
         }
+        if retry {
+            // Their lines stay; the ones that follow count.
+            kept.retain(|_, run| !run.failed);
+        }
         Ok((journal, kept))
     }
 
@@ -110,20 +124,28 @@ impl Journal {
         if finished.summary.code == Some(codes::INTERRUPTED) {
             return false;
         }
+        let (fingerprint, exit_code) = (fingerprint.into(), finished.exit_code);
+        let cells = finished.cells();
+        self.put(Kept { run, fingerprint, exit_code, cells, failed: false, titles: Arc::new(finished.titles()) })
+    }
+
+    /// Adds a run that has no results, unless something outside may have caused that.
+    pub(super) fn add_failed(&self, run: usize, fingerprint: &str, error: &SessionError) -> bool {
+        let outside = [codes::CANNOT_WRITE, codes::UNREADABLE];
+        if error.diagnostics.iter().any(|diagnostic| outside.contains(&diagnostic.code)) {
+            return false;
+        }
+        let (fingerprint, exit_code, cells) = (fingerprint.into(), error.exit_code(), failed_cells(error));
+        self.put(Kept { run, fingerprint, exit_code, cells, failed: true, titles: Arc::default() })
+    }
+
+    fn put(&self, kept: Kept) -> bool {
         let mut guard = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         let open = &mut *guard;
-        let titles = finished.titles();
-        let kept = Kept {
-            run,
-            fingerprint: fingerprint.into(),
-            exit_code: finished.exit_code,
-            cells: finished.cells(),
-            titles: Arc::default(),
-        };
         let write = || {
-            if open.titles.as_deref() != Some(&titles) {
-                append(&mut open.file, &Entry::Titles(titles.clone()))?;
-                open.titles = Some(Arc::new(titles));
+            if !kept.failed && open.titles.as_ref() != Some(&kept.titles) {
+                append(&mut open.file, &Entry::Titles(Titles::clone(&kept.titles)))?;
+                open.titles = Some(Arc::clone(&kept.titles));
             }
             append(&mut open.file, &Entry::Run(kept))
         };
@@ -215,10 +237,13 @@ fn runs(entries: Vec<Entry>, head: &Head) -> Result<(KeptRuns, Option<Arc<Titles
             Entry::Head(was) => difference = was.difference(head),
             Entry::Titles(found) => titles = Some(Arc::new(found)),
             Entry::Run(run) => {
-                let titles = titles.clone().ok_or("its journal has no titles")?;
-                kept.insert(run.run, Kept { titles, ..run });
+                let titles = if run.failed { None } else { Some(titles.clone().ok_or("its journal has no titles")?) };
+                kept.insert(run.run, Kept { titles: titles.unwrap_or_default(), ..run });
             }
         }
+    }
+    if kept.values().all(|run| run.failed) {
+        kept.clear();
     }
     match difference.filter(|_| !kept.is_empty()) {
         Some(difference) => Err(difference),

@@ -34,6 +34,8 @@ pub struct StudyOptions {
     pub journal: Option<PathBuf>,
     /// Runs that the journal has are not done again.
     pub resume: bool,
+    /// But those of them that failed are.
+    pub retry_failed: bool,
 }
 
 /// All runs of a study, or of a shard of it.
@@ -62,7 +64,7 @@ pub struct Run {
 pub enum Outcome {
     /// It was integrated, to its end or not.
     Ran(Box<Finished>),
-    /// It was integrated before the study was resumed.
+    /// It was integrated, or failed, before the study was resumed.
     Kept(Kept),
     /// There are no results.
     Failed(SessionError),
@@ -107,11 +109,11 @@ impl Study {
                 }
                 None => folder.join(JOURNAL_FILE),
             };
-            Journal::open(&journal, &head, options.resume)
+            Journal::open(&journal, &head, options.resume, options.retry_failed)
         });
         let (journal, kept) =
             opened.transpose()?.map_or((None, KeptRuns::new()), |(journal, kept)| (Some(journal), kept));
-        if let Some((number, run)) = kept.first_key_value() {
+        if let Some((number, run)) = kept.iter().find(|(_, run)| !run.failed) {
             check_fingerprint(&scene, *number, &run.fingerprint)?;
         }
         let one = |number: usize| {
@@ -119,9 +121,15 @@ impl Study {
                 return Run { outcome: Outcome::Kept(kept.clone()) };
             }
             let (run, fingerprint) = single(&scene, number, stop);
-            if let (Some(journal), Outcome::Ran(finished)) = (&journal, &run.outcome)
-                && journal.add(number, &fingerprint, finished)
-            {
+            let add = |journal: &Journal| match &run.outcome {
+                Outcome::Ran(finished) => journal.add(number, &fingerprint, finished),
+                // What fails while everything is stopped may do so because of that.
+                Outcome::Failed(error) if !stop.load(Ordering::Relaxed) => {
+                    journal.add_failed(number, &fingerprint, error)
+                }
+                Outcome::Failed(_) | Outcome::Kept(_) | Outcome::NotBegun => false,
+            };
+            if journal.as_ref().is_some_and(add) {
                 stop.store(true, Ordering::Relaxed);
             }
             told(number, &run);
@@ -135,7 +143,7 @@ impl Study {
         Ok(Self { points: options.points.clone(), shard: options.shard, first, runs, head })
     }
 
-    /// Runs that were finished before the study was resumed.
+    /// Runs that were finished, or failed, before the study was resumed.
     #[must_use]
     pub fn kept(&self) -> usize {
         self.runs.iter().filter(|run| matches!(run.outcome, Outcome::Kept(_))).count()

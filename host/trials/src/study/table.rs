@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::runner::{Finished, Outcome, Run, Study};
+use crate::session::SessionError;
 
 /// Titles and cells, all texts; nothing in it depends on how long anything took.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -31,8 +32,8 @@ impl Study {
     pub fn table(&self) -> StudyTable {
         let titles = |run: &Run| match &run.outcome {
             Outcome::Ran(finished) => Some(Arc::new(finished.titles())),
-            Outcome::Kept(kept) => Some(Arc::clone(&kept.titles)),
-            Outcome::Failed(_) | Outcome::NotBegun => None,
+            Outcome::Kept(kept) if !kept.failed => Some(Arc::clone(&kept.titles)),
+            Outcome::Kept(_) | Outcome::Failed(_) | Outcome::NotBegun => None,
         };
         let titles: Vec<_> = self.runs.iter().map(titles).collect();
         let all = titles.iter().flatten().fold(Titles::default(), |all, titles| all.and(titles));
@@ -43,11 +44,7 @@ impl Study {
             match &run.outcome {
                 Outcome::Ran(finished) => row.extend(finished.cells()),
                 Outcome::Kept(kept) => row.extend(kept.cells.iter().cloned()),
-                Outcome::Failed(error) => {
-                    let said = error.diagnostics.iter().find(|diagnostic| diagnostic.is_error());
-                    let problem = said.map_or_else(String::new, |said| format!("{}: {}", said.code, said.message));
-                    row.extend(["failed".into(), problem]);
-                }
+                Outcome::Failed(error) => row.extend(failed_cells(error)),
                 Outcome::NotBegun => row.extend(["not begun".into(), String::new()]),
             }
             table.add(row, titles.as_deref());
@@ -97,6 +94,13 @@ impl Finished {
     pub(super) fn cells(&self) -> Vec<String> {
         cells(self)
     }
+}
+
+/// Status and problem of a run without results.
+pub(super) fn failed_cells(error: &SessionError) -> Vec<String> {
+    let said = error.diagnostics.iter().find(|diagnostic| diagnostic.is_error());
+    let problem = said.map_or_else(String::new, |said| format!("{}: {}", said.code, said.message));
+    vec!["failed".into(), problem]
 }
 
 fn cells(finished: &Finished) -> Vec<String> {

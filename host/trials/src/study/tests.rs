@@ -329,6 +329,46 @@ fn parts_that_do_not_belong_together_are_not_merged() {
     std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
 }
 
+/// Runs that failed are rows like others, unless they are to be tried again, or all have failed.
+#[test]
+fn runs_that_failed_are_not_done_again_unless_they_are_asked_for() {
+    let scene = ball("failed");
+    let folder = scene.with_file_name("study");
+    let run = |varied: &str, last: usize, retry_failed: bool| {
+        let points = Points::grid(vec![Vary::parse(varied).unwrap()]).unwrap();
+        let journal = Some(folder.clone());
+        let options = StudyOptions { points, journal, jobs: 1, resume: true, retry_failed, ..StudyOptions::default() };
+        let stop = Arc::new(AtomicBool::new(false));
+        let done = std::sync::Mutex::new(Vec::new());
+        let told = |number: usize, _: &Run| {
+            done.lock().unwrap().push(number);
+            stop.store(number >= last, std::sync::atomic::Ordering::Relaxed);
+        };
+        let study = Study::run(&scene, &options, &told, &stop).unwrap();
+        (done.into_inner().unwrap(), study)
+    };
+    let varied = "speed=1 kg,2,3 kg,4,5";
+    let (done, stopped) = run(varied, 2, false);
+    // Those that were not begun are heard of, too.
+    assert_eq!((&done[..3], stopped.has_ended()), (&[0, 1, 2][..], false));
+    let (done, again) = run(varied, 3, true);
+    assert_eq!(&done[..3], [0, 2, 3]);
+    assert!(!again.has_ended());
+    let (done, study) = run(varied, usize::MAX, false);
+    assert_eq!((done, study.kept(), study.has_ended()), (vec![4], 4, true));
+    study.write(&folder).unwrap();
+    let resumed = std::fs::read_to_string(folder.join(STUDY_FILE)).unwrap();
+    assert!(!folder.join("study.journal").exists());
+    let whole = shards(&scene, &scene.with_file_name("whole"), varied, None, false).unwrap();
+    assert_eq!((resumed, study.exit_code()), (whole.table().csv(), whole.exit_code()));
+    // A mistake in what all runs share is mended in the scene, and the study begun anew in the same folder.
+    let (done, _) = run("speed=1 kg,2 kg,3", 1, false);
+    assert_eq!(&done[..2], [0, 1]);
+    let (done, _) = run("speed=1 kg,2 kg,3", 1, false);
+    assert_eq!(&done[..2], [0, 1]);
+    std::fs::remove_dir_all(scene.parent().unwrap()).unwrap();
+}
+
 /// A part is whole or not there; what was finished is not done again.
 #[test]
 fn a_shard_that_is_stopped_continues_where_it_was() {
