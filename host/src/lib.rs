@@ -22,6 +22,7 @@
 //! | [`mod@bench`] | scenes with references -> errors, work and times of all methods | how curves are drawn |
 //! | [`stress`] | trials with what is expected of them -> outcomes: measures with their bounds | how outcomes are shown |
 //! | [`analyses`] | a scene -> equilibria, modes, linear models, efforts, kinematics, loads, balancing, sensitivities, fits | how they are shown |
+//! | `fmu` | the bytes of an FMU of another tool -> its description, checked; a class of elements | scenes, how the host steps |
 //! | [`export`] | a session -> the same as C with a constant cost per step, as an FMU | how the host steps its runs, files |
 //! | [`study`] | a scene and values to vary -> a table of what comes out | how a scene is run |
 //! | `page` | texts, tables, curves -> HTML (feature `manual`) | what pages are about |
@@ -58,6 +59,7 @@
 //! | `host/studio` | `studio`: scenes edited in the browser |
 //! | `host/analyses` | [`analyses`] |
 //! | `host/export` | [`export`] |
+//! | `host/fmu` | `fmu` |
 //! | `host/import` | [`mod@import`]: URDF and MJCF as scenes |
 //! | `host/trials` | [`verification`], [`mod@bench`], [`stress`], [`study`], `manual`, `workshop` |
 //!
@@ -70,6 +72,8 @@ pub use odyn_catalog as catalog;
 pub use odyn_desk as desk;
 pub use odyn_diagnostics as diagnostics;
 pub use odyn_export as export;
+#[cfg(feature = "abi")]
+pub use odyn_fmu as fmu;
 pub use odyn_import as import;
 pub use odyn_motion::{analysis, model, plan, program};
 pub use odyn_numerics::{integrate, interval, linalg, precise};

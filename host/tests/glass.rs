@@ -368,3 +368,85 @@ fn who_trusts_runs_a_library_in_the_process() {
     let wrong = named("trust = [\"hostile\"]", &given).ends_with(3);
     assert!(wrong.err().contains("`hostile` is not one of the `libraries`"), "{}", wrong.err());
 }
+
+/// An FMU that crashes ends its process, not the program; a kind one gives the same bits on both sides, and also after its state was
+/// carried from one process to another.
+#[test]
+fn fmus_are_behind_glass() {
+    let scratch = Scratch::new("glass-fmu");
+    let library = scratch.0.join("model.so");
+    let built = std::process::Command::new("cc")
+        .args(["-std=c99", "-O1", "-fPIC", "-shared", "-o"])
+        .args([&library, &root().join("tests/fmu/model.c")])
+        .arg("-lm")
+        .status();
+    if built.is_err() {
+        assert!(
+            std::env::var_os("ODYN_SKIP_C").is_some(),
+            "there is no compiler `cc`; set ODYN_SKIP_C=1 to leave out what needs it"
+        );
+        return;
+    }
+    assert!(built.unwrap().success());
+    let text = fs::read_to_string(root().join("tests/fmu/two.xml")).unwrap();
+    let binary = fs::read(&library).unwrap();
+    let files = [
+        ("modelDescription.xml".to_string(), text.as_bytes()),
+        ("binaries/linux64/model.so".to_string(), binary.as_slice()),
+    ];
+    fs::write(scratch.0.join("model.fmu"), odyn::results::zip(&files, odyn::results::Packing::Deflated).unwrap())
+        .unwrap();
+    scratch.file(
+        "scene.toml",
+        r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+t_end = 0.5
+output_step = 0.025
+[[body]]
+name = "carriage"
+mass = 2
+inertia = [1, 1, 1]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["ground", "carriage"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "motor"
+type = "translational-actuator"
+bodies = ["ground", "carriage"]
+axis = [1, 0, 0]
+inputs = { signal = "controller.u" }
+params.along = "axis"
+[[output]]
+name = "x"
+quantity = "position"
+of = "carriage"
+component = "x"
+[[control]]
+name = "controller"
+type = "fmu"
+inputs = { set_point = 1, measured = "x" }
+params = { file = "model.fmu", period = 0.01, parameters = { kp = 40.0, ki = 30.0 } }
+"#,
+    );
+    scratch.odyn("run scene.toml -o glass").ends_with(0);
+    scratch.odyn("--in-process run scene.toml -o here").ends_with(0);
+    let table = |folder: &str| fs::read(scratch.0.join(folder).join("results.csv")).unwrap();
+    assert_eq!(table("glass"), table("here"));
+    scratch.odyn("run scene.toml -o half --t-end 0.25").ends_with(0);
+    scratch.odyn("run scene.toml -o rest --from half").ends_with(0);
+    let last = |folder: &str| {
+        let text = String::from_utf8(table(folder)).unwrap();
+        text.lines().last().unwrap().split(',').nth(1).unwrap().parse::<f64>().unwrap()
+    };
+    assert!((last("rest") - last("here")).abs() < 1e-9, "{} {}", last("rest"), last("here"));
+    let crashed = scratch.odyn("run scene.toml -o crashed --set controller.params.parameters.fault=7");
+    for word in ["ODY0413", "`controller` (model.fmu/fmu)", "crashed in `communicate`", "SIGSEGV"] {
+        assert!(crashed.err().contains(word), "{word}: {}", crashed.err());
+    }
+    assert!(String::from_utf8(table("crashed")).unwrap().lines().count() >= 5, "rows so far");
+}

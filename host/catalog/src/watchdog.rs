@@ -316,6 +316,8 @@ impl ElementSet for WatchedSet {
         // An instance before that nobody announced is called nothing.
         names.resize(self.count, String::new());
         names.push(name.into());
+        drop(names);
+        self.parts().0.announce(name);
     }
     fn progress(&self) -> Option<Arc<AtomicU32>> {
         self.inner().progress()

@@ -21,6 +21,8 @@ pub const TYPE: &str = "fmu";
 pub const GENERAL: &str = "odyn-fmu";
 /// The table of the FMU's own parameters in a scene; the names of their descriptions begin with it and a dot.
 pub const PARAMETERS: &str = "parameters";
+/// The name of an instance among its parameters, where nobody announces it: in another process.
+pub const INSTANCE: &str = "instance";
 /// What messages about failures of FMUs begin with.
 pub const FAILED: &str = "the FMU failed: ";
 /// What messages begin with where an FMU cannot save or restore its state.
@@ -256,7 +258,10 @@ impl ElementSet for FmuSet {
             };
             parameters.push((place, given));
         }
-        let name = std::mem::take(&mut self.next);
+        let announced = std::mem::take(&mut self.next);
+        let named = params.get(INSTANCE).and_then(toml::Value::as_str).map_or(announced, ToOwned::to_owned);
+        // FMUs refuse to be called nothing.
+        let name = if named.is_empty() { self.fmu.description.model.clone() } else { named };
         self.entries.push(Entry { name, period, parameters, running: Mutex::new(None) });
         Ok(self.entries.len() - 1)
     }

@@ -30,7 +30,7 @@ mod unit;
 #[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests;
 
-pub use class::{DOC, FAILED, GENERAL, NO_STATE, PARAMETERS, TYPE, general};
+pub use class::{DOC, FAILED, GENERAL, INSTANCE, NO_STATE, PARAMETERS, TYPE, general};
 pub use description::Description;
 pub use files::Fmu;
 

@@ -41,6 +41,7 @@ impl ElementClass for FmuClass {
             here: self.here.new_set(),
             remote: self.remote.new_glass_set(),
             glass: Arc::clone(&self.remote.glass),
+            next: String::new(),
         };
         Box::new(set)
     }
@@ -50,10 +51,19 @@ struct FmuSet {
     here: Box<dyn ElementSet>,
     remote: super::GlassSet,
     glass: Arc<Glass>,
+    /// Name of the instance that is added next.
+    next: String,
 }
 
 impl ElementSet for FmuSet {
+    fn announce(&mut self, name: &str) {
+        self.next = name.into();
+    }
+
     fn add(&mut self, params: &Table) -> Result<usize, CreateError> {
+        let mut params = params.clone();
+        params.insert(odyn_fmu::INSTANCE.into(), std::mem::take(&mut self.next).into());
+        let params = &params;
         let number = self.here.add(params)?;
         let recording = self.here.record(number).map_err(|fault| CreateError::Fault(fault.message))?;
         // What is known needs no process.

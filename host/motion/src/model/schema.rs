@@ -91,6 +91,9 @@ fn of_element(element: &ElementHandle) -> Value {
         // What a file has is not known here.
         let about = "Values of the FMU's own parameters, by their names.";
         properties["params"]["properties"][fmus::PARAMETERS] = json!({ "type": "object", "description": about });
+        if let Some(order) = properties["params"][ORDER].as_array_mut() {
+            order.push(fmus::PARAMETERS.into());
+        }
         return json!({ "properties": properties, "required": required });
     }
     let inputs = descriptor.inputs.iter().map(|input| {

@@ -267,7 +267,7 @@ fn quantity(text: &str, option: &str, wanted: Dimension) -> Result<f64, Failure>
     let (number, unit) = number_and_unit(text).ok_or_else(|| wrong("no number with a unit".into()))?;
     let (dimension, factor) = parse_unit(unit).map_err(|error| wrong(error.message))?;
     let value = number * factor;
-    if !dimension.compatible(wanted) || !(value > 0.0 && value.is_finite()) {
+    if !(dimension.compatible(wanted) && value > 0.0 && value.is_finite()) {
         return Err(wrong(format!("expected {wanted} above zero")));
     }
     Ok(value)
