@@ -1,9 +1,12 @@
 //! Scenes exported as C: the bits of the interpreter in rates, steps, projection and outputs; the results of runs to the order of
 //! the method; what is refused.
 
+mod derivatives;
 mod fmus;
 mod harness;
+mod parameters;
 mod refused;
+mod stiff;
 mod wine;
 
 use std::path::Path;
@@ -126,6 +129,15 @@ fn compare(machine: &Machine, folder: &Path, steps: usize) {
     let mut twin = Twin::new(machine.clone());
     let mut random = Random(88_172_645_463_325_252);
     same("outputs", &program.outputs(), twin.outputs());
+    let ranges: Vec<[f64; 2]> = machine.parameters.settable.iter().map(|parameter| parameter.range).collect();
+    if !ranges.is_empty() {
+        for share in [0.31, 1.1, 0.83] {
+            let values: Vec<f64> = ranges.iter().map(|[low, high]| low + share * (high - low)).collect();
+            let failed = twin.set_parameters(&values).err();
+            assert_eq!(program.set_parameters(&values), failed.map_or(0, |failed| failed as i32));
+            assert_eq!(failed.is_some(), share > 1.0);
+        }
+    }
     for number in 0..steps {
         if number % 3 == 1 {
             for input in 0..machine.inputs.len() {
@@ -161,6 +173,12 @@ fn compare(machine: &Machine, folder: &Path, steps: usize) {
             same("projection", &found, &moved);
         }
     }
+    if machine.derivatives {
+        let seed: Vec<f64> = (0..machine.seeds()).map(|_| random.next()).collect();
+        let slopes = twin.derivatives(&seed).unwrap();
+        let expected = [slopes.rates, slopes.outputs, slopes.switches].concat();
+        same("derivatives", &program.derivatives(&seed), &expected);
+    }
 }
 
 #[test]
@@ -185,9 +203,15 @@ fn programs_in_c_have_the_bits_of_the_interpreter() {
     for (number, (scene, steps)) in scenes.into_iter().enumerate() {
         let method = METHODS[number % METHODS.len()].name;
         println!("{scene} by {method}");
-        compare(&machine(open(scene, &sets(scene)), None, method), folder.path(), steps);
+        let machine = machine(open(scene, &sets(scene)), None, method);
+        // Every other one with derivatives.
+        let machine = if number % 2 == 0 { machine } else { machine.with_derivatives().unwrap() };
+        compare(&machine, folder.path(), steps);
     }
-    compare(&machine(of_text(PENDULUM), Some(1e-3), "rk4"), folder.path(), 40);
+    for method in ["rk4", "rodas"] {
+        let machine = machine(of_text(PENDULUM), Some(1e-3), method).with_derivatives().unwrap();
+        compare(&machine, folder.path(), 40);
+    }
 }
 
 #[test]
@@ -211,6 +235,7 @@ fn random_mechanisms_have_the_bits_of_the_interpreter() {
                 }
             };
             println!("{style:?} {seed}: {} states", machine.dim());
+            let machine = machine.with_derivatives().unwrap();
             compare(&machine, folder.path(), 5);
             exported += 1;
         }
@@ -277,12 +302,15 @@ fn errors_fall_as_the_order_of_the_method_says() {
     let compressor = || open("compressor.toml", &short("simulation.t_end=40"));
     converges(&compressor, "rk4", 300, 3.5);
     converges(&compressor, "dopri5", 150, 4.5);
+    converges(&compressor, "rodas", 300, 3.5);
     let bricard = || open("benchmarks/A04.toml", &short("simulation.t_end=1"));
     converges(&bricard, "rk4", 100, 3.5);
     converges(&bricard, "dopri5", 60, 4.5);
+    converges(&bricard, "rodas", 100, 3.5);
     let pendulum = || Checks::new().session(PENDULUM, &["tolerance=1e-12"]).unwrap();
     converges(&pendulum, "rk4", 200, 3.5);
     converges(&pendulum, "dopri5", 120, 4.5);
+    converges(&pendulum, "rodas", 200, 3.5);
 }
 
 /// Where equations switch, steps end, so that the order is kept.
@@ -307,8 +335,9 @@ fn steps_end_where_equations_switch() {
 #[test]
 fn costs_are_counted_and_the_memory_is_what_is_told() {
     let folder = Scratch::new();
-    let machine = machine(open("compressor.toml", &[]), None, "rk4");
-    for real in [Real::Double, Real::Float] {
+    for (method, real) in [("rk4", Real::Double), ("rk4", Real::Float), ("rodas", Real::Double), ("rodas", Real::Float)]
+    {
+        let machine = machine(open("compressor.toml", &[]), None, method);
         let cost = package(&machine, real).unwrap().cost;
         assert!(cost.step > 1000 && cost.most == cost.step, "{cost:?}");
         let Some(mut program) = Program::build(&machine, real, folder.path(), &["-O2", "-fstack-usage"]) else {
@@ -346,7 +375,7 @@ fn numbers_of_32_bits_give_the_same_motion() {
 #[test]
 fn other_compilers_and_sanitizers_agree() {
     let folder = Scratch::new();
-    let machine = machine(open("compressor.toml", &[]), None, "rk4");
+    let machine = machine(open("compressor.toml", &[]), None, "rodas").with_derivatives().unwrap();
     let mut twin = Twin::new(machine.clone());
     for _ in 0..10 {
         twin.step(machine.step).unwrap();
@@ -373,14 +402,16 @@ fn other_compilers_and_sanitizers_agree() {
 #[test]
 fn a_microcontroller_computes_the_same_digits() {
     let folder = Scratch::new();
-    let machine = machine(open("benchmarks/A04.toml", &[]), None, "rk4");
-    let library = package(&machine, Real::Double).unwrap().cost.library;
-    let Some(text) = harness::on_cortex_m(&machine, folder.path(), 20) else { return };
-    let mut twin = Twin::new(machine.clone());
-    for _ in 0..20 {
-        twin.step(machine.step).unwrap();
+    for method in ["rk4", "rodas"] {
+        let machine = machine(open("benchmarks/A04.toml", &[]), None, method);
+        let library = package(&machine, Real::Double).unwrap().cost.library;
+        let Some(text) = harness::on_cortex_m(&machine, folder.path(), 20) else { return };
+        let mut twin = Twin::new(machine.clone());
+        for _ in 0..20 {
+            twin.step(machine.step).unwrap();
+        }
+        let found: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
+        println!("{method}, library: {library:?}");
+        same("state on a Cortex-M", &found, twin.state());
     }
-    let found: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
-    println!("library: {library:?}");
-    same("state on a Cortex-M", &found, twin.state());
 }

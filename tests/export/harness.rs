@@ -19,6 +19,9 @@ const HARNESS: &str = r#"
 
 static @n@_machine m;
 static @n@_real y[@N@_STATES], found[@N@_STATES];
+#ifdef @N@_SEEDS
+static @n@_real outputs[@N@_OUTPUTS + 1], switches[@N@_SWITCHES + 1];
+#endif
 
 static void show(const @n@_real *values, int number) {
     int k;
@@ -78,6 +81,28 @@ int main(void) {
             printf("%d", status);
             show(y, @N@_STATES);
             break;
+#if @N@_PARAMETERS > 0
+        case 'q':
+            for (number = 0; number < @N@_PARAMETERS; ++number) {
+                if (scanf("%lf", &value) != 1) return 1;
+                m.parameter[number] = (@n@_real)value;
+            }
+            printf("%d", @n@_follow_parameters(&m));
+            break;
+#endif
+#ifdef @N@_SEEDS
+        case 'd':
+            for (number = 0; number < @N@_SEEDS; ++number) {
+                if (scanf("%lf", &value) != 1) return 1;
+                m.seed[number] = (@n@_real)value;
+            }
+            @n@_derivatives(&m, found, outputs, switches);
+            printf("0");
+            show(found, @N@_STATES);
+            show(outputs, @N@_OUTPUTS);
+            show(switches, @N@_SWITCHES);
+            break;
+#endif
         case 'm':
             printf("0 %lu", (unsigned long)sizeof m);
             break;
@@ -213,6 +238,16 @@ impl Program {
 
     pub fn project(&mut self, state: &[f64]) -> (i32, Vec<f64>) {
         self.ask(&of_state("p", state))
+    }
+
+    /// The status of setting all parameters.
+    pub fn set_parameters(&mut self, values: &[f64]) -> i32 {
+        self.ask(&of_state("q", values)).0
+    }
+
+    /// Derivatives of rates, outputs and switches along a direction.
+    pub fn derivatives(&mut self, seed: &[f64]) -> Vec<f64> {
+        self.ask(&of_state("d", seed)).1
     }
 
     pub fn memory(&mut self) -> usize {

@@ -10,10 +10,13 @@
 //! |---|---|
 //! | `machine.rs` | what is exported: programs, start, names |
 //! | `refused.rs` | what cannot be, and why |
-//! | `method.rs` | explicit methods with a fixed number of stages |
-//! | `twin.rs` | the same steps by the interpreter: what the C programs are held against |
+//! | `method.rs` | methods with a fixed number of stages |
+//! | `parameters.rs`, `shape.rs`, `laws.rs` | parameters that can be set: which numbers of the equations follow them, and how |
+//! | `tangents.rs` | exact derivatives of what it computes along a direction |
+//! | `twin.rs`, `rosenbrock.rs` | the same steps by the interpreter: what the C programs are held against |
 //! | `c/listing.rs` | a program as functions in C |
-//! | `c/source.rs`, `c/runtime.c`, `c/arithmetic.c` | the C file: programs, and what steps them |
+//! | `c/source.rs`, `c/runtime.c` | the C file: programs, and what steps them |
+//! | `c/rosenbrock.c`, `c/tangents.c` | a step of a Rosenbrock method; derivatives along a direction |
 //! | `c/header.rs` | its header |
 //! | `c/package.rs` | all files of an export, and what a step costs |
 //! | `fmu/mod.rs` | an FMU: description, sources, binaries in one archive |
@@ -23,15 +26,25 @@
 
 pub mod c;
 pub mod fmu;
+mod laws;
 mod machine;
 mod method;
+mod parameters;
 mod refused;
+mod rosenbrock;
+mod shape;
+mod tangents;
 mod twin;
 
+pub use laws::{Form, Law};
 pub use machine::{Choices, Machine, Port, ThinAxis};
-pub use method::{METHODS, Method};
+pub use method::{Implicit, METHODS, Method};
+pub use parameters::{Parameter, Parameters, Reopen};
+pub use rosenbrock::Slopes;
+pub use tangents::Tangents;
 pub use twin::{Failed, Twin};
 
 pub(crate) use odyn_diagnostics as diagnostics;
 pub(crate) use odyn_motion::{analysis, model, plan, program};
 pub(crate) use odyn_run::{results, session};
+pub(crate) use odyn_scene as scene;

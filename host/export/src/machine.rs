@@ -4,10 +4,12 @@ use crate::analysis::{Folding, Formulation as _, JointForm, Portable, Quantities
 use crate::diagnostics::Diagnostic;
 use crate::method::Method;
 use crate::model::{Model, Quantity};
+use crate::parameters::Parameters;
 use crate::plan::Layout;
 use crate::program::{Node, Seeds, Sharp, Switches, derivatives};
 use crate::refused;
 use crate::session::{Session, SessionError};
+use crate::tangents::Tangents;
 
 /// A signal that goes in or comes out.
 #[derive(Debug, Clone)]
@@ -81,6 +83,34 @@ pub struct Machine {
     pub watched: Option<Quantities>,
     /// Axes without moments of inertia.
     pub thin: Vec<ThinAxis>,
+    /// Exact derivatives along a direction, where they were asked for or the method takes them.
+    pub tangents: Option<Tangents>,
+    /// Whether they were asked for.
+    pub derivatives: bool,
+    /// Parameters of the scene: see [`Machine::with_parameters`].
+    pub parameters: Parameters,
+}
+
+/// What lies in an input slot of the programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Slot {
+    Time,
+    /// An entry of the state.
+    State(usize),
+    /// A counted angle.
+    Reference(usize),
+    /// A signal from outside.
+    Input(usize),
+    /// An output of [`Portable::motion`]: an acceleration or a multiplier.
+    Solved(usize),
+    /// The direction of derivatives: along time, then states, then inputs.
+    Seed(usize),
+    /// The derivative of what [`Slot::Solved`] is.
+    SolvedTangent(usize),
+    /// A number that follows parameters.
+    Followed(usize),
+    /// A multiplier of a row that is not solved with: zero.
+    Unused,
 }
 
 /// Choices of an export.
@@ -94,11 +124,13 @@ pub struct Choices {
     pub inputs: Option<Vec<String>>,
     /// Outputs by their names; all if left out.
     pub outputs: Option<Vec<String>>,
+    /// Whether exact derivatives along directions are wanted.
+    pub derivatives: bool,
 }
 
 impl Default for Choices {
     fn default() -> Self {
-        Self { step: None, method: &crate::METHODS[0], inputs: None, outputs: None }
+        Self { step: None, method: &crate::METHODS[0], inputs: None, outputs: None, derivatives: false }
     }
 }
 
@@ -149,7 +181,7 @@ impl Machine {
         let units = &session.scene.units;
         let time = odyn_scene::Dimension::TIME;
         let (t_start, t_end) = (simulation.t_start, simulation.t_end);
-        Ok(Self {
+        let machine = Self {
             name: identifier(name),
             title: name.to_string(),
             state,
@@ -170,7 +202,70 @@ impl Machine {
             thin,
             portable,
             layout,
-        })
+            tangents: None,
+            derivatives: choices.derivatives,
+            parameters: Parameters::default(),
+        };
+        machine.differentiated().ok_or_else(opaque)
+    }
+
+    /// The same with exact derivatives along directions; `None` where a program calls an opaque element.
+    #[must_use]
+    pub fn with_derivatives(self) -> Option<Self> {
+        Self { derivatives: true, ..self }.differentiated()
+    }
+
+    /// The same with the derivatives that are wanted.
+    pub(crate) fn differentiated(self) -> Option<Self> {
+        let wanted = self.derivatives || self.method.implicit.is_some();
+        let tangents = if wanted { Some(Tangents::of(&self)?) } else { None };
+        Some(Self { tangents, ..self })
+    }
+
+    /// What lies in an input slot.
+    pub(crate) fn slot(&self, slot: usize) -> Slot {
+        let (layout, coordinates) = (&self.layout, &self.portable.coordinates);
+        if let Some(seed) = slot.checked_sub(coordinates.input_count) {
+            let (seeds, solved) = (self.seeds(), coordinates.columns + self.portable.rows.len());
+            return match seed.checked_sub(seeds) {
+                None => Slot::Seed(seed),
+                Some(place) if place < solved => Slot::SolvedTangent(place),
+                Some(place) => Slot::Followed(place - solved),
+            };
+        }
+        if slot == Layout::TIME {
+            return Slot::Time;
+        }
+        if let Some(entry) = coordinates.entry_of(slot, layout) {
+            return Slot::State(entry);
+        }
+        if let Some(place) = self.references.iter().position(|(number, _)| layout.reference_slot() + number == slot) {
+            return Slot::Reference(place);
+        }
+        let first = layout.given_slot(0);
+        if (first..first + self.inputs.len()).contains(&slot) {
+            return Slot::Input(slot - first);
+        }
+        let accelerations = coordinates.acceleration_slot..coordinates.acceleration_slot + coordinates.columns;
+        if accelerations.contains(&slot) {
+            return Slot::Solved(slot - accelerations.start);
+        }
+        let row = slot.checked_sub(layout.multiplier_slot());
+        let used = row.and_then(|row| self.portable.rows.iter().position(|used| *used == row));
+        used.map_or(Slot::Unused, |place| Slot::Solved(coordinates.columns + place))
+    }
+
+    /// Number of entries of a direction: time, states, inputs.
+    #[must_use]
+    pub fn seeds(&self) -> usize {
+        1 + self.dim() + self.inputs.len()
+    }
+
+    /// Length of the inputs of programs: directions, derivatives and numbers that follow parameters included, which come last.
+    pub(crate) fn input_count(&self) -> usize {
+        let coordinates = &self.portable.coordinates;
+        let solved = coordinates.columns + self.portable.rows.len();
+        coordinates.input_count + self.seeds() + solved + self.parameters.followed.len()
     }
 
     /// Length of the state.
@@ -214,6 +309,11 @@ impl Refused {
     fn here(diagnostic: Diagnostic) -> Self {
         Self::Here(Box::new(diagnostic))
     }
+}
+
+/// Elements that are opaque are named before.
+fn opaque() -> Refused {
+    Refused::here(Diagnostic::error(crate::diagnostics::codes::CANNOT_EXPORT, "a program calls an opaque element"))
 }
 
 /// The channels as nodes.

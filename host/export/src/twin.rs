@@ -4,6 +4,7 @@ use crate::analysis::Quantities;
 use crate::machine::Machine;
 use crate::plan::Measure;
 use crate::program::{Program, Workspace};
+use crate::rosenbrock::{Linear, TangentRuns};
 
 /// Why a step failed; the same numbers as in the C program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +21,8 @@ pub enum Failed {
     TurnsThinAxis = 5,
     /// An angle that is counted over full turns may have turned by half a turn in a step.
     TurnsTooFar = 6,
+    /// A parameter is outside of the range in which what follows it is known.
+    OutOfRange = 7,
 }
 
 /// Share of the scene's length by which a row that is left out may be off.
@@ -34,15 +37,15 @@ pub(crate) const NEW_REFERENCE: f64 = 1.0;
 pub(crate) const MOST_TURN: f64 = 2.5;
 
 /// A program with room for its numbers.
-struct Run {
+pub(crate) struct Run {
     program: Program,
     workspace: Workspace,
-    found: Vec<f64>,
+    pub(crate) found: Vec<f64>,
     solved: bool,
 }
 
 impl Run {
-    fn new(program: &Program, solved: bool) -> Self {
+    pub(crate) fn new(program: &Program, solved: bool) -> Self {
         let (workspace, found) = (program.workspace(), vec![0.0; program.output_count()]);
         Self { program: program.clone(), workspace, found, solved }
     }
@@ -51,7 +54,7 @@ impl Run {
         quantities.map(|found| Self::new(&found.program, found.solved))
     }
 
-    fn at(&mut self, inputs: &[f64]) -> &[f64] {
+    pub(crate) fn at(&mut self, inputs: &[f64]) -> &[f64] {
         // No opaque element is exported, so that nothing can fail.
         let _ = self.program.run(inputs, &[], &mut self.workspace, &mut self.found);
         &self.found
@@ -60,15 +63,16 @@ impl Run {
 
 /// See the module documentation.
 pub struct Twin {
-    machine: Machine,
+    pub(crate) machine: Machine,
     /// s; the second number is what is lost of the sum of steps.
     time: [f64; 2],
     state: Vec<f64>,
     inputs: Vec<f64>,
     outputs: Vec<f64>,
     references: Vec<f64>,
+    pub(crate) parameters: Vec<f64>,
     /// The inputs of programs.
-    given: Vec<f64>,
+    pub(crate) given: Vec<f64>,
     motion: Run,
     position: Run,
     velocity: Run,
@@ -76,6 +80,8 @@ pub struct Twin {
     angles: Option<Run>,
     switches: Option<Run>,
     watched: Option<Run>,
+    pub(crate) tangents: Option<TangentRuns>,
+    pub(crate) linear: Option<Linear>,
     largest_kinetic: f64,
     /// Switches that were located.
     pub located: usize,
@@ -88,13 +94,13 @@ impl Twin {
     #[must_use]
     pub fn new(machine: Machine) -> Self {
         let portable = &machine.portable;
-        Self {
+        let mut twin = Self {
             time: [machine.t_start, 0.0],
             state: machine.state.clone(),
             inputs: machine.inputs.iter().map(|port| port.start).collect(),
             outputs: vec![0.0; machine.outputs.len()],
             references: machine.references.iter().map(|(_, start)| *start).collect(),
-            given: vec![0.0; portable.coordinates.input_count],
+            given: vec![0.0; machine.input_count()],
             motion: Run::new(&portable.motion, false),
             position: Run::new(&portable.position, false),
             velocity: Run::new(&portable.velocity, false),
@@ -102,11 +108,16 @@ impl Twin {
             angles: Run::of(machine.angles.as_ref()),
             switches: Run::of(machine.switches.as_ref()),
             watched: Run::of(machine.watched.as_ref()),
+            tangents: TangentRuns::of(&machine),
+            linear: Linear::of(&machine),
             largest_kinetic: 0.0,
             located: 0,
             passed: 0,
+            parameters: machine.parameters.settable.iter().map(|parameter| parameter.port.start).collect(),
             machine,
-        }
+        };
+        twin.follow_parameters();
+        twin
     }
 
     /// What it runs.
@@ -138,7 +149,7 @@ impl Twin {
         self.inputs[number] = value;
     }
 
-    fn load(&mut self, t: f64, y: &[f64]) {
+    pub(crate) fn load(&mut self, t: f64, y: &[f64]) {
         let (layout, coordinates) = (&self.machine.layout, &self.machine.portable.coordinates);
         let given = &mut self.given;
         given[0] = t;
@@ -260,6 +271,9 @@ impl Twin {
     /// A step of the method, brought to the constraints.
     fn advance(&mut self, y: &[f64], h: f64, next: &mut [f64]) -> Result<(), Failed> {
         let (method, t) = (self.machine.method, self.time[0]);
+        if let Some(implicit) = method.implicit {
+            return self.advance_implicitly(implicit, y, h, next);
+        }
         let n = y.len();
         let mut slopes = vec![vec![0.0; n]; method.b.len()];
         let mut stage = vec![0.0; n];
@@ -290,7 +304,7 @@ impl Twin {
     }
 
     /// Accelerations and multipliers into the inputs of programs.
-    fn solve_for(&mut self, t: f64, y: &[f64], needed: bool) {
+    pub(crate) fn solve_for(&mut self, t: f64, y: &[f64], needed: bool) {
         if !needed {
             return;
         }
@@ -313,6 +327,7 @@ impl Twin {
         let mut splits = 0;
         loop {
             let before = self.state.clone();
+            self.linearise();
             let mut next = vec![0.0; before.len()];
             self.advance(&before, left, &mut next)?;
             let mut taken = left;
@@ -450,7 +465,7 @@ impl Twin {
 }
 
 /// Whether a number is no larger than another; what is not a number never is.
-fn at_most(a: f64, b: f64) -> bool {
+pub(crate) fn at_most(a: f64, b: f64) -> bool {
     a <= b
 }
 
@@ -459,7 +474,7 @@ fn changed(first: &[f64], last: &[f64]) -> bool {
 }
 
 /// Rates of Euler parameters p of what turns with angular velocity w in its own axes (Haug 1989, eq. 9.3.33).
-fn turned([e0, e1, e2, e3]: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 4] {
+pub(crate) fn turned([e0, e1, e2, e3]: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 4] {
     [
         0.5 * (-e1 * x - e2 * y - e3 * z),
         0.5 * (e0 * x - e3 * y + e2 * z),

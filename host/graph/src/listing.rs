@@ -2,6 +2,7 @@
 
 use element_api::Table;
 
+use super::graph::{Graph, Node};
 use super::tape::{Instruction, Program, Register};
 
 /// What a value is. Operands are numbers of values, all of them smaller than that of the value itself.
@@ -60,6 +61,30 @@ impl Value {
         }
     }
 
+    /// The same operation of other operands.
+    #[must_use]
+    pub fn with_operands(self, mut other: impl FnMut(u32) -> u32) -> Self {
+        match self {
+            Self::Constant(_) | Self::Input(_) => self,
+            Self::Add(a, b) => Self::Add(other(a), other(b)),
+            Self::Sub(a, b) => Self::Sub(other(a), other(b)),
+            Self::Mul(a, b) => Self::Mul(other(a), other(b)),
+            Self::Div(a, b) => Self::Div(other(a), other(b)),
+            Self::Neg(a) => Self::Neg(other(a)),
+            Self::Sqrt(a) => Self::Sqrt(other(a)),
+            Self::Sin(a) => Self::Sin(other(a)),
+            Self::Cos(a) => Self::Cos(other(a)),
+            Self::Atan2(a, b) => Self::Atan2(other(a), other(b)),
+            Self::Exp(a) => Self::Exp(other(a)),
+            Self::Ln(a) => Self::Ln(other(a)),
+            Self::Tanh(a) => Self::Tanh(other(a)),
+            Self::Powi(a, n) => Self::Powi(other(a), n),
+            Self::Powf(a, exponent) => Self::Powf(other(a), exponent),
+            Self::Select(all) => Self::Select(all.map(other)),
+            Self::Table(a, table, order) => Self::Table(other(a), table, order),
+        }
+    }
+
     /// Whether it is computed.
     #[must_use]
     pub fn is_operation(&self) -> bool {
@@ -76,6 +101,41 @@ pub struct Listing {
     pub outputs: Vec<u32>,
     /// Tables that values refer to.
     pub tables: Vec<Table>,
+}
+
+impl Listing {
+    /// The values as nodes of a graph of their own, and which node each of them is.
+    #[must_use]
+    pub fn graph(&self) -> (Graph, Vec<Node>) {
+        let mut g = Graph::default();
+        g.tables.clone_from(&self.tables);
+        let mut nodes: Vec<Node> = Vec::with_capacity(self.values.len());
+        for value in &self.values {
+            let at = |operand: u32| nodes[operand as usize];
+            let node = match *value {
+                Value::Constant(number) => g.constant(number),
+                Value::Input(slot) => g.input(slot as usize),
+                Value::Add(a, b) => g.add(at(a), at(b)),
+                Value::Sub(a, b) => g.sub(at(a), at(b)),
+                Value::Mul(a, b) => g.mul(at(a), at(b)),
+                Value::Div(a, b) => g.div(at(a), at(b)),
+                Value::Neg(a) => g.neg(at(a)),
+                Value::Sqrt(a) => g.sqrt(at(a)),
+                Value::Sin(a) => g.sin(at(a)),
+                Value::Cos(a) => g.cos(at(a)),
+                Value::Atan2(a, b) => g.atan2(at(a), at(b)),
+                Value::Exp(a) => g.exp(at(a)),
+                Value::Ln(a) => g.ln(at(a)),
+                Value::Tanh(a) => g.tanh(at(a)),
+                Value::Powi(a, n) => g.powi(at(a), n),
+                Value::Powf(a, exponent) => g.powf(at(a), exponent),
+                Value::Select([a, b, c, d]) => g.select(at(a), at(b), at(c), at(d)),
+                Value::Table(a, table, order) => g.table(table, order, at(a)),
+            };
+            nodes.push(node);
+        }
+        (g, nodes)
+    }
 }
 
 impl Program {

@@ -10,7 +10,7 @@ use odyn::export::fmu::{Binary, Fmu, Kinds, TARGETS, Version, build};
 use odyn::export::{Choices, METHODS, Machine, Method};
 use odyn::results::{MOTION_FILE, Motion, ResultsError, glb, replace};
 use odyn::scene::{Override, parse_unit};
-use odyn::session::{RunOptions, Session};
+use odyn::session::{RunOptions, Session, SessionError};
 use serde::Serialize;
 
 use super::analyses::{warn, write};
@@ -45,7 +45,7 @@ fn told(motion: &Motion, file: &Path) -> String {
 /// Writes a scene as C.
 pub(super) fn export_c(args: &CArgs) -> Result<u8, Failure> {
     let real = if args.float { Real::Float } else { Real::Double };
-    let machine = machine(&args.machine, None)?;
+    let machine = machine(&args.machine, None, (args.derivatives, false))?;
     let Package { files, cost } = package(&machine, real).map_err(Failure::new)?;
     for (name, text) in &files {
         write(&args.output, name, text.as_bytes())?;
@@ -66,7 +66,7 @@ pub(super) fn export_c(args: &CArgs) -> Result<u8, Failure> {
 
 /// Writes a scene as an FMU.
 pub(super) fn export_fmu(args: &FmuArgs) -> Result<u8, Failure> {
-    let machine = machine(&args.machine, args.inputs.as_deref())?;
+    let machine = machine(&args.machine, args.inputs.as_deref(), (false, true))?;
     let version = if args.fmi == "2" { Version::Two } else { Version::Three };
     let any = args.cs || args.me;
     let kinds = Kinds { co_simulation: args.cs || !any, model_exchange: args.me || !any };
@@ -132,21 +132,50 @@ struct FmuWritten<'a> {
 }
 
 /// A scene as it is exported, after its warnings.
-fn machine(args: &MachineArgs, inputs: Option<&[String]>) -> Result<Machine, Failure> {
+fn machine(
+    args: &MachineArgs,
+    inputs: Option<&[String]>,
+    (derivatives, all_parameters): (bool, bool),
+) -> Result<Machine, Failure> {
     let step = args.step.iter().map(|step| format!("simulation.fixed_step={step}"));
     let options = RunOptions {
         overrides: args.sets.iter().cloned().chain(step).map(Override::new).collect(),
         plugins: args.plugins.clone(),
-        equilibrium: Some(statics::start),
-        ..RunOptions::default()
+        ..equilibrium()
     };
     let session = Session::open(&args.scene, &options)?;
     warn(&session, args.json);
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
     let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
     let (inputs, outputs) = (inputs.map(<[String]>::to_vec), args.outputs.clone());
-    let choices = Choices { step: None, method, inputs, outputs };
-    Ok(Machine::new(session, &name, choices)?)
+    let choices = Choices { step: None, method, inputs, outputs, derivatives };
+    let source = session.scene.source.clone();
+    let machine = Machine::new(session, &name, choices.clone())?;
+    let names: Option<&[String]> = match args.parameters.as_deref() {
+        None if !all_parameters => return Ok(machine),
+        Some([word]) if word == "none" => return Ok(machine),
+        None => None,
+        Some([word]) if word == "all" => None,
+        Some(names) => Some(names),
+    };
+    let mut reopen = |changes: &[Override]| {
+        let overrides = [&options.overrides[..], changes].concat();
+        Session::open(&args.scene, &RunOptions { overrides, plugins: args.plugins.clone(), ..equilibrium() })
+    };
+    let machine = machine.with_parameters(&mut reopen, &choices, names)?;
+    match machine.parameters.fixed.first() {
+        Some((name, reason)) if names.is_some() => {
+            let message = format!("the parameter `{name}` cannot be set in what is exported: {reason}");
+            let help = "change it by --set before the export, or leave it out of --parameters";
+            Err(SessionError::one(&source, Diagnostic::error(codes::FIXED_PARAMETER, message).help(help)).into())
+        }
+        _ => Ok(machine),
+    }
+}
+
+/// Scenes may start at an equilibrium.
+fn equilibrium() -> RunOptions {
+    RunOptions { equilibrium: Some(statics::start), ..RunOptions::default() }
 }
 
 fn listed(files: &[(String, String)]) -> String {
@@ -161,6 +190,13 @@ fn words(machine: &Machine, cost: &Cost) -> String {
     );
     if cost.most > cost.step {
         let _ = writeln!(text, "    at most {} where {} switches are located in it", cost.most, machine.located);
+    }
+    let settable: Vec<&str> = machine.parameters.settable.iter().map(|one| one.port.name.as_str()).collect();
+    if !settable.is_empty() {
+        let _ = writeln!(text, "parameters: {}", settable.join(", "));
+    }
+    for (name, reason) in &machine.parameters.fixed {
+        let _ = writeln!(text, "fixed: {name}: {reason}");
     }
     let programs: Vec<String> = cost.programs.iter().map(|(name, count)| format!("{name} {count}")).collect();
     let _ = writeln!(text, "programs: {} operations", programs.join(", "));
@@ -191,6 +227,8 @@ struct Costs<'a> {
     memory_bytes: usize,
     stack_bytes: usize,
     library: &'a [&'static str],
+    parameters: Vec<&'a str>,
+    fixed_parameters: &'a [(String, String)],
 }
 
 impl<'a> Costs<'a> {
@@ -204,6 +242,8 @@ impl<'a> Costs<'a> {
             memory_bytes: cost.memory,
             stack_bytes: cost.stack,
             library: &cost.library,
+            parameters: machine.parameters.settable.iter().map(|one| one.port.name.as_str()).collect(),
+            fixed_parameters: &machine.parameters.fixed,
         }
     }
 }

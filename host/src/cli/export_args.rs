@@ -23,19 +23,21 @@ Examples:
     #[command(after_help = "\
 In double the program computes the digits of O-DYN's interpreter. Constraints are met by a fixed number of corrections per step;
 where equations switch, steps end. What a run decides or iterates on the way (impacts, memories of elements, friction from reactions,
-opaque elements) is refused with its name. Parameters of the scene are numbers in the program: change them with --set.
+opaque elements) is refused with its name. Parameters of the scene are numbers in the program unless --parameters names them.
 
 Examples:
   odyn export c scenes/compressor.toml -o compressor-c
   make -C compressor-c && compressor-c/compressor > table.csv
-  odyn export c scenes/compressor.toml -o compressor-c --method dopri5 --step \"10 us\" --float")]
+  odyn export c scenes/compressor.toml -o compressor-c --method dopri5 --step \"10 us\" --float
+  odyn export c stiff.toml -o stiff-c --method rodas --parameters stiffness,damping")]
     C(CArgs),
     /// As an FMU, of version 2.0 or 3.0 of the Functional Mock-up Interface: sources, and binaries where compilers are there
     #[command(after_help = "\
 Co-simulation takes the steps of `odyn export c`; a communication step is divided into equal ones of at most --step. In model exchange
 the coordinates of joints are the states, and an event brings them back to the constraints. Binaries are built by cc (linux64) and
 x86_64-w64-mingw32-gcc (win64), each where it is there; the sources are always in the archive. What cannot be exported is refused with
-its name, as by `odyn export c`. Parameters of the scene are fixed: change them with --set.
+its name, as by `odyn export c`. Parameters of the scene can be set before the initialisation ends, where the equations follow them by
+a known law; the others are fixed, and listed with the reasons.
 
 Examples:
   odyn export fmu scenes/compressor.toml -o compressor.fmu
@@ -53,8 +55,8 @@ pub(super) struct MachineArgs {
     /// Change a parameter, a setting, or a key of a body or element; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) sets: Vec<String>,
-    /// Method of integration
-    #[arg(long, value_name = "NAME", default_value = "rk4", value_parser = ["rk4", "dopri5"])]
+    /// Method of integration: rk4 and dopri5 are explicit, rodas is for stiff scenes
+    #[arg(long, value_name = "NAME", default_value = "rk4", value_parser = ["rk4", "dopri5", "rodas"])]
     pub(super) method: String,
     /// Size of a step: in the scene's unit, or with its own such as "10 us" [default: `fixed_step` of the scene, else a thousandth
     /// of its duration]
@@ -63,6 +65,10 @@ pub(super) struct MachineArgs {
     /// Outputs, by the names of `[[output]]`; all if left out
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) outputs: Option<Vec<String>>,
+    /// Parameters of the scene that can be set in what is exported, by their names; `all` that can be, or `none` [default: none for C,
+    /// all for an FMU]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) parameters: Option<Vec<String>>,
     /// Library of elements, or folder to look for libraries in; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
@@ -81,6 +87,9 @@ pub(super) struct CArgs {
     /// Numbers of 32 bits
     #[arg(long)]
     pub(super) float: bool,
+    /// With a function for exact derivatives of rates and outputs along directions
+    #[arg(long)]
+    pub(super) derivatives: bool,
 }
 
 #[derive(Debug, Args)]

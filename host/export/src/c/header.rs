@@ -21,21 +21,44 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
     let _ = writeln!(text, "#define {upper}_STATES {}", machine.dim());
     let _ = writeln!(text, "#define {upper}_INPUTS {}", machine.inputs.len());
     let _ = writeln!(text, "#define {upper}_OUTPUTS {}", machine.outputs.len());
+    let _ = writeln!(text, "#define {upper}_PARAMETERS {}", machine.parameters.settable.len());
     let switches = machine.switches.as_ref().map_or(0, |found| found.program.output_count());
     let _ = writeln!(text, "#define {upper}_SWITCHES {switches}");
+    if machine.derivatives {
+        let _ = writeln!(text, "#define {upper}_SEEDS {}", machine.seeds());
+    }
     let _ = writeln!(text, "#define {upper}_MOST_TURN {} /* rad */", real.number(crate::twin::MOST_TURN));
     let _ = writeln!(text, "#define {upper}_START_TIME {} /* s */", real.number(machine.t_start));
     let _ = writeln!(text, "#define {upper}_END_TIME {} /* s */", real.number(machine.t_end));
     let _ = writeln!(text, "#define {upper}_STEP {} /* s */\n", real.number(machine.step));
     ports(&mut text, &machine.inputs, &format!("{upper}_INPUT"), "inputs");
     ports(&mut text, &machine.outputs, &format!("{upper}_OUTPUT"), "outputs");
+    let parameters: Vec<Port> = machine.parameters.settable.iter().map(|parameter| parameter.port.clone()).collect();
+    ports(&mut text, &parameters, &format!("{upper}_PARAMETER"), "parameters");
     states(&mut text, machine);
     let _ = write!(
         text,
         "enum {{\n    {upper}_OK = 0,\n    {upper}_SINGULAR = 1,\n    {upper}_NOT_FINITE = 2,\n    \
-         {upper}_OFF_CONSTRAINTS = 3,\n    {upper}_CONTRADICTION = 4,\n    {upper}_TURNS_THIN_AXIS = 5,\n    {upper}_TURNS_TOO_FAR = 6\n}};\n\n"
+         {upper}_OFF_CONSTRAINTS = 3,\n    {upper}_CONTRADICTION = 4,\n    {upper}_TURNS_THIN_AXIS = 5,\n    {upper}_TURNS_TOO_FAR = 6,\n    {upper}_OUT_OF_RANGE = 7\n}};\n\n"
     );
     memory(&mut text, machine, source);
+    let parameters = if machine.parameters.settable.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "/* Lets the equations follow the parameters of m; time and state stay. A parameter outside of its range changes nothing. */\n\
+             int {name}_follow_parameters({name}_machine *m);\n\n"
+        )
+    };
+    let derivatives = if machine.derivatives {
+        format!(
+            "/* Exact derivatives of rates, outputs and switches at the state and time of m, along the direction in m->seed: along time,\n   \
+             then states, then inputs. Outputs and switches may be NULL. */\n\
+             void {name}_derivatives({name}_machine *m, {name}_real *rates, {name}_real *outputs, {name}_real *switches);\n\n"
+        )
+    } else {
+        String::new()
+    };
     let _ = write!(
         text,
         "/* To the start of the scene, with outputs. */\nvoid {name}_start({name}_machine *m);\n\n\
@@ -53,7 +76,7 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
          {name}_real {name}_follow({name}_machine *m);\n\n\
          /* Functions that change their sign where equations switch, {upper}_SWITCHES of them. */\n\
          void {name}_switches({name}_machine *m, {name}_real *found);\n\n\
-         /* A status in words. */\nconst char *{name}_message(int status);\n\n\
+         {parameters}{derivatives}/* A status in words. */\nconst char *{name}_message(int status);\n\n\
          #ifdef __cplusplus\n}}\n#endif\n\n#endif\n"
     );
     text
@@ -78,9 +101,18 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
     for (field, size, about) in [
         ("input", machine.inputs.len(), "by the indices above, in their units"),
         ("output", machine.outputs.len(), "likewise"),
+        (
+            "parameter",
+            machine.parameters.settable.len(),
+            "likewise; behind a change, call the function that lets the equations follow",
+        ),
+        ("followed", machine.parameters.followed.len(), "numbers of the equations that follow them"),
         ("reference", machine.references.len(), "angles that are counted over full turns, rad"),
     ] {
         array(text, name, field, size, about);
+    }
+    if machine.tangents.is_some() {
+        array(text, name, "seed", machine.seeds(), "a direction: along time, states, inputs");
     }
     if largest_kinetic > 0 {
         let _ = writeln!(text, "    {name}_real largest_kinetic; /* J */");
@@ -107,8 +139,24 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
     ] {
         array(text, name, field, size, "");
     }
+    if let Some(tangents) = &machine.tangents {
+        let count = |found: &Option<crate::program::Program>| found.as_ref().map_or(0, |found| found.output_count());
+        array(text, name, "tangent", tangents.motion.output_count(), "");
+        array(text, name, "output_tangent", count(&tangents.outputs), "");
+        array(text, name, "switch_tangent", count(&tangents.switches), "");
+    }
+    if machine.method.implicit.is_some() {
+        array(text, name, "by_time", machine.dim(), "");
+        for field in ["jacobian", "matrix"] {
+            let _ = writeln!(text, "    {name}_real {field}[{upper}_STATES][{upper}_STATES];");
+        }
+    }
     let stages = machine.method.b.len();
-    let _ = writeln!(text, "    {name}_real slopes[{stages}][{upper}_STATES];\n}} {name}_machine;\n");
+    let _ = writeln!(text, "    {name}_real slopes[{stages}][{upper}_STATES];");
+    if machine.method.implicit.is_some() {
+        let _ = writeln!(text, "    int exchanged[{upper}_STATES];");
+    }
+    let _ = writeln!(text, "}} {name}_machine;\n");
 }
 
 /// Numbers of the struct.
@@ -126,7 +174,10 @@ pub(super) fn memory_of(machine: &Machine, source: &Source, real: Real) -> usize
             sizes.map(size).product::<usize>()
         })
         .sum();
-    numbers * real.size() + if machine.switches.is_some() { 2 * size_of::<usize>() } else { 0 }
+    let whole = if machine.switches.is_some() { 2 * size_of::<usize>() } else { 0 };
+    let exchanged = if machine.method.implicit.is_some() { machine.dim() * size_of::<i32>() } else { 0 };
+    // Numbers of 32 bits before and behind wider ones are made up to whole ones of these.
+    (numbers * real.size() + whole + exchanged).next_multiple_of(real.size().max(if whole > 0 { 8 } else { 4 }))
 }
 
 fn array(text: &mut String, name: &str, field: &str, size: usize, about: &str) {

@@ -98,11 +98,18 @@ fn cost(machine: &Machine, source: &Source, real: Real) -> Cost {
     // Multiplications and additions of the method.
     let sums = n * (stages * (stages - 1) + 2 * stages + 2 * (stages + 1));
     let project = machine.corrections * of("position") + of("velocity") + 2 * machine.portable.coordinates.columns;
+    let sums = if machine.method.implicit.is_some() {
+        // Right sides, triangles, their solutions.
+        sums + n * (stages * (stages + 3)) + (2 * n * n * n + 3 * n * n).div_ceil(3) + stages * 2 * n * n
+    } else {
+        sums
+    };
     let advance = stages * of("motion") + sums + project;
     let solved = machine.switches.as_ref().is_some_and(|found| found.solved);
     let look = of("switches") + if solved { of("motion") } else { 0 };
     let accepted = of("angles") + of("watched");
-    let part = advance + 2 * look + accepted;
+    let linearised = if machine.method.implicit.is_some() { (n + 1) * of("tangent") } else { 0 };
+    let part = linearised + advance + 2 * look + accepted;
     let located = if machine.switches.is_some() { machine.located } else { 0 };
     let outputs = of("outputs") + if machine.solves_for_outputs() { of("motion") } else { 0 };
     Cost {

@@ -100,31 +100,11 @@ int @n@_project(@n@_machine *m, @n@_real t, @n@_real *y) {
     return @N@_OK;
 }
 
-/* One step of the method, brought to the constraints. */
-static int advance(@n@_machine *m, real t, const real *y, real h, real *next) {
-    int s, i, j, status;
-    for (s = 0; s < STAGES; ++s) {
-        for (i = 0; i < @N@_STATES; ++i) {
-            real sum = R(0.0);
-            for (j = 0; j < s; ++j) {
-                sum += method_a[s][j] * m->slopes[j][i];
-            }
-            m->stage[i] = y[i] + h * sum;
-        }
-        status = @n@_rates(m, t + method_c[s] * h, m->stage, m->slopes[s]);
-        if (status != @N@_OK) {
-            return status;
-        }
-    }
-    for (i = 0; i < @N@_STATES; ++i) {
-        real sum = R(0.0);
-        for (j = 0; j < STAGES; ++j) {
-            sum += method_b[j] * m->slopes[j][i];
-        }
-        next[i] = y[i] + h * sum;
-    }
-    return @n@_project(m, t + h, next);
-}
+@parameters@
+
+@tangents@
+
+@advance@
 
 #if OTHERS > 0
 static int watch(@n@_machine *m) {
@@ -293,7 +273,11 @@ int @n@_step(@n@_machine *m, @n@_real h) {
 #endif
     for (;;) {
         real taken = left;
-        int status = advance(m, m->time, m->state, left, m->next);
+        int status;
+#if IMPLICIT
+        linearise(m);
+#endif
+        status = advance(m, m->time, m->state, left, m->next);
         if (status != @N@_OK) {
             return status;
         }
@@ -344,6 +328,9 @@ void @n@_start(@n@_machine *m) {
     m->time = @t_start@;
     memcpy(m->state, start, sizeof m->state);
 @start_inputs@
+#if PARAMETERS > 0
+    (void)@n@_follow_parameters(m);
+#endif
     @n@_outputs(m);
 }
 
@@ -356,6 +343,7 @@ const char *@n@_message(int status) {
     case @N@_CONTRADICTION: return "constraints that followed from others at the start contradict them";
     case @N@_TURNS_THIN_AXIS: return "something turns a body about an axis about which it has no moment of inertia";
     case @N@_TURNS_TOO_FAR: return "an angle that is counted over full turns may have turned by half a turn in a step: the step is too long";
+    case @N@_OUT_OF_RANGE: return "a parameter is outside of the range in which what follows it is known";
     default: return "unknown status";
     }
 }

@@ -6,7 +6,8 @@ use odyn_graph::Listing;
 
 use super::Real;
 use super::listing::{Needs, Written, write};
-use crate::machine::Machine;
+use crate::laws::Form;
+use crate::machine::{Machine, Slot};
 use crate::plan::Measure;
 use crate::program::Program;
 use crate::twin::{CONTRADICTION, OFF_CONSTRAINTS, TRIALS};
@@ -17,6 +18,10 @@ const WHOLE_POWER: &str = include_str!("powers.c");
 const REAL_POWER: &str = include_str!("real_power.c");
 const TABLES: &str = include_str!("tables.c");
 const RUNTIME: &str = include_str!("runtime.c");
+const TANGENTS: &str = include_str!("tangents.c");
+const PARAMETERS: &str = include_str!("parameters.c");
+const EXPLICIT: &str = include_str!("explicit.c");
+const ROSENBROCK: &str = include_str!("rosenbrock.c");
 
 /// A C file, and what it is made of.
 pub(super) struct Source {
@@ -50,38 +55,36 @@ fn parts(machine: &Machine) -> Vec<Part<'_>> {
     ];
     let optional = optional.into_iter().filter_map(|(name, found, out)| Some((name, &found.as_ref()?.program, out)));
     parts.extend(optional);
+    if let Some(tangents) = &machine.tangents {
+        parts.push(("tangent", &tangents.motion, "tangent"));
+        let of = [("output_tangent", &tangents.outputs), ("switch_tangent", &tangents.switches)];
+        parts.extend(of.into_iter().filter_map(|(name, found)| Some((name, found.as_ref()?, name))));
+    }
     parts
 }
 
 /// What an input slot of programs is in C.
 fn input(machine: &Machine, real: Real, slot: u32) -> String {
-    let (slot, layout, coordinates) = (slot as usize, &machine.layout, &machine.portable.coordinates);
-    if slot == crate::plan::Layout::TIME {
-        return "t".into();
-    }
-    if let Some(entry) = coordinates.entry_of(slot, layout) {
-        return format!("y[{entry}]");
-    }
-    if let Some(place) = machine.references.iter().position(|(number, _)| layout.reference_slot() + number == slot) {
-        return format!("m->reference[{place}]");
-    }
-    let first = layout.given_slot(0);
-    if (first..first + machine.inputs.len()).contains(&slot) {
-        let factor = machine.inputs[slot - first].factor;
-        return match factor {
-            1.0 => format!("m->input[{}]", slot - first),
-            factor => format!("(m->input[{}] * {})", slot - first, real.number(factor)),
-        };
-    }
-    let accelerations = coordinates.acceleration_slot..coordinates.acceleration_slot + coordinates.columns;
-    if accelerations.contains(&slot) {
-        return format!("m->motion[{}]", slot - accelerations.start);
-    }
-    let row = slot.checked_sub(layout.multiplier_slot());
-    match row.and_then(|row| machine.portable.rows.iter().position(|used| *used == row)) {
-        Some(place) => format!("m->motion[{}]", coordinates.columns + place),
-        // Of rows that are not solved with.
-        None => real.number(0.0),
+    let in_si = |text: String, number: usize| match machine.inputs[number].factor {
+        1.0 => text,
+        factor => format!("({text} * {})", real.number(factor)),
+    };
+    match machine.slot(slot as usize) {
+        Slot::Time => "t".into(),
+        Slot::State(entry) => format!("y[{entry}]"),
+        Slot::Reference(number) => format!("m->reference[{number}]"),
+        Slot::Input(number) => in_si(format!("m->input[{number}]"), number),
+        Slot::Solved(number) => format!("m->motion[{number}]"),
+        Slot::Seed(number) => {
+            let text = format!("m->seed[{number}]");
+            match number.checked_sub(1 + machine.dim()) {
+                Some(input) => in_si(text, input),
+                None => text,
+            }
+        }
+        Slot::SolvedTangent(number) => format!("m->tangent[{number}]"),
+        Slot::Followed(number) => format!("m->followed[{number}]"),
+        Slot::Unused => real.number(0.0),
     }
 }
 
@@ -188,6 +191,11 @@ fn numbers(text: &mut String, machine: &Machine, real: Real) {
         ("OTHERS", count(&machine.watched).to_string()),
         ("ROWS_LEFT_OUT", portable.others.len().to_string()),
         ("THIN", machine.thin.len().to_string()),
+        ("TANGENTS", u8::from(machine.tangents.is_some()).to_string()),
+        ("DERIVATIVES", u8::from(machine.derivatives).to_string()),
+        ("PARAMETERS", machine.parameters.settable.len().to_string()),
+        ("SEEDS", machine.seeds().to_string()),
+        ("IMPLICIT", u8::from(machine.method.implicit.is_some()).to_string()),
         ("STAGES", machine.method.b.len().to_string()),
         ("CORRECTIONS", machine.corrections.to_string()),
         ("LOCATED", machine.located.to_string()),
@@ -206,12 +214,21 @@ fn numbers(text: &mut String, machine: &Machine, real: Real) {
     let _ = writeln!(text, "\n/* {}, order {} */", method.name, method.order);
     let _ = writeln!(text, "static const real method_c[STAGES] = {{{}}};", list(&mut method.c.iter().copied()));
     let _ = writeln!(text, "static const real method_b[STAGES] = {{{}}};", list(&mut method.b.iter().copied()));
-    let _ = writeln!(text, "static const real method_a[STAGES][STAGES] = {{");
-    for row in method.a {
-        let mut padded = row.iter().copied().chain(std::iter::repeat(0.0)).take(stages);
-        let _ = writeln!(text, "    {{{}}},", list(&mut padded));
+    let square = |text: &mut String, name: &str, rows: &[&[f64]]| {
+        let _ = writeln!(text, "static const real {name}[STAGES][STAGES] = {{");
+        for row in rows {
+            let mut padded = row.iter().copied().chain(std::iter::repeat(0.0)).take(stages);
+            let _ = writeln!(text, "    {{{}}},", list(&mut padded));
+        }
+        text.push_str("};\n");
+    };
+    square(text, "method_a", method.a);
+    if let Some(implicit) = method.implicit {
+        let _ = writeln!(text, "static const real method_gamma = {};", number(implicit.gamma));
+        square(text, "method_coupling", implicit.coupling);
+        let times = list(&mut implicit.times.iter().copied());
+        let _ = writeln!(text, "static const real method_times[STAGES] = {{{times}}};");
     }
-    text.push_str("};\n");
     if m > 0 {
         let least = portable.squares.iter().map(|square| portable.least_independence * square);
         let _ =
@@ -221,6 +238,14 @@ fn numbers(text: &mut String, machine: &Machine, real: Real) {
     if !portable.others.is_empty() {
         let off = portable.others.iter().map(|(_, size)| CONTRADICTION * portable.length * size);
         let _ = writeln!(text, "static const real most_off[ROWS_LEFT_OUT] = {{{}}};", list(&mut { off }));
+    }
+    if !machine.parameters.settable.is_empty() {
+        let _ = writeln!(text, "static const real parameter_range[PARAMETERS][2] = {{");
+        for parameter in &machine.parameters.settable {
+            let [low, high] = parameter.range;
+            let _ = writeln!(text, "    {{{}, {}}},", number(low), number(high));
+        }
+        text.push_str("};\n");
     }
     if !machine.thin.is_empty() {
         let _ = writeln!(text, "static const real thin[THIN][2] = {{");
@@ -249,11 +274,42 @@ fn tables(text: &mut String, needs: &Needs, real: Real) {
     }
 }
 
+/// What follows parameters, as [`crate::Law::value`] computes it.
+fn followed(machine: &Machine, real: Real) -> String {
+    let mut text = String::new();
+    for (number, law) in machine.parameters.followed.iter().enumerate() {
+        let at = real.number(law.at);
+        let base = |parameter: usize| real.number(machine.parameters.base[parameter]);
+        if law.form == Form::Powers {
+            let _ = writeln!(text, "    value = {at};");
+            for (parameter, [power, _]) in &law.terms {
+                let sign = if *power > 0.0 { '*' } else { '/' };
+                for _ in 0..power.abs() as i32 {
+                    let _ = writeln!(text, "    value = value {sign} (p[{parameter}] / {});", base(*parameter));
+                }
+            }
+            let _ = writeln!(text, "    found[{number}] = value;");
+            continue;
+        }
+        let _ = writeln!(text, "    value = {};", real.number(0.0));
+        for (parameter, [a, b]) in &law.terms {
+            let d = format!("(p[{parameter}] - {})", base(*parameter));
+            let _ = writeln!(text, "    value += ({} + {} * {d}) * {d};", real.number(*a), real.number(*b));
+        }
+        let whole = match law.form {
+            Form::Reciprocal => format!("{at} / ({} + value)", real.number(1.0)),
+            Form::Polynomial | Form::Powers => format!("{at} + value"),
+        };
+        let _ = writeln!(text, "    found[{number}] = {whole};");
+    }
+    text
+}
+
 /// `runtime.c` with everything filled in that is written out.
 fn runtime(machine: &Machine, real: Real, upper: &str) -> String {
     let coordinates = &machine.portable.coordinates;
-    let (mut rates, mut moved, mut normalised, mut change) =
-        (String::new(), String::new(), String::new(), String::new());
+    let (mut rates, mut moved, mut normalised, mut change, mut tangents) =
+        (String::new(), String::new(), String::new(), String::new(), String::new());
     for line in &coordinates.lines {
         let (p, v, c) = (line.position, line.velocity, line.column);
         let _ = writeln!(rates, "    rates[{p}] = y[{v}];\n    rates[{v}] = m->motion[{c}];");
@@ -263,13 +319,20 @@ fn runtime(machine: &Machine, real: Real, upper: &str) -> String {
             "    y[{p}] += d[{c}];\n    step = F(fabs)(d[{c}]){length};\n    if (!(step <= size)) {{\n        size = step;\n    }}"
         );
         let _ = writeln!(change, "    y[{v}] += m->correction[{c}];");
+        let _ = writeln!(tangents, "    found[{p}] = dy[{v}];\n    found[{v}] = m->tangent[{c}];");
     }
     for rotation in &coordinates.rotations {
         let (p, v, c) = (rotation.position, rotation.velocity, rotation.column);
         let _ = writeln!(rates, "    turning(y + {p}, y + {v}, rates + {p});");
+        let _ = writeln!(
+            tangents,
+            "    turning(dy + {p}, y + {v}, found + {p});\n    turning(y + {p}, dy + {v}, moved);\n    \
+             for (i = 0; i < 4; ++i) {{\n        found[{p} + i] += moved[i];\n    }}"
+        );
         for k in 0..3 {
             let _ = writeln!(rates, "    rates[{}] = m->motion[{}];", v + k, c + k);
             let _ = writeln!(change, "    y[{}] += m->correction[{}];", v + k, c + k);
+            let _ = writeln!(tangents, "    found[{}] = m->tangent[{}];", v + k, c + k);
         }
         let _ = writeln!(
             moved,
@@ -279,19 +342,30 @@ fn runtime(machine: &Machine, real: Real, upper: &str) -> String {
         );
         let _ = writeln!(normalised, "    normalise(y + {p});");
     }
-    let mut outputs = String::new();
+    let (mut outputs, mut output_tangents) = (String::new(), String::new());
     for (number, port) in machine.outputs.iter().enumerate().filter(|(_, port)| port.factor != 1.0) {
         let _ = writeln!(outputs, "    m->output[{number}] /= {};", real.number(port.factor));
+        let _ = writeln!(output_tangents, "        outputs[{number}] /= {};", real.number(port.factor));
     }
     let start: String = machine.state.iter().map(|value| format!("        {},\n", real.number(*value))).collect();
     let mut inputs = String::new();
     for (number, (_, start)) in machine.references.iter().enumerate() {
         let _ = writeln!(inputs, "    m->reference[{number}] = {};", real.number(*start));
     }
+    for (number, parameter) in machine.parameters.settable.iter().enumerate() {
+        let _ = writeln!(inputs, "    m->parameter[{number}] = {};", real.number(parameter.port.start));
+    }
     for (number, port) in machine.inputs.iter().enumerate() {
         let _ = writeln!(inputs, "    m->input[{number}] = {};", real.number(port.start));
     }
+    let advance = if machine.method.implicit.is_some() { ROSENBROCK } else { EXPLICIT };
     let filled = [
+        ("@tangents@", if machine.tangents.is_some() { TANGENTS.into() } else { String::new() }),
+        ("@parameters@", if machine.parameters.settable.is_empty() { String::new() } else { PARAMETERS.into() }),
+        ("@followed@", followed(machine, real)),
+        ("@advance@", advance.into()),
+        ("@rate_tangents@", tangents),
+        ("@output_tangents@", output_tangents),
         ("@rates@", rates),
         ("@move@", moved),
         ("@normalise@", normalised),

@@ -2,10 +2,10 @@
 
 use odyn_graph::{Listing, Value};
 
-use crate::machine::Machine;
+use crate::machine::{Machine, Slot};
 use crate::program::Program;
 
-/// Which states and inputs a quantity depends on: states first, then inputs.
+/// Which states, inputs and parameters a quantity depends on, in this order.
 pub(super) type Known = Vec<bool>;
 
 /// Outputs, then the rates of all states.
@@ -16,8 +16,8 @@ pub(super) struct Dependencies {
 
 impl Dependencies {
     pub(super) fn of(machine: &Machine) -> Self {
-        let (n, inputs) = (machine.dim(), machine.inputs.len());
-        let none = vec![false; n + inputs];
+        let n = machine.dim();
+        let none = vec![false; known(machine)];
         let motion = found(machine, &machine.portable.motion, &[]);
         let outputs = machine.quantities.as_ref().map(|quantities| found(machine, &quantities.program, &motion));
         let coordinates = &machine.portable.coordinates;
@@ -45,36 +45,35 @@ impl Dependencies {
     }
 }
 
+/// Number of states, inputs and parameters.
+fn known(machine: &Machine) -> usize {
+    machine.dim() + machine.inputs.len() + machine.parameters.settable.len()
+}
+
 /// What the outputs of a program depend on; `motion`: what accelerations and multipliers do.
 fn found(machine: &Machine, program: &Program, motion: &[Known]) -> Vec<Known> {
-    let (n, inputs) = (machine.dim(), machine.inputs.len());
-    let Some(listing) = program.listing() else { return vec![vec![true; n + inputs]; program.output_count()] };
+    let (n, inputs, all) = (machine.dim(), machine.inputs.len(), known(machine));
+    let Some(listing) = program.listing() else { return vec![vec![true; all]; program.output_count()] };
     let Listing { values, outputs, .. } = &listing;
-    let (layout, coordinates) = (&machine.layout, &machine.portable.coordinates);
-    let mut known: Vec<Known> = Vec::with_capacity(values.len());
+    let mut depends: Vec<Known> = Vec::with_capacity(values.len());
     for value in values {
-        let mut own = vec![false; n + inputs];
+        let mut own = vec![false; all];
         if let Value::Input(slot) = *value {
-            let slot = slot as usize;
-            let given = layout.given_slot(0);
-            let solved = coordinates.acceleration_slot..coordinates.acceleration_slot + coordinates.columns;
-            let row = slot.checked_sub(layout.multiplier_slot());
-            let row = row.and_then(|row| machine.portable.rows.iter().position(|used| *used == row));
-            if let Some(entry) = coordinates.entry_of(slot, layout) {
-                own[entry] = true;
-            } else if (given..given + inputs).contains(&slot) {
-                own[n + slot - given] = true;
-            } else if let Some(of_motion) = solved.contains(&slot).then(|| motion.get(slot - solved.start)).flatten() {
-                own.clone_from(of_motion);
-            } else if let Some(of_motion) = row.and_then(|row| motion.get(coordinates.columns + row)) {
-                own.clone_from(of_motion);
+            match machine.slot(slot as usize) {
+                Slot::State(entry) => own[entry] = true,
+                Slot::Input(number) => own[n + number] = true,
+                Slot::Solved(number) if number < motion.len() => own.clone_from(&motion[number]),
+                Slot::Followed(number) => {
+                    machine.parameters.of(number).for_each(|parameter| own[n + inputs + parameter] = true);
+                }
+                _ => {}
             }
         }
         value.operands(|operand| {
-            let from = &known[operand as usize];
+            let from = &depends[operand as usize];
             own.iter_mut().zip(from).for_each(|(own, from)| *own |= from);
         });
-        known.push(own);
+        depends.push(own);
     }
-    outputs.iter().map(|output| known[*output as usize].clone()).collect()
+    outputs.iter().map(|output| depends[*output as usize].clone()).collect()
 }

@@ -16,7 +16,9 @@ struct Variable {
     name: String,
     reference: usize,
     causality: &'static str,
+    variability: &'static str,
     initial: &'static str,
+    range: Option<[f64; 2]>,
     start: Option<f64>,
     unit: String,
     about: String,
@@ -28,10 +30,11 @@ impl Variable {
     /// What both versions say of it.
     fn attributes(&self) -> String {
         let mut attributes = format!(
-            "name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"continuous\"",
+            "name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"",
             escaped(&self.name),
             self.reference,
-            self.causality
+            self.causality,
+            self.variability
         );
         if !self.initial.is_empty() {
             let _ = write!(attributes, " initial=\"{}\"", self.initial);
@@ -51,6 +54,7 @@ struct References {
     rate: usize,
     switch: usize,
     switches: usize,
+    parameter: usize,
 }
 
 impl References {
@@ -59,7 +63,8 @@ impl References {
         let output = input + machine.inputs.len();
         let state = output + machine.outputs.len();
         let switches = machine.switches.as_ref().map_or(0, |found| found.program.output_count());
-        Self { input, output, state, rate: state + n, switch: state + 2 * n, switches }
+        let switch = state + 2 * n;
+        Self { input, output, state, rate: state + n, switch, switches, parameter: switch + switches }
     }
 }
 
@@ -83,6 +88,8 @@ fn variables(machine: &Machine) -> Vec<Variable> {
         name: port.name.clone(),
         reference,
         causality,
+        variability: "continuous",
+        range: None,
         initial: if causality == "output" { "calculated" } else { "" },
         start: (causality == "input").then_some(port.start),
         unit: port.unit.clone(),
@@ -90,6 +97,15 @@ fn variables(machine: &Machine) -> Vec<Variable> {
         rate_of: None,
     };
     let mut list = Vec::new();
+    list.extend(machine.parameters.settable.iter().enumerate().map(|(k, one)| Variable {
+        name: format!("parameters.{}", one.port.name),
+        causality: "parameter",
+        variability: "fixed",
+        initial: "exact",
+        start: Some(one.port.start),
+        range: Some(one.range),
+        ..port(at.parameter + k, &one.port, "")
+    }));
     let inputs = machine.inputs.iter().enumerate().filter(|(_, input)| !input.is_fixed);
     list.extend(inputs.map(|(k, input)| port(at.input + k, input, "input")));
     list.extend(machine.outputs.iter().enumerate().map(|(k, output)| port(at.output + k, output, "output")));
@@ -99,6 +115,8 @@ fn variables(machine: &Machine) -> Vec<Variable> {
             name: format!("machine.state[{}]", k + 1),
             reference: at.state + k,
             causality: "local",
+            variability: "continuous",
+            range: None,
             initial: "exact",
             start: Some(machine.state[k]),
             unit: unit.into(),
@@ -111,6 +129,8 @@ fn variables(machine: &Machine) -> Vec<Variable> {
             name: format!("der(machine.state[{}])", k + 1),
             reference: at.rate + k,
             causality: "local",
+            variability: "continuous",
+            range: None,
             initial: "calculated",
             start: None,
             unit: String::new(),
@@ -151,7 +171,8 @@ pub(super) fn escaped(text: &str) -> String {
 /// Units with what they are in SI.
 fn units(machine: &Machine) -> String {
     let mut known: BTreeMap<String, (f64, Dimension)> = BTreeMap::new();
-    for port in machine.inputs.iter().chain(&machine.outputs) {
+    let parameters = machine.parameters.settable.iter().map(|parameter| &parameter.port);
+    for port in machine.inputs.iter().chain(&machine.outputs).chain(parameters) {
         if !port.unit.is_empty() {
             known.insert(port.unit.clone(), (port.factor, port.dimension));
         }
@@ -206,7 +227,7 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
     );
     let common = format!(
         "modelIdentifier=\"{name}\" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\" \
-         canSerializeFMUstate=\"true\""
+         canSerializeFMUstate=\"true\" providesDirectionalDerivative=\"true\""
     );
     let sources = format!(
         "    <SourceFiles>\n      <File name=\"{name}.c\"/>\n      <File name=\"{name}_fmi.c\"/>\n    </SourceFiles>\n"
@@ -232,32 +253,33 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         let attributes = variable.attributes();
         let _ = writeln!(
             text,
-            "    <ScalarVariable {attributes}><Real{}{}{}/></ScalarVariable>",
+            "    <ScalarVariable {attributes}><Real{}{}{}{}/></ScalarVariable>",
             start(variable.start),
+            range(variable.range),
             unit(&variable.unit),
             variable.rate_of.map_or(String::new(), |state| format!(" derivative=\"{}\"", index(state)))
         );
     }
     text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
     let found = Dependencies::of(machine);
-    let listed = |known: &Known| listed(machine, known, &index);
+    let listed = |known: &Known, initially: bool| listed(machine, known, &index, initially);
     let mut unknowns = Vec::new();
     if !machine.outputs.is_empty() {
         text.push_str("    <Outputs>\n");
         for (k, known) in found.outputs.iter().enumerate() {
-            let _ = writeln!(text, "      <Unknown index=\"{}\"{}/>", index(at.output + k), listed(known));
+            let _ = writeln!(text, "      <Unknown index=\"{}\"{}/>", index(at.output + k), listed(known, false));
             unknowns.push(index(at.output + k));
         }
         text.push_str("    </Outputs>\n");
     }
     text.push_str("    <Derivatives>\n");
     for (k, known) in found.rates.iter().enumerate() {
-        let _ = writeln!(text, "      <Unknown index=\"{}\"{}/>", index(at.rate + k), listed(known));
+        let _ = writeln!(text, "      <Unknown index=\"{}\"{}/>", index(at.rate + k), listed(known, false));
         unknowns.push(index(at.rate + k));
     }
     text.push_str("    </Derivatives>\n    <InitialUnknowns>\n");
     for (unknown, known) in unknowns.iter().zip(found.outputs.iter().chain(&found.rates)) {
-        let _ = writeln!(text, "      <Unknown index=\"{unknown}\"{}/>", listed(known));
+        let _ = writeln!(text, "      <Unknown index=\"{unknown}\"{}/>", listed(known, true));
     }
     text.push_str("    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n");
     text
@@ -271,7 +293,10 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
          instantiationToken=\"{guid}\" generationTool=\"O-DYN {}\" variableNamingConvention=\"structured\">\n",
         env!("CARGO_PKG_VERSION")
     );
-    let common = format!("modelIdentifier=\"{name}\" canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"");
+    let common = format!(
+        "modelIdentifier=\"{name}\" canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\" \
+         providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\""
+    );
     if kinds.model_exchange {
         let _ = writeln!(text, "  <ModelExchange {common}/>");
     }
@@ -290,6 +315,8 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         name: format!("machine.switch[{}]", k + 1),
         reference: at.switch + k,
         causality: "local",
+        variability: "continuous",
+        range: None,
         initial: "calculated",
         start: None,
         unit: String::new(),
@@ -299,21 +326,28 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
     for variable in &list {
         let attributes = variable.attributes();
         let rate = variable.rate_of.map_or(String::new(), |state| format!(" derivative=\"{state}\""));
-        let _ = writeln!(text, "    <Float64 {attributes}{}{}{rate}/>", start(variable.start), unit(&variable.unit));
+        let _ = writeln!(
+            text,
+            "    <Float64 {attributes}{}{}{}{rate}/>",
+            start(variable.start),
+            range(variable.range),
+            unit(&variable.unit)
+        );
     }
     text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
     let found = Dependencies::of(machine);
-    let listed = |known: &Known| listed(machine, known, &|reference| reference);
+    let listed = |known: &Known, initially: bool| listed(machine, known, &|reference| reference, initially);
     let outputs = found.outputs.iter().enumerate().map(|(k, known)| (at.output + k, known));
     let rates = found.rates.iter().enumerate().map(|(k, known)| (at.rate + k, known));
     for (reference, known) in outputs.clone() {
-        let _ = writeln!(text, "    <Output valueReference=\"{reference}\"{}/>", listed(known));
+        let _ = writeln!(text, "    <Output valueReference=\"{reference}\"{}/>", listed(known, false));
     }
     for (reference, known) in rates.clone() {
-        let _ = writeln!(text, "    <ContinuousStateDerivative valueReference=\"{reference}\"{}/>", listed(known));
+        let _ =
+            writeln!(text, "    <ContinuousStateDerivative valueReference=\"{reference}\"{}/>", listed(known, false));
     }
     for (reference, known) in outputs.chain(rates) {
-        let _ = writeln!(text, "    <InitialUnknown valueReference=\"{reference}\"{}/>", listed(known));
+        let _ = writeln!(text, "    <InitialUnknown valueReference=\"{reference}\"{}/>", listed(known, true));
     }
     for k in 0..indicators {
         let _ = writeln!(text, "    <EventIndicator valueReference=\"{}\"/>", at.switch + k);
@@ -336,17 +370,31 @@ fn start(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| format!(" start=\"{value:?}\""))
 }
 
+fn range(range: Option<[f64; 2]>) -> String {
+    range.map_or(String::new(), |[low, high]| format!(" min=\"{low:?}\" max=\"{high:?}\""))
+}
+
 fn unit(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" unit=\"{}\"", escaped(unit)) }
 }
 
-/// The states and inputs that something depends on.
-fn listed(machine: &Machine, known: &Known, index: &dyn Fn(usize) -> usize) -> String {
+/// What something depends on: states and inputs; where it is found by the initialisation, parameters as well.
+fn listed(machine: &Machine, known: &Known, index: &dyn Fn(usize) -> usize, with_parameters: bool) -> String {
     let at = References::of(machine);
     let (n, inputs) = (machine.dim(), &machine.inputs);
-    let reference = |k: usize| if k < n { at.state + k } else { at.input + k - n };
-    let shown = |k: &usize| known[*k] && (*k < n || !inputs[*k - n].is_fixed);
-    let mut found: Vec<usize> = (0..known.len()).filter(shown).map(|k| index(reference(k))).collect();
+    let last = n + inputs.len();
+    let reference = |k: usize| match k {
+        k if k < n => at.state + k,
+        k if k < last => at.input + k - n,
+        k => at.parameter + k - last,
+    };
+    let is_shown = |k: &usize| match *k {
+        k if k < n => true,
+        k if k < last => !inputs[k - n].is_fixed,
+        _ => with_parameters,
+    };
+    let shown = (0..known.len()).filter(|k| known[*k]).filter(is_shown);
+    let mut found: Vec<usize> = shown.map(|k| index(reference(k))).collect();
     found.sort_unstable();
     let words: Vec<String> = found.iter().map(usize::to_string).collect();
     format!(" dependencies=\"{}\"", words.join(" "))

@@ -15,8 +15,8 @@ pub(super) fn write(machine: &Machine, cost: &Cost) -> String {
          most {:?} s: a communication step is divided into equal ones. Each takes {} operations (at most {} where equations switch in it) \
          and brings the state to the constraints. In model exchange an event does so where the constraints are off by 1e-9 of the \
          system's size.</p>\n\
-         <p>States may be set before the initialisation ends; they are brought to the constraints then. The parameters of the scene are \
-         numbers in the equations: they are fixed.</p>\n",
+         <p>States and parameters may be set before the initialisation ends; the state is brought to the constraints then. Directional \
+         derivatives are exact.</p>\n",
         env!("CARGO_PKG_VERSION"),
         machine.method.name,
         machine.method.order,
@@ -27,8 +27,35 @@ pub(super) fn write(machine: &Machine, cost: &Cost) -> String {
     for (what, ports) in [("Inputs", &machine.inputs), ("Outputs", &machine.outputs)] {
         table(&mut text, what, ports);
     }
+    parameters(&mut text, machine);
     text.push_str("</body>\n</html>\n");
     text
+}
+
+/// Those that can be set, with their ranges, and those that cannot, with the reasons.
+fn parameters(text: &mut String, machine: &Machine) {
+    let crate::Parameters { settable, fixed, .. } = &machine.parameters;
+    if !settable.is_empty() {
+        text.push_str(
+            "<h2>Parameters</h2>\n<table>\n<tr><th>name</th><th>unit</th><th>start</th><th>range</th></tr>\n",
+        );
+        for one in settable {
+            let ([name, unit], [low, high]) = ([&one.port.name, &one.port.unit].map(|text| escaped(text)), one.range);
+            let start = one.port.start;
+            let _ = writeln!(
+                text,
+                "<tr><td>parameters.{name}</td><td>{unit}</td><td>{start:?}</td><td>{low:?} to {high:?}</td></tr>"
+            );
+        }
+        text.push_str("</table>\n");
+    }
+    if !fixed.is_empty() {
+        text.push_str("<h2>Parameters of the scene that are fixed</h2>\n<table>\n<tr><th>name</th><th>why</th></tr>\n");
+        for (name, reason) in fixed {
+            let _ = writeln!(text, "<tr><td>{}</td><td>{}</td></tr>", escaped(name), escaped(reason));
+        }
+        text.push_str("</table>\n");
+    }
 }
 
 fn table(text: &mut String, what: &str, ports: &[Port]) {

@@ -183,15 +183,7 @@ DECLARED(fmi2Status, fmi2DeSerializeFMUstate, (fmi2Component c, const fmi2Byte b
 
 DECLARED(fmi2Status, fmi2GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
     const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[])) {
-    IT(c);
-    UNUSED(unknown);
-    UNUSED(unknowns);
-    UNUSED(known);
-    UNUSED(knowns);
-    UNUSED(seed);
-    UNUSED(sensitivity);
-    say(it, 1, "directional derivatives are not provided");
-    return fmi2Error;
+    return STATUS(directional((instance *)c, unknown, unknowns, known, knowns, seed, sensitivity));
 }
 
 /* ---- co-simulation ---- */

@@ -184,12 +184,6 @@ NOT_THERE(SetClock, (fmi3Instance c, REFERENCES, const fmi3Clock values[]))
 NOT_THERE(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference reference, size_t *number))
 NOT_THERE(GetVariableDependencies, (fmi3Instance c, fmi3ValueReference dependent, size_t elements[],
     fmi3ValueReference independents[], size_t others[], fmi3DependencyKind kinds[], size_t number))
-NOT_THERE(GetDirectionalDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t number,
-    const fmi3ValueReference knowns[], size_t others, const fmi3Float64 seed[], size_t seeds, fmi3Float64 found[],
-    size_t size))
-NOT_THERE(GetAdjointDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t number,
-    const fmi3ValueReference knowns[], size_t others, const fmi3Float64 seed[], size_t seeds, fmi3Float64 found[],
-    size_t size))
 NOT_THERE(EnterConfigurationMode, (fmi3Instance c))
 NOT_THERE(ExitConfigurationMode, (fmi3Instance c))
 NOT_THERE(GetIntervalDecimal, (fmi3Instance c, REFERENCES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]))
@@ -203,6 +197,40 @@ NOT_THERE(SetShiftDecimal, (fmi3Instance c, REFERENCES, const fmi3Float64 shifts
 NOT_THERE(SetShiftFraction, (fmi3Instance c, REFERENCES, const uint64_t counters[], const uint64_t resolutions[]))
 NOT_THERE(GetOutputDerivatives, (fmi3Instance c, REFERENCES, const int32_t orders[], fmi3Float64 values[], size_t size))
 NOT_THERE(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time))
+
+DECLARED(fmi3Status, fmi3GetDirectionalDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t number,
+    const fmi3ValueReference knowns[], size_t others, const fmi3Float64 seed[], size_t seeds, fmi3Float64 found[], size_t size)) {
+    if (seeds != others || size != number) {
+        return fmi3Error;
+    }
+    return STATUS(directional((instance *)c, unknowns, number, knowns, others, seed, found));
+}
+
+/* Column by column. */
+DECLARED(fmi3Status, fmi3GetAdjointDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t number,
+    const fmi3ValueReference knowns[], size_t others, const fmi3Float64 seed[], size_t seeds, fmi3Float64 found[], size_t size)) {
+    IT(c);
+    size_t k, j;
+    if (seeds != number || size != others) {
+        return fmi3Error;
+    }
+    for (k = 0; k < others; ++k) {
+        found[k] = 0.0;
+        no_direction(it);
+        if (!direct(it, knowns[k], 1.0)) {
+            return fmi3Error;
+        }
+        differentiate(it);
+        for (j = 0; j < number; ++j) {
+            double value;
+            if (!along(it, unknowns[j], &value)) {
+                return fmi3Error;
+            }
+            found[k] += seed[j] * value;
+        }
+    }
+    return fmi3OK;
+}
 
 DECLARED(fmi3Status, fmi3GetFMUState, (fmi3Instance c, fmi3FMUState *state)) {
     return STATUS(save((instance *)c, state));

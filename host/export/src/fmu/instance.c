@@ -19,13 +19,14 @@
 
 #define UNUSED(name) (void)(name)
 
-/* Value references: the time, inputs, outputs, states, their rates, event indicators. */
+/* Value references: the time, inputs, outputs, states, their rates, event indicators, parameters. */
 #define FIRST_INPUT 1u
 #define FIRST_OUTPUT (FIRST_INPUT + @N@_INPUTS)
 #define FIRST_STATE (FIRST_OUTPUT + @N@_OUTPUTS)
 #define FIRST_RATE (FIRST_STATE + @N@_STATES)
 #define FIRST_SWITCH (FIRST_RATE + @N@_STATES)
-#define LAST_REFERENCE (FIRST_SWITCH + @N@_SWITCHES)
+#define FIRST_PARAMETER (FIRST_SWITCH + @N@_SWITCHES)
+#define LAST_REFERENCE (FIRST_PARAMETER + @N@_PARAMETERS)
 
 /* Violation of the constraints, as a share of the scene's length, beyond which model exchange asks for an event that brings the
    state back to them. */
@@ -49,6 +50,14 @@ typedef struct {
     content now;
     int is_exchange;
     int shows_log;
+    /* Derivatives along the direction that was asked for last. */
+    double rates_along[@N@_STATES];
+#if @N@_OUTPUTS > 0
+    double outputs_along[@N@_OUTPUTS];
+#endif
+#if @N@_SWITCHES > 0
+    double switches_along[@N@_SWITCHES];
+#endif
     char *name;
     void *environment;
     void (*log)(void);
@@ -118,10 +127,16 @@ static int get(instance *it, unsigned reference, double *value) {
         return 1;
     }
 #if @N@_SWITCHES > 0
-    if (reference < LAST_REFERENCE) {
+    if (reference < FIRST_PARAMETER) {
         @n@_real found[@N@_SWITCHES];
         @n@_switches(&now->machine, found);
         *value = found[reference - FIRST_SWITCH];
+        return 1;
+    }
+#endif
+#if @N@_PARAMETERS > 0
+    if (reference >= FIRST_PARAMETER && reference < LAST_REFERENCE) {
+        *value = now->machine.parameter[reference - FIRST_PARAMETER];
         return 1;
     }
 #endif
@@ -144,8 +159,110 @@ static int set(instance *it, unsigned reference, double value) {
         changed(now);
         return 1;
     }
+#if @N@_PARAMETERS > 0
+    if (reference >= FIRST_PARAMETER && reference < LAST_REFERENCE && now->phase <= INITIALISING) {
+        double *const parameter = now->machine.parameter + (reference - FIRST_PARAMETER);
+        const double before = *parameter;
+        int status;
+        *parameter = value;
+        status = @n@_follow_parameters(&now->machine);
+        if (status != @N@_OK) {
+            *parameter = before;
+            say(it, 1, "the variable with the value reference %u cannot be %g: %s", reference, value, @n@_message(status));
+            return 0;
+        }
+        now->is_moved = 1;
+        changed(now);
+        return 1;
+    }
+#endif
     say(it, 1, "the variable with the value reference %u cannot be set now", reference);
     return 0;
+}
+
+/* Clears the direction of derivatives. */
+static void no_direction(instance *it) {
+    memset(it->now.machine.seed, 0, sizeof it->now.machine.seed);
+}
+
+/* Adds a variable to the direction; 0 where nothing can be differentiated along it. */
+static int direct(instance *it, unsigned reference, double seed) {
+    double *const all = it->now.machine.seed;
+    if (reference < FIRST_INPUT) {
+        all[0] = seed;
+        return 1;
+    }
+#if @N@_INPUTS > 0
+    if (reference < FIRST_OUTPUT) {
+        all[1 + @N@_STATES + reference - FIRST_INPUT] = seed;
+        return 1;
+    }
+#endif
+    if (reference >= FIRST_STATE && reference < FIRST_RATE) {
+        all[1 + reference - FIRST_STATE] = seed;
+        return 1;
+    }
+    say(it, 1, "nothing is differentiated along the variable with the value reference %u", reference);
+    return 0;
+}
+
+static void differentiate(instance *it) {
+    double *outputs = NULL, *switches = NULL;
+#if @N@_OUTPUTS > 0
+    outputs = it->outputs_along;
+#endif
+#if @N@_SWITCHES > 0
+    switches = it->switches_along;
+#endif
+    @n@_derivatives(&it->now.machine, it->rates_along, outputs, switches);
+}
+
+/* The derivative of a variable along the direction; 0 where there is none. */
+static int along(const instance *it, unsigned reference, double *value) {
+    int is_there = 0;
+#if @N@_OUTPUTS > 0
+    if (reference >= FIRST_OUTPUT && reference < FIRST_STATE) {
+        *value = it->outputs_along[reference - FIRST_OUTPUT];
+        is_there = 1;
+    }
+#endif
+    if (reference >= FIRST_RATE && reference < FIRST_SWITCH) {
+        *value = it->rates_along[reference - FIRST_RATE];
+        is_there = 1;
+    }
+#if @N@_SWITCHES > 0
+    if (reference >= FIRST_SWITCH && reference < FIRST_PARAMETER) {
+        *value = it->switches_along[reference - FIRST_SWITCH];
+        is_there = 1;
+    }
+#endif
+    if (!is_there) {
+        say(it, 1, "the variable with the value reference %u has no derivatives", reference);
+    } else if (!(*value - *value == 0.0)) {
+        say(it, 1, "at %g s: the derivative of the variable with the value reference %u is not a finite number", it->now.machine.time,
+            reference);
+        is_there = 0;
+    }
+    return is_there;
+}
+
+/* Derivatives of unknowns along a direction of knowns. */
+static int directional(instance *it, const unsigned *unknowns, size_t number, const unsigned *knowns, size_t others, const double *seed,
+    double *found) {
+    size_t k;
+    no_direction(it);
+    for (k = 0; k < others; ++k) {
+        if (!direct(it, knowns[k], seed[k])) {
+            return 0;
+        }
+    }
+    differentiate(it);
+    for (k = 0; k < number; ++k) {
+        if (!along(it, unknowns[k], found + k)) {
+            return 0;
+        }
+    }
+    return 1;
 }
 
 static void set_time(instance *it, double time) {

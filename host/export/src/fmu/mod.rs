@@ -6,7 +6,7 @@ mod description;
 mod documentation;
 
 use crate::c::{Cost, Real, package};
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::machine::Machine;
 use crate::results::{Packing, zip};
 
@@ -56,6 +56,8 @@ impl Fmu {
     /// # Errors
     /// Names that C or the interface do not tell apart.
     pub fn new(machine: &Machine, version: Version, kinds: Kinds) -> Result<Self, Diagnostic> {
+        let opaque = || Diagnostic::error(codes::CANNOT_EXPORT, "a program calls an opaque element");
+        let machine = &machine.clone().with_derivatives().ok_or_else(opaque)?;
         description::different(machine)?;
         let c = package(machine, Real::Double)?;
         let name = machine.name.clone();
