@@ -6,6 +6,7 @@ use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, RECOVERY_FACTOR, Stepper};
 use super::stiffness::Stiffness;
+use super::sums::{combine, interpolate};
 use super::{Integrator, Options, StopReason};
 
 /// Least error that the PI control remembers.
@@ -413,86 +414,5 @@ impl StepControl {
     fn forget(&mut self) {
         self.last_error = LEAST_REMEMBERED_ERROR;
         self.after_rejection = false;
-    }
-}
-
-/// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. Each entry has its terms added in the order of the row, however many
-/// entries are summed side by side.
-fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
-    let n = out.len();
-    let mut at = 0;
-    while n - at >= 8 {
-        combine_lanes::<8>(row, (stages, n), h, y, out, at);
-        at += 8;
-    }
-    match n - at {
-        1 => combine_lanes::<1>(row, (stages, n), h, y, out, at),
-        2 => combine_lanes::<2>(row, (stages, n), h, y, out, at),
-        3 => combine_lanes::<3>(row, (stages, n), h, y, out, at),
-        4 => combine_lanes::<4>(row, (stages, n), h, y, out, at),
-        5 => combine_lanes::<5>(row, (stages, n), h, y, out, at),
-        6 => combine_lanes::<6>(row, (stages, n), h, y, out, at),
-        7 => combine_lanes::<7>(row, (stages, n), h, y, out, at),
-        _ => {}
-    }
-}
-
-/// The same for so many entries from `at` on, whose sums stay in the processor's registers; stages have `n` entries each.
-#[inline]
-fn combine_lanes<const LANES: usize>(
-    row: Row,
-    (stages, n): (&[f64], usize),
-    h: f64,
-    y: Option<&[f64]>,
-    out: &mut [f64],
-    at: usize,
-) {
-    let mut sums = [0.0; LANES];
-    if let Some(y) = y {
-        sums.copy_from_slice(&y[at..at + LANES]);
-    }
-    let stages = &stages[at..];
-    for &(j, coefficient) in row {
-        let factor = h * coefficient;
-        let stage: &[f64; LANES] = stages[j * n..].first_chunk().expect("stages have the entries of the state");
-        for k in 0..LANES {
-            sums[k] += factor * stage[k];
-        }
-    }
-    out[at..at + LANES].copy_from_slice(&sums);
-}
-
-/// Evaluates the polynomial of [`Explicit::prepare_interpolation`], of so many coefficients, at the share `s` of the step.
-fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
-    match out.len() {
-        0 => {}
-        1 => interpolate_lanes::<1>(polynomial, coefficients, s, out),
-        2 => interpolate_lanes::<2>(polynomial, coefficients, s, out),
-        3 => interpolate_lanes::<3>(polynomial, coefficients, s, out),
-        4 => interpolate_lanes::<4>(polynomial, coefficients, s, out),
-        5 => interpolate_lanes::<5>(polynomial, coefficients, s, out),
-        6 => interpolate_lanes::<6>(polynomial, coefficients, s, out),
-        7 => interpolate_lanes::<7>(polynomial, coefficients, s, out),
-        _ => interpolate_lanes::<8>(polynomial, coefficients, s, out),
-    }
-}
-
-/// The same, so many entries at a time.
-fn interpolate_lanes<const LANES: usize>(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
-    let n = out.len();
-    for at in (0..n).step_by(LANES) {
-        let at = at.min(n - LANES);
-        let mut sums = [0.0; LANES];
-        for k in (0..coefficients).rev() {
-            // Factors alternate: s outside odd coefficients, 1 - s outside even ones.
-            let factor = match k {
-                0 => 1.0,
-                _ if k % 2 == 1 => s,
-                _ => 1.0 - s,
-            };
-            let line = &polynomial[k * n + at..][..LANES];
-            sums.iter_mut().zip(line).for_each(|(sum, coefficient)| *sum = factor * (coefficient + *sum));
-        }
-        out[at..at + LANES].copy_from_slice(&sums);
     }
 }

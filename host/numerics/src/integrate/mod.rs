@@ -24,6 +24,7 @@
 //! | `auto.rs`, `rivals.rs`, `stiffness.rs` | the choice between dop853 and radau5 |
 //! | `kinematic.rs` | motions that are found, not integrated |
 //! | `events.rs` | steps that end where the right side switches |
+//! | `sums.rs` | sums over stages, polynomials through steps |
 //! | `stops.rs` | where the integration ends, for the state or the equations to be changed |
 //! | `enclosure.rs`, `enclosure/of_time.rs` | nothing is stepped over: ranges over a step; functions of time, before it |
 //! | `interpolation.rs` | the states inside a step |
@@ -70,6 +71,7 @@ mod run;
 mod steps;
 mod stiffness;
 mod stops;
+mod sums;
 mod system;
 
 #[cfg(test)]
