@@ -224,6 +224,9 @@ impl Formulation for JointForm {
     }
 
     fn rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<(), AnalysisError> {
+        if self.plain_rates(t, state, rates)? {
+            return Ok(());
+        }
         passage::rates(self, t, state, rates)
     }
 

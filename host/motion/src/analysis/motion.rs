@@ -177,8 +177,10 @@ impl Motion {
         for (range, slot) in &self.coordinates.inputs {
             self.inputs[*slot..slot + range.len()].copy_from_slice(&state[range.clone()]);
         }
-        let (slot, from) = (self.layout.state_slot(), self.coordinates.motion);
-        self.inputs[slot..slot + self.layout.states].copy_from_slice(&state[from..from + self.layout.states]);
+        if self.layout.states > 0 {
+            let (slot, from) = (self.layout.state_slot(), self.coordinates.motion);
+            self.inputs[slot..slot + self.layout.states].copy_from_slice(&state[from..from + self.layout.states]);
+        }
     }
 
     /// Writes accelerations and multipliers into the inputs of programs. Of all rows of the rank-safe engine, those that are not in
@@ -195,24 +197,34 @@ impl Motion {
 
     /// The rates of a state with the accelerations solved for.
     pub(super) fn write_rates(&self, state: &[f64], rates: &mut [f64]) {
+        self.write_rates_with(state, &self.accelerations, &self.rates, rates);
+    }
+
+    /// The rates of a state with these accelerations, rates of element states and power.
+    pub(super) fn write_rates_with(&self, state: &[f64], accelerations: &[f64], others: &[f64], rates: &mut [f64]) {
         if self.runs.is_empty() {
             for line in &self.coordinates.lines {
                 rates[line.position] = state[line.velocity];
-                rates[line.velocity] = self.accelerations[line.column];
+                rates[line.velocity] = accelerations[line.column];
             }
         }
         for Run { first: Line { position, velocity, column, .. }, length } in &self.runs {
             rates[*position..][..*length].copy_from_slice(&state[*velocity..][..*length]);
-            rates[*velocity..][..*length].copy_from_slice(&self.accelerations[*column..][..*length]);
+            rates[*velocity..][..*length].copy_from_slice(&accelerations[*column..][..*length]);
         }
         for rotation in &self.coordinates.rotations {
             let w = [0, 1, 2].map(|k| state[rotation.velocity + k]);
             let turn = parameter_rates(parameters(state, rotation.position), w);
             rates[rotation.position..rotation.position + 4].copy_from_slice(&turn);
-            let spin = &self.accelerations[rotation.column..rotation.column + 3];
+            let spin = &accelerations[rotation.column..rotation.column + 3];
             rates[rotation.velocity..rotation.velocity + 3].copy_from_slice(spin);
         }
-        rates[self.coordinates.motion..].copy_from_slice(&self.rates);
+        let rest = &mut rates[self.coordinates.motion..];
+        match (rest, others) {
+            // Often there is the power alone.
+            ([rest], [other]) => *rest = *other,
+            (rest, others) => rest.copy_from_slice(others),
+        }
     }
 
     /// The accelerations among the rates of a state.

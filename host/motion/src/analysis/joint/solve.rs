@@ -47,6 +47,28 @@ impl JointForm {
         Ok(Used::Safe)
     }
 
+    /// The rates of a state as [`passage::rates`] finds them, straight from the regular engine's results; `false` where that takes
+    /// more than them.
+    pub(super) fn plain_rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<bool, AnalysisError> {
+        let Some(regular) = &mut self.regular else { return Ok(false) };
+        if self.motion.careful || self.coupling.is_some() {
+            return Ok(false);
+        }
+        self.motion.load(t, state);
+        let outputs = regular.motion.run(&self.motion.inputs, &self.bodies.sets)?;
+        let columns = self.motion.coordinates.columns;
+        let ratio = pivot_ratio(outputs, columns, &regular.squares);
+        if ratio < self.least_health && !self.safe.rows.is_empty() {
+            return Ok(false);
+        }
+        let others = &outputs[columns + regular.rows.len()..][..self.motion.layout.states + 1];
+        self.motion.write_rates_with(state, &outputs[..columns], others, rates);
+        // Without a way out, several at a time.
+        let found = rates.iter().fold(true, |finite, rate| finite & rate.is_finite());
+        self.motion.counters.evaluations += u64::from(found);
+        Ok(found)
+    }
+
     /// See [`Formulation::traces`].
     pub(super) fn own_traces(&self) -> Traces {
         let Traces { guesses: [in_bodies, _], counters: [of_bodies, _], .. } = self.bodies.traces();
