@@ -12,6 +12,7 @@ use super::tape::Program;
 pub(super) struct Copied {
     pub(super) inputs: bool,
     pub(super) outputs: bool,
+    pub(super) whole: bool,
 }
 
 /// There is none of these.

@@ -313,30 +313,15 @@ impl Program {
         self.inputs.iter().filter(|(slot, _)| slots.contains(&(*slot as usize))).count()
     }
 
-    /// Evaluates the program. `[hot, no allocation]`
-    ///
-    /// # Errors
-    /// What an opaque element did wrong, with the set it belongs to.
-    pub fn run(
+    /// Runs its lists one after the other, with sines, cosines and calls between them. `[hot, no allocation]`
+    fn run_lists(
         &self,
-        inputs: &[f64],
-        sets: &Sets,
+        (inputs, sets): (&[f64], &Sets),
         workspace: &mut Workspace,
         outputs: &mut [f64],
+        copied: Copied,
     ) -> Result<(), (usize, Fault)> {
-        workspace.runs += 1;
         let numbers = &mut workspace.numbers[..];
-        for &(slot, register, length) in &self.input_ranges {
-            let given = &inputs[slot as usize..][..length as usize];
-            numbers[register as usize..][..given.len()].copy_from_slice(given);
-        }
-        // What machine code copies itself.
-        let copied = self.code.as_ref().map_or(Copied::default(), |code| code.copied());
-        if !copied.inputs {
-            for (slot, register) in &self.single_inputs {
-                numbers[*register as usize] = inputs[*slot as usize];
-            }
-        }
         for (list, stage) in self.stages.iter().enumerate() {
             self.run_list(list, &stage.operations, inputs, numbers, outputs);
             stage.turns.run(numbers, copied.inputs);
@@ -358,9 +343,61 @@ impl Program {
             }
         }
         self.run_list(self.stages.len(), &self.after_calls, inputs, numbers, outputs);
+        Ok(())
+    }
+
+    /// Evaluates the program. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// What an opaque element did wrong, with the set it belongs to.
+    pub fn run(
+        &self,
+        inputs: &[f64],
+        sets: &Sets,
+        workspace: &mut Workspace,
+        outputs: &mut [f64],
+    ) -> Result<(), (usize, Fault)> {
+        workspace.runs += 1;
+        if let Some(code) = &self.code
+            && code.copied().whole
+        {
+            self.load_ranges(inputs, &mut workspace.numbers);
+            code.run(0, &self.tables, inputs, &mut workspace.numbers, outputs);
+            return Ok(());
+        }
+        self.run_in_parts(inputs, sets, workspace, outputs)
+    }
+
+    /// Copies inputs that lie side by side to their registers.
+    #[inline]
+    fn load_ranges(&self, inputs: &[f64], numbers: &mut [f64]) {
+        for &(slot, register, length) in &self.input_ranges {
+            let given = &inputs[slot as usize..][..length as usize];
+            numbers[register as usize..][..given.len()].copy_from_slice(given);
+        }
+    }
+
+    /// The same where one function does not do all.
+    fn run_in_parts(
+        &self,
+        inputs: &[f64],
+        sets: &Sets,
+        workspace: &mut Workspace,
+        outputs: &mut [f64],
+    ) -> Result<(), (usize, Fault)> {
+        // What machine code copies itself.
+        let copied = self.code.as_ref().map_or(Copied::default(), |code| code.copied());
+        self.load_ranges(inputs, &mut workspace.numbers);
+        if !copied.inputs {
+            for (slot, register) in &self.single_inputs {
+                workspace.numbers[*register as usize] = inputs[*slot as usize];
+            }
+        }
+        self.run_lists((inputs, sets), workspace, outputs, copied)?;
         if copied.outputs {
             return Ok(());
         }
+        let numbers = &workspace.numbers[..];
         if self.block.is_empty() {
             outputs.iter_mut().zip(&self.outputs).for_each(|(slot, register)| *slot = numbers[*register as usize]);
             return Ok(());

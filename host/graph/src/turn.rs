@@ -108,21 +108,53 @@ pub(super) fn lanes(angles: usize) -> usize {
 }
 
 /// [`sin_cos`] of each of the angles; the slices have the same length. `[hot, no allocation]`
+#[inline]
 pub(super) fn all(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    in_widest_lanes(Angles { angles, sines, cosines });
-}
-
-struct Angles<'a> {
-    angles: &'a [f64],
-    sines: &'a mut [f64],
-    cosines: &'a mut [f64],
-}
-
-impl Work for Angles<'_> {
-    #[inline(always)]
-    fn run(self) {
-        in_lanes(self.angles, self.sines, self.cosines);
+    let (fours, rest) = angles.as_chunks::<4>();
+    let ((sines_of, sines_left), (cosines_of, cosines_left)) =
+        (sines.as_chunks_mut::<4>(), cosines.as_chunks_mut::<4>());
+    let (mut near, four) = (true, four_here());
+    for ((angles, sines), cosines) in fours.iter().zip(sines_of).zip(cosines_of) {
+        near &= four(angles, sines, cosines);
     }
+    for ((angle, sine), cosine) in rest.iter().zip(sines_left).zip(cosines_left) {
+        (*sine, *cosine) = one(*angle);
+        near &= is_near(*angle);
+    }
+    if !near {
+        for ((angle, sine), cosine) in angles.iter().zip(sines).zip(cosines) {
+            (*sine, *cosine) = sin_cos(*angle);
+        }
+    }
+}
+
+/// Computes [`one`] of four angles; gives whether all are nearer than [`FAR`].
+pub(super) type Four = fn(&[f64; 4], &mut [f64; 4], &mut [f64; 4]) -> bool;
+
+/// The one that takes the widest vectors in use.
+#[inline]
+pub(super) fn four_here() -> Four {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: this machine has what the function was compiled for.
+        return |angles, sines, cosines| unsafe { four_in_wide_lanes(angles, sines, cosines) };
+    }
+    |angles, sines, cosines| four_in_lanes(angles, sines, cosines)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn four_in_wide_lanes(angles: &[f64; 4], sines: &mut [f64; 4], cosines: &mut [f64; 4]) -> bool {
+    four_in_lanes(angles, sines, cosines)
+}
+
+/// As many as are known beforehand, and without branches, so that the compiler turns it into vector instructions.
+#[inline(always)]
+fn four_in_lanes(angles: &[f64; 4], sines: &mut [f64; 4], cosines: &mut [f64; 4]) -> bool {
+    for k in 0..4 {
+        (sines[k], cosines[k]) = one(angles[k]);
+    }
+    angles.iter().fold(true, |near, angle| near & is_near(*angle))
 }
 
 /// Work that is written without regard to the width of vectors. What it calls has to be inlined, as `run` itself is, to be
@@ -147,22 +179,6 @@ pub(super) fn in_widest_lanes(work: impl Work) {
 #[target_feature(enable = "avx2")]
 fn in_wide_lanes(work: impl Work) {
     work.run();
-}
-
-/// Without branches in the first loop, so that the compiler turns it into vector instructions.
-#[inline(always)]
-fn in_lanes(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    let n = angles.len();
-    let (sines, cosines) = (&mut sines[..n], &mut cosines[..n]);
-    for k in 0..n {
-        (sines[k], cosines[k]) = one(angles[k]);
-    }
-    // Without a way out, several at a time.
-    if !angles.iter().fold(true, |near, angle| near & is_near(*angle)) {
-        for k in 0..n {
-            (sines[k], cosines[k]) = sin_cos(angles[k]);
-        }
-    }
 }
 
 /// Nodes in their order, but a sine and a cosine of the same number one right after the other, where the first of them was;

@@ -7,16 +7,17 @@ const ROOM: usize = 512;
 /// byte (SIB) to say so.
 pub(super) const RDI: u8 = 7;
 pub(super) const RBX: u8 = 3;
-/// The function's arguments that the program's inputs and outputs are.
+/// The function's arguments that the program's inputs and outputs are, and where the latter is kept across calls.
 pub(super) const RDX: u8 = 2;
 pub(super) const RCX: u8 = 1;
+pub(super) const RBP: u8 = 5;
 
 /// Where an operand is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
     /// In a vector register, 0 to 15.
     Vector(u8),
-    /// Bytes behind the address in [`RDI`], [`RBX`], [`RDX`] or [`RCX`].
+    /// Bytes behind the address in [`RDI`], [`RBX`], [`RDX`], [`RCX`] or [`RBP`].
     Memory { base: u8, offset: i32 },
 }
 
@@ -33,11 +34,6 @@ pub(super) struct Operation {
 }
 
 impl Operation {
-    /// `to := first + second` of numbers; the others alike.
-    pub(super) const ADD: Self = Self::of_numbers(0x58);
-    pub(super) const SUB: Self = Self::of_numbers(0x5C);
-    pub(super) const MUL: Self = Self::of_numbers(0x59);
-    pub(super) const DIV: Self = Self::of_numbers(0x5E);
     /// The root of the second operand.
     pub(super) const SQRT: Self = Self::of_numbers(0x51);
     /// Reads a number from memory; `first` is 0.
@@ -54,15 +50,41 @@ impl Operation {
     /// From a general register, number of which stands for the second operand; `first` is 0.
     const FROM_GENERAL: Self = Self { page: 1, prefix: 1, wide: true, opcode: 0x6E };
 
-    const fn of_numbers(opcode: u8) -> Self {
+    /// `to := first + second` of numbers, or what else the opcode says.
+    pub(super) const fn of_numbers(opcode: u8) -> Self {
         Self { page: 1, prefix: 3, wide: false, opcode }
+    }
+
+    /// Whether the prefix of two bytes says all, where the second operand is no register beyond 7.
+    #[inline(always)]
+    const fn has_short_prefix(self) -> bool {
+        self.page == 1 && !self.wide
+    }
+
+    /// The instruction with the prefix of two bytes; `second` is the lower six bits of how the second operand is said, and its mode.
+    #[inline(always)]
+    const fn behind_short_prefix(self, to: u8, first: u8, second: u8) -> u32 {
+        // Bits of registers beyond 7, and of `first`, are stored inverted.
+        let none = 0xC5 | (0xF8 | self.prefix as u32) << 8 | (self.opcode as u32) << 16;
+        let (to, first) = (to as u32, first as u32);
+        none ^ (to >> 3) << 15 ^ first << 11 ^ (to & 7) << 27 ^ (second as u32) << 24
+    }
+
+    /// The same with the prefix of three bytes, which has room for everything; `far` is 1 for a second register beyond 7.
+    #[inline(always)]
+    const fn behind_long_prefix(self, to: u8, first: u8, far: u8, second: u8) -> u64 {
+        let pages = (to as u64 >> 3 ^ 1) << 7 | 1 << 6 | (far as u64 ^ 1) << 5 | self.page as u64;
+        let rest = (self.wide as u64) << 7 | (!first as u64 & 15) << 3 | self.prefix as u64;
+        let operands = second as u64 | (to as u64 & 7) << 3;
+        0xC4 | pages << 8 | rest << 16 | (self.opcode as u64) << 24 | operands << 32
     }
 }
 
-/// How an offset is said, and in how many bytes.
-fn mode(offset: i32) -> (u8, usize) {
+/// How an offset is said, and in how many bytes. Without one, [`RBP`] would mean something else.
+#[inline]
+fn mode(base: u8, offset: i32) -> (u8, usize) {
     match i8::try_from(offset) {
-        Ok(0) => (0, 0),
+        Ok(0) if base != RBP => (0, 0),
         Ok(_) => (0x40, 1),
         Err(_) => (0x80, 4),
     }
@@ -113,31 +135,43 @@ impl Code {
     /// `operation to, first, second`.
     #[inline]
     pub(super) fn vector(&mut self, operation: Operation, to: u8, first: u8, second: Place) {
-        // Bits of registers beyond 7, and of `first`, are stored inverted.
-        let near = (to >> 3 ^ 1) << 7;
-        let rest = (!first & 15) << 3 | operation.prefix;
-        let (far, of_second, offset, length) = match second {
-            Place::Vector(register) => (register >> 3, 0xC0 | register & 7, 0, 0),
-            Place::Memory { base, offset } => {
-                let (mode, length) = mode(offset);
-                (0, mode | base, offset as u32, length)
-            }
-        };
-        let operands = of_second | (to & 7) << 3;
-        if operation.page == 1 && !operation.wide && far == 0 {
-            let start = u32::from_le_bytes([0xC5, near | rest, operation.opcode, operands]);
-            return self.put_some(u128::from(start) | u128::from(offset) << 32, 4 + length);
+        match second {
+            Place::Vector(register) => self.of_registers(operation, to, first, register),
+            Place::Memory { base, offset } => self.of_memory(operation, to, first, (base, offset)),
         }
-        // The longer prefix, which has room for everything.
-        let pages = near | 1 << 6 | (far ^ 1) << 5 | operation.page;
-        let start = [0xC4, pages, u8::from(operation.wide) << 7 | rest, operation.opcode, operands, 0, 0, 0];
-        self.put_some(u128::from(u64::from_le_bytes(start)) | u128::from(offset) << 40, 5 + length);
     }
 
-    /// So many of these bytes, at most 16; lower ones first.
-    #[inline]
-    fn put_some(&mut self, bytes: u128, length: usize) {
-        self.bytes[self.end..self.end + 16].copy_from_slice(&bytes.to_le_bytes());
+    /// The same, the second operand in a register.
+    #[inline(always)]
+    pub(super) fn of_registers(&mut self, operation: Operation, to: u8, first: u8, second: u8) {
+        if second < 8 && operation.has_short_prefix() {
+            let start = operation.behind_short_prefix(to, first, 0xC0 | second);
+            return self.put_some(u64::from(start), 4);
+        }
+        let start = operation.behind_long_prefix(to, first, second >> 3, 0xC0 | second & 7);
+        self.put_some(start, 5);
+    }
+
+    /// The same, the second operand so many bytes behind the address in a register.
+    #[inline(always)]
+    pub(super) fn of_memory(&mut self, operation: Operation, to: u8, first: u8, (base, offset): (u8, i32)) {
+        let (mode, length) = mode(base, offset);
+        let offset = u64::from(offset as u32);
+        if operation.has_short_prefix() {
+            let start = operation.behind_short_prefix(to, first, mode | base);
+            return self.put_some(u64::from(start) | offset << 32, 4 + length);
+        }
+        let start = operation.behind_long_prefix(to, first, 0, mode | base);
+        self.put_some(start | offset << 40, 5 + length.min(3));
+        if length > 3 {
+            self.put([(offset >> 24) as u8]);
+        }
+    }
+
+    /// So many of these bytes; lower ones first.
+    #[inline(always)]
+    fn put_some(&mut self, bytes: u64, length: usize) {
+        self.bytes[self.end..self.end + 8].copy_from_slice(&bytes.to_le_bytes());
         self.end += length;
     }
 
@@ -158,23 +192,20 @@ impl Code {
         self.put(value.to_le_bytes());
     }
 
-    /// The beginning of a function that calls others: rdi and rsi go to rbx and r12, which survive calls, rcx to the stack, and
-    /// the stack pointer to a multiple of 16.
+    /// The beginning of a function that calls others: rdi, rsi and rcx go to rbx, r12 and rbp, which survive calls, and the stack
+    /// pointer to a multiple of 16.
     pub(super) fn enter(&mut self) {
         self.put([0x53]);
         self.put([0x41, 0x54]);
-        self.put([0x51]);
+        self.put([0x55]);
         self.put([0x48, 0x8B, 0xDF]);
         self.put([0x4C, 0x8B, 0xE6]);
+        self.put([0x48, 0x8B, 0xE9]);
     }
 
-    /// Takes rcx from the stack again, after the last call.
-    pub(super) fn restore_rcx(&mut self) {
-        self.put([0x59]);
-    }
-
-    /// Undoes the rest of [`Code::enter`].
+    /// Undoes [`Code::enter`].
     pub(super) fn leave(&mut self) {
+        self.put([0x5D]);
         self.put([0x41, 0x5C]);
         self.put([0x5B]);
     }
@@ -187,6 +218,14 @@ impl Code {
     pub(super) fn load_edi(&mut self, value: i32) {
         self.put([0xBF]);
         self.put(value.to_le_bytes());
+    }
+
+    /// `rdi := rbx + offset; esi := count`
+    pub(super) fn load_place(&mut self, offset: i32, count: u32) {
+        self.put([0x48, 0x8D, 0xBB]);
+        self.put(offset.to_le_bytes());
+        self.put([0xBE]);
+        self.put(count.to_le_bytes());
     }
 
     /// `rdi := r12; esi := a; edx := b`

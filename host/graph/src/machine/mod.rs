@@ -37,11 +37,13 @@ pub(super) struct Copied {
     pub(super) inputs: bool,
     /// All outputs, at the end.
     pub(super) outputs: bool,
+    /// One function does what all lists do, has the sines between them computed, and writes the outputs.
+    pub(super) whole: bool,
 }
 
 /// Functions that do what the lists of instructions of one program do.
 pub struct MachineCode {
-    /// For each list (one per stage, then the one after all calls) its functions in running order.
+    /// For each list (one per stage, then the one after all calls) its functions in running order; or one for all of them.
     lists: Vec<Vec<Piece>>,
     registers: usize,
     tables: usize,

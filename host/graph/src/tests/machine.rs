@@ -31,6 +31,41 @@ fn random_programs_give_the_same_bits() {
 }
 
 #[test]
+fn many_outputs_of_programs_without_functions_are_all_written() {
+    let mut random = Random(31);
+    for round in 0..40 {
+        let mut g = Graph::default();
+        let mut nodes: Vec<Node> = (0..6).map(|slot| g.input(slot)).collect();
+        nodes.push(g.constant(0.7));
+        for _ in 0..30 * (1 + round % 8) {
+            let [a, b, c, d] = [0; 4].map(|_| nodes[random.below(nodes.len())]);
+            nodes.push(match random.below(7) {
+                0 => g.add(a, b),
+                1 => g.sub(a, b),
+                2 | 3 => g.mul(a, b),
+                4 => g.div(a, b),
+                5 => g.select(a, b, c, d),
+                _ => g.neg(a),
+            });
+        }
+        // Some twice, some inputs and constants.
+        let outputs: Vec<Node> = (0..1 + 9 * (round % 13)).map(|_| nodes[random.below(nodes.len())]).collect();
+        let program = Program::compile(&g, &outputs);
+        for maker in makers(&[1 + random.below(120)]) {
+            let machine = by_machine(&program, maker);
+            let (mut a, mut b) = (program.workspace(), machine.workspace());
+            for _ in 0..3 {
+                let inputs = random.vector(6);
+                let (mut expected, mut found) = (vec![0.0; outputs.len()], vec![f64::MAX; outputs.len()]);
+                program.run(&inputs, &[], &mut a, &mut expected).unwrap();
+                machine.run(&inputs, &[], &mut b, &mut found).unwrap();
+                assert_same(&found, &expected);
+            }
+        }
+    }
+}
+
+#[test]
 fn programs_made_together_give_the_same_bits_whichever_is_dropped_first() {
     let mut random = Random(29);
     let mut programs: Vec<Program> = Vec::new();

@@ -1,6 +1,6 @@
 //! [`Lookout`]: when the numbers that a list of operations computes and reads are read next.
 
-use super::super::super::tape::Instruction;
+use super::super::super::tape::{Instruction, Program};
 
 /// Not used again.
 pub(super) const NEVER: u32 = u32::MAX;
@@ -16,24 +16,44 @@ pub(super) struct Uses {
     pub(super) stored: bool,
 }
 
-/// Room for one list after the other, from the last to the first.
+/// The uses of all lists of one program after the other.
 pub(super) struct Lookout {
     uses: Vec<Uses>,
+    /// By list: where its uses begin; then where the last one's end.
+    starts: Vec<usize>,
     /// By register: the next instruction of the list that reads it.
     next: Vec<u32>,
 }
 
 impl Lookout {
     pub(super) fn new(registers: usize) -> Self {
-        Self { uses: Vec::new(), next: vec![NEVER; registers] }
+        Self { uses: Vec::new(), starts: Vec::new(), next: vec![NEVER; registers] }
     }
 
-    /// Of a list; turns the registers that are `live` after it, one flag each, into those live before. Fails on registers and tables
-    /// that there are not: that instructions stay within the program's is what the machine code relies on.
-    pub(super) fn of(&mut self, list: &[Instruction], tables: usize, live: &mut [bool]) -> &[Uses] {
+    /// Makes room for the lists of a program.
+    pub(super) fn begin(&mut self, program: &Program) {
+        self.starts.clear();
+        self.starts.push(0);
+        let mut end = 0;
+        self.starts.extend(program.lists().map(|list| {
+            end += list.len();
+            end
+        }));
+        self.uses.clear();
+        self.uses.resize(end, Uses { next: [NEVER; 4], first: NEVER, stored: false });
+    }
+
+    /// The uses of a list.
+    pub(super) fn of(&self, number: usize) -> &[Uses] {
+        &self.uses[self.starts[number]..self.starts[number + 1]]
+    }
+
+    /// Looks at a list; turns the registers that are `live` after it, one flag each, into those live before. Fails on registers and
+    /// tables that there are not: that instructions stay within the program's is what the machine code relies on.
+    pub(super) fn look(&mut self, number: usize, list: &[Instruction], tables: usize, live: &mut [bool]) {
         self.next.fill(NEVER);
-        self.uses.resize(list.len(), Uses { next: [NEVER; 4], first: NEVER, stored: false });
-        for (at, (instruction, uses)) in list.iter().zip(&mut self.uses).enumerate().rev() {
+        let uses = &mut self.uses[self.starts[number]..self.starts[number + 1]];
+        for (at, (instruction, uses)) in list.iter().zip(uses).enumerate().rev() {
             let at = at as u32;
             let result = instruction.result() as usize;
             uses.first = std::mem::replace(&mut self.next[result], NEVER);
@@ -61,6 +81,5 @@ impl Lookout {
             }
         }
         live.iter_mut().zip(&self.next).for_each(|(live, next)| *live |= *next != NEVER);
-        &self.uses[..list.len()]
     }
 }

@@ -34,7 +34,8 @@ macro_rules! encoded {
 
 fn places() -> Vec<Place> {
     let offsets = [0, 8, 120, 128, 1024, -8, -128, -136, 1 << 30];
-    let memory = [RDI, RBX, RDX, RCX].into_iter().flat_map(|base| offsets.map(|offset| Place::Memory { base, offset }));
+    let memory =
+        [RDI, RBX, RDX, RCX, RBP].into_iter().flat_map(|base| offsets.map(|offset| Place::Memory { base, offset }));
     (0..16).map(Place::Vector).chain(memory).collect()
 }
 
@@ -54,8 +55,8 @@ fn instructions_on_vectors() {
         for place in places() {
             let written = |operation| bytes(|code| code.vector(operation, to, first, place));
             let at = || location(place);
-            assert_eq!(written(Operation::SUB), encoded! { vsubsd_b(to, first, at()); });
-            assert_eq!(written(Operation::DIV), encoded! { vdivsd_b(to, first, at()); });
+            assert_eq!(written(Operation::of_numbers(0x5C)), encoded! { vsubsd_b(to, first, at()); });
+            assert_eq!(written(Operation::of_numbers(0x5E)), encoded! { vdivsd_b(to, first, at()); });
             assert_eq!(written(Operation::SQRT), encoded! { vsqrtsd_b(to, first, at()); });
             let mut compared = written(Operation::COMPARE);
             compared.push(1);
@@ -63,8 +64,8 @@ fn instructions_on_vectors() {
             let mut blended = written(Operation::BLEND);
             blended.push(to << 4);
             assert_eq!(blended, encoded! { vblendvpd_rvmr(to, first, at(), to); });
-            assert_eq!(written(Operation::ADD), encoded! { vaddsd_b(to, first, at()); });
-            assert_eq!(written(Operation::MUL), encoded! { vmulsd_b(to, first, at()); });
+            assert_eq!(written(Operation::of_numbers(0x58)), encoded! { vaddsd_b(to, first, at()); });
+            assert_eq!(written(Operation::of_numbers(0x59)), encoded! { vmulsd_b(to, first, at()); });
             assert_eq!(written(Operation::XOR), encoded! { vxorpd_b(to, first, at()); });
         }
     }
@@ -92,13 +93,13 @@ fn moves() {
 
 #[test]
 fn calls() {
-    let entered = encoded! { pushq_o(RBX); pushq_o(12); pushq_o(RCX); movq_rm(RBX, RDI); movq_rm(12, 6); };
+    let entered =
+        encoded! { pushq_o(RBX); pushq_o(12); pushq_o(RBP); movq_rm(RBX, RDI); movq_rm(12, 6); movq_rm(RBP, RCX); };
     assert_eq!(bytes(Code::enter), entered);
-    let mut left = encoded! { popq_o(RCX); popq_o(12); popq_o(RBX); };
+    let mut left = encoded! { popq_o(RBP); popq_o(12); popq_o(RBX); };
     inst::retq_zo::new().encode(&mut left);
     assert_eq!(
         bytes(|code| {
-            code.restore_rcx();
             code.leave();
             code.ret();
         }),
@@ -107,6 +108,13 @@ fn calls() {
     let called = encoded! { movabsq_oi(0, 0x1234_5678_9ABC_u64); callq_m(0); };
     assert_eq!(bytes(|code| code.call(0x1234_5678_9ABC)), called);
     assert_eq!(bytes(|code| code.load_edi(-11)), encoded! { movl_oi(RDI, -11); });
+    let at = Amode::ImmReg {
+        base: RBX,
+        simm32: AmodeOffsetPlusKnownOffset { simm32: AmodeOffset::new(4096), offset: None },
+        trap: None,
+    };
+    let placed = encoded! { leaq_rm(RDI, at); movl_oi(6, 12_u32); };
+    assert_eq!(bytes(|code| code.load_place(4096, 12)), placed);
     let looked_up = encoded! { movq_rm(RDI, 12); movl_oi(6, 3_u32); movl_oi(2, 70_000_u32); };
     assert_eq!(bytes(|code| code.load_table(3, 70_000)), looked_up);
 }
