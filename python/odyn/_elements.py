@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import re
 import tempfile
@@ -143,7 +142,10 @@ def _file(elements: Sequence[Element], package: str, version: str, about: str) -
 
 def _described(kind: str, name: str, own: type, frames: Mapping[str, str], named: Mapping[str, Any]) -> list[str]:
     """The table `[element.description]`."""
-    page = inspect.cleandoc(own.__doc__ or "").split("\n", 1)
+    # Not needed to import the package, and slow to load.
+    from inspect import cleandoc
+
+    page = cleandoc(own.__doc__ or "").split("\n", 1)
     lines = ["", "[[element]]", "[element.description]", f"name = {_quoted(name)}", f'kind = "{kind}"']
     lines += [f"summary = {_quoted(page[0].rstrip('.') or name)}"]
     if len(page) > 1:

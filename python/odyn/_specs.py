@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
@@ -126,7 +125,7 @@ def signal(unit: str = "", *, default: float | None = None, doc: str = "") -> Nu
 
 def _reported(kind: str, unit: str, doc: str) -> Callable[[F], F]:
     def mark(function: F) -> F:
-        text = doc or " ".join((inspect.getdoc(function) or "").split())
+        text = doc or " ".join((function.__doc__ or "").split())
         function._odyn = Spec(kind, {"unit": unit, "doc": text})  # type: ignore[attr-defined]
         return function
 
