@@ -355,6 +355,9 @@ fn scenes_that_use_an_fmu_wrongly_are_refused() {
         println!("{found} {message}");
         assert!(message.contains(word), "{from} -> {to}: {found} {message}");
     }
+    let session = open(&folder, &carriage(FOREIGN), &[]).unwrap();
+    let error = odyn::analyses::statics::equilibrium(&session, &mut |_| ()).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("those of the FMU `controller` are not known"), "{error}");
     let text = carriage(FOREIGN).replace("measured =", "mesured =");
     assert!(refused(&folder, &text).1.contains("did you mean `measured`?"));
 }

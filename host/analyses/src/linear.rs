@@ -113,6 +113,14 @@ pub(crate) fn refuse(session: &Session, diagnostic: Diagnostic) -> SessionError 
 /// Refuses elements that have no exact derivatives.
 pub(crate) fn check_elements(session: &Session, what: &str) -> Result<(), SessionError> {
     let opaque = Local::opaque(&session.equations, &session.model);
+    let Session { model, .. } = session;
+    let foreign = model.elements.iter().find(|element| model.fmus.iter().any(|fmu| fmu.package == element.library));
+    if let Some(element) = foreign {
+        let message =
+            format!("{what} need the equations of all elements, and those of the FMU `{}` are not known", element.name);
+        let help = "leave it out (`enabled = false`) and give its outputs from elsewhere, or look at a run";
+        return Err(refuse(session, Diagnostic::error(codes::UNKNOWN_METHOD, message).help(help)));
+    }
     if opaque.is_empty() {
         return Ok(());
     }
