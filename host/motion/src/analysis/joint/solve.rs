@@ -49,7 +49,12 @@ impl JointForm {
 
     /// The rates of a state as [`passage::rates`] finds them, straight from the regular engine's results; `false` where that takes
     /// more than them.
-    pub(super) fn plain_rates(&mut self, t: f64, state: &[f64], rates: &mut [f64]) -> Result<bool, AnalysisError> {
+    pub(in crate::analysis) fn plain_rates(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        rates: &mut [f64],
+    ) -> Result<bool, AnalysisError> {
         let Some(regular) = &mut self.regular else { return Ok(false) };
         if self.motion.careful || self.coupling.is_some() {
             return Ok(false);

@@ -194,6 +194,33 @@ fn the_bodies_accelerate_as_in_their_own_coordinates() {
 }
 
 #[test]
+fn rates_straight_from_the_regular_engine_are_those_of_the_long_way() {
+    let mut random = Random(403);
+    let mut plain = 0;
+    for (text, folds) in all_forms() {
+        let mut form = joint_form_by(&text, folds);
+        let mut stand = stand(&text);
+        for _ in 0..10 {
+            let working = stand.consistent(&mut random, 0.1);
+            let mut state = in_joints(&mut form, &working);
+            let (mut expected, mut found) = (vec![f64::NAN; state.len()], vec![f64::NAN; state.len()]);
+            crate::analysis::passage::rates(&mut form, TIME, &state, &mut expected).unwrap();
+            let before = form.counters().evaluations;
+            if form.plain_rates(TIME, &state, &mut found).unwrap() {
+                plain += 1;
+                assert!(found.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits()), "{found:?} {expected:?}");
+                assert_eq!(form.counters().evaluations, before + 1);
+            }
+            // What has no rates is left to the long way, which says so.
+            state[0] = f64::NAN;
+            assert!(!form.plain_rates(TIME, &state, &mut found).unwrap());
+            form.rates(TIME, &state, &mut found).unwrap_err();
+        }
+    }
+    assert!(plain >= 60, "{plain}");
+}
+
+#[test]
 fn projection_closes_loops_and_keeps_them_closed() {
     let mut random = Random(405);
     for text in [scenes::four_bar(1.1), driven(), tied()] {
