@@ -173,6 +173,75 @@ def exudyn_bodies(mechanism):
     return ComputeODE2Eigenvalues(system, useAbsoluteValues=False)[0]
 
 
+def exudyn_at_rest(mechanism, poses):
+    """Rigid bodies and revolute joints that carry weights where they rest. Exudyn's own eigenvalues leave out how reactions turn with
+    the joints; so its forces F(q), constraint Jacobian C(q) and masses are asked for, and the stiffness is that of -F + C^T lambda with the reactions
+    lambda that hold the weights, differenced (order 6) along what C leaves free."""
+    import exudyn
+    from exudyn.utilities import RigidBodyInertia
+
+    system = exudyn.SystemContainer().AddSystem()
+    ground = system.CreateGround()
+    numbers = []
+    for (mass, inertia, _, _), (position, turn) in zip(mechanism.bodies, poses):
+        numbers.append(
+            system.CreateRigidBody(
+                # In axes of the ground, so that angles are zero where it rests.
+                inertia=RigidBodyInertia(mass=mass, inertiaTensor=turn @ np.diag(inertia) @ turn.T),
+                referencePosition=list(position),
+                gravity=list(mechanism.gravity),
+                nodeType=exudyn.NodeType.RotationRxyz,
+            )
+        )
+    for i, j, point, axis, stiffness in mechanism.joints:
+        pair = [ground if i is None else numbers[i], ground if j is None else numbers[j]]
+        position, direction = point, axis
+        if i is not None:
+            position = poses[i][0] + poses[i][1] @ (point - mechanism.bodies[i][2])
+            direction = poses[i][1] @ axis
+        system.CreateRevoluteJoint(itemNumbers=pair, position=list(position), axis=list(direction), useGlobalFrame=True)
+        if stiffness:
+            system.CreateTorsionalSpringDamper(
+                itemNumbers=pair, position=list(position), axis=list(direction), stiffness=stiffness, useGlobalFrame=True
+            )
+    system.Assemble()
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = False
+    solver = exudyn.MainSolverStatic()
+    solver.InitializeSolver(system, settings)
+    n, zero = solver.GetODE2size(), np.array(system.systemData.GetODE2Coordinates())
+
+    def look(q):
+        system.systemData.SetODE2Coordinates(q)
+        solver.ComputeODE2RHS(system)
+        force = np.array(solver.GetSystemResidual())[:n]
+        solver.ComputeJacobianODE2RHS(system, scalarFactor_ODE2=0, scalarFactor_ODE2_t=0, scalarFactor_ODE1=0)
+        solver.ComputeJacobianAE(system, scalarFactor_ODE2=1.0, scalarFactor_ODE2_t=0.0, scalarFactor_ODE1=0.0, velocityLevel=False)
+        return force, np.array(solver.GetSystemJacobian())[n:, :n]
+
+    solver.ComputeMassMatrix(system)
+    mass = np.array(solver.GetSystemMassMatrix())[:n, :n]
+    force, rows = look(zero)
+    reactions = np.linalg.lstsq(rows.T, force, rcond=1e-10)[0]
+    basis = scipy.linalg.null_space(rows, rcond=1e-9)
+    left = np.abs(basis.T @ force).max() / np.abs(force).max()
+    if left > 1e-8:
+        raise RuntimeError(f"no equilibrium in Exudyn: {left:.1e}")
+
+    def pull(q):
+        force, rows = look(q)
+        return rows.T @ reactions - force
+
+    h = 2e-3
+    stiffness = np.zeros((n, basis.shape[1]))
+    for k in range(basis.shape[1]):
+        for factor, weight in ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60)):
+            stiffness[:, k] += weight * (pull(zero + factor * h * basis[:, k]) - pull(zero - factor * h * basis[:, k])) / h
+    solver.FinalizeSolver(system, settings)
+    stiffness = basis.T @ stiffness
+    return scipy.linalg.eigh(0.5 * (stiffness + stiffness.T), basis.T @ mass @ basis, eigvals_only=True)
+
+
 def exudyn_chain(count, mass, length, inertia):
     """A chain that hangs: in joint coordinates, where weights have a stiffness."""
     import exudyn
@@ -222,7 +291,7 @@ def mechanisms():
     for k in range(10):
         one = chain.body(0.1, rod(0.1, 0.1, 1), (0, -0.1 * k - 0.05, 0))
         chain.revolute(one - 1 if k else None, one, (0, -0.1 * k, 0), (0, 0, 1))
-    tree = lambda: exudyn_chain(10, 0.1, 0.1, rod(0.1, 0.1, 1))
+    tree = lambda poses: exudyn_chain(10, 0.1, 0.1, rod(0.1, 0.1, 1))
 
     bar = Mechanism("four-bar at rest", gravity=(0, -G, 0), at="equilibrium")
     left, right = bar.body(1.0, rod(1, 1, 1), (0, -0.5, 0)), bar.body(1.5, rod(1.5, 1, 1), (1, -0.5, 0))
@@ -267,15 +336,16 @@ def mechanisms():
         ball = governor.body(1.2, rod(1.2, 0.3, 1), (0.1 * side, -0.55, 0))
         governor.revolute(arm, ball, (0.1 * side, -0.4, 0), (0, 0, 1), 3.0)
 
-    bodies = lambda one: (lambda: exudyn_bodies(one))
+    bodies = lambda one: (lambda poses: exudyn_bodies(one))
+    resting = lambda one: (lambda poses: exudyn_at_rest(one, poses))
     return [
         (chain, tree),
-        (bar, None),
+        (bar, resting(bar)),
         (bent, bodies(bent)),
-        (heavy, None),
+        (heavy, resting(heavy)),
         (sprung, bodies(sprung)),
         (beam, bodies(beam)),
-        (governor, None),
+        (governor, resting(governor)),
     ]
 
 
@@ -331,7 +401,7 @@ def compare_modes(odyn, table):
         table.add(f"modes: {one.name}", "NumPy/SciPy", len(found), difference(found, squares), 1e-6)
         if exudyn:
             with contextlib.redirect_stdout(sys.stderr):
-                values = np.asarray(exudyn())
+                values = np.asarray(exudyn(poses))
             values = values[: len(found)] if len(values) >= len(found) else values
             table.add(f"modes: {one.name}", "Exudyn", len(found), difference(found, values), 1e-6)
 

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::levenberg::Bounds;
 use super::statistics::two_sided;
-use super::{Direction, Fit, Fitted, Noise};
+use super::{Direction, Fit, Fitted, Level};
 use crate::sensitivity::{Parameter, base};
 
 /// Probability that a parameter is outside of its interval.
@@ -20,14 +20,15 @@ const SHARE: f64 = 1e-3;
 /// Shares below this are not told.
 const TOLD: f64 = 0.01;
 
-/// Judges a minimum. `jacobian` has the derivatives of residuals over their noise, `doubt` the relative error of its columns.
+/// Judges a minimum. `jacobian` has the derivatives of residuals over their noise, `doubt` the relative error of its columns; `levels`
+/// of noise that was estimated.
 pub(super) fn judge(
     parameters: &[Parameter],
     bounds: &[Bounds],
     at: &[f64],
     jacobian: &DMatrix<f64>,
     doubt: f64,
-    noise: &Noise,
+    levels: &[Level],
     residuals: &[f64],
 ) -> Fit {
     let count = at.len();
@@ -36,7 +37,7 @@ pub(super) fn judge(
     let freedoms = residuals.len() - free.len();
     let mut scaled = jacobian.select_columns(&free);
     free.iter().enumerate().for_each(|(column, k)| scaled.column_mut(column).scale_mut(base(at[*k])));
-    let svd = scaled.svd(false, true);
+    let svd = scaled.clone().svd(false, true);
     let turned = svd.v_t.unwrap_or_else(|| DMatrix::identity(free.len(), free.len()));
     let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
     let zero = largest * ERRORS * doubt.max(LEAST_DOUBT);
@@ -56,16 +57,14 @@ pub(super) fn judge(
         let parts = parts.map(|(k, share)| (parameters[*k].key.clone(), *share)).collect();
         undetermined.push(Direction { parts, deviation });
     }
-    let quantile = match (noise.known(), freedoms) {
-        (true, _) => two_sided(OUTSIDE, f64::INFINITY),
-        (false, 0) => f64::NAN,
-        (false, freedoms) => two_sided(OUTSIDE, freedoms as f64),
-    };
+    let (covariance, known_from) = with_estimates(&scaled, covariance, levels);
+    let quantiles: Vec<f64> = known_from.iter().map(|freedoms| two_sided(OUTSIDE, *freedoms)).collect();
+    let nothing_left = !levels.is_empty() && freedoms == 0;
     let place = |k: usize| free.iter().position(|free| *free == k).filter(|place| !open[*place]);
     let fitted = parameters.iter().enumerate().map(|(k, parameter)| {
-        let error = match place(k) {
-            Some(place) if quantile.is_finite() => covariance[(place, place)].sqrt() * base(at[k]),
-            _ => f64::NAN,
+        let (error, quantile) = match place(k) {
+            Some(place) if !nothing_left => (covariance[(place, place)].sqrt() * base(at[k]), quantiles[place]),
+            _ => (f64::NAN, f64::NAN),
         };
         Fitted {
             key: parameter.key.clone(),
@@ -86,7 +85,7 @@ pub(super) fn judge(
         _ => f64::NAN,
     };
     let mut notes = Vec::new();
-    if quantile.is_nan() {
+    if nothing_left {
         notes.push(
             "as many measured numbers as parameters: nothing is left to estimate the noise from, so there are no intervals; give it"
                 .to_owned(),
@@ -109,5 +108,50 @@ pub(super) fn judge(
         time_unit: String::new(),
         times: Vec::new(),
         sets: Vec::new(),
+    }
+}
+
+/// What noise that was estimated adds to a covariance, since weights are then not those of the noise; and from how many freedoms each
+/// variance is known.
+fn with_estimates(scaled: &DMatrix<f64>, covariance: DMatrix<f64>, levels: &[Level]) -> (DMatrix<f64>, Vec<f64>) {
+    let count = covariance.nrows();
+    let mut unsure = DMatrix::<f64>::zeros(count, count);
+    let mut spread = vec![0.0_f64; count];
+    for level in levels.iter().filter(|level| level.freedoms > 0.0) {
+        let rows = level.rows.iter().map(|range| scaled.rows_range(range.clone()));
+        let said = rows.fold(DMatrix::zeros(count, count), |sum, own| sum + own.transpose() * own);
+        let part = &covariance * &said * &covariance;
+        unsure += (&part - &part * &said * &covariance) * (4.0 / level.freedoms);
+        spread.iter_mut().enumerate().for_each(|(k, sum)| *sum += part[(k, k)].powi(2) / level.freedoms);
+    }
+    let freedoms = |k: usize| if spread[k] > 0.0 { covariance[(k, k)].powi(2) / spread[k] } else { f64::INFINITY };
+    let known_from = (0..count).map(freedoms).collect();
+    (covariance + unsure, known_from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean of two samples with noise of their own: its variance is that of Meier ("Variance of a weighted mean", Biometrics 9, 1953),
+    /// C (1 + 4 sum w_i (1 - w_i) / n_i). Of one sample alone it is the usual one.
+    #[test]
+    fn estimated_weights_add_what_they_add_to_a_weighted_mean() {
+        let (counts, noise) = ([8, 15], [0.5, 1.5]);
+        let scaled = DMatrix::from_fn(23, 1, |row, _| 1.0 / noise[usize::from(row >= counts[0])]);
+        let says: Vec<f64> = (0..2).map(|k| counts[k] as f64 / (noise[k] * noise[k])).collect();
+        let variance = 1.0 / (says[0] + says[1]);
+        let level = |rows: std::ops::Range<usize>| Level { freedoms: rows.len() as f64 - 0.5, rows: vec![rows] };
+        let levels = [level(0..8), level(8..23)];
+        let (found, known) = with_estimates(&scaled, DMatrix::from_element(1, 1, variance), &levels);
+        let weight: Vec<f64> = says.iter().map(|one| one * variance).collect();
+        let term = |k: usize| weight[k] * (1.0 - weight[k]) / levels[k].freedoms;
+        let expected = variance * (1.0 + 4.0 * (term(0) + term(1)));
+        assert!((found[(0, 0)] / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        let freedoms = 1.0 / (0..2).map(|k| weight[k] * weight[k] / levels[k].freedoms).sum::<f64>();
+        assert!((known[0] / freedoms - 1.0).abs() < 1e-12, "{known:?} {freedoms}");
+        let alone = Level { freedoms: 22.0, rows: vec![0..23] };
+        let (found, known) = with_estimates(&scaled, DMatrix::from_element(1, 1, variance), &[alone]);
+        assert!((found[(0, 0)] / variance - 1.0).abs() < 1e-12 && (known[0] - 22.0).abs() < 1e-9, "{found} {known:?}");
     }
 }

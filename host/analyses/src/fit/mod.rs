@@ -12,7 +12,11 @@
 //! At the minimum, J has the derivatives of all residuals for relative changes of the parameters, J = U S V^T. A direction of V whose
 //! singular value is 0 to within the error of J, or whose standard deviation 1/s is above 1 (100 %), is not determined: it is told as
 //! a combination of parameters, and these have no interval. Of the others, intervals at 95 % are t sqrt(diag(V S^-2 V^T)) (Seber & Wild,
-//! "Nonlinear regression", 1989, section 5.1), t of Student's distribution, or of the normal one where all noise is given.
+//! "Nonlinear regression", 1989, section 5.1), t of Student's distribution, or of the normal one where all noise is given. With C that
+//! covariance and A_i what the column i alone says (the sum of all A_i is C^-1), noise that was estimated from n_i freedoms adds
+//! 4 / n_i C (A_i - A_i C A_i) C to C, and the freedoms of t are C_kk^2 / sum_i ((C A_i C)_kk^2 / n_i) for the parameter k (Kenward & Roger, "Small
+//! sample inference for fixed effects from restricted maximum likelihood", Biometrics 53, 1997; Satterthwaite 1946). With one column
+//! alone these are the usual ones.
 //!
 //! | file | content |
 //! |---|---|
@@ -294,7 +298,15 @@ impl Search<'_> {
             }
         }
         let (jacobian, doubt) = fitting.fine_jacobian(&at)?;
-        let mut fit = judge(self.parameters, self.bounds, &at, &jacobian, doubt, &noise, &residuals);
+        let mut fit = judge(
+            self.parameters,
+            self.bounds,
+            &at,
+            &jacobian,
+            doubt,
+            &noise.levels(self.data, self.parameters.len()),
+            &residuals,
+        );
         if !converged {
             fit.status = "not converged";
             fit.notes.push(format!("the minimum was not reached in {iterations} iterations"));
@@ -326,6 +338,13 @@ impl Search<'_> {
         };
         start.iter().zip(self.bounds).map(size).collect()
     }
+}
+
+/// Noise that was estimated: for which residuals, and from how many freedoms.
+#[derive(Debug, Clone)]
+struct Level {
+    rows: Vec<std::ops::Range<usize>>,
+    freedoms: f64,
 }
 
 /// Standard deviations of noise: of each column, then of all figures whose own is not given as a share of their values.
@@ -374,9 +393,21 @@ impl Noise {
         columns + usize::from(self.unknown_figures) > 0 && all > 1
     }
 
-    /// Whether all is given.
-    fn known(&self) -> bool {
-        self.columns.iter().all(|(_, given)| *given) && !self.unknown_figures
+    /// What was estimated: each column, and all figures together.
+    fn levels(&self, data: &Data, parameters: usize) -> Vec<Level> {
+        let rows = data.times.len();
+        let all = data.points();
+        let left = all.saturating_sub(parameters) as f64 / all as f64;
+        let columns = (self.columns.iter().enumerate())
+            .filter(|(_, (_, given))| !given)
+            .map(|(k, _)| Level { rows: vec![k * rows..(k + 1) * rows], freedoms: rows as f64 * left });
+        let first = self.columns.len() * rows;
+        let unknown: Vec<_> = (data.targets.iter().enumerate())
+            .filter(|(_, target)| target.noise.is_none())
+            .map(|(k, _)| first + k..first + k + 1)
+            .collect();
+        let figures = (!unknown.is_empty()).then(|| Level { freedoms: unknown.len() as f64 * left, rows: unknown });
+        columns.chain(figures).collect()
     }
 
     /// What is not given, from residuals over the present noise; and by which share it changes.
