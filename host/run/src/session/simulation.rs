@@ -22,6 +22,7 @@ use self::floor::Floor;
 pub(super) use self::margins::Extremes;
 use self::margins::Margins;
 use self::part::Part;
+use self::partners::Partner;
 use self::picture::Picture;
 use self::unknowns::Tracked;
 use self::watch::RowValues;
@@ -95,26 +96,6 @@ struct Told {
     set: usize,
     instance: usize,
     inputs: Part,
-}
-
-/// An instance that computes by itself between its samples.
-#[derive(Debug, Clone)]
-struct Partner {
-    set: usize,
-    instance: usize,
-    /// Its discrete states, among all.
-    memory: Range<usize>,
-}
-
-fn partners(model: &Model, layout: &Layout, formulation: &dyn Formulation) -> Vec<Partner> {
-    let elements = model.elements.iter().enumerate();
-    let partners = elements.filter(|(_, element)| formulation.sets()[element.set].communicates());
-    let partners = partners.map(|(number, element)| {
-        let first = layout.discrete_at[number];
-        let memory = first..first + element.recording.initial_discrete.len();
-        Partner { set: element.set, instance: element.index as usize, memory }
-    });
-    partners.collect()
 }
 
 /// Speeds at the start, as multiples of the slowest that counts, below which what follows may be round-off.
@@ -255,7 +236,7 @@ impl<'a> Simulation<'a> {
             looks: [None, None],
             report,
             told,
-            partners: partners(model, layout, formulation.as_ref()),
+            partners: Partner::all(model, layout, formulation.as_ref()),
             is_driven,
             rows,
             values: None,

@@ -5,14 +5,41 @@
 //! at t does not depend on what it takes at t). Steps end at the points, and a step that was accepted is never taken back, so no
 //! communication step is repeated.
 
-use super::{Partner, Simulation};
-use crate::analysis::AnalysisError;
+use std::ops::Range;
+
+use super::Simulation;
+use crate::analysis::{AnalysisError, Formulation};
+use crate::model::Model;
+use crate::plan::Layout;
 use element_api::set::Fault;
 
 /// Times that inputs and outputs at the start are passed on, in search of values that fit each other.
 const MOST_PASSES: usize = 50;
 /// Differences of them that are round-off.
 const SETTLED: f64 = 1e-12;
+
+/// An instance that computes by itself between its samples.
+#[derive(Debug, Clone)]
+pub(super) struct Partner {
+    pub(super) set: usize,
+    pub(super) instance: usize,
+    /// Its discrete states, among all.
+    pub(super) memory: Range<usize>,
+}
+
+impl Partner {
+    /// Those of a model.
+    pub(super) fn all(model: &Model, layout: &Layout, formulation: &dyn Formulation) -> Vec<Self> {
+        let elements = model.elements.iter().enumerate();
+        let partners = elements.filter(|(_, element)| formulation.sets()[element.set].communicates());
+        let partners = partners.map(|(number, element)| {
+            let first = layout.discrete_at[number];
+            let memory = first..first + element.recording.initial_discrete.len();
+            Self { set: element.set, instance: element.index as usize, memory }
+        });
+        partners.collect()
+    }
+}
 
 impl Simulation<'_> {
     /// Lets those that are due at an accepted time compute up to it; whether there were any.
