@@ -249,7 +249,8 @@ fn machine(args: &HilArgs, step: f64) -> Result<Machine, Failure> {
     warn(&session, args.json || args.describe);
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
     let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
-    let choices = Choices { step: Some(step), method, inputs: args.inputs.clone(), outputs: args.outputs.clone() };
+    let (inputs, outputs) = (args.inputs.clone(), args.outputs.clone());
+    let choices = Choices { step: Some(step), method, inputs, outputs, derivatives: false };
     Ok(Machine::new(session, &name, choices)?)
 }
 
@@ -286,5 +287,6 @@ fn words(failed: Failed) -> &'static str {
         Failed::Contradiction => "rows that are left out contradict the others",
         Failed::TurnsThinAxis => "something turns a body about an axis about which it has no moment of inertia",
         Failed::TurnsTooFar => "an angle that is counted over full turns may have turned by half a turn in one step",
+        Failed::OutOfRange => "a parameter is outside of the range in which the equations are known",
     }
 }
