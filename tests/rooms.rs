@@ -11,7 +11,8 @@ use crate::support::root;
 /// The crates of the host with the crates of this repository that each may use. A new edge is a decision about the architecture,
 /// not a repair of this test.
 const CRATES: &[(&str, &[&str])] = &[
-    ("host/analyses", &["odyn-catalog", "odyn-diagnostics", "odyn-motion", "odyn-run", "odyn-scene"]),
+    // Methods for element states along prescribed motions.
+    ("host/analyses", &["odyn-catalog", "odyn-diagnostics", "odyn-motion", "odyn-numerics", "odyn-run", "odyn-scene"]),
     // FMUs are libraries with one class.
     ("host/catalog", &["odyn-diagnostics", "odyn-fmu", "element-api"]),
     ("host/desk", &["odyn-diagnostics", "odyn-run"]),

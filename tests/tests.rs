@@ -42,6 +42,8 @@
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
 //! | `import.rs` | robots of URDF and MJCF files accelerate as in MuJoCo; loops close; what is left out is said |
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
+//! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
+//! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
@@ -95,8 +97,10 @@ mod methods;
 mod motion;
 mod opaque;
 mod plugins;
+mod prescribed;
 mod python_elements;
 mod random;
+mod resting;
 mod rooms;
 mod ropes;
 mod runs;

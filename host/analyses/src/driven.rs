@@ -4,18 +4,27 @@
 //! by Newton's method; velocities Phi_q v = -Phi_t, y_q v = y*' - y_t; accelerations likewise with gamma (Haug 1989, ch. 3 and 9.2).
 //! From one time to another it goes in steps that extrapolation by velocities and accelerations foresees: so it stays on its branch,
 //! and passes dead points as a smooth motion does.
+//!
+//! | file | content |
+//! |---|---|
+//! | `driven/contacts.rs` | unilateral contacts: those that the motion leans on, and which touch on the way |
+//! | `driven/states.rs` | element states that rows and loads depend on, integrated along the motion |
+
+mod contacts;
+mod states;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::analysis::{Evaluator, Expansion, Freedom, Function, Local, start_inputs};
+use crate::analysis::{Evaluator, Expansion, Freedom, Function, Local, Unknowns, start_inputs};
 use crate::diagnostics::{Diagnostic, codes};
-use crate::linear::{check_elements, refuse};
-use crate::model::{Instance, Model};
+use crate::linear::{check_elements, refuse, rows_in_force};
 use crate::moves;
 use crate::plan::Layout;
 use crate::prescribed::{Derivatives, Wanted};
-use crate::program::{Equations, Expr, Friction};
+use crate::program::{Equations, Friction};
 use crate::session::{Session, SessionError};
+use contacts::Contacts;
+use states::States;
 
 /// Violation of rows, as a share of the scene's size, that is round-off; that which passes where it gets no smaller.
 const ROWS: f64 = 1e-14;
@@ -41,13 +50,14 @@ pub(crate) struct Driven<'s> {
     pub(crate) layout: Layout,
     /// The equations with these rows.
     pub(crate) equations: Equations,
-    pub(crate) local: Local,
+    /// The rows in force.
+    pub(crate) rows: Rows,
+    /// Those with other contacts closed, to come back to.
+    other_rows: Vec<Rows>,
     /// Names of the prescribed quantities.
     pub(crate) names: Vec<String>,
-    /// How many of the rows are those of joints.
-    pub(crate) own: usize,
-    /// How many are met: those of joints and of prescribed quantities. Further ones only say along what efforts act.
-    pub(crate) held: usize,
+    /// How many quantities are prescribed, and along how many others efforts act.
+    counts: [usize; 2],
     pub(crate) length: f64,
     /// Time, positions, velocities, accelerations, multipliers.
     pub(crate) inputs: Vec<f64>,
@@ -56,6 +66,20 @@ pub(crate) struct Driven<'s> {
     frictions: Vec<Friction>,
     /// Frictions that stood still where they were looked at.
     pub(crate) still: Vec<bool>,
+    unknowns: Unknowns,
+    contacts: Contacts,
+    states: States,
+}
+
+/// Rows in force: those of joints with some contacts closed, of prescribed quantities, and those along which efforts act.
+pub(crate) struct Rows {
+    /// The contacts, by their number.
+    pub(crate) closed: Vec<usize>,
+    pub(crate) local: Local,
+    /// How many of the rows are those of joints.
+    pub(crate) own: usize,
+    /// How many are met: those of joints and of prescribed quantities. Further ones only say along what efforts act.
+    pub(crate) held: usize,
 }
 
 /// What is wrong with a motion that is asked for.
@@ -63,33 +87,32 @@ pub(crate) fn cannot(session: &Session, message: String, help: &str) -> SessionE
     refuse(session, Diagnostic::error(codes::NOT_THIS_MOTION, message).help(help))
 }
 
+impl Rows {
+    fn new(
+        session: &Session,
+        equations: &Equations,
+        layout: &Layout,
+        closed: &[usize],
+        [wanted, along]: [usize; 2],
+    ) -> Self {
+        let numbers = rows_in_force(equations, closed);
+        let local = Local::new(equations, &session.model, layout, (&numbers, session.assembly.scales.length), &[]);
+        let held = numbers.len() - along;
+        Self { closed: closed.to_vec(), local, own: held - wanted, held }
+    }
+}
+
 impl<'s> Driven<'s> {
     /// Of a scene, at its start, with quantities that are prescribed and others along which efforts act; `what` is done, in the
-    /// plural.
+    /// plural; `loads`: what loads depend on matters, too.
     pub(crate) fn new(
         session: &'s Session,
         wanted: &[Wanted],
         along: &[Wanted],
-        what: &str,
+        (what, loads): (&str, bool),
     ) -> Result<Self, SessionError> {
         check_elements(session, what)?;
         let model = &session.model;
-        let follows = |element: &&Instance| element.recording.unknowns() > 0 || element.is_joint_with_values();
-        if let Some(element) = model.elements.iter().find(follows) {
-            let message = format!(
-                "{what} are not there yet for scenes with joints that have states or memory, or with internal unknowns: `{}`",
-                element.name
-            );
-            return Err(cannot(session, message, "take a driver or a spring in its place, or a run"));
-        }
-        if let Some(contact) = session.equations.contacts.first() {
-            let (element, k) = session.plan.layout.element_of_row(contact.row);
-            let message = format!(
-                "{what} are not there yet for scenes with unilateral contacts: `{}`",
-                model.elements[element].row_name(k)
-            );
-            return Err(cannot(session, message, "take a joint in its place where it is closed, or a run"));
-        }
         let mut layout = session.plan.layout.clone();
         let mut equations = session.equations.clone();
         for one in wanted.iter().chain(along) {
@@ -101,54 +124,38 @@ impl<'s> Driven<'s> {
             equations.rows.push(row);
         }
         layout.rows += wanted.len() + along.len();
-        let rows: Vec<usize> = equations.enforced().collect();
+        let states = States::new(session, &equations, &layout, (what, loads))?;
+        let contacts = Contacts::new(&mut equations, &layout);
         let length = session.assembly.scales.length;
-        let local = Local::new(&equations, model, &layout, (&rows, length), &[]);
+        let counts = [wanted.len(), along.len()];
         let frictions = equations.frictions.clone();
         let rates: Vec<_> = frictions.iter().flat_map(|friction| friction.rates.iter().copied()).collect();
         Ok(Self {
             inputs: start_inputs(&layout, session.time_of_start(), &session.assembly),
             angles: Evaluator::new(&equations.graph, &equations.angles),
             sliding: Evaluator::new(&equations.graph, &rates),
+            unknowns: Unknowns::new(&equations, model, &layout),
             still: vec![false; frictions.len()],
-            own: rows.len() - wanted.len() - along.len(),
-            held: rows.len() - along.len(),
+            rows: Rows::new(session, &equations, &layout, &[], counts),
+            other_rows: Vec::new(),
             names: wanted.iter().map(|one| one.name.clone()).collect(),
+            counts,
             frictions,
+            contacts,
+            states,
             session,
             layout,
             equations,
-            local,
             length,
-        })
-    }
-
-    /// The element with a state that loads on bodies depend on: a prescribed motion does not tell its value.
-    pub(crate) fn state_in_loads(&self) -> Option<&Instance> {
-        let (layout, model): (&Layout, &Model) = (&self.layout, &self.session.model);
-        let directions: Vec<usize> =
-            self.frictions.iter().flat_map(|one| (0..3).map(|k| one.direction_at + k)).collect();
-        let graph = &self.equations.graph;
-        graph.live(&self.equations.loads).into_iter().find_map(|node| {
-            let Expr::Input(slot) = graph.expr(node) else { return None };
-            let slot = slot as usize;
-            if (layout.state_slot()..layout.reference_slot()).contains(&slot) {
-                return Some(&model.elements[layout.element_of_state(slot - layout.state_slot())]);
-            }
-            let at = slot.checked_sub(layout.discrete_slot())?;
-            if at >= layout.given_at || directions.contains(&at) {
-                return None;
-            }
-            (0..model.elements.len()).find(|one| layout.discrete_of(*one).contains(&at)).map(|one| &model.elements[one])
         })
     }
 
     /// Name of a row, by its place among those of [`Driven::local`].
     pub(crate) fn row_name(&self, place: usize) -> String {
-        if place >= self.own {
-            return self.names[place - self.own].clone();
+        if place >= self.rows.own {
+            return self.names[place - self.rows.own].clone();
         }
-        let (element, k) = self.layout.element_of_row(self.local.rows()[place]);
+        let (element, k) = self.layout.element_of_row(self.rows.local.rows()[place]);
         self.session.model.elements[element].row_name(k)
     }
 
@@ -156,8 +163,20 @@ impl<'s> Driven<'s> {
         self.inputs[Layout::TIME]
     }
 
+    /// The equations here, as far as the motion goes.
     pub(crate) fn expansion(&mut self) -> Result<Expansion, String> {
-        let found = self.local.at(&self.inputs).map_err(|error| error.to_string())?;
+        self.expanded(true)
+    }
+
+    /// The equations here with all that acts.
+    pub(crate) fn acting(&mut self) -> Result<Expansion, String> {
+        self.expanded(false)
+    }
+
+    fn expanded(&mut self, rows_only: bool) -> Result<Expansion, String> {
+        let model = &self.session.model;
+        self.unknowns.solve(&mut self.inputs, model, rows_only).map_err(|error| error.to_string())?;
+        let found = self.rows.local.at(&self.inputs).map_err(|error| error.to_string())?;
         let finite = |of: Function| found.value(of).iter().all(|value| value.is_finite());
         if finite(Function::Rows) && finite(Function::Rates) {
             Ok(found)
@@ -169,7 +188,7 @@ impl<'s> Driven<'s> {
     /// The values of the prescribed quantities where the mechanism is.
     pub(crate) fn values(&mut self) -> Result<Vec<f64>, String> {
         let found = self.expansion()?;
-        Ok(found.value(Function::Rows).rows(self.own, self.names.len()).iter().copied().collect())
+        Ok(found.value(Function::Rows).rows(self.rows.own, self.names.len()).iter().copied().collect())
     }
 
     /// Largest of displacements, on the scene's size, and turns, rad.
@@ -187,7 +206,7 @@ impl<'s> Driven<'s> {
             let found = self.expansion()?;
             let rows = self.holonomic(&found);
             let mut values = found.value(Function::Rows);
-            (0..wish.len()).for_each(|k| values[self.own + k] -= wish[k]);
+            (0..wish.len()).for_each(|k| values[self.rows.own + k] -= wish[k]);
             let jacobian = found.jacobian().select_rows(rows.iter());
             let values = values.select_rows(rows.iter());
             let (worst, which) = moves::violation(&jacobian, &values, &found.scales);
@@ -209,7 +228,7 @@ impl<'s> Driven<'s> {
 
     /// The rows that are met and constrain positions.
     fn holonomic(&self, found: &Expansion) -> Vec<usize> {
-        found.holonomic().into_iter().filter(|row| *row < self.held).collect()
+        found.holonomic().into_iter().filter(|row| *row < self.rows.held).collect()
     }
 
     /// All rows with those that mean nothing, and what they leave free.
@@ -262,9 +281,9 @@ impl<'s> Driven<'s> {
                     1 => -found.value(Function::Rates),
                     _ => found.value(Function::Accelerations),
                 };
-                (0..wish.len()).for_each(|k| left[self.own + k] += wish[k][order]);
-                let rows: Vec<usize> = (0..self.held).collect();
-                let left = left.rows(0, self.held).into_owned();
+                (0..wish.len()).for_each(|k| left[self.rows.own + k] += wish[k][order]);
+                let rows: Vec<usize> = (0..self.rows.held).collect();
+                let left = left.rows(0, self.rows.held).into_owned();
                 let freedom = self.freedom(&found, &rows)?;
                 if freedom.count() > 0 {
                     let motion = self.described(&freedom.basis.column(0).into_owned(), &found.scales);
@@ -298,7 +317,8 @@ impl<'s> Driven<'s> {
 
     /// Frictions of their own limit act against the motion: their directions.
     fn slide(&mut self) -> Result<(), String> {
-        let rates = self.sliding.run(&self.inputs, &[]).map_err(|error| error.to_string())?.to_vec();
+        let rates =
+            self.sliding.run(&self.inputs, &self.session.model.sets).map_err(|error| error.to_string())?.to_vec();
         let mut rates = rates.as_slice();
         for (number, friction) in self.frictions.iter().enumerate() {
             let (own, rest) = rates.split_at(friction.rates.len());
@@ -317,6 +337,7 @@ impl<'s> Driven<'s> {
     pub(crate) fn begin(&mut self, time: f64, wish: &[Derivatives]) -> Result<(), String> {
         moves::rest(&self.layout, &mut self.inputs);
         self.inputs[Layout::TIME] = time;
+        self.lean(0)?;
         let from = self.values()?;
         let (mut done, mut step) = (0.0_f64, 1.0_f64);
         while done < 1.0 {
@@ -343,8 +364,8 @@ impl<'s> Driven<'s> {
         self.derive(wish)
     }
 
-    /// From where the mechanism is, in motion, to a later time.
-    pub(crate) fn follow(&mut self, to: f64, wish: &dyn Fn(f64) -> Vec<Derivatives>) -> Result<(), String> {
+    /// From where the mechanism is, in motion, to a later time, with the states that they have now.
+    fn go(&mut self, to: f64, wish: &dyn Fn(f64) -> Vec<Derivatives>) -> Result<(), String> {
         let begin = self.time();
         let mut h = to - begin;
         while self.time() < to {

@@ -11,19 +11,20 @@
 //! no solution, and the direction is named. (Nakamura & Ghodoussi 1989, "Dynamics computation of closed-link robot mechanisms with
 //! nonredundant and redundant actuators".)
 
+mod outputs;
+
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function};
+use crate::analysis::{Direction, Expansion, Freedom, Function};
 use crate::diagnostics::suggest;
 use crate::driven::{Driven, cannot};
 use crate::linear::Port;
-use crate::model::Quantity;
 use crate::moves;
 use crate::prescribed::{Motion, Wanted, quantity};
-use crate::program::{Expr, Node};
 use crate::scene::Dimension;
 use crate::session::{Restart, Session, SessionError};
+use outputs::Outputs;
 
 /// Share of an actuator's own load, at full leverage, below which it moves nothing.
 const RANK: f64 = 1e-9;
@@ -32,6 +33,8 @@ const LOADS: f64 = 1e-12;
 /// The same that passes where iterations gain nothing any more.
 const PASSES: f64 = 1e-9;
 const BESIDE: f64 = 1e-3;
+/// Share of the loads beyond which a closed contact pulls.
+const PULLS: f64 = 1e-9;
 /// Newton steps where loads depend on reactions.
 const ITERATIONS: usize = 40;
 
@@ -63,7 +66,7 @@ pub struct Inverse {
 enum Actuator {
     /// An `[[input]]`, by its number.
     Input(usize),
-    /// A force along a quantity: the place of its row.
+    /// A force along a quantity: the place of its row behind those that are met.
     Along(usize),
 }
 
@@ -72,6 +75,9 @@ struct Balanced {
     share: f64,
     freedoms: usize,
     rank: usize,
+    /// Contacts that are closed, and whether any that touches would pull.
+    touching: usize,
+    left_out: bool,
 }
 
 struct Solver<'s> {
@@ -83,11 +89,17 @@ struct Solver<'s> {
 }
 
 impl Solver<'_> {
+    /// The number of the row along which an effort acts.
+    fn row_along(&self, place: usize) -> usize {
+        let rows = &self.driven.rows;
+        rows.local.rows()[rows.held + place]
+    }
+
     fn effort(&self, k: usize) -> f64 {
         let layout = &self.driven.layout;
         match self.actuators[k] {
             Actuator::Input(input) => self.driven.inputs[layout.given_slot(input)],
-            Actuator::Along(place) => -self.driven.inputs[layout.multiplier_slot() + self.driven.local.rows()[place]],
+            Actuator::Along(place) => -self.driven.inputs[layout.multiplier_slot() + self.row_along(place)],
         }
     }
 
@@ -96,7 +108,7 @@ impl Solver<'_> {
         match self.actuators[k] {
             Actuator::Input(input) => self.driven.inputs[layout.given_slot(input)] = value,
             Actuator::Along(place) => {
-                let slot = layout.multiplier_slot() + self.driven.local.rows()[place];
+                let slot = layout.multiplier_slot() + self.row_along(place);
                 self.driven.inputs[slot] = -value;
             }
         }
@@ -110,7 +122,7 @@ impl Solver<'_> {
         for (k, actuator) in self.actuators.iter().enumerate() {
             match actuator {
                 Actuator::Input(input) => loads.set_column(k, &by_inputs.column(*input)),
-                Actuator::Along(place) => loads.set_column(k, &-by_rows.column(*place)),
+                Actuator::Along(place) => loads.set_column(k, &-by_rows.column(self.driven.rows.held + place)),
             }
         }
         loads
@@ -127,20 +139,79 @@ impl Solver<'_> {
         (0..bodies).map(|body| weigh(&residual, body) / (weigh(&e.sizes, body) + BESIDE * most)).fold(0.0, f64::max)
     }
 
-    /// Multipliers and efforts that balance all bodies where they are.
+    /// Multipliers and efforts that balance all bodies where they are. Contacts that touch push: one that would have to pull is left
+    /// out, that which pulls most first. The rows of those that push stay in force.
+    fn balance_with_contacts(&mut self) -> Result<Balanced, String> {
+        let touching = self.driven.touching()?;
+        let name = |contact: usize| self.driven.contact_name(contact);
+        if let Some((contact, share)) = touching.passed {
+            return Err(format!("the motion goes through `{}` by {share:.1e} of the scene's size", name(contact)));
+        }
+        if let Some(contact) = touching.struck {
+            return Err(format!("the motion runs into `{}`: an impact takes an impulse, not an effort", name(contact)));
+        }
+        if let Some(contact) = touching.slips {
+            return Err(format!(
+                "the motion slides on `{}`, which holds without sliding while it is closed",
+                name(contact)
+            ));
+        }
+        let mut closed = touching.closed;
+        let mut pulls: Vec<String> = Vec::new();
+        let found = loop {
+            self.driven.close(&closed);
+            let found = self.balance();
+            let pulling = if found.is_ok() { self.pulling(&closed)? } else { None };
+            match pulling {
+                Some(contact) => {
+                    closed.retain(|one| *one != contact);
+                    pulls.push(self.driven.contact_name(contact));
+                }
+                None => break found,
+            }
+        };
+        match found {
+            Ok(mut found) => {
+                found.touching = closed.len();
+                found.left_out = !pulls.is_empty();
+                Ok(found)
+            }
+            Err(reason) if pulls.is_empty() => Err(reason),
+            Err(reason) => Err(format!("`{}` would have to pull, and without it {reason}", pulls.join("`, `"))),
+        }
+    }
+
+    /// The closed contact that pulls most.
+    fn pulling(&mut self, closed: &[usize]) -> Result<Option<usize>, String> {
+        if closed.is_empty() {
+            return Ok(None);
+        }
+        let e = self.driven.acting()?;
+        let (jacobian, size) = (e.jacobian(), e.sizes.amax());
+        let pull = |contact: &usize| {
+            let row = self.driven.equations.contacts[*contact].row;
+            let place = self.driven.rows.local.rows().iter().position(|one| *one == row)?;
+            let value = self.driven.inputs[self.driven.layout.multiplier_slot() + row] * jacobian.row(place).norm();
+            (value > PULLS * size).then_some((*contact, value))
+        };
+        let worst = closed.iter().filter_map(pull).max_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(worst.map(|(contact, _)| contact))
+    }
+
+    /// Multipliers and efforts that balance all bodies with the rows in force.
     fn balance(&mut self) -> Result<Balanced, String> {
-        let own = self.driven.own;
+        let own = self.driven.rows.own;
         let mut last = f64::INFINITY;
         let mut unmoved: Option<String> = None;
         let (mut freedoms, mut rank) = (0, 0);
         for iteration in 0..ITERATIONS {
-            let e = self.driven.expansion()?;
+            let e = self.driven.acting()?;
             if e.value(Function::Balance).iter().any(|value| !value.is_finite()) {
                 return Err("a load has no finite value".into());
             }
             let share = self.left(&e);
             if iteration > 0 && (share <= LOADS || share <= PASSES && share >= 0.5 * last) {
-                return Ok(Balanced { share, freedoms, rank });
+                return Ok(Balanced { share, freedoms, rank, touching: 0, left_out: false });
             }
             if iteration > 3
                 && let Some(direction) = unmoved
@@ -159,7 +230,7 @@ impl Solver<'_> {
                 // Rows that follow from others take nothing.
                 let first = self.driven.layout.multiplier_slot();
                 for row in (0..own).filter(|row| !independent.contains(row)) {
-                    self.driven.inputs[first + self.driven.local.rows()[row]] = 0.0;
+                    self.driven.inputs[first + self.driven.rows.local.rows()[row]] = 0.0;
                 }
             }
             // What multipliers put on the bodies, friction that follows them included; rows that mean nothing take any moment.
@@ -218,7 +289,7 @@ impl Solver<'_> {
             let taken = space.lift.transpose() * -(residual + loads * change);
             let first = self.driven.layout.multiplier_slot();
             for (k, row) in independent.iter().enumerate().filter(|(_, row)| **row < own) {
-                self.driven.inputs[first + self.driven.local.rows()[*row]] += taken[k];
+                self.driven.inputs[first + self.driven.rows.local.rows()[*row]] += taken[k];
             }
         }
         Err(match unmoved {
@@ -287,8 +358,8 @@ fn choose(
 /// none, the prescribed quantities themselves.
 ///
 /// # Errors
-/// A scene whose motion a prescribed one does not determine (contacts, element states in loads); a motion that joints do not
-/// allow, or that leaves something free; a freedom that no actuator moves.
+/// Elements with a memory that changes between steps; a motion that joints do not allow, that leaves something free, goes through a
+/// contact, runs into one or would need it to pull; a freedom that no actuator moves.
 pub fn inverse(
     session: &Session,
     motion: &Motion,
@@ -298,11 +369,15 @@ pub fn inverse(
 ) -> Result<Inverse, SessionError> {
     let mut notes = Vec::new();
     let (chosen, along) = choose(session, motion, by, &mut notes)?;
-    let driven = Driven::new(session, &motion.wanted, &along, "inverse dynamics")?;
-    if let Some(element) = driven.state_in_loads() {
-        let message =
-            format!("the load of `{}` depends on a state, which a prescribed motion does not tell", element.name);
-        return Err(cannot(session, message, "take an element without states in its place, or a run"));
+    let driven = Driven::new(session, &motion.wanted, &along, ("inverse dynamics", true))?;
+    if let Some(input) = chosen.iter().flatten().find(|input| driven.states_follow(**input)) {
+        let message = format!(
+            "the actuator `{}` acts by way of a state of an element: what it has to be depends on what it was",
+            session.model.inputs[*input].name
+        );
+        let help =
+            "ask for the effort itself: `--by` names a coordinate along which it acts, and a controller follows that";
+        return Err(cannot(session, message, help));
     }
     if let Some(open) = session.plan.undetermined.iter().find(|one| one.load) {
         let message = format!(
@@ -314,7 +389,7 @@ pub fn inverse(
     let length = driven.length;
     let (mut ports, mut actuators, mut weights) = (Vec::new(), Vec::new(), Vec::new());
     let mut rest = along.iter();
-    let mut place = driven.held;
+    let mut place = 0;
     let mut plain = false;
     for input in chosen {
         let (name, unit, factor, dimension) = if let Some(input) = input {
@@ -369,16 +444,21 @@ pub fn inverse(
         notes: Vec::new(),
         start: moves::restart(session, &solver.driven.inputs),
     };
-    let (mut still, mut spare) = (None, 0);
+    let (mut still, mut spare, mut left_out) = (None, 0, false);
+    let mut touched: Option<[usize; 2]> = None;
     for (number, time) in own_times.iter().enumerate() {
         progress(number as f64 / own_times.len() as f64);
         if number > 0 {
+            solver.driven.close_those_it_leans_on();
             solver.driven.follow(*time, &|time| motion.at(time)).map_err(|reason| at(*time, &reason))?;
         }
-        let balanced = solver.balance().map_err(|reason| at(*time, &reason))?;
+        let balanced = solver.balance_with_contacts().map_err(|reason| at(*time, &reason))?;
         found.balance = found.balance.max(balanced.share);
         found.freedoms = found.freedoms.max(balanced.freedoms);
         spare = spare.max(solver.actuators.len() - balanced.rank);
+        left_out |= balanced.left_out;
+        let [least, most] = touched.unwrap_or([balanced.touching; 2]);
+        touched = Some([least.min(balanced.touching), most.max(balanced.touching)]);
         if still.is_none() && solver.driven.still.contains(&true) {
             still = Some(*time);
         }
@@ -402,6 +482,10 @@ pub fn inverse(
             if plain { ", other signals in their own units" } else { "" }
         ));
     }
+    solver.driven.say(touched, &mut notes);
+    if spare > 0 && left_out {
+        notes.push("contacts that would have to pull are open: the least sum is that of what is left".into());
+    }
     if let Some(time) = still {
         notes.push(format!(
             "friction that could stick takes no load where nothing slides (first at t = {time} s): there efforts may differ by as much as it holds"
@@ -414,42 +498,4 @@ pub fn inverse(
     }
     found.notes = notes;
     Ok(found)
-}
-
-/// The outputs that a prescribed motion tells.
-struct Outputs {
-    ports: Vec<Port>,
-    values: Evaluator,
-}
-
-impl Outputs {
-    fn new(driven: &Driven<'_>, along: bool, notes: &mut Vec<String>) -> Self {
-        let mut equations = driven.equations.clone();
-        let (layout, model) = (&driven.layout, &driven.session.model);
-        let (mut nodes, mut ports, mut left_out): (Vec<Node>, Vec<Port>, Vec<&str>) = Default::default();
-        let states = layout.state_slot()..layout.reference_slot();
-        for channel in &model.channels {
-            let node = equations.observe(&channel.quantity, model, layout);
-            let of_states = equations.graph.live(&[node]).into_iter().any(
-                |node| matches!(equations.graph.expr(node), Expr::Input(slot) if states.contains(&(slot as usize))),
-            );
-            // Efforts along quantities belong to no element: balances of reported loads lack them.
-            if of_states || along && matches!(channel.quantity, Quantity::Balance { .. }) {
-                left_out.push(&channel.name);
-                continue;
-            }
-            nodes.push(node);
-            let (name, unit) = (channel.name.clone(), channel.unit.clone());
-            ports.push(Port { name, unit, factor: channel.factor, value: 0.0 });
-        }
-        if !left_out.is_empty() {
-            notes.push(format!("outputs that a prescribed motion does not tell are left out: {}", left_out.join(", ")));
-        }
-        Self { values: Evaluator::new(&equations.graph, &nodes), ports }
-    }
-
-    fn at(&mut self, driven: &Driven<'_>) -> Result<Vec<f64>, String> {
-        let found = self.values.run(&driven.inputs, &[]).map_err(|error| error.to_string())?;
-        Ok(found.iter().zip(&self.ports).map(|(value, port)| value / port.factor).collect())
-    }
 }

@@ -152,7 +152,7 @@ fn moves_by_itself(session: &Session) -> bool {
 /// The motion of a mechanism.
 ///
 /// # Errors
-/// Contacts; a motion that drivers do not determine; values that joints do not allow; dead points of the drive on the way.
+/// Elements with a memory between steps; a motion that drivers do not determine; values that joints do not allow; dead points of the drive on the way.
 pub fn kinematics(session: &Session, drive: &Drive, progress: &mut dyn FnMut(f64)) -> Result<Kinematics, SessionError> {
     let watched = watched(session)?;
     let by_itself = moves_by_itself(session);
@@ -225,7 +225,7 @@ fn prescribed(
     places: &[f64],
     progress: &mut dyn FnMut(f64),
 ) -> Result<Kinematics, SessionError> {
-    let mut driven = Driven::new(session, drive, watched, "kinematics")?;
+    let mut driven = Driven::new(session, drive, watched, ("kinematics", false))?;
     let wish = |s: f64| -> Vec<Derivatives> { if drive.is_empty() { Vec::new() } else { vec![[s, 1.0, 0.0]] } };
     let (factor, unit) = (over.factor, over.unit.clone());
     let at = |place: f64, reason: &str| {
@@ -248,23 +248,58 @@ fn prescribed(
     }
     let columns: Vec<Port> = watched.iter().flat_map(|one| (0..3).map(|order| derived(one, &over, order))).collect();
     let mut values = vec![Vec::with_capacity(places.len()); columns.len()];
+    let mut passed = Passed::default();
     for (number, place) in places.iter().enumerate() {
         progress(number as f64 / places.len() as f64);
         if number > 0 {
             driven.follow(sign * place, &along).map_err(|reason| at(*place, &reason))?;
         }
+        passed.look(&mut driven, *place / factor).map_err(|reason| at(*place, &reason))?;
         let e = driven.expansion().map_err(|reason| at(*place, &reason))?;
         let orders = [e.value(Function::Rows), e.value(Function::Rates) * sign, -e.value(Function::Accelerations)];
         for k in 0..watched.len() {
             for (order, of) in orders.iter().enumerate() {
                 let column = 3 * k + order;
-                values[column].push(of[driven.held + k] / columns[column].factor);
+                values[column].push(of[driven.rows.held + k] / columns[column].factor);
             }
         }
     }
     let places: Vec<f64> = places.iter().map(|place| place / factor).collect();
     let extents = (0..watched.len()).map(|k| extent(&watched[k], &values[3 * k], &places)).collect();
-    Ok(Kinematics { over, places, columns, values, extents, dead_points: Vec::new(), closed: false, notes: Vec::new() })
+    let mut notes = Vec::new();
+    driven.say(None, &mut notes);
+    passed.say(&driven, &over, &mut notes);
+    Ok(Kinematics { over, places, columns, values, extents, dead_points: Vec::new(), closed: false, notes })
+}
+
+/// Contacts that a motion goes through: kinematics does not stop there.
+#[derive(Default)]
+struct Passed {
+    /// Which, from where to where, and at how many places.
+    contacts: Vec<(usize, [f64; 2], usize)>,
+}
+
+impl Passed {
+    fn look(&mut self, driven: &mut Driven<'_>, place: f64) -> Result<(), String> {
+        for contact in driven.beyond()? {
+            match self.contacts.iter_mut().find(|one| one.0 == contact) {
+                Some((_, range, count)) => (*range, *count) = ([range[0].min(place), range[1].max(place)], *count + 1),
+                None => self.contacts.push((contact, [place; 2], 1)),
+            }
+        }
+        Ok(())
+    }
+
+    fn say(&self, driven: &Driven<'_>, over: &Port, notes: &mut Vec<String>) {
+        for (contact, [from, to], count) in &self.contacts {
+            notes.push(format!(
+                "the motion goes through `{}`, at {count} places between {} = {from} and {to} {}: what it stops is not seen here",
+                driven.contact_name(*contact),
+                over.name,
+                over.unit
+            ));
+        }
+    }
 }
 
 fn extent(wanted: &Wanted, values: &[f64], places: &[f64]) -> Extent {
@@ -297,7 +332,7 @@ fn whole(
         all.push(drive.clone());
         all.len() - 1
     });
-    let driven = Driven::new(session, &[], &all, "kinematics")?;
+    let driven = Driven::new(session, &[], &all, ("kinematics", false))?;
     let scales = DVector::from_element(driven.layout.velocities(), 1.0);
     let mut path = Path { driven, scales };
     let refused = |reason: String| {
@@ -306,6 +341,7 @@ fn whole(
     };
     let layout = path.driven.layout.clone();
     moves::rest(&layout, &mut path.driven.inputs);
+    path.driven.lean(1).map_err(refused)?;
     path.driven.correct(&[], 1.0).map_err(refused)?;
     let mut start = path.look(None).map_err(refused)?;
     if start.rates[own] < 0.0 {
@@ -376,6 +412,14 @@ fn whole(
         }
     }
     path.add_met(&places, &mut dead);
+    let over = Port { name: drive.name.clone(), unit: drive.unit.clone(), factor: drive.factor, value: 0.0 };
+    let mut passed = Passed::default();
+    for place in &places {
+        path.driven.inputs.clone_from(&place.inputs);
+        passed.look(&mut path.driven, place.values[own] / drive.factor).map_err(refused)?;
+    }
+    path.driven.say(None, &mut notes);
+    passed.say(&path.driven, &over, &mut notes);
     if closed {
         notes.push("the mechanism comes back to its start: the path is a cycle".into());
     }

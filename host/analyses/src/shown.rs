@@ -7,15 +7,17 @@ use crate::folder::{Moves, Page, Part, Shown};
 use crate::inverse::Inverse;
 use crate::kinematics::Kinematics;
 use crate::linear::{Model, Port};
-use crate::loads::Loads;
+use crate::loads::{Attachment, Loads, Wrench};
 use crate::model::rotation;
 use crate::modes::{Modes, Share, Stability};
 use crate::results::significant;
 use crate::session::{Instant, Session, SessionError};
-use crate::statics::Equilibria;
+use crate::statics::{Equilibria, Held};
 
 pub use crate::shown_fits::{fit, sensitivity};
 
+/// Share of the largest below which a force is round-off, and shown as none.
+const ROUND_OFF: f64 = 1e-13;
 /// Digits for people.
 const DIGITS: usize = 7;
 /// Pictures of one period.
@@ -187,6 +189,17 @@ pub fn statics(session: &Session, found: &Equilibria) -> Result<Page, SessionErr
         };
         page.tables.push(Shown { title: "Outputs".into(), head, rows: (0..first.len()).map(row).collect() });
     }
+    let friction = found.found.iter().enumerate().flat_map(|(k, one)| {
+        let row = move |held: &Held| {
+            let holds = if held.holds { "holds" } else { "does not hold: taken as none" };
+            vec![(k + 1).to_string(), held.name.clone(), number(100.0 * held.share), holds.into()]
+        };
+        one.friction.iter().map(row)
+    });
+    let (title, rows): (String, Vec<Vec<String>>) = ("Friction at rest".into(), friction.collect());
+    if !rows.is_empty() {
+        page.tables.push(Shown { title, head: words(&["equilibrium", "friction", "% of its limit", ""]), rows });
+    }
     for (k, one) in found.found.iter().enumerate() {
         let from = shown.parts.last().map_or(0.0, |part| part.to);
         let still = poses(session, &one.instant, &|_| (Vector3::zeros(), Vector3::zeros()));
@@ -226,6 +239,10 @@ fn matrix(title: &str, rows: &[Vec<f64>], names: &[String], columns: &[String]) 
     Shown { title: title.into(), head, rows: names.iter().zip(rows).map(row).collect() }
 }
 
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Of a linear model.
 #[must_use]
 pub fn linearise(model: &Model) -> Page {
@@ -244,10 +261,10 @@ pub fn linearise(model: &Model) -> Page {
     Page {
         analysis: "linearise",
         words: format!(
-            "{} states, {} inputs, {} outputs at t = {} s.",
-            model.states.len(),
-            inputs.len(),
-            outputs.len(),
+            "{}, {}, {} at t = {} s.",
+            counted(model.states.len(), "state"),
+            counted(inputs.len(), "input"),
+            counted(outputs.len(), "output"),
             number(model.time)
         ),
         good: true,
@@ -395,8 +412,29 @@ pub fn balance(found: &Balanced) -> Page {
                 rows: rows.collect(),
             },
         ],
+        over: Some(Port { name: "angle".into(), unit: "deg".into(), factor: 1.0, value: 0.0 }),
         ..Page::default()
     }
+}
+
+/// The force on the ground over the turns that were looked at, deg, before and with the counterweight: components that there are.
+#[must_use]
+pub fn shaking(found: &Balanced) -> (Vec<f64>, Vec<(Port, Vec<f64>)>) {
+    let first = found.before.angles.first().copied().unwrap_or(0.0);
+    let angles: Vec<f64> = found.before.angles.iter().map(|angle| (angle - first).to_degrees()).collect();
+    let all = [("before", &found.before), ("with the counterweight", &found.after)];
+    let largest = all.iter().flat_map(|(_, one)| one.force.iter().flatten()).fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut curves = Vec::new();
+    for (k, axis) in ["x", "y", "z"].iter().enumerate() {
+        if all.iter().all(|(_, one)| one.force.iter().all(|force| force[k].abs() <= ROUND_OFF * largest)) {
+            continue;
+        }
+        for (when, one) in all {
+            let port = Port { name: format!("F{axis} {when}"), unit: "N".into(), factor: 1.0, value: 0.0 };
+            curves.push((port, one.force.iter().map(|force| force[k]).collect()));
+        }
+    }
+    (angles, curves)
 }
 
 /// Of loads on a body.
@@ -404,12 +442,24 @@ pub fn balance(found: &Balanced) -> Page {
 pub fn loads(found: &Loads) -> Page {
     let mut tables = Vec::new();
     for case in &found.cases {
+        let wrenches = || case.wrenches.iter().chain([&case.inertia]);
+        let most =
+            |of: &dyn Fn(&Wrench) -> [f64; 3]| wrenches().flat_map(of).fold(0.0_f64, |most, part| most.max(part.abs()));
+        let sizes = [most(&|wrench| wrench.force), most(&|wrench| wrench.moment)];
+        let shown = |value: f64, size: f64| if value.abs() <= ROUND_OFF * size { "0".into() } else { number(value) };
         let row = |name: &str, force: &[f64; 3], moment: &[f64; 3]| {
-            let values = force.iter().chain(moment).map(|value| number(*value));
-            std::iter::once(name.to_owned()).chain(values).collect::<Vec<_>>()
+            let forces = force.iter().map(|value| shown(*value, sizes[0]));
+            let moments = moment.iter().map(|value| shown(*value, sizes[1]));
+            std::iter::once(name.to_owned()).chain(forces).chain(moments).collect::<Vec<_>>()
+        };
+        // An element may hold a body at several of its frames.
+        let name = |attachment: &Attachment| {
+            let several = found.attachments.iter().filter(|one| one.element == attachment.element).count() > 1;
+            let frame = if several { format!(", frame {}", attachment.frame) } else { String::new() };
+            format!("{}{frame}", attachment.element)
         };
         let mut rows: Vec<Vec<String>> = (found.attachments.iter().zip(&case.wrenches))
-            .map(|(attachment, wrench)| row(&attachment.element, &wrench.force, &wrench.moment))
+            .map(|(attachment, wrench)| row(&name(attachment), &wrench.force, &wrench.moment))
             .collect();
         rows.push(row("weight", &case.weight, &[0.0; 3]));
         rows.push(row("inertia", &case.inertia.force, &case.inertia.moment));

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use odyn::analyses::balance::{Balanced, Question, Shaking, balanced, size};
+use odyn::analyses::linear::Port;
 use odyn::analyses::prescribed;
 use odyn::analyses::shown;
 use odyn::desk::page::chart::{COLORS, Chart, Curve, file, linear_axis};
@@ -50,7 +51,9 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
     let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "balance"));
     let json = terminal::json(&found);
     write(&folder, "balance.json", json.as_bytes())?;
-    page(&folder, &session.scene, &shown::balance(&found), &[], &[])?;
+    let (angles, curves) = shown::shaking(&found);
+    let columns: Vec<(&Port, &[f64])> = curves.iter().map(|(port, values)| (port, values.as_slice())).collect();
+    page(&folder, &session.scene, &shown::balance(&found), &angles, &columns)?;
     write(&folder, "harmonics.csv", harmonics(&found).as_bytes())?;
     write(&folder, "shaking.csv", over_angle(&found).as_bytes())?;
     write(&folder, "shaking.svg", figure(&found).as_bytes())?;

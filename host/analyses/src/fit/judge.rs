@@ -118,8 +118,8 @@ fn with_estimates(scaled: &DMatrix<f64>, covariance: DMatrix<f64>, levels: &[Lev
     let mut unsure = DMatrix::<f64>::zeros(count, count);
     let mut spread = vec![0.0_f64; count];
     for level in levels.iter().filter(|level| level.freedoms > 0.0) {
-        let rows = level.rows.iter().map(|range| scaled.rows_range(range.clone()));
-        let said = rows.fold(DMatrix::zeros(count, count), |sum, own| sum + own.transpose() * own);
+        let own = scaled.select_rows(level.rows.iter());
+        let said = own.transpose() * own;
         let part = &covariance * &said * &covariance;
         unsure += (&part - &part * &said * &covariance) * (4.0 / level.freedoms);
         spread.iter_mut().enumerate().for_each(|(k, sum)| *sum += part[(k, k)].powi(2) / level.freedoms);
@@ -141,7 +141,7 @@ mod tests {
         let scaled = DMatrix::from_fn(23, 1, |row, _| 1.0 / noise[usize::from(row >= counts[0])]);
         let says: Vec<f64> = (0..2).map(|k| counts[k] as f64 / (noise[k] * noise[k])).collect();
         let variance = 1.0 / (says[0] + says[1]);
-        let level = |rows: std::ops::Range<usize>| Level { freedoms: rows.len() as f64 - 0.5, rows: vec![rows] };
+        let level = |rows: std::ops::Range<usize>| Level { freedoms: rows.len() as f64 - 0.5, rows: rows.collect() };
         let levels = [level(0..8), level(8..23)];
         let (found, known) = with_estimates(&scaled, DMatrix::from_element(1, 1, variance), &levels);
         let weight: Vec<f64> = says.iter().map(|one| one * variance).collect();
@@ -150,7 +150,7 @@ mod tests {
         assert!((found[(0, 0)] / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         let freedoms = 1.0 / (0..2).map(|k| weight[k] * weight[k] / levels[k].freedoms).sum::<f64>();
         assert!((known[0] / freedoms - 1.0).abs() < 1e-12, "{known:?} {freedoms}");
-        let alone = Level { freedoms: 22.0, rows: vec![0..23] };
+        let alone = Level { freedoms: 22.0, rows: (0..23).collect() };
         let (found, known) = with_estimates(&scaled, DMatrix::from_element(1, 1, variance), &[alone]);
         assert!((found[(0, 0)] / variance - 1.0).abs() < 1e-12 && (known[0] - 22.0).abs() < 1e-9, "{found} {known:?}");
     }

@@ -343,7 +343,7 @@ impl Search<'_> {
 /// Noise that was estimated: for which residuals, and from how many freedoms.
 #[derive(Debug, Clone)]
 struct Level {
-    rows: Vec<std::ops::Range<usize>>,
+    rows: Vec<usize>,
     freedoms: f64,
 }
 
@@ -400,13 +400,13 @@ impl Noise {
         let left = all.saturating_sub(parameters) as f64 / all as f64;
         let columns = (self.columns.iter().enumerate())
             .filter(|(_, (_, given))| !given)
-            .map(|(k, _)| Level { rows: vec![k * rows..(k + 1) * rows], freedoms: rows as f64 * left });
+            .map(|(k, _)| Level { rows: (k * rows..(k + 1) * rows).collect(), freedoms: rows as f64 * left });
         let first = self.columns.len() * rows;
         let unknown: Vec<_> = (data.targets.iter().enumerate())
             .filter(|(_, target)| target.noise.is_none())
-            .map(|(k, _)| first + k..first + k + 1)
+            .map(|(k, _)| first + k)
             .collect();
-        let figures = (!unknown.is_empty()).then(|| Level { freedoms: unknown.len() as f64 * left, rows: unknown });
+        let figures = (!unknown.is_empty()).then_some(Level { freedoms: unknown.len() as f64 * left, rows: unknown });
         columns.chain(figures).collect()
     }
 

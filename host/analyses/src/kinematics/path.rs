@@ -36,7 +36,7 @@ impl Path<'_> {
     /// What is at the place where the bodies are, with the tangent that goes on in a direction.
     pub(super) fn look(&mut self, ahead: Option<&DVector<f64>>) -> Result<Place, String> {
         let e = self.driven.expansion()?;
-        let own = self.driven.own;
+        let own = self.driven.rows.own;
         let jacobian = e.jacobian();
         let mut rows = jacobian.rows(0, own).into_owned().resize_vertically(own + e.idle.nrows(), 0.0);
         rows.rows_mut(own, e.idle.nrows()).copy_from(&e.idle);

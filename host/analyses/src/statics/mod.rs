@@ -4,7 +4,11 @@
 //! implicit steps whose size grows as loads come to balance, until they are Newton's (pseudo-transient continuation, Kelley & Keyes
 //! 1998). A step that loads oppose at its end is taken again, shorter: so it goes down in energy where there is one, and away from
 //! saddles. Element states go to where their rates are zero at the same time. What is found is judged by its own equations.
+//!
+//! Friction that can stick holds where the scene puts it, as far as its limits go (`friction.rs`); what does not hold is taken as none.
 
+mod friction;
+mod places;
 mod search;
 
 use serde::Serialize;
@@ -15,6 +19,7 @@ use crate::linear::{Linear, Port, check_elements, refuse};
 use crate::modes::{Modes, Stability};
 use crate::moves;
 use crate::session::{Instant, Restart, Session, SessionError};
+pub use friction::Held;
 use search::{Place, Search};
 
 /// Two equilibria are one where no body differs by more than this share of the scene's size, or by that angle.
@@ -63,6 +68,8 @@ pub struct Equilibrium {
     pub not_unique: Vec<String>,
     /// Unilateral rows that are closed.
     pub closed: Vec<String>,
+    /// Frictions that stick, with the share of their limits that this takes, and those that do not hold the scene where it stands.
+    pub friction: Vec<Held>,
     /// Small motions about it: neutral directions say which bodies float.
     pub modes: Modes,
     /// From which of the starts; 0 is the scene's own.
@@ -97,7 +104,7 @@ pub struct Equilibria {
 /// Opaque elements; no equilibrium that was found, with the cause.
 pub fn equilibrium(session: &Session, progress: &mut dyn FnMut(f64)) -> Result<Equilibrium, SessionError> {
     let mut search = prepare(session)?;
-    let place = search.from(&given(session), progress).map_err(|reason| not_found(session, &reason))?;
+    let place = search.from(&given(session), true, progress).map_err(|reason| not_found(session, &reason))?;
     settle(session, &search, place, 0)
 }
 
@@ -131,7 +138,7 @@ pub fn equilibria(session: &Session, starts: usize, progress: &mut dyn FnMut(f64
         progress(number as f64 / starts.max(1) as f64);
         let begin = given(session);
         let begin = if number == 0 { Ok(begin) } else { search.elsewhere(&begin, number as u64) };
-        let place = begin.and_then(|begin| search.from(&begin, &mut |_| ()));
+        let place = begin.and_then(|begin| search.from(&begin, number == 0, &mut |_| ()));
         let place = match place {
             Ok(place) => place,
             Err(reason) => {
@@ -172,9 +179,44 @@ fn not_found(session: &Session, reason: &str) -> SessionError {
     refuse(session, Diagnostic::error(codes::NO_EQUILIBRIUM, format!("no equilibrium was found: {reason}")).help(help))
 }
 
+/// What friction does.
+fn say_friction(session: &Session, friction: &[Held], notes: &mut Vec<String>) {
+    if session.equations.frictions.is_empty() {
+        return;
+    }
+    let list = |holds: bool| -> Vec<String> {
+        let own = friction.iter().filter(|one| one.holds == holds);
+        let percent = |one: &Held| match (one.share.is_finite(), holds) {
+            (true, true) => format!("{} ({:.1} % of its limit)", one.name, 100.0 * one.share),
+            (true, false) => format!("{} ({:.4} times its limit)", one.name, one.share),
+            _ => format!("{} (nothing presses)", one.name),
+        };
+        own.map(percent).collect()
+    };
+    let (held, overcome) = (list(true), list(false));
+    if !held.is_empty() {
+        notes.push(format!(
+            "friction holds the scene where it stands: {}; small motions are those of what it leaves, and places next to this rest as well",
+            held.join(", ")
+        ));
+    }
+    if !overcome.is_empty() {
+        notes.push(format!(
+            "friction cannot hold the scene where it stands, and is taken as none here: {}; with it the scene rests in a range of places around this",
+            overcome.join(", ")
+        ));
+    }
+    if held.is_empty() && overcome.is_empty() {
+        notes.push(
+            "friction that could stick is taken as none: with it the scene rests in a range of places around this"
+                .into(),
+        );
+    }
+}
+
 /// Everything that is told of a place of balance.
 fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -> Result<Equilibrium, SessionError> {
-    let Place { inputs, closed, steps, audit, not_unique } = place;
+    let Place { inputs, closed, steps, audit, not_unique, friction } = place;
     let layout = &session.plan.layout;
     let instant = Instant { time: inputs[0], inputs, closed };
     let linear = Linear::at(session, &instant, None, None)?;
@@ -182,12 +224,7 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
     if !not_unique.is_empty() {
         modes.notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
     }
-    if !session.equations.frictions.is_empty() {
-        modes.notes.push(
-            "friction that could stick is taken as none: with it the scene rests in a range of places around this"
-                .into(),
-        );
-    }
+    say_friction(session, &friction, &mut modes.notes);
     let bodies = (session.model.bodies.iter().enumerate()).map(|(body, record)| {
         let at = |k: usize| instant.inputs[layout.body_slot(body, k)];
         Pose { body: record.name.clone(), position: [at(0), at(1), at(2)], orientation: [at(3), at(4), at(5), at(6)] }
@@ -200,7 +237,10 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
         bodies: bodies.collect(),
         outputs: linear.outputs.clone(),
         not_unique,
-        closed: instant.closed.iter().map(|contact| search.contact_name(*contact)).collect(),
+        closed: (instant.closed.iter().filter(|one| **one < session.equations.contacts.len()))
+            .map(|contact| search.contact_name(*contact))
+            .collect(),
+        friction,
         modes,
         start: number,
         instant,

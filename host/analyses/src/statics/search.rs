@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Audit;
+use super::friction::{Grips, Held};
 use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function, Local, Unknowns};
 use crate::linear::rows_in_force;
 use crate::moves;
@@ -47,30 +48,41 @@ pub(super) struct Place {
     pub(super) steps: usize,
     pub(super) audit: Audit,
     pub(super) not_unique: Vec<String>,
+    pub(super) friction: Vec<Held>,
+}
+
+/// How a search ends.
+enum Down {
+    At(Place),
+    /// These frictions do not hold where it would be.
+    Slips(Vec<Held>),
 }
 
 /// What is known at a place.
-struct Look {
-    expansion: Expansion,
-    freedom: Freedom,
+pub(super) struct Look {
+    pub(super) expansion: Expansion,
+    pub(super) freedom: Freedom,
     /// Jacobian of the rows, then of those that mean nothing.
-    rows: usize,
+    pub(super) rows: usize,
     /// What is left on the bodies, six each.
-    left: DVector<f64>,
+    pub(super) left: DVector<f64>,
     /// Rates of the states.
-    rates: DVector<f64>,
+    pub(super) rates: DVector<f64>,
 }
 
 /// See the module documentation.
 pub(super) struct Search<'s> {
-    session: &'s Session,
-    layout: &'s Layout,
-    local: Local,
-    closed: Vec<usize>,
+    pub(super) session: &'s Session,
+    pub(super) layout: &'s Layout,
+    pub(super) local: Local,
+    pub(super) closed: Vec<usize>,
+    /// Rows in force: contacts that are closed and, behind their numbers, frictions that stick.
+    in_force: Vec<usize>,
+    pub(super) grips: Grips,
     angles: Evaluator,
     gaps: Evaluator,
     unknowns: Unknowns,
-    length: f64,
+    pub(super) length: f64,
 }
 
 impl<'s> Search<'s> {
@@ -86,6 +98,8 @@ impl<'s> Search<'s> {
             unknowns: Unknowns::new(&equations, &session.model, layout),
             local: Self::local(session, &[]),
             closed: Vec::new(),
+            in_force: Vec::new(),
+            grips: Grips::new(&equations),
             session,
             layout,
             length,
@@ -102,22 +116,56 @@ impl<'s> Search<'s> {
         self.row_name(self.session.equations.contacts[contact].row)
     }
 
-    fn row_name(&self, row: usize) -> String {
+    pub(super) fn row_name(&self, row: usize) -> String {
         let (element, k) = self.layout.element_of_row(row);
         self.session.model.elements[element].row_name(k)
     }
 
-    fn close(&mut self, closed: Vec<usize>) {
-        if self.closed != closed {
-            self.local = Self::local(self.session, &closed);
-            self.closed = closed;
+    pub(super) fn close(&mut self, closed: Vec<usize>) {
+        let first = self.session.equations.contacts.len();
+        let sticking = self.grips.sticking(&closed).into_iter().map(|number| first + number);
+        let in_force: Vec<usize> = closed.iter().copied().chain(sticking).collect();
+        if self.in_force != in_force {
+            self.local = Self::local(self.session, &in_force);
+            self.in_force = in_force;
+        }
+        self.closed = closed;
+    }
+
+    /// Equilibrium from a place, which is brought to rest and to the rows first. With friction, what can stick does so where it
+    /// is as far as its limits hold: those that do not are taken as none, and the search begins again.
+    pub(super) fn from(
+        &mut self,
+        start: &[f64],
+        with_friction: bool,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Place, String> {
+        let mut inputs = start.to_vec();
+        self.rest(&mut inputs);
+        self.grip(&mut inputs, with_friction)?;
+        let mut overcome: Vec<Held> = Vec::new();
+        loop {
+            let found = self.down(&inputs, progress);
+            let sticking = !self.grips.sticking(&self.closed).is_empty();
+            match found {
+                Ok(Down::At(mut place)) => {
+                    place.friction.append(&mut overcome);
+                    return Ok(place);
+                }
+                Ok(Down::Slips(slips)) => {
+                    overcome.retain(|one| slips.iter().all(|other| other.name != one.name));
+                    overcome.extend(slips);
+                }
+                Err(_) if sticking => self.grips.released.fill(true),
+                Err(reason) => return Err(reason),
+            }
+            // The rows in force change with those released, though the contacts may not.
+            self.close(Vec::new());
         }
     }
 
-    /// Equilibrium from a place, which is brought to rest and to the rows first.
-    pub(super) fn from(&mut self, start: &[f64], progress: &mut dyn FnMut(f64)) -> Result<Place, String> {
+    fn down(&mut self, start: &[f64], progress: &mut dyn FnMut(f64)) -> Result<Down, String> {
         let mut inputs = start.to_vec();
-        self.rest(&mut inputs);
         let touching = self.gap_values(&inputs)?;
         let closed = (0..touching.len()).filter(|k| touching[*k] <= MET * self.length).collect();
         self.close(closed);
@@ -140,6 +188,10 @@ impl<'s> Search<'s> {
             // Where nothing is gained any more, round-off is all that is left.
             let stuck = worst <= GOOD && steps > best.1 + 2;
             if worst <= 1.0 || stuck {
+                let friction = self.held(&look, &mut inputs)?;
+                if friction.iter().any(|one| !one.holds) {
+                    return Ok(Down::Slips(friction.into_iter().filter(|one| !one.holds).collect()));
+                }
                 if let Some(pulling) = self.pulling(&look, &inputs) {
                     changes += 1;
                     if changes > MOST_CHANGES {
@@ -159,7 +211,8 @@ impl<'s> Search<'s> {
                     return Err(format!("the joints are violated by {:.1e} of the scene's size", audit.rows));
                 }
                 let not_unique = self.not_unique(&look);
-                return Ok(Place { inputs, closed: self.closed.clone(), steps, audit, not_unique });
+                let closed = self.in_force.clone();
+                return Ok(Down::At(Place { inputs, closed, steps, audit, not_unique, friction }));
             }
             let (next, after, taken) = self.step(&inputs, &look, size).map_err(|why| self.why(&look, &inputs, &why))?;
             (inputs, look) = (next, after);
@@ -194,40 +247,11 @@ impl<'s> Search<'s> {
         Err(self.why(&look, &inputs, &format!("loads are not in balance after {MOST_STEPS} steps")))
     }
 
-    /// Another start: bodies moved at random as far as the joints let them.
-    pub(super) fn elsewhere(&mut self, start: &[f64], seed: u64) -> Result<Vec<f64>, String> {
-        let mut inputs = start.to_vec();
-        self.rest(&mut inputs);
-        self.close(Vec::new());
-        self.project(&mut inputs)?;
-        // SplitMix64.
-        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut random = move || {
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
-        };
-        let n = self.layout.velocities();
-        let wish = DVector::from_fn(n, |k, _| if k % 6 < 3 { random() * self.length } else { random() * 3.0 });
-        for _ in 0..20 {
-            let look = self.look(&mut inputs)?;
-            let allowed = &look.freedom.basis * (&look.freedom.components * &wish) / 20.0;
-            let mut next = inputs.clone();
-            self.go(&mut next, &allowed);
-            if self.project(&mut next).is_err() {
-                break;
-            }
-            inputs = next;
-        }
-        Ok(inputs)
-    }
-
-    fn rest(&self, inputs: &mut [f64]) {
+    pub(super) fn rest(&self, inputs: &mut [f64]) {
         moves::rest(self.layout, inputs);
     }
 
-    fn go(&self, inputs: &mut [f64], step: &DVector<f64>) {
+    pub(super) fn go(&self, inputs: &mut [f64], step: &DVector<f64>) {
         moves::go(self.layout, inputs, step);
     }
 
@@ -251,27 +275,39 @@ impl<'s> Search<'s> {
     }
 
     /// Brings positions to the rows.
-    fn project(&mut self, inputs: &mut [f64]) -> Result<(), String> {
+    pub(super) fn project(&mut self, inputs: &mut [f64]) -> Result<(), String> {
         let mut last = f64::INFINITY;
+        let mut sticks = !self.grips.sticking(&self.closed).is_empty();
         for _ in 0..CORRECTIONS {
             let found = self.expansion(inputs)?;
             let rows = found.holonomic();
-            let jacobian = found.jacobian().select_rows(rows.iter());
+            let whole = found.jacobian();
+            let jacobian = whole.select_rows(rows.iter());
             let values = found.value(Function::Rows).select_rows(rows.iter());
-            let freedom = Freedom::of(&jacobian, &found.scales).map_err(|error| error.to_string())?;
             let worst = moves::violation(&jacobian, &values, &found.scales).0 / self.length;
             if worst <= ROWS || worst >= 0.5 * last && worst <= MET {
                 return Ok(());
             }
+            // What sticks is not moved, unless joints cannot be met otherwise.
+            sticks &= worst < 0.5 * last;
             last = worst;
-            let step = &freedom.lift * -values.select_rows(freedom.independent.iter());
+            let step = if sticks {
+                let held = self.sticking_rows(&whole);
+                let free = Freedom::of(&held, &found.scales).map_err(|error| error.to_string())?.basis;
+                let ones = DVector::from_element(free.ncols(), 1.0);
+                let freedom = Freedom::of(&(&jacobian * &free), &ones).map_err(|error| error.to_string())?;
+                free * (&freedom.lift * -values.select_rows(freedom.independent.iter()))
+            } else {
+                let freedom = Freedom::of(&jacobian, &found.scales).map_err(|error| error.to_string())?;
+                &freedom.lift * -values.select_rows(freedom.independent.iter())
+            };
             self.go(inputs, &step);
         }
         Err(format!("the joints cannot be met on the way: they miss by {last:.1e} of the scene's size"))
     }
 
     /// What acts at a place, with the reactions that hold best there.
-    fn look(&mut self, inputs: &mut [f64]) -> Result<Look, String> {
+    pub(super) fn look(&mut self, inputs: &mut [f64]) -> Result<Look, String> {
         self.count(inputs)?;
         let mut found = self.expansion(inputs)?;
         let n = found.mass.nrows();
@@ -389,7 +425,7 @@ impl<'s> Search<'s> {
     }
 
     /// The body that loads would accelerate most alone, and how much, m/s^2; turns on the size of the scene.
-    fn fastest(&self, loads: &DVector<f64>) -> Option<(usize, f64)> {
+    pub(super) fn fastest(&self, loads: &DVector<f64>) -> Option<(usize, f64)> {
         let of = |(index, body): (usize, &crate::model::Body)| {
             let force = loads.fixed_rows::<3>(6 * index).norm() / body.mass;
             let moment = loads.fixed_rows::<3>(6 * index + 3).norm() * self.length;
@@ -452,42 +488,5 @@ impl<'s> Search<'s> {
         };
         let worst = self.closed.iter().filter_map(|contact| pull(contact).map(|value| (*contact, value)));
         worst.filter(|(_, value)| *value > PULLS * size).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(contact, _)| contact)
-    }
-
-    /// Rows that take part in a combination that rigid bodies do not determine.
-    fn not_unique(&self, look: &Look) -> Vec<String> {
-        let jacobian = look.expansion.jacobian();
-        let own: Vec<usize> = look.freedom.independent.iter().copied().filter(|row| *row < look.rows).collect();
-        let mut open = vec![false; look.rows];
-        for row in (0..look.rows).filter(|row| !own.contains(row)) {
-            open[row] = true;
-            let shares = jacobian.row(row) * &look.freedom.lift;
-            for (k, place) in look.freedom.independent.iter().enumerate().filter(|(_, place)| **place < look.rows) {
-                open[*place] |= (shares[k] * jacobian.row(*place).norm()).abs() > 1e-9 * jacobian.row(row).norm();
-            }
-        }
-        (0..look.rows).filter(|row| open[*row]).map(|row| self.row_name(self.local.rows()[row])).collect()
-    }
-
-    /// Why there is no balance, with the body that accelerates most.
-    fn why(&self, look: &Look, inputs: &[f64], reason: &str) -> String {
-        let worst = self.fastest(&look.left).filter(|(_, most)| *most > 0.0);
-        let still = worst.map_or_else(String::new, |(body, most)| {
-            let name = &self.session.model.bodies[body].name;
-            format!("; `{name}` still accelerates most, by {most:.1e} m/s^2 (turns on the size of the scene)")
-        });
-        let states: Vec<&str> = (self.session.model.elements.iter().enumerate())
-            .filter(|(element, _)| {
-                let own = self.local.states().iter().enumerate();
-                own.filter(|(_, state)| self.layout.states_of(*element).contains(state)).any(|(k, state)| {
-                    let (rate, value) = (look.rates[k].abs(), inputs[self.layout.state_slot() + state].abs());
-                    rate > 1e-6 * value.max(1e-6)
-                })
-            })
-            .map(|(_, element)| element.name.as_str())
-            .collect();
-        let states =
-            if states.is_empty() { String::new() } else { format!("; states still change: {}", states.join(", ")) };
-        format!("{reason}{still}{states}")
     }
 }

@@ -186,6 +186,32 @@ async function two() {
   await context.close();
 }
 
+/** *Show* chooses a mode: the time stays within its period, the picture is another, and its largest swing is the mode's shape. */
+async function modes() {
+  const folder = join(work, "modes");
+  const scene = "scenes/benchmarks/chain_N10.toml";
+  const more = ["--at", "equilibrium", "--json", "-o", folder];
+  const found = JSON.parse(execFileSync(odyn, ["modes", scene, ...more], { cwd: repository, stdio: ["ignore", "pipe", "ignore"], maxBuffer: 1 << 26 }));
+  execFileSync(odyn, ["report", folder], { stdio: "ignore" });
+  const { page, context, faults } = await open(join(folder, "report.html"));
+  const show = page.getByLabel("Show", { exact: true });
+  const names = await show.locator("option").allInnerTexts();
+  assert.equal(names.length, found.modes.length);
+  const seen = [];
+  for (const k of [0, 1, names.length - 1]) {
+    await show.selectOption({ index: k });
+    const { from, to, now } = await page.evaluate(() => ({ from: window.odyn.clock.from, to: window.odyn.clock.to, now: window.odyn.clock.now }));
+    assert.ok(from === k && Math.abs(to - (k + 1)) < 1e-6 && now >= from && now <= to, `${names[k]}: ${from} to ${to}, now ${now}`);
+    await page.evaluate((t) => (window.odyn.clock.set(t), window.odyn.view.draw()), k);
+    seen.push(await page.locator("#motion canvas").screenshot());
+    await picture(page, `mode-${k + 1}`);
+  }
+  assert.ok(!seen[0].equals(seen[1]) && !seen[1].equals(seen[2]), "modes look alike");
+  await accessible(page, "modes");
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
 /** Names that would be scripts if anything took them for HTML. */
 async function hostile() {
   const evil = "<script>document.title='taken'</script><img src=x onerror=document.title='taken'>";
@@ -255,6 +281,7 @@ async function frames() {
 try {
   const ready = await compressor();
   await two();
+  await modes();
   await hostile();
   const rate = await frames();
   const [waited, megabytes] = await large();

@@ -178,7 +178,7 @@ impl Equations {
     }
 
     /// The second derivative with respect to time: Phi_q a - gamma.
-    fn row_acceleration(&mut self, row: &Row, layout: &Layout) -> Node {
+    pub fn row_acceleration(&mut self, row: &Row, layout: &Layout) -> Node {
         let mut sum = self.graph.neg(row.gamma);
         for (column, slope) in &row.jacobian {
             let acceleration = self.acceleration(*column, layout);
