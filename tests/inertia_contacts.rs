@@ -404,3 +404,35 @@ fn what_is_light_beside_the_mass_of_an_element_is_struck_all_the_same() {
     let found = impacts(&report)[0].impulse;
     assert!((found - impulse).abs() < 1e-8, "{found} {impulse}");
 }
+
+/// A chain whose rotors make it too long for coordinates of joints, unless no row closes it, keeps them where one of its joints meets
+/// a stop.
+#[test]
+fn a_long_chain_keeps_its_coordinates_at_a_stop() {
+    let mut scene = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 0.4\noutput_step = 0.1\n".to_owned();
+    for k in 0..22 {
+        let (before, x) = (if k == 0 { "ground".to_owned() } else { format!("link-{}", k - 1) }, 0.1 * f64::from(k));
+        scene += &format!(
+            "[[body]]\nname = \"link-{k}\"\nmass = 1\ninertia = [0.001, 0.002, 0.002]\nposition = [{:e}, 0, 0]\n\
+             [[joint]]\nname = \"hinge-{k}\"\ntype = \"revolute\"\nbodies = [\"{before}\", \"link-{k}\"]\npoint = [{x:e}, 0, 0]\naxis = [0, 0, 1]\n",
+            x + 0.05
+        );
+        scene += &format!(
+            "[[force]]\nname = \"rotor-{k}\"\ntype = \"rotational-inerter\"\nbodies = [\"{before}\", \"link-{k}\"]\npoint = [{x:e}, 0, 0]\n\
+             axis = [0, 0, 1]\nparams.inertance = 0.01\n"
+        );
+    }
+    scene += "[[joint]]\nname = \"end\"\ntype = \"rotational-stop\"\nbodies = [\"ground\", \"link-0\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+              params = { lower = -0.2, upper = 1, restitution = 0.3 }\n\
+              [[output]]\nname = \"first\"\nquantity = \"coordinate\"\nof = \"hinge-0\"\n[[output]]\nname = \"last\"\nquantity = \"coordinate\"\nof = \"hinge-3\"\n";
+    let ways = ["auto", "joint", "cartesian"];
+    let [auto, joint, cartesian] =
+        ways.map(|way| run(&scene, &[&format!("simulation.formulation={way}"), "simulation.tolerance=1e-9"]));
+    assert!(!impacts(&auto).is_empty());
+    for (other, tolerance) in [(&joint, 1e-9), (&cartesian, 1e-6)] {
+        assert_eq!(impacts(&auto).len(), impacts(other).len());
+        for (a, b) in auto.columns.iter().zip(&other.columns) {
+            assert!(difference(a, b) < tolerance, "{}", difference(a, b));
+        }
+    }
+}
