@@ -54,6 +54,16 @@ unsafe extern "C" fn free(memory: *mut c_void) {
     unsafe { libc::free(memory) };
 }
 
+/// Its functions for states.
+pub(crate) const STATES: [&str; 6] = [
+    "fmi2GetFMUstate",
+    "fmi2SetFMUstate",
+    "fmi2FreeFMUstate",
+    "fmi2SerializedFMUstateSize",
+    "fmi2SerializeFMUstate",
+    "fmi2DeSerializeFMUstate",
+];
+
 /// See the module documentation.
 pub(crate) struct Functions {
     instantiate: Instantiate,
@@ -71,15 +81,7 @@ pub(crate) struct Functions {
     get_boolean: Get<c_int>,
     do_step: unsafe extern "C" fn(Component, f64, f64, c_int) -> c_int,
     boolean_status: Option<unsafe extern "C" fn(Component, c_int, *mut c_int) -> c_int>,
-    get_state: Option<Get1>,
-    set_state: Option<unsafe extern "C" fn(Component, *mut c_void) -> c_int>,
-    free_state: Option<Get1>,
-    state_size: Option<unsafe extern "C" fn(Component, *mut c_void, *mut usize) -> c_int>,
-    serialize: Option<unsafe extern "C" fn(Component, *mut c_void, *mut u8, usize) -> c_int>,
-    deserialize: Option<unsafe extern "C" fn(Component, *const u8, usize, *mut *mut c_void) -> c_int>,
 }
-
-type Get1 = unsafe extern "C" fn(Component, *mut *mut c_void) -> c_int;
 
 impl Functions {
     pub(crate) fn find(library: &libloading::Library) -> Result<Self, String> {
@@ -101,12 +103,6 @@ impl Functions {
                 get_boolean: symbol(library, "fmi2GetBoolean")?,
                 do_step: symbol(library, "fmi2DoStep")?,
                 boolean_status: symbol(library, "fmi2GetBooleanStatus").ok(),
-                get_state: symbol(library, "fmi2GetFMUstate").ok(),
-                set_state: symbol(library, "fmi2SetFMUstate").ok(),
-                free_state: symbol(library, "fmi2FreeFMUstate").ok(),
-                state_size: symbol(library, "fmi2SerializedFMUstateSize").ok(),
-                serialize: symbol(library, "fmi2SerializeFMUstate").ok(),
-                deserialize: symbol(library, "fmi2DeSerializeFMUstate").ok(),
             })
         }
     }
@@ -210,40 +206,6 @@ impl Functions {
         ("fmi2DoStep", status, ends != 0)
     }
 
-    pub(crate) fn save(&self, c: Component) -> Result<Vec<u8>, String> {
-        let (Some(get), Some(size), Some(write), Some(drop)) =
-            (self.get_state, self.state_size, self.serialize, self.free_state)
-        else {
-            return Err("its binary lacks the functions that save its state".into());
-        };
-        let mut state = ptr::null_mut();
-        let mut length = 0;
-        // SAFETY: an instance that is alive; the state is freed below, by the one that made it.
-        unsafe {
-            checked("fmi2GetFMUstate", get(c, &raw mut state))?;
-            let written = checked("fmi2SerializedFMUstateSize", size(c, state, &raw mut length)).and_then(|()| {
-                let mut bytes = vec![0; bounded(length)?];
-                checked("fmi2SerializeFMUstate", write(c, state, bytes.as_mut_ptr(), length)).map(|()| bytes)
-            });
-            drop(c, &raw mut state);
-            written
-        }
-    }
-
-    pub(crate) fn load(&self, c: Component, bytes: &[u8]) -> Result<(), String> {
-        let (Some(read), Some(set), Some(drop)) = (self.deserialize, self.set_state, self.free_state) else {
-            return Err("its binary lacks the functions that restore its state".into());
-        };
-        let mut state = ptr::null_mut();
-        // SAFETY: an instance that is alive, bytes of this length; the state is freed by the one that made it.
-        unsafe {
-            checked("fmi2DeSerializeFMUstate", read(c, bytes.as_ptr(), bytes.len(), &raw mut state))?;
-            let done = checked("fmi2SetFMUstate", set(c, state));
-            drop(c, &raw mut state);
-            done
-        }
-    }
-
     /// Ends an instance, which is not used any more.
     pub(crate) fn end(&self, c: Component, terminate: bool) {
         // SAFETY: an instance that is alive.
@@ -261,16 +223,3 @@ struct Held(Callbacks);
 
 // SAFETY: functions without state and the address of a log behind a lock.
 unsafe impl Send for Held {}
-
-/// Bytes that a state may have.
-pub(crate) fn bounded(length: usize) -> Result<usize, String> {
-    const MOST: usize = 1 << 28;
-    if length <= MOST { Ok(length) } else { Err(format!("its state has {length} bytes; at most {MOST} are kept")) }
-}
-
-pub(crate) fn checked(function: &str, status: i32) -> Result<(), String> {
-    match Status::of(status) {
-        Status::Fine => Ok(()),
-        other => Err(format!("{function} returned {}", other.words())),
-    }
-}

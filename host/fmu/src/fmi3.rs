@@ -7,14 +7,12 @@ use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
 use crate::description::Storage;
-use crate::fmi2::{bounded, checked};
 use crate::library::{Log, Making, Status, symbol, text};
 
 type Component = *mut c_void;
 type Set<T> = unsafe extern "C" fn(Component, *const u32, usize, *const T, usize) -> c_int;
 type Get<T> = unsafe extern "C" fn(Component, *const u32, usize, *mut T, usize) -> c_int;
 type Plain = unsafe extern "C" fn(Component) -> c_int;
-type GetState = unsafe extern "C" fn(Component, *mut *mut c_void) -> c_int;
 type Logger = unsafe extern "C" fn(*const c_void, c_int, *const c_char, *const c_char);
 type Instantiate = unsafe extern "C" fn(
     *const c_char,
@@ -71,6 +69,16 @@ impl<T: Copy + Default> Access<T> {
     }
 }
 
+/// Its functions for states.
+pub(crate) const STATES: [&str; 6] = [
+    "fmi3GetFMUState",
+    "fmi3SetFMUState",
+    "fmi3FreeFMUState",
+    "fmi3SerializedFMUStateSize",
+    "fmi3SerializeFMUState",
+    "fmi3DeserializeFMUState",
+];
+
 /// See the module documentation.
 pub(crate) struct Functions {
     instantiate: Instantiate,
@@ -92,12 +100,6 @@ pub(crate) struct Functions {
     boolean: Access<u8>,
     set_string: Option<Set<*const c_char>>,
     do_step: unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> c_int,
-    get_state: Option<GetState>,
-    set_state: Option<unsafe extern "C" fn(Component, *mut c_void) -> c_int>,
-    free_state: Option<GetState>,
-    state_size: Option<unsafe extern "C" fn(Component, *mut c_void, *mut usize) -> c_int>,
-    serialize: Option<unsafe extern "C" fn(Component, *mut c_void, *mut u8, usize) -> c_int>,
-    deserialize: Option<unsafe extern "C" fn(Component, *const u8, usize, *mut *mut c_void) -> c_int>,
 }
 
 impl Functions {
@@ -123,12 +125,6 @@ impl Functions {
                 boolean: Access::find(library, "Boolean"),
                 set_string: symbol(library, "fmi3SetString").ok(),
                 do_step: symbol(library, "fmi3DoStep")?,
-                get_state: symbol(library, "fmi3GetFMUState").ok(),
-                set_state: symbol(library, "fmi3SetFMUState").ok(),
-                free_state: symbol(library, "fmi3FreeFMUState").ok(),
-                state_size: symbol(library, "fmi3SerializedFMUStateSize").ok(),
-                serialize: symbol(library, "fmi3SerializeFMUState").ok(),
-                deserialize: symbol(library, "fmi3DeserializeFMUState").ok(),
             })
         }
     }
@@ -234,40 +230,6 @@ impl Functions {
             status => status,
         };
         ("fmi3DoStep", status, ends != 0)
-    }
-
-    pub(crate) fn save(&self, c: Component) -> Result<Vec<u8>, String> {
-        let (Some(get), Some(size), Some(write), Some(drop)) =
-            (self.get_state, self.state_size, self.serialize, self.free_state)
-        else {
-            return Err("its binary lacks the functions that save its state".into());
-        };
-        let mut state = ptr::null_mut();
-        let mut length = 0;
-        // SAFETY: an instance that is alive; the state is freed below, by the one that made it.
-        unsafe {
-            checked("fmi3GetFMUState", get(c, &raw mut state))?;
-            let written = checked("fmi3SerializedFMUStateSize", size(c, state, &raw mut length)).and_then(|()| {
-                let mut bytes = vec![0; bounded(length)?];
-                checked("fmi3SerializeFMUState", write(c, state, bytes.as_mut_ptr(), length)).map(|()| bytes)
-            });
-            drop(c, &raw mut state);
-            written
-        }
-    }
-
-    pub(crate) fn load(&self, c: Component, bytes: &[u8]) -> Result<(), String> {
-        let (Some(read), Some(set), Some(drop)) = (self.deserialize, self.set_state, self.free_state) else {
-            return Err("its binary lacks the functions that restore its state".into());
-        };
-        let mut state = ptr::null_mut();
-        // SAFETY: an instance that is alive, bytes of this length; the state is freed by the one that made it.
-        unsafe {
-            checked("fmi3DeserializeFMUState", read(c, bytes.as_ptr(), bytes.len(), &raw mut state))?;
-            let done = checked("fmi3SetFMUState", set(c, state));
-            drop(c, &raw mut state);
-            done
-        }
     }
 
     /// Ends an instance, which is not used any more.

@@ -169,10 +169,7 @@ impl Instance {
     /// It cannot save its state.
     pub(crate) fn save(&mut self) -> Result<Vec<u8>, String> {
         self.begin_to_step()?;
-        match &self.library.functions {
-            Functions::Two(functions) => functions.save(self.component),
-            Functions::Three(functions) => functions.save(self.component),
-        }
+        self.library.states.save(self.component)
     }
 
     /// Brings it back to a state that another instance has saved at a time, s.
@@ -181,10 +178,7 @@ impl Instance {
     /// It refuses the bytes.
     pub(crate) fn load(&mut self, t: f64, bytes: &[u8]) -> Result<(), String> {
         self.begin_to_step()?;
-        match &self.library.functions {
-            Functions::Two(functions) => functions.load(self.component, bytes),
-            Functions::Three(functions) => functions.load(self.component, bytes),
-        }?;
+        self.library.states.load(self.component, bytes)?;
         self.time = t;
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! - **Gives**: [`Fmu`], read and checked; an [`element_api::set::ElementClass`] of it ([`Fmu::class`]), whose instances hold their
 //!   outputs between communication points and compute from one to the next where the host says so
 //!   ([`element_api::set::ElementSet::communicate`]).
-//! - **May touch**: a folder for temporary files, the loader of the system. `library.rs`, `fmi2.rs` and `fmi3.rs` call foreign code.
+//! - **May touch**: a folder for temporary files, the loader of the system. `library.rs`, `fmi2.rs`, `fmi3.rs` and `states.rs` call foreign code.
 //! - **Must not know**: scenes, other elements, how the host steps. A communication step is never repeated here.
 //!
 //! | file | content |
@@ -12,7 +12,7 @@
 //! | `archive.rs` | zip archives, read within limits |
 //! | `description.rs`, `unit.rs` | `modelDescription.xml`: what there is, in which units |
 //! | `files.rs` | an FMU unpacked, its binary for this machine |
-//! | `library.rs`, `fmi2.rs`, `fmi3.rs` | the functions of its binary |
+//! | `library.rs`, `fmi2.rs`, `fmi3.rs`, `states.rs` | the functions of its binary |
 //! | `instance.rs` | one instance from its start to its end |
 //! | `class.rs` | the same as an element |
 
@@ -24,6 +24,7 @@ mod fmi2;
 mod fmi3;
 mod instance;
 mod library;
+mod states;
 mod unit;
 
 #[cfg(test)]

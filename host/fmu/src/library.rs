@@ -9,6 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 
 use crate::description::{Description, Storage, Version};
+use crate::states::States;
 use crate::{fmi2, fmi3};
 
 /// Messages of an FMU that are kept for the next failure.
@@ -25,6 +26,7 @@ pub(crate) enum Functions {
 /// A binary that is loaded.
 pub(crate) struct Library {
     pub(crate) functions: Functions,
+    pub(crate) states: States,
     /// Instances that are alive.
     pub(crate) alive: AtomicUsize,
 }
@@ -38,8 +40,14 @@ impl Library {
             Version::Two => Functions::Two(fmi2::Functions::find(&library)?),
             Version::Three => Functions::Three(fmi3::Functions::find(&library)?),
         };
+        let names = match version {
+            Version::Two => &fmi2::STATES,
+            Version::Three => &fmi3::STATES,
+        };
+        // SAFETY: the names that the standard gives.
+        let states = unsafe { States::find(&library, names) };
         std::mem::forget(library);
-        Ok(Self { functions, alive: AtomicUsize::new(0) })
+        Ok(Self { functions, states, alive: AtomicUsize::new(0) })
     }
 }
 
