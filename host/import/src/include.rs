@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use odyn_diagnostics::{Diagnostic, Source, codes};
 
-use crate::{LONGEST, file_text, xml};
+use crate::{LONGEST, Refused, file_text, xml};
 
 /// Files that are read for one scene.
 const MOST_FILES: usize = 1000;
@@ -35,12 +35,12 @@ impl Whole {
     ///
     /// # Errors
     /// A file that cannot be read, is included twice, or is no XML.
-    pub(crate) fn read(source: Source, folder: &Path) -> Result<Self, (Diagnostic, Source)> {
+    pub(crate) fn read(source: Source, folder: &Path) -> Result<Self, Box<Refused>> {
         let text = source.text.clone();
         let mut whole = Self { text: String::with_capacity(text.len()), source, pieces: Vec::new() };
         match whole.add(&text, 0, folder, &mut HashSet::new(), true) {
             Ok(()) => Ok(whole),
-            Err(error) => Err((error, whole.source)),
+            Err(error) => Err(Box::new(Refused { diagnostics: vec![error], source: whole.source })),
         }
     }
 

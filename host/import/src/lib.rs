@@ -117,8 +117,7 @@ fn file_text(file: &Path) -> Result<String, String> {
 
 /// The same from a text, with the folder that its meshes and included files are relative to.
 fn from_source(source: Source, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Box<Refused>> {
-    let whole = Whole::read(source, beside)
-        .map_err(|(error, source)| Box::new(Refused { diagnostics: vec![error], source }))?;
+    let whole = Whole::read(source, beside)?;
     from_text(&whole.text, beside, folder, options).map_err(|mut diagnostics| {
         diagnostics.iter_mut().for_each(|diagnostic| whole.place(diagnostic));
         Box::new(Refused { diagnostics, source: whole.source })
