@@ -41,6 +41,7 @@
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
 //! | `import.rs` | robots of URDF and MJCF files accelerate as in MuJoCo; loops close; what is left out is said |
+//! | `fed_back.rs` | what gives efforts of inverse dynamics back to scenes, by tables over time |
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
 //! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
 //! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
@@ -76,6 +77,7 @@ mod enclosures;
 mod events;
 mod examples;
 mod export;
+mod fed_back;
 mod fits;
 mod fixtures;
 mod fmu;
