@@ -38,6 +38,7 @@
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
+//! | `closed_forms.rs` | derivatives of verification scenes are those of the closed forms that these state |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
 //! | `import.rs` | robots of URDF and MJCF files accelerate as in MuJoCo; loops close; what is left out is said |
@@ -70,6 +71,7 @@ mod book;
 mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
+mod closed_forms;
 mod compressor;
 mod contacts;
 mod digits;
