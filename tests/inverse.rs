@@ -1,174 +1,20 @@
 //! Inverse dynamics: efforts that are found for a motion, given back to the scene over time, reproduce it.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use odyn::analyses::inverse::{Inverse, inverse};
-use odyn::analyses::prescribed::{Motion, quantity, values_at_start};
+use odyn::analyses::inverse::inverse;
+use odyn::analyses::prescribed::{Motion, quantity};
 use odyn::analysis::Evaluator;
 use odyn::model::{Axes, Level, Quantity};
-use odyn::scene::Dimension;
 use odyn::session::Session;
 
-use crate::support::{Scratch, column, options, root};
-
-/// A coordinate with the actuator that drives it: joint.channel, bodies, axis, how far it goes, and how fast steadily.
-pub(crate) struct Drive {
-    coordinate: &'static str,
-    bodies: [&'static str; 2],
-    axis: [i32; 3],
-    /// rad or m, rad/s or m/s.
-    swing: f64,
-    steady: f64,
-    force: bool,
-}
-
-pub(crate) const fn turn(coordinate: &'static str, bodies: [&'static str; 2], axis: [i32; 3], swing: f64) -> Drive {
-    Drive { coordinate, bodies, axis, swing, steady: 0.0, force: false }
-}
+use crate::fed_back::{Begin, Drive, PENDULUM, fed_back, open, turn, wish};
+use crate::support::{Scratch, options, root};
 
 fn benchmark(name: &str) -> String {
     fs::read_to_string(root().join(format!("scenes/benchmarks/{name}.toml"))).unwrap()
 }
-
-/// The scene with an output, an input and an actuator for each coordinate; `tables`: efforts over time in place of signals.
-fn driven(text: &str, drives: &[Drive], tables: Option<&[String]>) -> String {
-    let mut text = text.replacen("libraries = [\"joints\"", "libraries = [\"forces\", \"joints\"", 1);
-    text = text.replacen("\"forces\", \"joints\", \"forces\"", "\"forces\", \"joints\"", 1);
-    for (k, drive) in drives.iter().enumerate() {
-        let (joint, channel) = drive.coordinate.split_once('.').unwrap();
-        let [x, y, z] = drive.axis;
-        let [i, j] = drive.bodies;
-        let _ = write!(
-            text,
-            "\n[[output]]\nname = \"c{k}\"\nquantity = \"coordinate\"\nof = \"{joint}\"\nchannel = \"{channel}\"\n\
-             [[input]]\nname = \"motor{k}\"\n\
-             [[force]]\nname = \"drive{k}\"\ntype = \"{}\"\nbodies = [\"{i}\", \"{j}\"]\naxis = [{x}, {y}, {z}]\n\
-             inputs = {{ signal = \"motor{k}\" }}\n",
-            if drive.force { "translational-actuator" } else { "rotational-actuator" },
-        );
-        if drive.force {
-            text += "params.along = \"axis\"\n";
-        }
-        if let Some(tables) = tables {
-            let _ = writeln!(text, "params.of_time = {{ points = [{}], interpolation = \"spline\" }}", tables[k]);
-        }
-    }
-    text
-}
-
-fn open(text: &str, sets: &[&str]) -> Session {
-    let scratch = Scratch::new();
-    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Values of the outputs `c0`, ... where a scene starts, SI.
-fn at_start(session: &Session, count: usize) -> Vec<f64> {
-    let names: Vec<String> = (0..count).map(|k| format!("c{k}")).collect();
-    let wanted: Vec<_> = names.iter().map(|name| quantity(session, name).unwrap()).collect();
-    values_at_start(session, &wanted).unwrap()
-}
-
-/// Swings that begin and end smoothly: value and derivatives at a time.
-fn wish(start: f64, drive: &Drive, w: f64, k: usize, t: f64) -> [f64; 3] {
-    let (a, w) = (drive.swing, w * (1.0 + 0.3 * k as f64));
-    [
-        start + drive.steady * t + a * (1.0 - (w * t).cos()),
-        drive.steady + a * w * (w * t).sin(),
-        a * w * w * (w * t).cos(),
-    ]
-}
-
-/// The motion of all coordinates, known at these times.
-fn motion(session: &Session, drives: &[Drive], start: &[f64], w: f64, times: &[f64]) -> Motion {
-    let wanted = (0..drives.len()).map(|k| quantity(session, &format!("c{k}")).unwrap()).collect();
-    let nodes = |k: usize| times.iter().map(|t| wish(start[k], &drives[k], w, k, *t)).collect();
-    Motion::through(wanted, times.to_vec(), (0..drives.len()).map(nodes).collect())
-}
-
-fn efforts(session: &Session, motion: &Motion) -> Inverse {
-    inverse(session, motion, None, None, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Gives the efforts of a motion of some length, known every h, back to the scene, and returns how far its run is off, as a share
-/// of the swing; so many rows lie before the begin.
-pub(crate) fn fed_back(
-    name: &str,
-    text: &str,
-    drives: &[Drive],
-    w: f64,
-    (end, h): (f64, f64),
-    sets: &[&str],
-    before: i32,
-) -> f64 {
-    let plain = driven(text, drives, None);
-    let session = open(&plain, sets);
-    let start = at_start(&session, drives.len());
-    // Beyond the ends, so that those of the spline do not count.
-    let margin = 16;
-    let steps = (end / h).round() as i32;
-    let times: Vec<f64> = (-before..=steps + margin).map(|k| f64::from(k) * h).collect();
-    let found = efforts(&session, &motion(&session, drives, &start, w, &times));
-    assert!(found.balance < 1e-11, "{name}: {:e}", found.balance);
-    assert_eq!(found.freedoms, drives.len(), "{name}");
-    // From the state at zero.
-    let from_zero: Vec<f64> = vec![0.0, h];
-    let begins = efforts(&session, &motion(&session, drives, &start, w, &from_zero)).start;
-    let time = session.scene.units.factor(Dimension::TIME);
-    let tables: Vec<String> = (0..drives.len())
-        .map(|k| {
-            let effort = session.scene.units.factor(if drives[k].force { Dimension::FORCE } else { Dimension::TORQUE });
-            let pairs = times.iter().zip(&found.efforts[k]);
-            pairs.map(|(t, u)| format!("[{:?}, {:?}]", t / time, u / effort)).collect::<Vec<_>>().join(", ")
-        })
-        .collect();
-    let ends = [format!("simulation.t_end={end:?} s"), format!("simulation.output_step={:?} s", end / 10.0)];
-    let mut sets = sets.to_vec();
-    sets.extend(ends.iter().map(String::as_str));
-    sets.extend(["simulation.tolerance=1e-12"]);
-    let mut again = open(&driven(text, drives, Some(&tables)), &sets);
-    again.go_on_from(begins).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let run = again.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let mut worst = 0.0_f64;
-    for (k, drive) in drives.iter().enumerate() {
-        let factor = run.channels.iter().find(|channel| channel.name == format!("c{k}")).unwrap().factor;
-        for (t, value) in run.times.iter().zip(column(&run, &format!("c{k}"))) {
-            let expected = wish(start[k], drive, w, k, t * time)[0];
-            let off = (value * factor - expected).abs() / drive.swing;
-            worst = if off <= worst { worst } else { off };
-        }
-    }
-    worst
-}
-
-pub(crate) const PENDULUM: &str = r#"
-[plugins]
-libraries = ["joints", "forces"]
-[simulation]
-gravity = [0, -9.81, 0]
-t_end = 1
-output_step = 0.1
-[[body]]
-name = "rod"
-mass = 2
-inertia = [0.01, 0.5, 0.5]
-position = [0.7, 0, 0]
-[[joint]]
-name = "pivot"
-type = "revolute"
-bodies = ["ground", "rod"]
-point = [0, 0, 0]
-axis = [0, 0, 1]
-[[force]]
-name = "rubs"
-type = "joint-friction"
-joints = ["pivot"]
-params.kind = "rotation"
-params.radius = 0.05
-params.mu = 0.2
-params.transition_speed = 0.02
-"#;
 
 /// As many rows as its motion needs: a ball at the piston pin. Friction of the piston on its guide, and of the crank in its bearing.
 const SLIDER_CRANK: &str = r#"
@@ -269,7 +115,7 @@ fn efforts_given_back_over_time_reproduce_the_motion() {
         drive
     };
     let pivot = [turn("pivot.angle", ["ground", "rod"], z, 0.7)];
-    let off = fed_back("pendulum with friction", PENDULUM, &pivot, 2.0, (0.4, 1e-3), &[], 16);
+    let off = fed_back("pendulum with friction", PENDULUM, &pivot, 2.0, (0.4, 1e-3), &[], Begin::Before);
     assert!(off < 1e-9, "pendulum with friction: {off:e}");
     let bob = [turn("pivot.angle", ["ground", "bob"], z, 0.5)];
     let two = [turn("shoulder.angle", ["ground", "upper"], z, 0.4), turn("elbow.angle", ["upper", "lower"], z, 0.3)];
@@ -282,11 +128,11 @@ fn efforts_given_back_over_time_reproduce_the_motion() {
         ("A02_N1", &link[..], 2e-3),
         ("A02_N2", &link[..], 2e-3),
     ] {
-        let off = fed_back(name, &benchmark(name), drives, 2.0, (0.4, h), &[], 16);
+        let off = fed_back(name, &benchmark(name), drives, 2.0, (0.4, h), &[], Begin::Before);
         assert!(off < 1e-9, "{name}: {off:e}");
     }
     let slow = [crank(turn("bearing.angle", ["ground", "crank"], z, 0.3), 1.0)];
-    let off = fed_back("slider-crank with friction", SLIDER_CRANK, &slow, 2.0, (0.4, 1e-3), &[], 16);
+    let off = fed_back("slider-crank with friction", SLIDER_CRANK, &slow, 2.0, (0.4, 1e-3), &[], Begin::Before);
     assert!(off < 1e-9, "slider-crank with friction: {off:e}");
     let push = [Drive {
         coordinate: "guide.displacement",
@@ -296,7 +142,7 @@ fn efforts_given_back_over_time_reproduce_the_motion() {
         steady: 0.5,
         force: true,
     }];
-    let off = fed_back("block with dry friction", BLOCK, &push, 2.0, (0.4, 2e-3), &[], 16);
+    let off = fed_back("block with dry friction", BLOCK, &push, 2.0, (0.4, 2e-3), &[], Begin::Before);
     assert!(off < 1e-9, "block with dry friction: {off:e}");
 }
 
@@ -304,12 +150,12 @@ fn efforts_given_back_over_time_reproduce_the_motion() {
 fn efforts_given_back_to_machines_reproduce_the_motion() {
     let z = [0, 0, 1];
     let squeezer = [turn("O.angle", ["ground", "K1"], z, 0.3)];
-    let off = fed_back("squeezer", &benchmark("A03"), &squeezer, 30.0, (0.02, 1e-4), &[], 16);
+    let off = fed_back("squeezer", &benchmark("A03"), &squeezer, 30.0, (0.02, 1e-4), &[], Begin::Before);
     assert!(off < 1e-9, "squeezer: {off:e}");
     let mut rotor = turn("main_bearing.angle", ["block", "rotor"], z, 0.1);
     rotor.steady = 10.0;
     let compressor = fs::read_to_string(root().join("scenes/compressor.toml")).unwrap();
-    let off = fed_back("compressor", &compressor, &[rotor], 20.0, (0.04, 1e-4), &[], 16);
+    let off = fed_back("compressor", &compressor, &[rotor], 20.0, (0.04, 1e-4), &[], Begin::Before);
     assert!(off < 1e-9, "compressor: {off:e}");
     let names: [(&'static str, [&'static str; 2]); 10] = [
         ("joint1.angle", ["ground", "rod1"]),
@@ -324,7 +170,7 @@ fn efforts_given_back_to_machines_reproduce_the_motion() {
         ("joint10.angle", ["rod9", "rod10"]),
     ];
     let chain: Vec<Drive> = names.iter().map(|(name, bodies)| turn(name, *bodies, z, 0.05)).collect();
-    let off = fed_back("chain", &benchmark("chain_N10"), &chain, 1.0, (0.1, 2e-3), &[], 16);
+    let off = fed_back("chain", &benchmark("chain_N10"), &chain, 1.0, (0.1, 2e-3), &[], Begin::Before);
     assert!(off < 1e-9, "chain: {off:e}");
 }
 

@@ -1,5 +1,6 @@
 //! Equilibria that friction holds: closed forms, shares that rigid bodies leave open, runs that start there and stay.
 
+use odyn::analyses::modes::Stability;
 use odyn::analyses::statics::{self, Equilibrium};
 use odyn::session::Session;
 
@@ -55,11 +56,50 @@ fn a_block_stays_on_a_slope_up_to_its_angle_of_friction() {
         assert!((found.outputs[0].value - 0.4 * a.cos()).abs() < 1e-12 && (found.outputs[1].value - 0.3).abs() < 1e-12);
         assert!(found.modes.notes.iter().any(|note| note.contains("friction holds the scene where it stands")));
         assert!(found.modes.modes.is_empty() && found.closed.len() == 1, "{:?}", found.modes);
+        // It does not move along the plane, but next to this it rests as well.
+        assert_eq!((found.stability, found.modes.zeros), (Stability::Held, 2), "{:?}", found.modes);
+        assert!(found.modes.neutral.len() == 2 && found.modes.neutral.iter().all(|one| one.held));
         stays(&text, &["x", "y"]);
     }
     // Nothing else holds it.
     let error = statics::equilibrium(&open(&on_a_slope(a, 0.3, ""), &[]), &mut |_| ()).map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("nothing holds `block`"), "{error}");
+}
+
+/// Beside a held block: what hangs from it swings, what nothing drives back is free, and each is said of itself.
+#[test]
+fn what_friction_holds_is_told_from_what_is_free() {
+    let hung = |damping: f64| {
+        format!(
+            "[[body]]\nname = \"bob\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{:?}, 0.3, {:?}]\n\
+             [[joint]]\nname = \"hook\"\ntype = \"revolute\"\nbodies = [\"block\", \"bob\"]\npoint = [{:?}, 0.3, {:?}]\naxis = [0, 1, 0]\n\
+             [[force]]\nname = \"rubs\"\ntype = \"rotational-spring-damper\"\nbodies = [\"block\", \"bob\"]\naxis = [0, 1, 0]\n\
+             params = {{ stiffness = 0, damping = {damping:?} }}\n",
+            0.4 * 0.3_f64.cos(),
+            -0.4 * 0.3_f64.sin() - 0.5,
+            0.4 * 0.3_f64.cos(),
+            -0.4 * 0.3_f64.sin()
+        )
+    };
+    let block = |text: String| text.replace("particle = true", "inertia = [0.1, 0.1, 0.1]");
+    let orient = "[[joint]]\nname = \"upright\"\ntype = \"parallel-axes\"\nbodies = [\"ground\", \"block\"]\naxis = [0, 1, 0]\n\
+                  [[joint]]\nname = \"level\"\ntype = \"perpendicular-axes\"\nbodies = [\"ground\", \"block\"]\naxes = [[1, 0, 0], [0, 0, 1]]\n";
+    let text = |damping: f64| block(on_a_slope(0.3, 0.5, &(orient.to_owned() + &hung(damping))));
+    let (damped, undamped) = (rest(&text(0.3)), rest(&text(0.0)));
+    assert_eq!((damped.stability, undamped.stability), (Stability::Held, Stability::Undamped), "{:?}", damped.modes);
+    assert!(damped.modes.modes.len() == 1 && damped.modes.neutral.iter().all(|one| one.held), "{:?}", damped.modes);
+    // A wheel that turns freely about the block.
+    let wheel = text(0.3)
+        + &format!(
+            "[[body]]\nname = \"wheel\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{0:?}, 0.3, {1:?}]\n\
+             [[joint]]\nname = \"hub\"\ntype = \"revolute\"\nbodies = [\"block\", \"wheel\"]\npoint = [{0:?}, 0.3, {1:?}]\naxis = [0, 1, 0]\n",
+            0.4 * 0.3_f64.cos(),
+            -0.4 * 0.3_f64.sin()
+        );
+    let found = rest(&wheel);
+    assert_eq!((found.stability, found.modes.zeros), (Stability::Undecided, 4), "{:?}", found.modes);
+    let free: Vec<_> = found.modes.neutral.iter().filter(|one| !one.held).collect();
+    assert!(free.len() == 1 && free[0].bodies[0].name == "wheel" && free[0].bodies.len() == 1, "{free:?}");
 }
 
 /// With a spring that is too soft to hold it and a friction that is too weak: to where the spring holds it alone, which is said.

@@ -341,7 +341,7 @@ component = "x"
 /// What no closed form tells, formulations, methods and tolerances tell each other.
 #[test]
 fn formulations_and_methods_agree_on_machines_with_closed_loops() {
-    let cases: [(&str, &[&str], &[&str]); 14] = [
+    let cases: [(&str, &[&str], &[&str]); 17] = [
         ("compressor.toml", &["crank.radius", "rod.length", "piston.mass"], &["simulation.t_end=60"]),
         (
             "compressor.toml",
@@ -350,7 +350,10 @@ fn formulations_and_methods_agree_on_machines_with_closed_loops() {
         ),
         ("benchmarks/A01.toml", &[], &["simulation.t_end=2"]),
         ("benchmarks/A02_N1.toml", &[], &["simulation.t_end=1"]),
+        ("benchmarks/A03.toml", &[], &["simulation.t_end=0.01"]),
+        ("benchmarks/A04.toml", &[], &["simulation.t_end=1"]),
         ("benchmarks/dpend.toml", &[], &["simulation.t_end=2"]),
+        ("verification/modal-body.toml", &[], &[]),
         ("verification/bushing.toml", &[], &[]),
         ("verification/gear-planetary.toml", &[], &[]),
         ("verification/coupler.toml", &[], &[]),
@@ -390,6 +393,23 @@ fn formulations_and_methods_agree_on_machines_with_closed_loops() {
             }
         }
         assert!(compared > 10, "{name}: {compared}");
+    }
+}
+
+/// A spring of a library that was built outside: a bob on it swings as cos(sqrt(k / m) t).
+#[test]
+fn a_spring_of_a_stranger_has_the_derivatives_of_its_closed_form() {
+    let folder = crate::fixtures::build("good-plugin");
+    let scratch = Scratch::new();
+    let text = crate::plugins::STRANGERS_SCENE.replace("stranger", "good-plugin");
+    let path = scratch.file("scene.toml", text.replace("\"LIBRARIES\"", &format!("'{}'", folder.display())));
+    let found = of(&path, &["swing"], &["spring.params.stiffness", "bob.mass"], &[]);
+    assert_eq!(found.status, "certain", "{:?}", found.notes);
+    let by_stiffness = exact(&found.times, |t, k| ((k / 2.0).sqrt() * t).cos(), 18.0);
+    let by_mass = exact(&found.times, |t, m| ((C::from(18.0) / m).sqrt() * t).cos(), 2.0);
+    for (one, exact) in found.outputs.iter().zip([by_stiffness, by_mass]) {
+        let worst = compare(&found.times, one, &exact);
+        assert!(worst < 1e-8, "{} {worst:e}", one.parameter);
     }
 }
 

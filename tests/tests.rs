@@ -38,9 +38,11 @@
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
+//! | `closed_forms.rs` | derivatives of verification scenes are those of the closed forms that these state |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
 //! | `import.rs` | robots of URDF and MJCF files accelerate as in MuJoCo; loops close; what is left out is said |
+//! | `fed_back.rs` | what gives efforts of inverse dynamics back to scenes, by tables over time |
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
 //! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
 //! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
@@ -69,6 +71,7 @@ mod book;
 mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
+mod closed_forms;
 mod compressor;
 mod contacts;
 mod digits;
@@ -76,6 +79,7 @@ mod enclosures;
 mod events;
 mod examples;
 mod export;
+mod fed_back;
 mod fits;
 mod fixtures;
 mod fmu;

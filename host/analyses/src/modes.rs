@@ -1,6 +1,6 @@
 //! [`Modes`]: how a scene vibrates, decays or grows near a state.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
 use crate::diagnostics::{Diagnostic, codes};
@@ -26,6 +26,9 @@ pub enum Stability {
     Undamped,
     /// Some eigenvalues are zero, or so near to it that round-off decides: to first order nothing can be said.
     Undecided,
+    /// Rows on velocities, as those of friction that sticks, hold what is neutral: places next to this rest as well. All modes decay,
+    /// and what leaves the place comes to rest near it.
+    Held,
 }
 
 impl Stability {
@@ -36,6 +39,7 @@ impl Stability {
             Self::Unstable => "unstable: at least one mode grows",
             Self::Stable => "stable: all modes decay",
             Self::Undamped => "no mode grows, some do not decay (undamped)",
+            Self::Held => "held: it rests here and in places next to this, and all modes decay",
             Self::Undecided => "not decided: no mode grows, some are zero (neutral directions, or within round-off)",
         }
     }
@@ -99,11 +103,22 @@ pub struct Mode {
     pub shape: Vec<BodyShape>,
 }
 
-/// A motion that meets no resistance.
+/// A direction along which nothing drives back.
 #[derive(Debug, Clone, Serialize)]
 pub struct Neutral {
+    /// Whether rows on velocities, as those of friction that sticks, let nothing move along it: places next to this rest as well.
+    /// Otherwise it meets no resistance.
+    pub held: bool,
     /// The bodies that take part, by their share of displacements.
     pub bodies: Vec<Share>,
+}
+
+impl Neutral {
+    /// In words.
+    #[must_use]
+    pub fn words(&self) -> &'static str {
+        if self.held { "held, and at rest in places next to this as well" } else { "free to move" }
+    }
 }
 
 /// All modes at a state.
@@ -121,7 +136,7 @@ pub struct Modes {
     pub stability: Stability,
     /// Eigenvalues that are zero.
     pub zeros: usize,
-    /// Directions of motion that meet no resistance: rigid motions, chains of loose parts.
+    /// Directions along which nothing drives back: rigid motions, chains of loose parts; what friction holds.
     pub neutral: Vec<Neutral>,
     /// The others, by magnitude; one of each pair.
     pub modes: Vec<Mode>,
@@ -169,25 +184,30 @@ impl Modes {
             });
         }
         let open = |mode: &Mode| mode.real.hypot(mode.imaginary) <= mode.uncertainty;
+        let (free, held) = neutral(linear, &found.null, length);
+        let zeros_are_held = found.zeros == held.ncols();
         let stability = if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
             Stability::Unstable
-        } else if found.zeros > 0 || modes.iter().any(|mode| open(mode) || mode.imaginary == 0.0 && !mode.decided) {
+        } else if !zeros_are_held || modes.iter().any(|mode| open(mode) || mode.imaginary == 0.0 && !mode.decided) {
             Stability::Undecided
-        } else if modes.iter().all(|mode| mode.decided) {
-            Stability::Stable
-        } else {
+        } else if !modes.iter().all(|mode| mode.decided) {
             Stability::Undamped
+        } else if held.ncols() > 0 {
+            Stability::Held
+        } else {
+            Stability::Stable
         };
-        let neutral = (0..found.null.ncols())
-            .map(|k| &linear.positions * found.null.column(k))
-            .filter(|moved| moved.norm() > 0.0)
-            .map(|moved| {
-                let size = |body: usize| {
-                    moved.rows(6 * body, 3).norm_squared() + (length * moved.rows(6 * body + 3, 3).norm()).powi(2)
-                };
-                let all: f64 = (0..linear.bodies.len()).map(size).sum();
-                Neutral { bodies: shares((0..linear.bodies.len()).map(|b| (linear.bodies[b].clone(), size(b) / all))) }
-            });
+        let described = |held: bool, moved: &DVector<f64>| {
+            let size =
+                |body: usize| moved.rows(6 * body, 3).norm_squared() + moved.rows(6 * body + 3, 3).norm_squared();
+            let all: f64 = (0..linear.bodies.len()).map(size).sum();
+            let bodies = shares((0..linear.bodies.len()).map(|b| (linear.bodies[b].clone(), size(b) / all)));
+            Neutral { held, bodies }
+        };
+        let columns = |held: bool, all: &DMatrix<f64>| -> Vec<Neutral> {
+            all.column_iter().map(|moved| described(held, &moved.into_owned())).collect()
+        };
+        let neutral = [columns(false, &free), columns(true, &held)].concat();
         Ok(Self {
             time: linear.time,
             length,
@@ -195,11 +215,58 @@ impl Modes {
             states: linear.a.nrows(),
             stability,
             zeros: found.zeros,
-            neutral: neutral.collect(),
+            neutral,
             modes,
             notes,
         })
     }
+}
+
+/// Sine of the angle to what velocities are allowed below which a direction is among them.
+const ALLOWED: f64 = 1e-6;
+/// Share of the largest singular value of columns that one needs to count.
+const SPANS: f64 = 1e-12;
+
+/// Displacements of all bodies without resistance, turns times the size of the scene: those that the rows on velocities allow, and
+/// those that they hold.
+fn neutral(linear: &Linear, null: &DMatrix<f64>, length: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+    let sized = |mut moves: DMatrix<f64>| {
+        (0..moves.nrows()).filter(|k| k % 6 >= 3).for_each(|k| moves.row_mut(k).scale_mut(length));
+        moves
+    };
+    let none = || DMatrix::zeros(6 * linear.bodies.len(), 0);
+    let moves = sized(&linear.positions * null);
+    let rates = linear.velocities.ncols() - linear.element_states - linear.coordinates;
+    if rates == linear.coordinates {
+        let moving: Vec<usize> = (0..moves.ncols()).filter(|k| moves.column(*k).norm() > 0.0).collect();
+        return (moves.select_columns(moving.iter()), none());
+    }
+    let moves = spanned(&moves);
+    if moves.ncols() == 0 {
+        return (moves, none());
+    }
+    let allowed = spanned(&sized(linear.velocities.columns(linear.coordinates, rates).into_owned()));
+    let off = &moves - &allowed * (allowed.transpose() * &moves);
+    let svd = off.svd(false, true);
+    let Some(shares) = svd.v_t else { return (moves, none()) };
+    let part = |held: bool| {
+        let chosen: Vec<usize> = (0..shares.nrows()).filter(|k| (svd.singular_values[*k] > ALLOWED) == held).collect();
+        &moves * shares.select_rows(chosen.iter()).transpose()
+    };
+    (part(false), part(true))
+}
+
+/// An orthonormal basis of what columns span; those that are no displacement are left out.
+fn spanned(columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let nothing = || DMatrix::zeros(columns.nrows(), 0);
+    if columns.is_empty() || columns.amax() == 0.0 {
+        return nothing();
+    }
+    let svd = columns.clone().svd(true, false);
+    let Some(basis) = svd.u else { return nothing() };
+    let least = SPANS * svd.singular_values.amax();
+    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
+    basis.select_columns(kept.iter())
 }
 
 impl Modes {

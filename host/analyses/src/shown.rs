@@ -134,9 +134,9 @@ pub fn modes(session: &Session, instant: &Instant, modes: &Modes) -> Result<Page
     let mut notes = modes.notes.clone();
     if modes.zeros > 0 {
         notes.push(format!(
-            "{} eigenvalues are zero to within round-off (neutral: rigid or unresisted){}",
+            "{} eigenvalues are zero to within round-off: nothing drives back{}",
             modes.zeros,
-            modes.neutral.iter().map(|one| format!("; free to move: {}", named(&one.bodies))).collect::<String>()
+            modes.neutral.iter().map(|one| format!("; {}: {}", one.words(), named(&one.bodies))).collect::<String>()
         ));
     }
     Ok(Page {

@@ -14,7 +14,9 @@ const MOST_POINTS: usize = 1500;
 /// The drawings of a run, with their keys.
 pub(crate) fn curves(source: &Source) -> String {
     let text = |channel: &Value, key: &str| channel.get(key).and_then(Value::as_str).unwrap_or_default().to_string();
-    let time = format!("time [{}]", source.channels.first().map(|channel| text(channel, "unit")).unwrap_or_default());
+    let over = source.over();
+    let unit = source.channels.first().map(|channel| text(channel, "unit")).unwrap_or_default();
+    let axis = if unit.is_empty() { over.to_owned() } else { format!("{over} [{unit}]") };
     let mut groups: Vec<((String, String), Vec<usize>)> = Vec::new();
     for (k, channel) in source.channels.iter().skip(1).enumerate() {
         let key = (text(channel, "quantity"), text(channel, "unit"));
@@ -26,12 +28,12 @@ pub(crate) fn curves(source: &Source) -> String {
     let drawn = groups.iter().map(|((quantity, unit), members)| {
         let words = quantity.replace('_', " ");
         let label = if unit.is_empty() { words } else { format!("{words} [{unit}]") };
-        group(source, &time, &label, members)
+        group(source, (over, &axis), &label, members)
     });
     drawn.collect()
 }
 
-fn group(source: &Source, time: &str, label: &str, members: &[usize]) -> String {
+fn group(source: &Source, (over, axis): (&str, &str), label: &str, members: &[usize]) -> String {
     let times = &source.table.times;
     let step = times.len().div_ceil(MOST_POINTS).max(1);
     let points = |column: &usize| -> Vec<(f64, f64)> {
@@ -50,7 +52,7 @@ fn group(source: &Source, time: &str, label: &str, members: &[usize]) -> String 
     if !(from < to && low.is_finite() && high.is_finite()) {
         return String::new();
     }
-    let (x, y) = (linear_axis(from, to, time.into()), linear_axis(low - margin, high + margin, label.into()));
+    let (x, y) = (linear_axis(from, to, axis.into()), linear_axis(low - margin, high + margin, label.into()));
     let curves: Vec<Curve> = all.into_iter().zip(COLORS).map(|(points, (color, _))| Curve { points, color }).collect();
     let names = members.iter().map(|k| source.table.names[*k].as_str());
     let key: String = names
@@ -58,6 +60,6 @@ fn group(source: &Source, time: &str, label: &str, members: &[usize]) -> String 
         .map(|(name, (_, color))| format!("<li><i style=\"border-color:{color}\"></i>{}</li>", escape(name)))
         .collect();
     let chart = Chart { x: &x, y: &y, curves: &curves, dots: false, bound: None };
-    let picture = drawing(&escape(&format!("{label} over time")), |area| draw(area, &chart));
+    let picture = drawing(&escape(&format!("{label} over {over}")), |area| draw(area, &chart));
     format!("<figure>{picture}<ul class=\"key\">{key}</ul></figure>\n")
 }

@@ -57,6 +57,14 @@ impl Source {
         self.summary.get(key).and_then(Value::as_str).unwrap_or_default()
     }
 
+    /// What rows are over: the time, or what an analysis names.
+    pub(crate) fn over(&self) -> &str {
+        match self.text("over") {
+            "" => "time",
+            over => over,
+        }
+    }
+
     /// The title of the scene, or the name of the folder.
     #[must_use]
     pub fn title(&self) -> &str {

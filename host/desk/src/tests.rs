@@ -242,3 +242,23 @@ fn the_folder_of_an_analysis_shows_its_answers() {
     }
     assert!(!page.contains("<h2>Plots</h2>") && !page.contains("<h2>Motion</h2>") && !page.contains("Completed"));
 }
+
+/// What is over an angle is not said to be over time.
+#[test]
+fn curves_of_an_analysis_are_over_what_it_names() {
+    let folder = Folder::new("angle");
+    folder.write(
+        "summary.json",
+        r#"{"status": "completed", "analysis": "balance", "words": "", "good": true, "scene": "s.toml", "title": "T", "over": "angle",
+            "time_unit": "deg", "rows": 2, "notes": [], "tables": []}"#,
+    );
+    folder.write(
+        "channels.json",
+        r#"{"columns": [{"name": "t", "unit": "deg", "quantity": "time", "si_per_unit": 1.0, "unique": true},
+            {"name": "F", "unit": "N", "quantity": "force", "si_per_unit": 1.0, "unique": true}]}"#,
+    );
+    folder.write("results.csv", "t,F\n0,1\n360,2\n");
+    let page = report(&[read(&folder.0)], Scripts::Without);
+    assert!(page.contains("aria-label=\"force [N] over angle\"") && page.contains("angle [deg]"), "{page}");
+    assert!(!page.contains("over time") && !page.contains("time [deg]"));
+}

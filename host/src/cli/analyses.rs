@@ -125,11 +125,10 @@ fn tell_modes(text: &mut String, modes: &Modes, most: usize) {
         let _ = writeln!(text, "note: {note}");
     }
     if modes.zeros > 0 {
-        let _ =
-            writeln!(text, "{} eigenvalues are zero to within round-off (neutral: rigid or unresisted)", modes.zeros);
+        let _ = writeln!(text, "{} eigenvalues are zero to within round-off: nothing drives back", modes.zeros);
     }
     for neutral in &modes.neutral {
-        let _ = writeln!(text, "  free to move: {}", named(&neutral.bodies));
+        let _ = writeln!(text, "  {}: {}", neutral.words(), named(&neutral.bodies));
     }
     if modes.modes.is_empty() {
         return;

@@ -108,10 +108,10 @@ function chart(hosts, group, runs, clock, differences) {
     cursor: { sync: { key: "odyn", setSeries: false }, drag: { x: true, y: false }, points: { size: 7 } },
     legend: { live: true },
     axes: [
-      { ...axis, label: `${runs[0].over ?? "time"} [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
+      { ...axis, label: `${runs[0].over} [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
       { ...axis, label, labelSize: 22, size: 70 },
     ],
-    series: [{ label: "t", value: (_, x) => short(x) }, ...series],
+    series: [{ label: runs[0].over === "time" ? "t" : runs[0].over, value: (_, x) => short(x) }, ...series],
     hooks: {
       setCursor: [
         (u) => {
@@ -123,7 +123,7 @@ function chart(hosts, group, runs, clock, differences) {
       ],
     },
   };
-  const host = el("figure", { class: "chart", "aria-label": `${label} over time: ${group.names.join(", ")}` });
+  const host = el("figure", { class: "chart", "aria-label": `${label} over ${runs[0].over}: ${group.names.join(", ")}` });
   hosts.append(host);
   return new uPlot(options, data, host);
 }

@@ -16,7 +16,7 @@ export function tables(place, runs, clock) {
   };
   function draw() {
     const name = (text, unit) => el("th", { scope: "col", class: "n" }, text, unit ? el("small", {}, ` ${unit}`) : null);
-    head.replaceChildren(name("t", run.timeUnit), ...run.channels.map((channel) => name(channel.name, channel.unit)));
+    head.replaceChildren(name(run.over === "time" ? "t" : run.over, run.timeUnit), ...run.channels.map((channel) => name(channel.name, channel.unit)));
     const rows = [];
     for (let row = first; row < Math.min(first + ROWS, run.times.length); row++) {
       const cells = [run.times[row], ...run.channels.map((channel) => channel.values[row])];
