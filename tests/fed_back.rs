@@ -105,9 +105,9 @@ fn before(first: &[f64]) -> Vec<f64> {
     for _ in 0..MARGIN {
         let mut next = 0.0;
         let mut binomial = 1.0;
-        for k in 0..THROUGH {
+        for (k, value) in known[..THROUGH].iter().enumerate() {
             binomial *= (THROUGH - k) as f64 / (k + 1) as f64;
-            next += if k % 2 == 0 { binomial } else { -binomial } * known[k];
+            next += if k % 2 == 0 { binomial } else { -binomial } * value;
         }
         known.insert(0, next);
     }
