@@ -222,7 +222,7 @@ fn every_way_of_running_a_scene_with_friction_and_elements_with_mass_agrees() {
 fn equilibria_stay_and_are_judged_rightly() {
     let checks = Checks::new();
     let first = wanted("ODYN_RANDOM_FIRST", 1);
-    let count = wanted("ODYN_RANDOM", 60);
+    let count = wanted("ODYN_RANDOM", 64);
     let found = RefCell::new(rest::Found::default());
     let (mut failed, mut told) = (0, String::new());
     for seed in first..first + count {

@@ -25,6 +25,10 @@ pub(super) const CLOSE: f64 = 1e-13;
 /// The same as a share of the largest of all, accepted where round-off prevents a smaller change.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-10;
 
+/// Accelerations below this share of those that loads would cause one by one are taken as if they were as large: at rest, where loads
+/// and reactions cancel, nothing but round-off is left to be a share of.
+const CANCELLED: f64 = 1e-3;
+
 /// Iterations after which nothing is gained any more where Newton's steps are exact.
 const EXACT_STEPS: usize = 3;
 
@@ -68,6 +72,8 @@ pub(super) struct Coupling {
     iteration: usize,
     /// The smallest change so far.
     best: f64,
+    /// The largest acceleration that a load by itself would cause; zero where that is not known.
+    unbalanced: f64,
 }
 
 impl Coupling {
@@ -86,6 +92,7 @@ impl Coupling {
             linear,
             iteration: 0,
             best: f64::INFINITY,
+            unbalanced: 0.0,
         }
     }
 
@@ -175,7 +182,8 @@ impl Coupling {
 
     /// Largest difference of F(z) from z; `inputs` hold the solution.
     fn change(&self, inputs: &[f64]) -> Change {
-        let most = [&self.accelerations, &self.multipliers].map(|slots| largest(&inputs[slots.clone()]));
+        let mut most = [&self.accelerations, &self.multipliers].map(|slots| largest(&inputs[slots.clone()]));
+        most[0] = most[0].max(CANCELLED * self.unbalanced);
         let mut change = Change { own: 0.0, whole: 0.0 };
         for (k, (slot, z)) in self.slots.iter().zip(&self.z).enumerate() {
             let difference = (inputs[*slot] - z).abs();
@@ -210,11 +218,13 @@ pub(super) struct BodyCoupling {
     side_multipliers: Vec<f64>,
     /// Whether state rates and power may use more of the solution than the loads.
     more_in_rates: bool,
+    /// Mass or moment of inertia that each load acts on by itself.
+    masses: Vec<f64>,
 }
 
 impl BodyCoupling {
-    /// What must be solved together; `None` when the loads, state rates and power depend on nothing that is solved for.
-    pub(super) fn new(equations: &Equations, layout: &Layout) -> Option<Self> {
+    /// What must be solved together, with the masses of [`mass_values`](super::mass_values); `None` when the loads, state rates and power depend on nothing that is solved for.
+    pub(super) fn new(equations: &Equations, masses: &[f64], layout: &Layout) -> Option<Self> {
         if !equations.needs_solution() {
             return None;
         }
@@ -234,6 +244,7 @@ impl BodyCoupling {
             rates: equations.state_rates.len() + 1,
             side_accelerations: vec![0.0; layout.velocities()],
             side_multipliers: vec![0.0; layout.rows],
+            masses: masses.chunks_exact(9).flat_map(|m| [m[0], m[1], m[2], m[3], m[6], m[8]]).collect(),
         })
     }
 
@@ -276,6 +287,8 @@ impl BodyCoupling {
         self.coupling.begin(inputs);
         loop {
             self.run(inputs, sets)?;
+            let alone = self.outputs[..self.loads].iter().zip(&self.masses).map(|(load, mass)| load.abs() / mass);
+            self.coupling.unbalanced = alone.filter(|a| a.is_finite()).fold(0.0, f64::max);
             engine.solve(&self.outputs[..self.loads], true, accelerations, multipliers)?;
             self.publish(inputs, engine.rows(), accelerations, multipliers);
             let Self { coupling, outputs, loads, rates, side_accelerations, side_multipliers, .. } = self;

@@ -144,7 +144,7 @@ impl WorkingForm {
             alike_at: (Vec::new(), 0.0),
             regular,
             safe,
-            coupling: BodyCoupling::new(equations, &layout),
+            coupling: BodyCoupling::new(equations, masses, &layout),
             derivatives: Derivatives::Unknown,
             derivatives_are_paid: false,
             motion: Motion::new(&layout, coordinates, length, row_names.clone(), plan.health),
