@@ -3,6 +3,7 @@
 use nalgebra::{Complex, Quaternion, Vector3};
 
 use crate::balance::{Balanced, size};
+use crate::diagnostics::counted;
 use crate::folder::{Moves, Page, Part, Shown};
 use crate::inverse::Inverse;
 use crate::kinematics::Kinematics;
@@ -237,10 +238,6 @@ fn matrix(title: &str, rows: &[Vec<f64>], names: &[String], columns: &[String]) 
         std::iter::once(name.clone()).chain(row.iter().map(|value| number(*value))).collect()
     };
     Shown { title: title.into(), head, rows: names.iter().zip(rows).map(row).collect() }
-}
-
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Of a linear model.

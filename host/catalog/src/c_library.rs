@@ -15,6 +15,7 @@ mod parameters;
 mod recorder;
 mod table;
 
+pub(super) use describe::check_element_name;
 /// Evaluation of recorded elements with plain numbers, for whoever has recordings and no code.
 pub(super) use interpret::Recorded as Evaluation;
 

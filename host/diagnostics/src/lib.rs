@@ -29,7 +29,7 @@ mod tests;
 
 pub use exit::Exit;
 pub use render::{render, summary};
-pub use shown::{shown, shown_on_one_line};
+pub use shown::{counted, shown, shown_on_one_line};
 pub use source::{Location, Source, line_column};
 pub use suggest::{help_for, suggest};
 

@@ -29,6 +29,12 @@ pub fn shown_on_one_line(text: &str) -> String {
     shown(text).replace('\n', "\u{240a}")
 }
 
+/// `1 element`, `2 elements`
+#[must_use]
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Whether a terminal may do something else than show it.
 fn is_obeyed(c: char) -> bool {
     let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{061c}');

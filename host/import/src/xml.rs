@@ -62,11 +62,6 @@ impl Found {
         self.diagnostics.iter().any(|found| found.severity == Severity::Error)
     }
 
-    /// Whether a mistake at this place is reported already.
-    pub(crate) fn has_errors_at(&self, at: Range<usize>) -> bool {
-        self.diagnostics.iter().flat_map(|found| &found.labels).any(|label| label.span.as_ref() == Some(&at))
-    }
-
     /// The text of an attribute that has to be there.
     pub(crate) fn needed<'a>(&mut self, node: Node<'a, '_>, name: &str) -> Option<&'a str> {
         let value = node.attribute(name);

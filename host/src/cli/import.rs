@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::{Diagnostic, codes, counted, shown};
 use odyn::import::{self, Base, Imported, Options};
 use odyn::results::replace;
 use odyn::scene::{number_and_unit, parse_unit};
@@ -12,7 +12,7 @@ use odyn::scene::{number_and_unit, parse_unit};
 use super::exit;
 use super::failure::Failure;
 use super::scene_args::positive;
-use super::terminal::{self, counted};
+use super::terminal;
 
 /// Behind `odyn help import`.
 pub(super) const HELP: &str = "\

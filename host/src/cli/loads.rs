@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use odyn::analyses::loads::{Consistent, Loads, loads as loads_of};
 use odyn::analyses::shown;
-use odyn::diagnostics::{Diagnostic, codes};
+use odyn::diagnostics::{Diagnostic, codes, counted};
 use odyn::results::{SUMMARY_FILE, significant};
 use odyn::scene::Override;
 use odyn::session::{RunOptions, Session};
@@ -96,7 +96,7 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
 
 fn told(found: &Loads, worst: f64) -> String {
     let size = |of: &[f64; 3]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let mut text = format!("loads on {} at {}", found.body, terminal::counted(found.cases.len(), "time"));
+    let mut text = format!("loads on {} at {}", found.body, counted(found.cases.len(), "time"));
     let _ = match worst {
         worst if worst <= ROUND_OFF => writeln!(text, "; in balance to {worst:.1e} of their sizes"),
         _ => writeln!(text, "; NOT in balance: {worst:.1e} of their sizes is left"),

@@ -8,6 +8,7 @@ use odyn::analyses::kinematics::{self, Drive, Kinematics};
 use odyn::analyses::linear::Port;
 use odyn::analyses::prescribed::Motion;
 use odyn::analyses::shown;
+use odyn::diagnostics::counted;
 use odyn::results::significant;
 use odyn::scene::Dimension;
 use odyn::session::Session;
@@ -60,9 +61,9 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
 fn told(found: &Inverse) -> String {
     let mut text = format!(
         "{} at {} for {}; loads balance to {:.1e}\n",
-        terminal::counted(found.actuators.len(), "effort"),
-        terminal::counted(found.times.len(), "time"),
-        terminal::counted(found.freedoms, "freedom"),
+        counted(found.actuators.len(), "effort"),
+        counted(found.times.len(), "time"),
+        counted(found.freedoms, "freedom"),
         found.balance
     );
     for note in &found.notes {

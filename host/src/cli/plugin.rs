@@ -7,7 +7,7 @@ use element_api::manifest::{ABI, INTERFACE};
 use serde::Serialize;
 
 use odyn::catalog::{Catalog, ElementHandle, LibraryInfo, SearchPath, Watchdog};
-use odyn::diagnostics::{Diagnostic, codes};
+use odyn::diagnostics::{Diagnostic, codes, counted};
 use odyn::workshop::{
     BadValues, CheckVerdict, Contract, Cost, Created, Exemption, Given, NewPlugin, Origin, Outcome, Template, Value,
     Verdict, WorkshopError, add, cost, create, examine,
@@ -97,7 +97,7 @@ pub(super) fn check(args: &CheckPluginArgs) -> Result<u8, Failure> {
         if let Some(cost) = &beside {
             text.push_str(&format!("\ncost of `{}`, to compare: {}\n", args.beside, cost_text(cost)));
         }
-        text.push_str(&format!("\n{} examined, {failed} FAILED\n", terminal::counted(verdicts.len(), "element")));
+        text.push_str(&format!("\n{} examined, {failed} FAILED\n", counted(verdicts.len(), "element")));
         text
     };
     terminal::print(&text)?;
@@ -216,7 +216,7 @@ fn cost_text(cost: &Cost) -> String {
         || "opaque".to_string(),
         |traced| {
             let how = if traced.machine_code { "machine code" } else { "interpreted" };
-            format!("traced {} in {:.1} ns ({how})", terminal::counted(traced.operations, "operation"), traced.ns)
+            format!("traced {} in {:.1} ns ({how})", counted(traced.operations, "operation"), traced.ns)
         },
     );
     format!("{traced}; called {:.0} ns, with derivatives {:.0} ns", cost.called_ns, cost.called_derivatives_ns)

@@ -85,11 +85,6 @@ pub(super) fn answer(for_programs: bool, quiet: bool, json: &str, text: impl FnO
     }
 }
 
-/// `1 element`, `2 elements`
-pub(super) fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
 /// Indented JSON with a newline at the end, of plain structs.
 pub(super) fn json<T: Serialize>(value: &T) -> String {
     let mut text = serde_json::to_string_pretty(value).expect("plain structs with text keys have a JSON form");

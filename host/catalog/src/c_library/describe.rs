@@ -64,6 +64,19 @@ pub unsafe fn elements(root: *const table::Plugin) -> Result<Vec<table::Element>
     Ok(found)
 }
 
+/// Whether elements can be called so: as [`element_api::manifest`] asks of those in Rust.
+///
+/// # Errors
+/// In words.
+pub fn check_element_name(name: &str) -> Result<(), String> {
+    let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(good) {
+        return Ok(());
+    }
+    let name = name.escape_debug();
+    Err(format!("`{name}` can't be the name of an element: a-z, 0-9 and `-`, beginning with a letter"))
+}
+
 /// The descriptor of an element.
 ///
 /// # Safety
@@ -72,10 +85,7 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
     // SAFETY: texts and lists of the header, here and below.
     let name = unsafe { needed(element.name, "name") }?;
     let inside = |message: String| format!("`{name}`: {message}");
-    let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if !name.starts_with(|c: char| c.is_ascii_lowercase()) || !name.chars().all(good) {
-        return Err(format!("`{name}` can't be the name of an element: a-z, 0-9 and `-`, beginning with a letter"));
-    }
+    check_element_name(&name)?;
     let kind = match element.kind {
         0 => Kind::Joint,
         1 => Kind::Force,

@@ -60,6 +60,7 @@ use toml::Spanned;
 
 use self::class::DataClass;
 use self::equations::Equations;
+use super::c_library::check_element_name;
 use super::hash::sha256;
 use super::loader::Opened;
 use super::offer::Offer;
@@ -251,11 +252,7 @@ fn table(given: &Spanned<Points>) -> Result<Table, Mistake> {
 
 /// What a description must not say of an element that is data.
 fn check(d: &Descriptor) -> Result<(), String> {
-    let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if !d.name.starts_with(|c: char| c.is_ascii_lowercase()) || !d.name.chars().all(good) {
-        let name = d.name.escape_debug();
-        return Err(format!("`{name}` can't be the name of an element: a-z, 0-9 and `-`, beginning with a letter"));
-    }
+    check_element_name(&d.name)?;
     d.check()?;
     let joint = d.kind == Kind::Joint;
     let rules = [

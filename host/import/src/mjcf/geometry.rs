@@ -54,6 +54,15 @@ pub(super) fn from_z(z: &Vector3<f64>) -> UnitQuaternion<f64> {
     turned.unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
 }
 
+/// What a shape gets its mass from.
+#[derive(Debug, Clone, Copy)]
+enum Weight {
+    /// kg
+    Mass(f64),
+    /// kg/m^3
+    Density(f64),
+}
+
 impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     /// A shape, in the frame of its body, and its mass.
     pub(super) fn geom(
@@ -63,31 +72,28 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         class: Option<&'a str>,
     ) -> (Option<Shape>, Option<Solid>) {
         let of = self.classes.of(node, "geom", class);
+        let (weight, mistakes) = (self.weight(&of), self.found.diagnostics.len());
         let Some((form, pose)) = self.form(node, &of) else {
-            if self.has_mass(&of) && of.text("type") != Some("plane") {
+            if weight.is_some() && of.text("type") != Some("plane") && self.found.diagnostics.len() == mistakes {
                 self.mass_is_needed(node, "it has no file of its own, or is of a kind that is not read");
             }
             return (None, None);
         };
         let color = self.found.list(of.get("rgba")).map(hex);
         let shape = Shape { form, pose: frame * pose, color };
-        let mass = self.mass(node, &of, &shape);
+        let mass = weight.and_then(|weight| self.mass(node, &of, &shape, weight));
         (Some(shape), mass)
     }
 
-    fn mass(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, shape: &Shape) -> Option<Solid> {
-        let density = self.found.not_negative(of.get("density")).unwrap_or(self.density);
-        if !self.has_mass(of) {
-            return None;
-        }
-        let wanted = self.found.not_negative(of.get("mass"));
+    fn mass(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, shape: &Shape, weight: Weight) -> Option<Solid> {
         if of.text("shellinertia") == Some("true") {
             self.left_out("mass on the surface of shapes (`shellinertia`): it is in their volume");
         }
-        match solid::of_shape(shape, if wanted.is_some() { 1.0 } else { density }) {
-            Ok(solid) => Some(match wanted {
-                Some(mass) => Solid { mass, inertia: solid.inertia * (mass / solid.mass), ..solid },
-                None => solid,
+        let density = if let Weight::Density(density) = weight { density } else { 1.0 };
+        match solid::of_shape(shape, density) {
+            Ok(solid) => Some(match weight {
+                Weight::Mass(mass) => Solid { mass, inertia: solid.inertia * (mass / solid.mass), ..solid },
+                Weight::Density(_) => solid,
             }),
             Err(reason) => {
                 self.mass_is_needed(node, &reason);
@@ -96,26 +102,21 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         }
     }
 
-    /// Whether a shape gives its body mass, if the body has none of its own.
-    fn has_mass(&mut self, of: &Of<'a, 'i>) -> bool {
-        let number = |found: &mut Found, name: &str| found.not_negative(of.get(name));
-        let none = match number(self.found, "mass") {
-            Some(mass) => mass == 0.0,
-            None => number(self.found, "density") == Some(0.0),
-        };
+    /// What gives a shape its mass, if it gives its body any.
+    fn weight(&mut self, of: &Of<'a, 'i>) -> Option<Weight> {
+        let density = self.found.not_negative(of.get("density")).unwrap_or(self.density);
+        let weight = self.found.not_negative(of.get("mass")).map_or(Weight::Density(density), Weight::Mass);
         let group = self.found.number(of.get("group")).unwrap_or(0.0);
         let [first, last] = self.compiler.groups;
-        !none && first <= group && group <= last
+        let (Weight::Mass(amount) | Weight::Density(amount)) = weight;
+        (amount != 0.0 && first <= group && group <= last).then_some(weight)
     }
 
     /// Reports a shape whose mass is not known, if its body has no other.
     fn mass_is_needed(&mut self, node: Node<'a, 'i>, reason: &str) {
         let body = node.ancestors().find(|above| above.has_tag_name("body"));
         let given = body.is_some_and(|body| children(body).any(|child| child.has_tag_name("inertial")));
-        if body.is_some()
-            && (!given || self.compiler.from_shapes == Some(true))
-            && !self.found.has_errors_at(head(&node))
-        {
+        if body.is_some() && (!given || self.compiler.from_shapes == Some(true)) {
             let message = format!("the mass of this shape is not known: {reason}");
             self.found.error(head(&node), message, "give the body an <inertial>");
         }

@@ -261,6 +261,10 @@ pub struct Traces {
 pub trait Formulation: Send {
     /// Short name for reports.
     fn name(&self) -> &'static str;
+    /// Whether the state is that of joints, not of bodies.
+    fn is_joint(&self) -> bool {
+        false
+    }
     /// What each entry of the state vector is.
     fn groups(&self) -> &[Group];
     /// The state for positions and velocities in working coordinates (per body r, p, v, omega'; then element states; then

@@ -186,6 +186,10 @@ impl Formulation for JointForm {
         if self.regular.is_some() { "joint" } else { "joint, rank-safe" }
     }
 
+    fn is_joint(&self) -> bool {
+        true
+    }
+
     fn groups(&self) -> &[Group] {
         &self.motion.groups
     }

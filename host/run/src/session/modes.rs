@@ -162,7 +162,7 @@ impl Run<'_> {
         let mut place = self.session.assembly.clone();
         (place.working, place.references, place.discrete) = (state.working, state.references, state.discrete);
         self.session.model.sets = self.system.lend_sets();
-        let coordinates = if self.system.formulation().name().starts_with("joint") { "joint" } else { "cartesian" };
+        let coordinates = if self.system.formulation().is_joint() { "joint" } else { "cartesian" };
         let made = self.session.mode(closed, coordinates, (t, place), self.method.may_use_jacobian());
         match made {
             Ok((mode, equations)) => Ok(self.system.take_mode(mode, &equations, t, &self.state)?),
