@@ -122,7 +122,7 @@ table! {
     UNREADABLE = "ODY0118", Files, "the scene file cannot be read",
         "The file doesn't exist, may not be read, or is not UTF-8 text. Save it as UTF-8.";
     BAD_SUITE = "ODY0119", Scene, "the stress suite cannot be understood",
-        "A suite is a TOML file of `[[trial]]`s, each with a name of its own, a scene, and one of `bounds`, `refused` and `stopped`. What a trial is compared with (`equals`) stands before it. The comment at the head of `scenes/stress/suite.toml` tells all keys.";
+        "A suite is a TOML file of `[[trial]]`s, each with a name of its own, a scene, and one of `bounds`, `refused` and `stopped`. What a trial is compared with (`equals`) stands before it. The comment at the head of `scenes/stress/suite.toml` lists all keys.";
     BAD_TABLE_FILE = "ODY0120", Scene, "file of a curve or grid that cannot be used",
         "A parameter is given by a file, `{ file = \"motor.csv\" }`, relative to the folder of the scene. It is a table of numbers between commas, semicolons or tabs, whose first line names the columns, with a unit where the numbers are not in the scene's: `speed [rpm], torque [N m]`. A curve takes two columns (`columns = [\"speed\", \"torque\"]`), a grid three, with one line for each pair of arguments; without `columns`, a grid has the values of y in its first line and those of x in its first column. Lines that begin with `#` are remarks.";
 

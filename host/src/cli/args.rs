@@ -55,7 +55,7 @@ Examples:
 
 Ctrl-C ends the run after the current step with valid results, a second one at once.")]
     Run(RunArgs),
-    /// Go on with a run that was killed or interrupted, from its last checkpoint
+    /// Continue a run that was killed or interrupted, from its last checkpoint
     #[command(after_help = "\
 The run must have been started with --checkpoint. Scene, options and libraries are those that it was started with, as its folder
 tells; if one of them has changed since, the run is refused. Rows after the last checkpoint are computed again. The table
@@ -73,7 +73,7 @@ The exit codes are those of `odyn run`; 0 also where the run had reached its end
     /// Find where a scene is at rest, and whether it stays there
     #[command(after_help = "\
 Loads and reactions are in balance there, velocities are zero, element states at rest; what is prescribed is held as at the start.
-Stability is that of small motions; directions that meet no resistance are told with the bodies that take part.
+Stability is that of small motions; directions that meet no resistance are listed with the bodies that take part.
 
 Examples:
   odyn statics scenes/benchmarks/chain_N10.toml

@@ -42,7 +42,7 @@ The exit code is 7 where what is left of all loads is more than round-off.";
 
 /// Behind the help of `odyn balance`.
 pub(super) const BALANCE: &str = "\
-The counterweight that least squares gives is put into the scene and run again: what that shows is told beside what was predicted.
+The counterweight that least squares gives is put into the scene and run again: the outcome is reported beside the prediction.
 
 Examples:
   odyn balance scenes/compressor.toml --turn main_bearing.angle

@@ -17,7 +17,7 @@ pub(super) struct SceneArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) sets: Vec<String>,
     /// Relative tolerance of the integration
-    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, visible_alias = "tolerance", value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) tol: Option<f64>,
     /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]

@@ -39,9 +39,12 @@ pub struct Audit {
     pub potential_energy: f64,
     /// Work done so far by everything without a potential, J; dissipation counts negative.
     pub work: f64,
-    /// Part of it that elements turned into heat, J, as far as they tell; not negative. Where other work is done as well, summed
-    /// up over the steps by parabolas, to a percent or better.
+    /// Part of it that elements turned into heat, J, as far as they report it; not negative. Where other work is done as well, the
+    /// integral of the power at the ends of steps by polynomials.
     pub dissipated: f64,
+    /// Estimated error of that integral, J: the largest difference so far to the integral by polynomials of one degree less. Zero
+    /// where all work is heat, or none.
+    pub dissipated_error: f64,
     /// Part of it that was lost in impacts, J.
     pub lost_in_impacts: f64,
     /// How many impacts there were.
@@ -73,39 +76,74 @@ struct SampleError {
     largest: f64,
 }
 
-/// Powers turned into heat at the last two accepted states.
+/// Powers whose polynomial gives the heat of a step.
+const STENCIL: usize = 5;
+
+/// Powers turned into heat at the last accepted states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Heat {
-    /// Time, s, and power, W; the older first.
-    points: [[f64; 2]; 2],
+    /// Time, s, and power, W; the oldest first.
+    points: [[f64; 2]; STENCIL],
     /// How many of them there are.
-    known: u8,
+    known: usize,
+    /// What the polynomial through all of them gave and its difference to the one without the first, J, while they are few.
+    begun: [f64; 2],
+    /// By how much the integral differs from that of polynomials of one degree less, J.
+    difference: f64,
+    /// The most that this was at full degree, J.
+    most: f64,
 }
 
 impl Heat {
-    /// Energy turned into heat, J, since the last state but what was said of it before: the integral of the parabola through
-    /// this state and the two before it. Trapezoids with their error, h^3 / 12 f'' (Abramowitz & Stegun 1964, 25.4.2), taken
-    /// from the second divided difference.
+    /// Energy turned into heat since the last state, J: by the polynomial through this state and the four before it. While there are
+    /// fewer, all of the energy since the first is found anew.
     fn next(&mut self, t: f64, power: f64) -> f64 {
-        let [[t0, p0], [t1, p1]] = self.points;
-        let (k, h) = (t1 - t0, t - t1);
-        if self.known > 0 && h <= 0.0 {
-            self.points[1] = [t, power];
+        if self.known > 0 && t <= self.points[self.known - 1][0] {
+            self.points[self.known - 1] = [t, power];
             return 0.0;
         }
-        let trapezoid = 0.5 * h * (p1 + power);
-        let bend = |size: f64| size.powi(3) / 6.0 * ((power - p1) / h - (p1 - p0) / k) / (k + h);
-        let energy = match self.known {
-            0 => 0.0,
-            1 => trapezoid,
-            // The first interval was a trapezoid.
-            2 => trapezoid - bend(h) - bend(k),
-            _ => trapezoid - bend(h),
+        let full = self.known == STENCIL;
+        if full {
+            self.points.rotate_left(1);
+        } else {
+            self.known += 1;
+        }
+        self.points[self.known - 1] = [t, power];
+        let points = &self.points[..self.known];
+        let from = match points {
+            [_] => return 0.0,
+            [.., before, _] if full => before[0],
+            _ => points[0][0],
         };
-        self.points = [[t1, p1], [t, power]];
-        self.known = self.known.saturating_add(1);
-        energy
+        let energy = integral(points, from, t);
+        let found = [energy, energy - integral(&points[1..], from, t)];
+        let before = if full { [0.0; 2] } else { std::mem::replace(&mut self.begun, found) };
+        self.difference += found[1] - before[1];
+        if full {
+            self.most = self.most.max(self.difference.abs());
+        }
+        found[0] - before[0]
     }
+}
+
+/// The integral of the polynomial through at most five points (time, value) between two times: Newton's form, by Gauss's rule of
+/// three nodes, which is exact for it.
+fn integral(points: &[[f64; 2]], from: f64, to: f64) -> f64 {
+    const NODES: [[f64; 2]; 3] = [[-0.774_596_669_241_483_4, 5.0], [0.0, 8.0], [0.774_596_669_241_483_4, 5.0]];
+    let mut differences = [0.0; STENCIL];
+    let count = points.len();
+    differences.iter_mut().zip(points).for_each(|(difference, point)| *difference = point[1]);
+    for order in 1..count {
+        for k in (order..count).rev() {
+            differences[k] = (differences[k] - differences[k - 1]) / (points[k][0] - points[k - order][0]);
+        }
+    }
+    let half = 0.5 * (to - from);
+    let value = |node: f64| {
+        let t = from + half * (1.0 + node);
+        (0..count).rev().fold(0.0, |sum, k| sum * (t - points[k][0]) + differences[k])
+    };
+    NODES.iter().map(|[node, weight]| weight * value(*node)).sum::<f64>() * half / 9.0
 }
 
 /// All of an [`Audit`], so that it can go on in another process.
@@ -134,6 +172,8 @@ pub struct AuditRecord {
     loads: [f64; 2],
     #[serde(default)]
     worst_body: Option<usize>,
+    #[serde(default)]
+    dissipated_error: f64,
 }
 
 impl From<&Audit> for AuditRecord {
@@ -158,6 +198,7 @@ impl From<&Audit> for AuditRecord {
             impacts: audit.impacts,
             loads: [audit.load_imbalance, audit.load_imbalance_at],
             worst_body: audit.worst_body,
+            dissipated_error: audit.dissipated_error,
         }
     }
 }
@@ -185,6 +226,7 @@ impl From<&AuditRecord> for Audit {
             potential_energy,
             work,
             dissipated,
+            dissipated_error: record.dissipated_error,
             lost_in_impacts: record.lost_in_impacts,
             impacts: record.impacts,
             work_in,
@@ -254,12 +296,13 @@ impl Audit {
     /// called after [`Audit::energy`].
     pub fn heating(&mut self, t: f64, power: f64) {
         self.dissipated = (self.dissipated + self.heat.next(t, power)).max(0.0);
+        self.dissipated_error = self.heat.most.max(self.heat.difference.abs());
         self.work_in = self.work + self.dissipated + self.lost_in_impacts;
     }
 
     /// From here on the power that is turned into heat is another one. [`Audit::heating`] follows.
     pub fn heat_jumps(&mut self) {
-        self.heat.known = 0;
+        (self.heat.known, self.heat.begun) = (0, [0.0; 2]);
     }
 
     /// Takes impacts, with the energy lost in them, J.
@@ -315,6 +358,7 @@ impl Audit {
             whole.potential_energy += part.potential_energy;
             whole.work += part.work;
             whole.dissipated += part.dissipated;
+            whole.dissipated_error += part.dissipated_error;
             whole.lost_in_impacts += part.lost_in_impacts;
             whole.impacts += part.impacts;
             whole.work_in += part.work_in;

@@ -153,8 +153,8 @@ impl Remedy {
             Self::MethodSwitch => Words {
                 name: "method-switch",
                 counted: "changes of method",
-                meaning: "The method `auto` changed between the explicit and the implicit method, as the cost of their steps \
-                          told.",
+                meaning: "The method `auto` changed between the explicit and the implicit method, because the other was \
+                          predicted to cost less.",
                 advice: "Nothing to be done. If it changes to and fro many times, try each of the two alone.",
             },
             Self::Event => Words {
@@ -230,7 +230,7 @@ impl Remedy {
                 name: "early-end",
                 counted: "ends before the end asked for",
                 meaning: "The motion could not be continued. The run ended with all results up to there, and a reason.",
-                advice: "The reason has a code; `odyn explain` tells what to do about it.",
+                advice: "The reason has a code; `odyn explain` says what to do about it.",
             },
         }
     }

@@ -157,6 +157,10 @@ fn energy(summary: &Summary) -> String {
         ("work in", audit.work_in),
     ];
     let mut parts = parts.map(|(name, energy)| format!("{name} {} J", significant(energy, 3))).to_vec();
+    // Three digits are printed.
+    if audit.dissipated_error > 5e-3 * audit.dissipated {
+        parts[2].push_str(&format!(" (to {} J)", significant(audit.dissipated_error, 1)));
+    }
     if audit.impacts > 0 {
         let (count, lost) = (audit.impacts, significant(audit.lost_in_impacts, 3));
         let impacts = if count == 1 { "impact" } else { "impacts" };

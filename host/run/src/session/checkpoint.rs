@@ -15,7 +15,7 @@ use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, Summary, Written, seal,
 use crate::scene::{AuditTolerance, Override};
 
 /// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows.
-pub(super) const FORMAT: u32 = 3;
+pub(super) const FORMAT: u32 = 4;
 
 /// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -273,22 +273,40 @@ fn outputs_that_are_not_unique_are_in_the_audit() {
 }
 
 #[test]
-fn heat_is_summed_up_by_parabolas() {
+fn heat_is_summed_up_by_polynomials_of_degree_four() {
     let mut audit = Audit::default();
-    // 1 + 2 t + 3 t^2 over uneven steps, one state looked at twice: t + t^2 + t^3.
-    for t in [0.0, 0.25, 0.75, 0.75, 1.0, 2.0_f64] {
-        audit.energy(t, 0.0, 0.0, 5.0);
-        audit.heating(t, 1.0 + 2.0 * t + 3.0 * t * t);
+    // 1 + 2 t + 3 t^2 + 5 t^4 over uneven steps, one state looked at twice: t + t^2 + t^3 + t^5.
+    for t in [0.0, 0.25, 0.75, 0.75, 1.0, 1.5, 1.75, 2.0_f64] {
+        audit.energy(t, 0.0, 0.0, 50.0);
+        audit.heating(t, 1.0 + 2.0 * t + 3.0 * t * t + 5.0 * t.powi(4));
     }
-    assert!((audit.dissipated - 14.0).abs() < 1e-13 && (audit.work_in - 19.0).abs() < 1e-13, "{audit:?}");
-    let text = report(&Summary { audit, ..compressor() }, None, false);
-    assert!(
-        text.contains("\nenergy at the end: kinetic 0 J, potential 0 J, dissipated 14 J, work in 19 J\n"),
-        "{text}"
-    );
+    assert!((audit.dissipated - 46.0).abs() < 1e-12 && (audit.work_in - 96.0).abs() < 1e-12, "{audit:?}");
     // Going on in another process.
     let record = crate::results::AuditRecord::from(&audit);
     assert_eq!(Audit::from(&record), audit);
+}
+
+#[test]
+fn the_error_of_heat_is_estimated_and_shown_where_it_is_in_what_is_printed() {
+    let heated = |step: f64| {
+        let mut audit = Audit::default();
+        for k in 0..=(40.0 / step) as u32 {
+            let t = f64::from(k) * step;
+            audit.energy(t, 0.0, 0.0, 50.0);
+            audit.heating(t, 1.0 + t.sin());
+        }
+        audit
+    };
+    for step in [0.1, 0.25, 0.5, 1.0, 2.0] {
+        let audit = heated(step);
+        let error = (audit.dissipated - (41.0 - 40.0_f64.cos())).abs();
+        assert!(error < audit.dissipated_error && audit.dissipated_error < 0.4 * step.powi(4), "{step}: {error:e}, {audit:?}");
+    }
+    let said = |audit| report(&Summary { audit, ..compressor() }, None, false);
+    let text = said(heated(0.1));
+    assert!(text.contains("\nenergy at the end: kinetic 0 J, potential 0 J, dissipated 41.7 J, work in 91.7 J\n"), "{text}");
+    let text = said(heated(1.0));
+    assert!(text.contains(" dissipated 41.7 J (to 0.3 J), work in"), "{text}");
 }
 
 #[test]
