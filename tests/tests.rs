@@ -46,6 +46,7 @@
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
 //! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
 //! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
+//! | `rough.rs` | contacts that cannot slide, where a run begins |
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
 //! | `interleaved.rs` | models share nothing |
@@ -107,6 +108,7 @@ mod random;
 mod resting;
 mod rooms;
 mod ropes;
+mod rough;
 mod runs;
 mod schema;
 mod sensitivities;

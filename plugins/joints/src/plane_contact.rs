@@ -21,8 +21,10 @@
 //! impact the same law holds for the impulses and the velocities afterwards: that of friction is against the sliding that is left, if
 //! any is, and then mu times the normal impulse. Should this gain energy, less of the normal impulse is given back.
 //!
-//! With `rough` the contact point does not slide while it is closed, nor during an impact: the limit of much friction. Without either
-//! the contact is smooth; `contact-friction` takes its reaction and adds sliding friction of other laws.
+//! With `rough` the contact point does not slide while it is closed, nor during an impact: the limit of much friction. Where a ball
+//! rests on the plane at the start, velocities that the scene leaves open are found so that it rolls; given ones that slide are ended by an
+//! impulse, an impact in `events.csv`. Without either the contact is smooth; `contact-friction` takes its reaction and adds sliding friction
+//! of other laws.
 //!
 //! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Brogliato, Nonsmooth Mechanics, 2016.)
 //!

@@ -61,6 +61,8 @@ pub struct Gap {
     pub value: f64,
     /// Its rate.
     pub rate: f64,
+    /// The largest rate of the rows that stick while it is closed, whatever it takes, over the length of its gradient.
+    pub slip: f64,
     /// Length of its gradient, rotations taken on the length of the scene: value over size is a distance.
     pub size: f64,
     /// Whether it is a row on velocities.
@@ -72,6 +74,12 @@ impl Gap {
     #[must_use]
     pub fn approaches(&self, speed: f64) -> bool {
         self.rate < -NO_SPEED * speed * self.size
+    }
+
+    /// Whether an impulse ends what slides although it cannot, where speeds are of this size: if it touches and does not part.
+    #[must_use]
+    pub fn grips(&self, speed: f64) -> bool {
+        self.rate <= NO_SPEED * speed * self.size && self.slip > NO_SPEED * speed
     }
 }
 
@@ -153,15 +161,15 @@ impl Contacts {
     pub fn look(&mut self, inputs: &[f64], velocities: &[f64], sets: &Sets) -> Result<Vec<Gap>, AnalysisError> {
         self.rows.evaluate(inputs, sets)?;
         let gap = |contact: &Contact| {
-            let row = contact.row;
-            let entries = self.row(row);
-            let rate: f64 = entries.iter().map(|(column, slope)| slope * velocities[*column]).sum();
-            Gap {
-                value: self.rows.function(0)[row],
-                rate: rate + self.rows.function(1)[row],
-                size: self.size(&entries),
-                of_velocities: contact.of_velocities,
-            }
+            let rate = |row: usize| {
+                let entries = self.row(row);
+                let rate: f64 = entries.iter().map(|(column, slope)| slope * velocities[*column]).sum();
+                (rate + self.rows.function(1)[row], self.size(&entries))
+            };
+            let slips = contact.sticking.iter().map(|row| rate(*row)).map(|(rate, size)| rate.abs() / size);
+            let (row, slip) = (contact.row, slips.fold(0.0, f64::max));
+            let (rate, size) = rate(row);
+            Gap { value: self.rows.function(0)[row], rate, slip, size, of_velocities: contact.of_velocities }
         };
         Ok(self.contacts.iter().map(gap).collect())
     }

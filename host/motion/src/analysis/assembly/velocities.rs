@@ -99,11 +99,11 @@ pub(super) fn velocities(
         solve(&uneven_metric(model.bodies.len(), length), &mut other).map_err(AnalysisError::from)?;
         *chosen = differing(model, state, [&v, &other], length);
     }
-    let largest = right[enforced..].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut misses = Vec::new();
     for (row, (body, angular, component, given)) in asked.into_iter().enumerate() {
         let found = reached[enforced + row];
-        if (found - given).abs() > VELOCITY_MISS * largest {
+        let size = if angular { *given_speed / length } else { *given_speed };
+        if (found - given).abs() > VELOCITY_MISS * size {
             let body = model.bodies[body].name.clone();
             misses.push(VelocityMiss { body, angular, component, given, found });
         }

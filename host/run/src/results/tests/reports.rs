@@ -300,11 +300,17 @@ fn the_error_of_heat_is_estimated_and_shown_where_it_is_in_what_is_printed() {
     for step in [0.1, 0.25, 0.5, 1.0, 2.0] {
         let audit = heated(step);
         let error = (audit.dissipated - (41.0 - 40.0_f64.cos())).abs();
-        assert!(error < audit.dissipated_error && audit.dissipated_error < 0.4 * step.powi(4), "{step}: {error:e}, {audit:?}");
+        assert!(
+            error < audit.dissipated_error && audit.dissipated_error < 0.4 * step.powi(4),
+            "{step}: {error:e}, {audit:?}"
+        );
     }
     let said = |audit| report(&Summary { audit, ..compressor() }, None, false);
     let text = said(heated(0.1));
-    assert!(text.contains("\nenergy at the end: kinetic 0 J, potential 0 J, dissipated 41.7 J, work in 91.7 J\n"), "{text}");
+    assert!(
+        text.contains("\nenergy at the end: kinetic 0 J, potential 0 J, dissipated 41.7 J, work in 91.7 J\n"),
+        "{text}"
+    );
     let text = said(heated(1.0));
     assert!(text.contains(" dissipated 41.7 J (to 0.3 J), work in"), "{text}");
 }

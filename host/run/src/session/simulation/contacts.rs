@@ -210,7 +210,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// Whether contacts that touch at a state approach.
+    /// Whether contacts that touch at a state approach, or slide although they cannot.
     ///
     /// # Errors
     /// See [`AnalysisError`].
@@ -219,7 +219,10 @@ impl Simulation<'_> {
         let (near, speed) = (self.near(), self.speed());
         let Some(touch) = &mut self.touch else { return Ok(false) };
         let gaps = touch.contacts.look(&inputs, &velocities(&self.layout, &inputs), self.formulation.sets())?;
-        Ok(gaps.iter().any(|gap| (gap.of_velocities || depth(gap) <= near) && gap.approaches(speed)))
+        Ok(gaps.iter().any(|gap| {
+            let touches = gap.of_velocities || depth(gap) <= near;
+            touches && (gap.approaches(speed) || gap.grips(speed))
+        }))
     }
 
     /// How far contacts may be apart and touch, m.
@@ -382,7 +385,12 @@ impl Simulation<'_> {
         let before = std::mem::replace(&mut touch.told, closed.to_vec());
         let event = |kind: EventKind, k: usize| touch.event(t, kind, k);
         let mut events = Vec::new();
-        for strike in strikes.iter().filter(|strike| strike.rates[0] < -TOUCHING * TOUCHING * TOUCHING * speed) {
+        let least = TOUCHING * TOUCHING * TOUCHING;
+        let counts = |strike: &&crate::analysis::Strike| {
+            // What cannot slide may be made to at the start, without an approach.
+            strike.rates[0] < -least * speed || strike.lost > least * self.largest_kinetic
+        };
+        for strike in strikes.iter().filter(counts) {
             let rates = strike.rates;
             let (impulse, lost) = (strike.impulse, strike.lost);
             events.push(Event { rates, impulse, lost, ..event(EventKind::Impact, strike.contact) });
