@@ -161,7 +161,7 @@ impl Function {
         self.at(Dual::variable(x)).slope
     }
 
-    /// Whether it is the same everywhere as far as can be told without evaluating.
+    /// Whether it is the same everywhere as far as can be seen without evaluating.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         match &self.form {

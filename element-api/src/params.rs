@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// The table of values a plugin reads its parameters from.
 pub type Table = toml::Table;
 
-/// What an element is told by the scene. Derive it: `#[derive(Parameters)]`.
+/// What the scene gives an element. Derive it: `#[derive(Parameters)]`.
 pub trait Parameters: Sized {
     /// One entry per parameter, in the order of the struct.
     fn specs() -> Vec<ParamSpec>;
@@ -239,7 +239,7 @@ impl ParamKind {
     }
 }
 
-/// Key under which an element that takes any number of frames is told how many it has, among its parameters. No parameter can be
+/// Key under which an element that takes any number of frames is given how many it has, among its parameters. No parameter can be
 /// called so. Contract 1.2.
 pub const FRAME_COUNT: &str = "#frames";
 

@@ -59,9 +59,9 @@ pub fn csv(matrix: &DMatrix<f64>, rows: &[String], columns: &[String]) -> String
 /// What the system says, with the path.
 pub fn write(folder: &Path, name: &str, content: &[u8]) -> io::Result<()> {
     let path = folder.join(name);
-    let told = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
-    std::fs::create_dir_all(folder).map_err(told)?;
-    std::fs::File::create(&path).and_then(|mut file| file.write_all(content)).map_err(told)
+    let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+    std::fs::create_dir_all(folder).map_err(named)?;
+    std::fs::File::create(&path).and_then(|mut file| file.write_all(content)).map_err(named)
 }
 
 #[cfg(test)]

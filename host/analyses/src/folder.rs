@@ -47,7 +47,7 @@ pub struct Moves {
     pub parts: Vec<Part>,
 }
 
-/// What is told of an analysis, first to last.
+/// What is reported of an analysis, first to last.
 #[derive(Debug, Clone, Default)]
 pub struct Page {
     /// The name of the command.

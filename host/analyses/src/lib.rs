@@ -10,7 +10,7 @@
 //! | [`eigen`] | a matrix -> eigenvalues with vectors, residuals and what round-off leaves open | mechanics |
 //! | [`linear`] | a session at an instant -> A, B, C, D in independent coordinates | how they are shown |
 //! | [`modes`] | that -> frequencies, damping, shapes, energies, stability | how the instant was found |
-//! | [`campbell`] | modes at values of a key -> branches that go on from value to value | how they are shown |
+//! | [`campbell`] | modes at values of a key -> branches that continue from value to value | how they are shown |
 //! | `energies` | a linear model, a vector of states -> whose energy that is | how they are shown |
 //! | [`statics`] | a session -> an equilibrium, or the reason why there is none | files |
 //! | [`sensitivity`] | a scene file, outputs, numbers of the scene -> derivatives with their errors | how runs are stepped |

@@ -1,7 +1,7 @@
 //! [`Loads`]: everything that acts on one body at some instants, in the axes of the body, as a finite-element program takes it.
 //!
 //! By d'Alembert the reactions of joints, the loads of force elements and the weight are in balance with the loads of inertia,
-//! -m a at the centre of mass and -(J alpha + omega x J omega). What is left of their sum is told: it is round-off, or the deck is
+//! -m a at the centre of mass and -(J alpha + omega x J omega). What is left of their sum is reported: it is round-off, or the deck is
 //! not to be used. (R. R. Craig & A. J. Kurdila, Fundamentals of Structural Dynamics, 2006, on inertia relief.)
 //!
 //! Of a body that turns, inertia is a field: g - a along all of it, omega^2 r from the axis through the centre of mass, and
@@ -128,7 +128,7 @@ impl Watch {
             let mut frames: Vec<usize> =
                 (0..instance.markers.len()).filter(|frame| instance.markers[*frame].body == Some(body)).collect();
             if kind == "joint" {
-                // What a joint does to a body is told at its first frame there.
+                // What a joint does to a body is reported at its first frame there.
                 frames.truncate(1);
             }
             for frame in frames {

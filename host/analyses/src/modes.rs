@@ -9,9 +9,9 @@ use crate::energies::{complex, energies};
 use crate::linear::{Linear, refuse};
 use crate::session::{Session, SessionError};
 
-/// Residuals above this are told.
+/// Residuals above this are reported.
 const RESIDUAL: f64 = 1e-10;
-/// Shares below this are not told.
+/// Shares below this are not reported.
 const LEAST_SHARE: f64 = 1e-6;
 
 /// What the eigenvalues say about a state, to first order.

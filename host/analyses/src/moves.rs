@@ -79,7 +79,7 @@ pub(crate) fn rest(layout: &Layout, inputs: &mut [f64]) {
     inputs[layout.acceleration_slot()..].fill(0.0);
 }
 
-/// The state in the inputs of programs, to go on from.
+/// The state in the inputs of programs, to continue from.
 pub(crate) fn restart(session: &Session, inputs: &[f64]) -> Restart {
     let layout = &session.plan.layout;
     let mut working: Vec<f64> = Vec::new();

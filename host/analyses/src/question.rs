@@ -198,7 +198,7 @@ impl Question {
         &self,
         path: &Path,
         options: &RunOptions,
-        told: &(dyn Fn(f64) + Sync),
+        progress: &(dyn Fn(f64) + Sync),
         stop: &Arc<AtomicBool>,
     ) -> Result<Answer, SessionError> {
         let open = |more: Option<&str>| {
@@ -206,7 +206,7 @@ impl Question {
             options.overrides.extend(more.map(Override::new));
             Session::open(path, &options)
         };
-        let mut listen = |share: f64| told(share);
+        let mut listen = |share: f64| progress(share);
         Ok(match self {
             Self::Statics { all } => Answer::Statics(match all {
                 Some(starts) => equilibria(&open(None)?, *starts, &mut listen)?,
@@ -261,7 +261,7 @@ impl Question {
             Self::Loads { body, at } => Answer::Loads(loads(open(None)?, body, at.as_deref(), &mut listen, stop)?),
             Self::Sensitivity { of, to, step } => {
                 let request = sensitivity::Request { of: of.clone(), to: to.clone(), step: *step, jobs: options.jobs };
-                Answer::Sensitivity(Sensitivities::of(path, options, &request, told, stop)?)
+                Answer::Sensitivity(Sensitivities::of(path, options, &request, progress, stop)?)
             }
             Self::Fit { measured, vary, columns, noise, figures } => {
                 let request = fit::Request {
@@ -274,7 +274,7 @@ impl Question {
                 };
                 let folder = path.parent().unwrap_or(Path::new(""));
                 let table = measured.as_ref().map(|file| folder.join(file));
-                Answer::Fit(Fit::of(path, table.as_deref(), options, &request, told, stop)?)
+                Answer::Fit(Fit::of(path, table.as_deref(), options, &request, progress, stop)?)
             }
         })
     }

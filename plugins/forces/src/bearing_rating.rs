@@ -20,7 +20,7 @@
 //!
 //! Margins of its checks are positive while all is well: the static load as C0 / `static_safety` - P0; (2) holds up to P = C / 2; the speed is judged
 //! as `limiting_speed` - |w|. Torques across the axis are not looked at: one bearing carries none. Shared between redundant joints, a
-//! reaction is not unique, and neither is what is told here (ODY0322).
+//! reaction is not unique, and neither is what is reported here (ODY0322).
 //!
 //! ## Singular cases
 //! Without load, the life is endless: D' = 0.

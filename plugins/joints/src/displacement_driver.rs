@@ -1,4 +1,4 @@
-//! An actuator that extends exactly as told: the displacement of one body along the axis of another is a given function of
+//! An actuator that extends exactly as prescribed: the displacement of one body along the axis of another is a given function of
 //! time. The joint itself (translational, cylindrical, ...) is a separate element.
 //!
 //! ## Equations

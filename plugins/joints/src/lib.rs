@@ -7,7 +7,7 @@
 //! Row names: `x`, `y`, `z` hold the origin of `j` in that direction of frame `i`; `about x` etc. hold the rotation about
 //! that axis.
 //!
-//! Rows that relate an angle to something that goes on over many turns (driver, gear, rack, screw, coupler) are the
+//! Rows that relate an angle to something that continues over many turns (driver, gear, rack, screw, coupler) are the
 //! difference of two angles within half a turn, [`element_api::blocks::ahead_of`].
 
 #![forbid(unsafe_code)]

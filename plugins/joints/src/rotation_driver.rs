@@ -1,4 +1,4 @@
-//! A motor that turns exactly as told: the angle between two bodies about a joint's axis is a given function of time. The joint
+//! A motor that turns exactly as prescribed: the angle between two bodies about a joint's axis is a given function of time. The joint
 //! itself (revolute, cylindrical, ...) is a separate element.
 //!
 //! ## Equations

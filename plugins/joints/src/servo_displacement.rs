@@ -24,7 +24,7 @@
 //! ## Singular cases
 //!
 //! Where the origins are not kept on z_i by another joint, the servo holds `j` in a plane across it. At the start d is `start` and its rate zero; bodies that are given
-//! otherwise are moved by assembly. A demand that jumps makes the force jump, no more: v lies between. At the limit v goes on
+//! otherwise are moved by assembly. A demand that jumps makes the force jump, no more: v lies between. At the limit v continues
 //! beyond L until the demand is near, which takes the place of a ramp.
 //!
 //! ## Example
@@ -135,8 +135,8 @@ impl Constraint for ServoDisplacement {
     }
 
     fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
-        let told = self.displacement.as_ref().map_or(S::zero(), |demand| demand.at(at.time()));
-        self.follower.rates(at.states, told + at.inputs[0], out);
+        let demand = self.displacement.as_ref().map_or(S::zero(), |function| function.at(at.time()));
+        self.follower.rates(at.states, demand + at.inputs[0], out);
     }
 
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {

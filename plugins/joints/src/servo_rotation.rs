@@ -25,7 +25,7 @@
 //! ## Singular cases
 //!
 //! The z axes must be kept parallel by another joint. At the start phi is `start` and its rate zero; bodies that are given
-//! otherwise are moved by assembly. A demand that jumps makes the torque jump, no more: v lies between. At the limit v goes on
+//! otherwise are moved by assembly. A demand that jumps makes the torque jump, no more: v lies between. At the limit v continues
 //! beyond L until the demand is near, which takes the place of a ramp.
 //!
 //! ## Example
@@ -137,8 +137,8 @@ impl Constraint for ServoRotation {
     }
 
     fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
-        let told = self.angle.as_ref().map_or(S::zero(), |angle| angle.at(at.time()));
-        self.follower.rates(at.states, told + at.inputs[0], out);
+        let demand = self.angle.as_ref().map_or(S::zero(), |function| function.at(at.time()));
+        self.follower.rates(at.states, demand + at.inputs[0], out);
     }
 
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {

@@ -17,8 +17,8 @@ const ERRORS: f64 = 10.0;
 const LEAST_DOUBT: f64 = 1e-10;
 /// A parameter with a larger share in a direction that is not determined is not determined itself.
 const SHARE: f64 = 1e-3;
-/// Shares below this are not told.
-const TOLD: f64 = 0.01;
+/// Shares below this are not reported.
+const LEAST_SHARE: f64 = 0.01;
 
 /// Judges a minimum. `jacobian` has the derivatives of residuals over their noise, `doubt` the relative error of its columns; `levels`
 /// of noise that was estimated.
@@ -53,7 +53,7 @@ pub(super) fn judge(
         let most = row.iter().fold(0.0_f64, |most: f64, x| if x.abs() > most.abs() { *x } else { most });
         let shares: Vec<f64> = row.iter().map(|x| x / most).collect();
         shares.iter().zip(&mut open).for_each(|(share, open)| *open |= share.abs() > SHARE);
-        let parts = free.iter().zip(&shares).filter(|(_, share)| share.abs() >= TOLD);
+        let parts = free.iter().zip(&shares).filter(|(_, share)| share.abs() >= LEAST_SHARE);
         let parts = parts.map(|(k, share)| (parameters[*k].key.clone(), *share)).collect();
         undetermined.push(Direction { parts, deviation });
     }

@@ -10,7 +10,7 @@
 //! that they are for. Where the noise of a column is not given, it is estimated from what is left of it, and the fit repeated with it.
 //!
 //! At the minimum, J has the derivatives of all residuals for relative changes of the parameters, J = U S V^T. A direction of V whose
-//! singular value is 0 to within the error of J, or whose standard deviation 1/s is above 1 (100 %), is not determined: it is told as
+//! singular value is 0 to within the error of J, or whose standard deviation 1/s is above 1 (100 %), is not determined: it is reported as
 //! a combination of parameters, and these have no interval. Of the others, intervals at 95 % are t sqrt(diag(V S^-2 V^T)) (Seber & Wild,
 //! "Nonlinear regression", 1989, section 5.1), t of Student's distribution, or of the normal one where all noise is given. With C that
 //! covariance and A_i what the column i alone says (the sum of all A_i is C^-1), noise that was estimated from n_i freedoms adds
@@ -53,7 +53,7 @@ use crate::sensitivity::Parameter;
 use crate::sensitivity::runs::{Variants, Way};
 use crate::session::{RunOptions, SessionError};
 
-/// Iterations of one search, unless told.
+/// Iterations of one search, unless the request says otherwise.
 const MOST_ITERATIONS: usize = 50;
 /// Fits with estimates of noise, and the relative change of these at which no further one is made.
 const MOST_FITS: usize = 6;
@@ -183,7 +183,7 @@ impl Fit {
         table: Option<&Path>,
         options: &RunOptions,
         request: &Request,
-        told: &(dyn Fn(f64) + Sync),
+        progress: &(dyn Fn(f64) + Sync),
         stop: &Arc<AtomicBool>,
     ) -> Result<Self, SessionError> {
         let mut variants = Variants::open(path, options, stop)?;
@@ -228,7 +228,7 @@ impl Fit {
             return Err(place(Box::new(Diagnostic::error(codes::NOTHING_TO_COMPARE, message))));
         }
         problem::place_samples(&mut variants, &data, &session);
-        let mut fitting = Fitting::begin(&variants, &data, &parameters, &bounds, &start, request.jobs, told)?;
+        let mut fitting = Fitting::begin(&variants, &data, &parameters, &bounds, &start, request.jobs, progress)?;
         let fit = Search { data: &data, parameters: &parameters, bounds: &bounds, request };
         let mut found = fit.search(&mut fitting, &start, &place)?;
         found.time_unit = session.scene.units.label(Dimension::TIME);

@@ -56,7 +56,7 @@ pub(super) struct Fitting<'a> {
     parameters: &'a [Parameter],
     bounds: &'a [Bounds],
     jobs: usize,
-    told: &'a (dyn Fn(f64) + Sync),
+    progress: &'a (dyn Fn(f64) + Sync),
     kind: Kind,
     way: Way,
     tight: Way,
@@ -79,7 +79,7 @@ impl<'a> Fitting<'a> {
         bounds: &'a [Bounds],
         start: &[f64],
         jobs: usize,
-        told: &'a (dyn Fn(f64) + Sync),
+        progress: &'a (dyn Fn(f64) + Sync),
     ) -> Result<Self, SessionError> {
         let nominal: Nominal = variants.nominal(&changes(parameters, start))?;
         let own = matches!(nominal.kind, Kind::Located);
@@ -91,7 +91,7 @@ impl<'a> Fitting<'a> {
             parameters,
             bounds,
             jobs,
-            told,
+            progress,
             kind: nominal.kind,
             way,
             tight,
@@ -119,7 +119,7 @@ impl<'a> Fitting<'a> {
     fn run(&self, at: &[f64], way: &Way) -> Result<Done, SessionError> {
         let runs = self.runs.fetch_add(1, Ordering::Relaxed) as f64;
         // How many there will be is not known.
-        (self.told)(runs / (runs + 40.0));
+        (self.progress)(runs / (runs + 40.0));
         let done = self.variants.run(&changes(self.parameters, at), way)?;
         let wanted = self.variants.times.as_ref().map_or(done.report.times.len(), Vec::len);
         if done.report.times.len() == wanted {

@@ -33,7 +33,7 @@ pub(super) struct Path<'s> {
 }
 
 impl Path<'_> {
-    /// What is at the place where the bodies are, with the tangent that goes on in a direction.
+    /// What is at the place where the bodies are, with the tangent that continues in a direction.
     pub(super) fn look(&mut self, ahead: Option<&DVector<f64>>) -> Result<Place, String> {
         let e = self.driven.expansion()?;
         let own = self.driven.rows.own;

@@ -171,7 +171,7 @@ impl Sensitivities {
         path: &Path,
         options: &RunOptions,
         request: &Request,
-        told: &(dyn Fn(f64) + Sync),
+        progress: &(dyn Fn(f64) + Sync),
         stop: &Arc<AtomicBool>,
     ) -> Result<Self, SessionError> {
         let variants = Variants::open(path, options, stop)?;
@@ -193,7 +193,7 @@ impl Sensitivities {
         let natural: Vec<f64> = wanted.outputs.iter().map(|output| natural[*output]).collect();
         let times = nominal.done.report.times.clone();
         let (natural, times) = (natural.as_slice(), times.as_slice());
-        let search = Search { variants: &variants, wanted: &wanted, request, natural, times, told };
+        let search = Search { variants: &variants, wanted: &wanted, request, natural, times, progress };
         let found = match search.all(&nominal, &parameters) {
             Err(error) if nominal.kind == Kind::Frozen && error.exit == Exit::Integration => {
                 // Steps of another run are too long for one of the variants: each takes its own.

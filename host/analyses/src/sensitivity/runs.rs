@@ -106,8 +106,8 @@ impl Variants {
         let source = session.scene.source.clone();
         let unit_of_time = session.scene.units.factor(Dimension::TIME);
         let mut steps = Vec::new();
-        let told = |share: f64| steps.push(from + share * (to - from));
-        let report = session.run(None, Box::new(told), &self.stop)?;
+        let progress = |share: f64| steps.push(from + share * (to - from));
+        let report = session.run(None, Box::new(progress), &self.stop)?;
         if report.summary.status.reached_end() {
             return Ok(Done { report, steps: steps.into(), unit_of_time });
         }

@@ -55,7 +55,7 @@ pub(super) struct Search<'a> {
     pub(super) natural: &'a [f64],
     /// Times of the samples.
     pub(super) times: &'a [f64],
-    pub(super) told: &'a (dyn Fn(f64) + Sync),
+    pub(super) progress: &'a (dyn Fn(f64) + Sync),
 }
 
 /// What is kept of a run.
@@ -111,7 +111,7 @@ impl Search<'_> {
         let expected = parameters.len() * (Stencil::Central.places().len() + 2);
         let progress = || {
             let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;
-            (self.told)((ended as f64 / expected as f64).min(0.99));
+            (self.progress)((ended as f64 / expected as f64).min(0.99));
         };
         let first = self.request.step.unwrap_or(FIRST);
         let mut open: Vec<(usize, f64)> = (0..parameters.len()).map(|number| (number, first)).collect();
@@ -208,8 +208,8 @@ impl Search<'_> {
         let done = self.variants.run(&[parameter.set(value)], way).map_err(|mut error| {
             if let Some(first) = error.diagnostics.first_mut() {
                 let at = format!("with {} = {}", parameter.key, parameter.shown(value, 9));
-                let told = Diagnostic::error(first.code, format!("{at}: {}", first.message));
-                *first = first.help.iter().fold(told, |told, help| told.help(help.clone()));
+                let report = Diagnostic::error(first.code, format!("{at}: {}", first.message));
+                *first = first.help.iter().fold(report, |report, help| report.help(help.clone()));
             }
             error
         })?;

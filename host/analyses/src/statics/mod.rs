@@ -80,7 +80,7 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// The state, to go on from.
+    /// The state, to continue from.
     #[must_use]
     pub fn restart(&self, session: &Session) -> Restart {
         moves::restart(session, &self.instant.inputs)
@@ -214,7 +214,7 @@ fn say_friction(session: &Session, friction: &[Held], notes: &mut Vec<String>) {
     }
 }
 
-/// Everything that is told of a place of balance.
+/// Everything that is reported of a place of balance.
 fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -> Result<Equilibrium, SessionError> {
     let Place { inputs, closed, steps, audit, not_unique, friction } = place;
     let layout = &session.plan.layout;

@@ -26,7 +26,7 @@ const PLACES: f64 = 1e-13;
 const NOTHING: f64 = 1e-30;
 /// What must be met at last, in these.
 const GOOD: f64 = 100.0;
-/// Violation of rows, as a share of the scene's size, that Newton steps go on from.
+/// Violation of rows, as a share of the scene's size, that Newton steps continue from.
 const ROWS: f64 = 1e-13;
 /// The same that lets a place pass.
 const MET: f64 = 1e-10;
