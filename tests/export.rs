@@ -6,7 +6,9 @@ mod fmus;
 mod harness;
 mod parameters;
 mod refused;
+mod sampled;
 mod stiff;
+mod variable;
 mod wine;
 
 use std::path::Path;
@@ -214,6 +216,18 @@ fn programs_in_c_have_the_bits_of_the_interpreter() {
     }
 }
 
+/// A random mechanism as it is exported; `None`, and why, where it cannot be.
+fn of_mechanism(checks: &Checks, mechanism: &Mechanism) -> Option<Machine> {
+    let settled = checks.settled(mechanism).ok()??;
+    let session = checks.session(&settled.text(&Place::as_it_is(), SHORT), &[]).ok()?;
+    // Euler parameters are not known in coordinates of joints.
+    let channels = session.model.channels.iter();
+    let known = channels.filter(|channel| !matches!(channel.quantity, Quantity::EulerParameter { .. }));
+    let outputs = Some(known.map(|channel| channel.name.clone()).collect());
+    let made = Machine::new(session, "random", Choices { outputs, ..Choices::default() });
+    made.map_err(|error| println!("{}", error.diagnostics[0].message)).ok()
+}
+
 #[test]
 fn random_mechanisms_have_the_bits_of_the_interpreter() {
     let (checks, folder) = (Checks::new(), Scratch::new());
@@ -221,19 +235,7 @@ fn random_mechanisms_have_the_bits_of_the_interpreter() {
     for seed in 1..=5 {
         let style = [Style::Spatial, Style::Planar][seed as usize % 2];
         for mechanism in [Mechanism::new(seed, style), Mechanism::furnished(seed, style)] {
-            let Ok(Some(settled)) = checks.settled(&mechanism) else { continue };
-            let Ok(session) = checks.session(&settled.text(&Place::as_it_is(), SHORT), &[]) else { continue };
-            // Euler parameters are not known in coordinates of joints.
-            let channels = session.model.channels.iter();
-            let known = channels.filter(|channel| !matches!(channel.quantity, Quantity::EulerParameter { .. }));
-            let outputs = Some(known.map(|channel| channel.name.clone()).collect());
-            let machine = match Machine::new(session, "random", Choices { outputs, ..Choices::default() }) {
-                Ok(machine) => machine,
-                Err(error) => {
-                    println!("{style:?} {seed}: {}", error.diagnostics[0].message);
-                    continue;
-                }
-            };
+            let Some(machine) = of_mechanism(&checks, &mechanism) else { continue };
             println!("{style:?} {seed}: {} states", machine.dim());
             let machine = machine.with_derivatives().unwrap();
             compare(&machine, folder.path(), 5);

@@ -13,7 +13,8 @@
 //! | `method.rs` | methods with a fixed number of stages |
 //! | `parameters.rs`, `shape.rs`, `laws.rs` | parameters that can be set: which numbers of the equations follow them, and how |
 //! | `tangents.rs` | exact derivatives of what it computes along a direction |
-//! | `twin.rs`, `rosenbrock.rs` | the same steps by the interpreter: what the C programs are held against |
+//! | `sampled.rs` | memories that change at whole multiples of a period |
+//! | `twin.rs`, `steps.rs`, `rosenbrock.rs` | the same steps by the interpreter: what the C programs are held against |
 //! | `c/listing.rs` | a program as functions in C |
 //! | `c/source.rs`, `c/runtime.c` | the C file: programs, and what steps them |
 //! | `c/rosenbrock.c`, `c/tangents.c` | a step of a Rosenbrock method; derivatives along a direction |
@@ -32,7 +33,9 @@ mod method;
 mod parameters;
 mod refused;
 mod rosenbrock;
+mod sampled;
 mod shape;
+mod steps;
 mod tangents;
 mod twin;
 
@@ -41,6 +44,7 @@ pub use machine::{Choices, Machine, Port, ThinAxis};
 pub use method::{Implicit, METHODS, Method};
 pub use parameters::{Parameter, Parameters, Reopen};
 pub use rosenbrock::Slopes;
+pub use sampled::{Clock, Sampled};
 pub use tangents::Tangents;
 pub use twin::{Failed, Twin};
 

@@ -146,9 +146,10 @@ fn machine(
     let session = Session::open(&args.scene, &options)?;
     warn(&session, args.json);
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
-    let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
+    let method = args.method.as_deref().unwrap_or(if args.tolerance.is_some() { "dopri5" } else { "rk4" });
+    let method = Method::named(method).unwrap_or(&METHODS[0]);
     let (inputs, outputs) = (inputs.map(<[String]>::to_vec), args.outputs.clone());
-    let choices = Choices { step: None, method, inputs, outputs, derivatives };
+    let choices = Choices { step: None, method, tolerance: args.tolerance, inputs, outputs, derivatives };
     let source = session.scene.source.clone();
     let machine = Machine::new(session, &name, choices.clone())?;
     let names: Option<&[String]> = match args.parameters.as_deref() {
@@ -184,12 +185,21 @@ fn listed(files: &[(String, String)]) -> String {
 
 /// What a step costs, in words.
 fn words(machine: &Machine, cost: &Cost) -> String {
-    let mut text = format!(
-        "step: {} s by {} (order {}), {} operations\n",
-        machine.step, machine.method.name, machine.method.order, cost.step
-    );
+    let (step, method, order) = (machine.step, machine.method.name, machine.method.order);
+    let mut text = match machine.tolerance {
+        None => format!("step: {step} s by {method} (order {order}), {} operations\n", cost.step),
+        Some(tolerance) => format!(
+            "steps: of variable size by {method} (order {order}), tolerance {tolerance:?}, {step} s at the longest; {} operations for each \
+             that is tried, their number has no bound\n",
+            cost.step
+        ),
+    };
     if cost.most > cost.step {
-        let _ = writeln!(text, "    at most {} where {} switches are located in it", cost.most, machine.located);
+        let switches = machine.switches.as_ref().map(|_| format!("{} switches are located", machine.located));
+        let clocks = &machine.sampled.clocks;
+        let samples = (!clocks.is_empty()).then(|| format!("{} elements sample", clocks.len()));
+        let what: Vec<String> = switches.into_iter().chain(samples).collect();
+        let _ = writeln!(text, "    at most {} where {} in it", cost.most, what.join(" and "));
     }
     let settable: Vec<&str> = machine.parameters.settable.iter().map(|one| one.port.name.as_str()).collect();
     if !settable.is_empty() {
@@ -221,6 +231,7 @@ struct CWritten<'a> {
 struct Costs<'a> {
     method: &'a str,
     step_s: f64,
+    tolerance: Option<f64>,
     operations_per_step: usize,
     most_operations_per_step: usize,
     operations_per_output: usize,
@@ -236,6 +247,7 @@ impl<'a> Costs<'a> {
         Self {
             method: machine.method.name,
             step_s: machine.step,
+            tolerance: machine.tolerance,
             operations_per_step: cost.step,
             most_operations_per_step: cost.most,
             operations_per_output: cost.outputs,

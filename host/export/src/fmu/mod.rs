@@ -67,7 +67,11 @@ impl Fmu {
         let glue = format!("{INSTANCE}{of_version}{}", BOTH.replace("@fmi@", prefix));
         let guid = guid(&[&sources[0].1, &sources[1].1, &glue]);
         let tag: String = guid.chars().filter(char::is_ascii_hexdigit).take(15).collect();
-        let filled = [("@n@", name.as_str()), ("@N@", &name.to_uppercase()), ("@guid@", &guid), ("@tag@", &tag)];
+        let tunable: Vec<String> =
+            dependencies::tunable(machine).into_iter().map(|tunable| u8::from(tunable).to_string()).collect();
+        let (tunable, upper) = (tunable.join(", "), name.to_uppercase());
+        let filled =
+            [("@n@", name.as_str()), ("@N@", &upper), ("@guid@", &guid), ("@tag@", &tag), ("@tunable@", &tunable)];
         let glue = filled.iter().fold(glue.clone(), |text, (mark, value)| text.replace(mark, value));
         sources.push((format!("{name}_fmi.c"), glue));
         let mut files = vec![

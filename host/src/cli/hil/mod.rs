@@ -250,7 +250,7 @@ fn machine(args: &HilArgs, step: f64) -> Result<Machine, Failure> {
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
     let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
     let (inputs, outputs) = (args.inputs.clone(), args.outputs.clone());
-    let choices = Choices { step: Some(step), method, inputs, outputs, derivatives: false };
+    let choices = Choices { step: Some(step), method, inputs, outputs, ..Choices::default() };
     Ok(Machine::new(session, &name, choices)?)
 }
 
@@ -288,5 +288,6 @@ fn words(failed: Failed) -> &'static str {
         Failed::TurnsThinAxis => "something turns a body about an axis about which it has no moment of inertia",
         Failed::TurnsTooFar => "an angle that is counted over full turns may have turned by half a turn in one step",
         Failed::OutOfRange => "a parameter is outside of the range in which the equations are known",
+        Failed::StepTooSmall => "the tolerance cannot be met by steps of a reasonable size",
     }
 }
