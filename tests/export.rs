@@ -349,14 +349,26 @@ fn costs_are_counted_and_the_memory_is_what_is_told() {
         let used = harness::stack_used(folder.path(), &machine.name);
         assert!(used <= cost.stack, "{used} bytes on the stack, {} told", cost.stack);
     }
+    for real in [Real::Double, Real::Float] {
+        for machine in
+            [machine(of_text(sampled::HELD), Some(7e-3), "rk4"), variable::of(of_text(sampled::HELD), Some(0.05), 1e-6)]
+        {
+            let Some(mut program) = Program::build(&machine, real, folder.path(), &["-O2"]) else { return };
+            assert_eq!(program.memory(), package(&machine, real).unwrap().cost.memory);
+        }
+    }
 }
 
 /// In numbers of 32 bits the same motion comes out, to what these can hold.
 #[test]
 fn numbers_of_32_bits_give_the_same_motion() {
     let folder = Scratch::new();
-    for scene in ["compressor.toml", "benchmarks/A04.toml"] {
-        let machine = machine(open(scene, &[]), None, "rk4");
+    for (scene, machine) in [
+        ("compressor.toml", machine(open("compressor.toml", &[]), None, "rk4")),
+        ("benchmarks/A04.toml", machine(open("benchmarks/A04.toml", &[]), None, "rk4")),
+        ("a pendulum that is held", machine(of_text(sampled::HELD), Some(1e-3), "rk4")),
+        ("the same by steps of variable size", variable::of(of_text(sampled::HELD), Some(1e-3), 1e-4)),
+    ] {
         let Some(mut program) = Program::build(&machine, Real::Float, folder.path(), &["-O2"]) else { return };
         let mut twin = Twin::new(machine.clone());
         for _ in 0..50 {
@@ -377,26 +389,31 @@ fn numbers_of_32_bits_give_the_same_motion() {
 #[test]
 fn other_compilers_and_sanitizers_agree() {
     let folder = Scratch::new();
-    let machine = machine(open("compressor.toml", &[]), None, "rodas").with_derivatives().unwrap();
-    let mut twin = Twin::new(machine.clone());
-    for _ in 0..10 {
-        twin.step(machine.step).unwrap();
-    }
     let ways: [(&str, &[&str]); 4] = [
         ("cc", &["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"]),
         ("cc", &["-O3", "-march=native"]),
         ("clang", &["-O2"]),
         ("clang", &["-O3", "-march=native"]),
     ];
-    for (compiler, flags) in ways {
-        let Some(mut program) = Program::by(compiler, &machine, Real::Double, folder.path(), flags) else { continue };
-        let mut last = Vec::new();
+    for machine in [
+        machine(open("compressor.toml", &[]), None, "rodas").with_derivatives().unwrap(),
+        variable::of(of_text(sampled::HELD), Some(0.05), 1e-6),
+    ] {
+        let mut twin = Twin::new(machine.clone());
         for _ in 0..10 {
-            let (status, numbers) = program.step(machine.step);
-            assert_eq!(status, 0);
-            last = numbers;
+            twin.step(machine.step).unwrap();
         }
-        same(compiler, &last[1..], twin.state());
+        for (compiler, flags) in ways {
+            let found = Program::by(compiler, &machine, Real::Double, folder.path(), flags);
+            let Some(mut program) = found else { continue };
+            let mut last = Vec::new();
+            for _ in 0..10 {
+                let (status, numbers) = program.step(machine.step);
+                assert_eq!(status, 0);
+                last = numbers;
+            }
+            same(compiler, &last[1..], twin.state());
+        }
     }
 }
 
@@ -404,8 +421,12 @@ fn other_compilers_and_sanitizers_agree() {
 #[test]
 fn a_microcontroller_computes_the_same_digits() {
     let folder = Scratch::new();
-    for method in ["rk4", "rodas"] {
-        let machine = machine(open("benchmarks/A04.toml", &[]), None, method);
+    for machine in [
+        machine(open("benchmarks/A04.toml", &[]), None, "rk4"),
+        machine(open("benchmarks/A04.toml", &[]), None, "rodas"),
+        machine(of_text(sampled::HELD), Some(7e-3), "rk4"),
+        variable::of(of_text(sampled::HELD), Some(7e-3), 1e-6),
+    ] {
         let library = package(&machine, Real::Double).unwrap().cost.library;
         let Some(text) = harness::on_cortex_m(&machine, folder.path(), 20) else { return };
         let mut twin = Twin::new(machine.clone());
@@ -413,7 +434,7 @@ fn a_microcontroller_computes_the_same_digits() {
             twin.step(machine.step).unwrap();
         }
         let found: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
-        println!("{method}, library: {library:?}");
+        println!("{}, library: {library:?}", machine.method.name);
         same("state on a Cortex-M", &found, twin.state());
     }
 }

@@ -46,6 +46,8 @@ def judge(scene, work):
         return f"the run ends with {run.returncode}"
     heads, expected = table((work / "run" / "results.csv").read_text().splitlines())
     times = expected[:, 0]
+    if len(heads) == 1:
+        return "it has no outputs"
     steps = np.diff(times)
     if len(steps) == 0 or not np.allclose(steps, steps[0], rtol=1e-9):
         return "its samples are not equally spaced"
@@ -56,9 +58,8 @@ def judge(scene, work):
     if text.returncode:
         return f"C: {text.stderr.strip()}"
     names, in_c = table(text.stdout.splitlines())
-    wanted = [heads.index(name) for name in names]
-    found = {"C": off(in_c, expected[:, wanted])}
-    unit = (times[-1] - times[0]) / 1.0
+    outputs = [heads.index(name) for name in names[1:]]
+    found = {"C": off(in_c[:, 1:], expected[:, outputs])}
     for version in "23":
         for way, options in (("fixed", ["--method", "dopri5"]), ("variable", ["--tolerance", "1e-9"])):
             fmu = work / f"{way}{version}.fmu"
@@ -83,6 +84,11 @@ def judge(scene, work):
                 columns = columns[: samples + 1]
                 rows = expected[: len(columns), [heads.index(name) for name in outputs]]
                 key = {"fixed": "C", "variable": "variable"}[way] if kind == "CoSimulation" else "ME"
+                if key == "ME":
+                    # A row at an event is the one behind it: what is held jumps to what the next row of the run has.
+                    later = expected[1 : len(columns) + 1, [heads.index(name) for name in outputs]]
+                    later = np.vstack([later, rows[len(later) :]])
+                    rows = np.where(np.abs(columns - later) < np.abs(columns - rows), later, rows) if "digital" in scene.stem else rows
                 found[f"{key}{version}"] = off(columns, rows)
     wrong = [name for name, value in found.items() if not value <= CLOSE[name.rstrip("23")]]
     text = ", ".join(f"{name} {value:.1e}" for name, value in found.items())

@@ -27,6 +27,10 @@ def bare(path: Path) -> str:
     for link in root.findall("link"):
         for shape in link.findall("visual") + link.findall("collision"):
             link.remove(shape)
+        mass = link.find("inertial/mass")
+        if mass is not None and float(mass.get("value")) == 0.0:
+            # MuJoCo forgets the inertia of what has no mass; `odyn import` keeps it.
+            link.remove(link.find("inertial"))
     for joint in root.findall("joint"):
         for mimic in joint.findall("mimic"):
             joint.remove(mimic)
