@@ -133,6 +133,12 @@ fn parameters_of_an_fmu_can_be_set() {
     judged_by("settable", &machine, &table_of(twin), (1e-4, SAME), &given);
 }
 
+/// Angles over many turns: an importing tool looks at them behind its steps, and at events that follow from how fast they grow.
+#[test]
+fn counted_angles_are_counted_in_fmus() {
+    judged("motor", &machine(open("verification/motor-torque.toml", &[]), Some(0.015), "dopri5"), 1e-5);
+}
+
 #[test]
 fn a_stiff_scene_is_a_valid_fmu() {
     // Steps of 16 times the fastest decay: how that dies away is not resolved, and makes the difference.
@@ -243,7 +249,8 @@ fn withstands(name: &str, machine: &Machine, seed: u32) {
             return;
         }
         let script = root().join("tests/export/fuzz.py");
-        let output = Command::new(&python).arg(script).arg(&file).args([seed.to_string(), "6".into()]).output().unwrap();
+        let output =
+            Command::new(&python).arg(script).arg(&file).args([seed.to_string(), "6".into()]).output().unwrap();
         let (told, wrong) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         println!("{name} {version:?}: {}", told.lines().last().unwrap_or_default());
         assert!(output.status.success(), "{name} {version:?}: {told}{wrong}");

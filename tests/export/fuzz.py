@@ -199,6 +199,13 @@ for _ in range(rounds):
             found.append(e.get())
         assert found == expected, "what was refused left traces"
         for parameter in parameters:
+            value = 0.5 * (float(parameter.min) + float(parameter.max))
+            if parameter.variability == "tunable":
+                e.put(parameter.valueReference, value)
+                assert e.get([parameter.valueReference]) == [value]
+                counts["tuned"] = counts.get("tuned", 0) + 1
+            else:
+                refused("fixed parameters while it runs", lambda: e.put(parameter.valueReference, value))
             refused("parameters beyond their range", lambda: e.put(parameter.valueReference, 1.01 * float(parameter.max) + 1.0))
         e.fmu.terminate()
         refused("steps after the end", lambda: e.advance(step, e.time))

@@ -113,10 +113,9 @@ fn what_samples_has_the_bits_of_the_interpreter() {
 #[test]
 fn what_samples_gives_the_results_of_runs() {
     let dopri5 = Method::named("dopri5").unwrap();
-    for (scene, steps, most) in [
-        ("verification/digital-pid.toml", 1, 1e-12),
-        ("verification/stepper-rotation.toml", 4, 1e-7),
-    ] {
+    for (scene, steps, most) in
+        [("verification/digital-pid.toml", 1, 1e-12), ("verification/stepper-rotation.toml", 4, 1e-7)]
+    {
         let choices = || Choices { method: dopri5, ..Choices::default() };
         let mut twin = Twin::new(Machine::new(open(scene, &[]), "sampled", choices()).unwrap());
         let off = off_from_run(open(scene, &[]), &mut twin, steps);

@@ -30,8 +30,11 @@ fn errors_fall_with_the_tolerance() {
     let bricard = || open("benchmarks/A04.toml", &["simulation.tolerance=1e-12", "simulation.t_end=2"]);
     let held = || of_text(HELD);
     let pendulum = || of_text(&PENDULUM.replace("output_step = 0.5", "output_step = 0.5\ntolerance = 1e-12"));
-    let scenes: [(&str, &dyn Fn() -> Session, f64); 3] =
-        [("Bricard's mechanism", &bricard, 1e-7), ("pendulum", &pendulum, 1e-7), ("a pendulum that is held", &held, 1e-5)];
+    let scenes: [(&str, &dyn Fn() -> Session, f64); 3] = [
+        ("Bricard's mechanism", &bricard, 1e-7),
+        ("pendulum", &pendulum, 1e-7),
+        ("a pendulum that is held", &held, 1e-5),
+    ];
     for (name, make, most) in scenes {
         let mut last = f64::INFINITY;
         for tolerance in [1e-5, 1e-7, 1e-9] {
@@ -54,10 +57,8 @@ fn fmus_with_variable_steps_are_valid() {
 /// What no step can get over ends with a status, not in an endless loop: a pole of the equations ahead.
 #[test]
 fn tolerances_that_cannot_be_met_are_reported() {
-    let text = PENDULUM.replace(
-        "inputs = { signal = \"torque\" }",
-        "inputs = { signal = \"pole.output\" }",
-    ) + "[[control]]\nname = \"pole\"\ntype = \"signal-source\"\nparams.function = \"1 / (0.3 - t)\"\n";
+    let text = PENDULUM.replace("inputs = { signal = \"torque\" }", "inputs = { signal = \"pole.output\" }")
+        + "[[control]]\nname = \"pole\"\ntype = \"signal-source\"\nparams.function = \"1 / (0.3 - t)\"\n";
     let text = text.replace("\"forces\"]", "\"forces\", \"controls\"]");
     let mut twin = Twin::new(of(of_text(&text), Some(0.2), 1e-8));
     let failed = (0..3).find_map(|_| twin.step(0.2).err());

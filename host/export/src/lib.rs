@@ -15,6 +15,7 @@
 //! | `tangents.rs` | exact derivatives of what it computes along a direction |
 //! | `sampled.rs` | memories that change at whole multiples of a period |
 //! | `twin.rs`, `steps.rs`, `rosenbrock.rs` | the same steps by the interpreter: what the C programs are held against |
+//! | `trial.rs` | what steps of a fixed size are good for |
 //! | `c/listing.rs` | a program as functions in C |
 //! | `c/source.rs`, `c/runtime.c` | the C file: programs, and what steps them |
 //! | `c/rosenbrock.c`, `c/tangents.c` | a step of a Rosenbrock method; derivatives along a direction |
@@ -37,6 +38,7 @@ mod sampled;
 mod shape;
 mod steps;
 mod tangents;
+mod trial;
 mod twin;
 
 pub use laws::{Form, Law};
@@ -46,6 +48,7 @@ pub use parameters::{Parameter, Parameters, Reopen};
 pub use rosenbrock::Slopes;
 pub use sampled::{Clock, Sampled};
 pub use tangents::Tangents;
+pub use trial::Trial;
 pub use twin::{Failed, Twin};
 
 pub(crate) use odyn_diagnostics as diagnostics;

@@ -81,8 +81,7 @@ impl Machine {
     ) -> Result<Self, SessionError> {
         let session = reopen(&[])?;
         // Derivatives are made from the programs in the end.
-        let explicit =
-            Choices { derivatives: false, method: &crate::METHODS[0], tolerance: None, ..choices.clone() };
+        let explicit = Choices { derivatives: false, method: &crate::METHODS[0], tolerance: None, ..choices.clone() };
         let mut fixed = Vec::new();
         let mut open = candidates(&session, names, &mut fixed)?;
         let mut record = |changes: &[Override]| -> Result<(Self, Shape), String> {

@@ -1,8 +1,8 @@
 //! What cannot be exported, each with its name, the reason and the remedy.
 
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::model::Instance;
 use crate::machine::Choices;
+use crate::model::Instance;
 use crate::session::Session;
 
 /// The first of all reasons why a scene cannot be exported that is known before its equations are written in coordinates of joints.
@@ -36,7 +36,8 @@ pub(crate) fn before(session: &Session) -> Option<Diagnostic> {
 pub(crate) fn tolerance(choices: &Choices) -> Option<Diagnostic> {
     let tolerance = choices.tolerance?;
     if choices.method.error.is_empty() {
-        let message = format!("{} has no estimate of its error that a tolerance could be held against", choices.method.name);
+        let message =
+            format!("{} has no estimate of its error that a tolerance could be held against", choices.method.name);
         let help = "steps of variable size are those of dopri5; leave the tolerance out for steps of a fixed size";
         return Some(Diagnostic::error(codes::NO_VARIABLE_STEPS, message).help(help));
     }

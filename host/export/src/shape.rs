@@ -154,8 +154,7 @@ pub(crate) fn visit_numbers(listing: &Listing, mut take: impl FnMut(usize, usize
 
 fn programs(machine: &Machine) -> Vec<&Program> {
     let portable = &machine.portable;
-    let optional =
-        [&machine.quantities, &machine.switches, &machine.angles, &machine.watched, &machine.sampled.next];
+    let optional = [&machine.quantities, &machine.switches, &machine.angles, &machine.watched, &machine.sampled.next];
     let optional = optional.into_iter().flatten().map(|found| &found.program);
     [&portable.motion, &portable.position, &portable.velocity].into_iter().chain(optional).collect()
 }

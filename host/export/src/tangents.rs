@@ -49,7 +49,12 @@ fn tangent(machine: &Machine, program: &Program, outputs: usize) -> Option<Progr
             Slot::Input(number) => first + 1 + machine.dim() + number,
             Slot::Solved(number) => first + machine.seeds() + number,
             // What is counted or sampled stays as it is meanwhile.
-            Slot::Reference(_) | Slot::Memory(_) | Slot::Unused | Slot::Seed(_) | Slot::SolvedTangent(_) | Slot::Followed(_) => continue,
+            Slot::Reference(_)
+            | Slot::Memory(_)
+            | Slot::Unused
+            | Slot::Seed(_)
+            | Slot::SolvedTangent(_)
+            | Slot::Followed(_) => continue,
         };
         seeds.insert(*node, graph.input(seed));
     }

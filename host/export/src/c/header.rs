@@ -25,6 +25,11 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
     let _ = writeln!(text, "#define {upper}_PARAMETERS {}", machine.parameters.settable.len());
     let switches = machine.switches.as_ref().map_or(0, |found| found.program.output_count());
     let _ = writeln!(text, "#define {upper}_SWITCHES {switches}");
+    let _ = writeln!(
+        text,
+        "#define {upper}_COUNTED {} /* angles that are counted over full turns */",
+        machine.references.len()
+    );
     let _ = writeln!(text, "#define {upper}_IS_ADAPTIVE {}", u8::from(machine.tolerance.is_some()));
     let _ = writeln!(text, "#define {upper}_CLOCKS {}", machine.sampled.clocks.len());
     if machine.derivatives {

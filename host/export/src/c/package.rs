@@ -115,8 +115,7 @@ fn cost(machine: &Machine, source: &Source, real: Real) -> Cost {
     let accepted = of("angles") + of("watched");
     let linearised = if machine.method.implicit.is_some() { (n + 1) * of("tangent") } else { 0 };
     // Judging a step takes the rates at its end.
-    let judged =
-        if machine.tolerance.is_some() { of("motion") + 2 * n * (stages + 1) + of("angles") } else { 0 };
+    let judged = if machine.tolerance.is_some() { of("motion") + 2 * n * (stages + 1) + of("angles") } else { 0 };
     let part = linearised + advance + judged + 2 * look + accepted;
     let located = if machine.switches.is_some() { machine.located } else { 0 };
     let sampled = &machine.sampled;

@@ -178,7 +178,8 @@ fn samples(text: &mut String, machine: &Machine, real: Real) {
     let Sampled { start, clocks, .. } = &machine.sampled;
     let joined = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
     let early = EARLY[usize::from(real == Real::Float)];
-    let _ = writeln!(text, "/* Share of a period by which a sample may be early. */\n#define EARLY {}", real.number(early));
+    let _ =
+        writeln!(text, "/* Share of a period by which a sample may be early. */\n#define EARLY {}", real.number(early));
     let periods = joined(&mut clocks.iter().map(|clock| real.number(clock.period)));
     let _ = writeln!(text, "static const real periods[CLOCKS] = {{{periods}}};");
     let ends = clocks.iter().map(|clock| clock.memory.end.to_string());
@@ -264,8 +265,7 @@ fn numbers(text: &mut String, machine: &Machine, real: Real, upper: &str) {
         );
         let error = list(&mut method.error.iter().copied());
         let _ = writeln!(text, "static const real method_error[STAGES + 1] = {{{error}}};");
-        let of: Vec<String> =
-            of.iter().map(|size| size.map_or_else(|| "-1".into(), |size| size.to_string())).collect();
+        let of: Vec<String> = of.iter().map(|size| size.map_or_else(|| "-1".into(), |size| size.to_string())).collect();
         let _ = writeln!(text, "static const int size_of[{upper}_STATES] = {{{}}};", of.join(", "));
         let _ = writeln!(
             text,

@@ -299,7 +299,8 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
          providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\""
     );
     if kinds.model_exchange {
-        let _ = writeln!(text, "  <ModelExchange {common}/>");
+        // Behind each step constraints and counted angles are looked at; version 2.0 takes that for granted.
+        let _ = writeln!(text, "  <ModelExchange {common} needsCompletedIntegratorStep=\"true\"/>");
     }
     if kinds.co_simulation {
         let _ = writeln!(text, "  <CoSimulation {common} canHandleVariableCommunicationStepSize=\"true\"/>");

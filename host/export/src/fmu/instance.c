@@ -40,6 +40,7 @@ typedef struct {
     double rates[@N@_STATES];
     double completed; /* when a step of somebody else's method ended last, s */
     double next_look; /* when something samples, or counted angles may have turned far, s */
+    double looked; /* when counted angles were looked at last at an event, s */
     double stop; /* no step may end behind it, s */
     int is_moved; /* whether states were set from outside */
     int are_outputs_due;
@@ -330,6 +331,7 @@ static int initialised(instance *it) {
     }
     it->now.is_moved = 0;
     it->now.completed = it->now.machine.time;
+    it->now.looked = it->now.machine.time;
 #if @N@_CLOCKS > 0
     @n@_begin(&it->now.machine);
     it->now.machine.begun = 1;
@@ -414,6 +416,17 @@ static int settled(instance *it, int *is_moved) {
     const double rate = @n@_follow(&now->machine);
     now->completed = now->machine.time;
     now->next_look = rate > 0.0 ? now->machine.time + 1.0 / rate : HUGE_VAL;
+#if @N@_COUNTED > 0
+    {
+        /* What stands still may be fast soon: the next look is no further away than twice the time since the last one. */
+        const double since = now->machine.time - now->looked;
+        const double most = now->machine.time + 2.0 * (since > @N@_STEP ? since : @N@_STEP);
+        if (most < now->next_look) {
+            now->next_look = most;
+        }
+        now->looked = now->machine.time;
+    }
+#endif
     *is_moved = @n@_violation(&now->machine) > DRIFT;
     if (*is_moved && !project(it)) {
         return 0;

@@ -29,6 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::analyses::statics;
 use odyn::diagnostics::{Diagnostic, codes};
+use odyn::export::c::{Package, Real, package};
 use odyn::export::{Choices, Failed, METHODS, Machine, Method, Twin};
 use odyn::scene::{Dimension, Override, number_and_unit, parse_unit};
 use odyn::session::{RunOptions, Session};
@@ -39,6 +40,7 @@ use self::packet::{Description, INPUTS, OUTPUTS, Packet};
 use self::report::Report;
 use super::analyses::{warn, write};
 use super::exit;
+use super::export::tried;
 use super::failure::Failure;
 use super::hil_args::HilArgs;
 use super::{run, terminal};
@@ -55,6 +57,9 @@ pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
     if args.describe {
         terminal::print_as_it_is(&terminal::json(&description))?;
         return Ok(exit::DONE);
+    }
+    if let Ok(Package { cost, .. }) = package(&machine, Real::Double) {
+        let _ = tried(&machine, &cost, args.json);
     }
     let ticks = if args.endless {
         u64::MAX
