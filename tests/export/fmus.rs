@@ -274,7 +274,12 @@ fn random_mechanisms_are_valid_fmus() {
         let style = [Style::Spatial, Style::Planar][seed as usize % 2];
         let Some(machine) = super::of_mechanism(&checks, &Mechanism::furnished(seed, style)) else { continue };
         println!("{style:?} {seed}: {} states", machine.dim());
-        judged(&format!("random_{seed}"), &Machine { step: 1e-3, ..machine }, 1e-4);
+        let machine = Machine { step: 5e-4, ..machine };
+        if !machine.tried(STEPS).is_good() {
+            continue;
+        }
+        // Communication points are rounded, and motions that lose digits lose these as well.
+        judged_by(&format!("random_{seed}"), &machine, &table(&machine), (1e-4, 1e-8), &[]);
         judged_so_far += 1;
     }
     assert!(judged_so_far >= 3, "{judged_so_far} of 10 mechanisms can be exported");

@@ -193,7 +193,7 @@ pub(super) fn tried(machine: &Machine, cost: &Cost, quiet: bool) -> Option<Trial
     if machine.tolerance.is_some() {
         return None;
     }
-    let trial = machine.tried((TRIAL / (3 * cost.step.max(1))).clamp(10, 1000));
+    let trial = machine.tried((TRIAL / (3 * cost.step.max(1))).clamp(10, 20_000));
     if !trial.is_good() && !quiet {
         let (h, method) = (machine.step, machine.method.name);
         let message = match trial.failed {

@@ -149,9 +149,6 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
         let _ = writeln!(text, "    {name}_real step_size; /* of the next step, s; 0: not known yet */");
         array(text, name, "sizes", Sizes::of(machine).least.len(), "that errors are measured by");
     }
-    for (count, about) in counters(machine) {
-        let _ = writeln!(text, "    unsigned long {count}; /* {about} */");
-    }
     text.push_str("    /* Room for what is computed on the way. */\n");
     for (field, size) in [
         ("motion", machine.portable.motion.output_count()),
@@ -187,6 +184,10 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
     let _ = writeln!(text, "    {name}_real slopes[{stages}][{upper}_STATES];");
     if machine.method.implicit.is_some() {
         let _ = writeln!(text, "    int exchanged[{upper}_STATES];");
+    }
+    // Behind all that is narrower, so that nothing is made up in between.
+    for (count, about) in counters(machine) {
+        let _ = writeln!(text, "    unsigned long {count}; /* {about} */");
     }
     let _ = writeln!(text, "}} {name}_machine;\n");
 }
