@@ -71,10 +71,8 @@ impl Control {
     /// Takes the sizes of an accepted state.
     fn measure(&mut self, state: &[f64]) {
         for (size, value) in self.of.iter().zip(state) {
-            if let Some(size) = size.filter(|size| *size >= Sizes::FIXED) {
-                if value.abs() > self.sizes[size] {
-                    self.sizes[size] = value.abs();
-                }
+            if let Some(size) = size.filter(|size| *size >= Sizes::FIXED && value.abs() > self.sizes[*size]) {
+                self.sizes[size] = value.abs();
             }
         }
     }
@@ -102,7 +100,7 @@ impl Twin {
         loop {
             self.sample();
             let part = self.until_sample();
-            if !(part < left * (1.0 - EARLY[0])) {
+            if !below(part, left * (1.0 - EARLY[0])) {
                 return self.stretch(left);
             }
             self.stretch(part)?;
@@ -211,7 +209,7 @@ impl Twin {
             // share^(-3/16), by roots that are exact everywhere
             let eighth = share.sqrt().sqrt().sqrt();
             factor = 0.9 / (eighth * eighth.sqrt());
-            if !(factor >= 0.2) {
+            if !at_most(0.2, factor) {
                 factor = 0.2;
             }
             if factor > 5.0 {
@@ -222,14 +220,14 @@ impl Twin {
         if found.is_ok() && share <= 1.0 {
             let next = h * factor;
             // A step that was cut does not shorten those that follow.
-            if next > control.step_size || !(h < control.step_size) {
+            if next > control.step_size || !below(h, control.step_size) {
                 control.step_size = next;
             }
             return Ok(Judged::Taken);
         }
         control.rejected += 1;
         control.step_size = h * factor;
-        if !(control.step_size > LEAST * self.machine.step) {
+        if !below(LEAST * self.machine.step, control.step_size) {
             return Err(found.err().unwrap_or(Failed::StepTooSmall));
         }
         Ok(Judged::Again)
@@ -289,6 +287,11 @@ impl Twin {
         }
         Ok(b)
     }
+}
+
+/// Whether a number is smaller than another; what is not a number never is.
+fn below(a: f64, b: f64) -> bool {
+    a < b
 }
 
 fn changed(first: &[f64], last: &[f64]) -> bool {
