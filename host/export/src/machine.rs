@@ -1,6 +1,7 @@
 //! [`Machine`]: the programs of a scene with all that a step of a fixed size needs.
 
 use crate::analysis::{Folding, Formulation as _, JointForm, Portable, Quantities};
+use crate::choices::Choices;
 use crate::diagnostics::Diagnostic;
 use crate::method::Method;
 use crate::model::{Model, Quantity};
@@ -119,36 +120,6 @@ pub(crate) enum Slot {
     Followed(usize),
     /// A multiplier of a row that is not solved with: zero.
     Unused,
-}
-
-/// Choices of an export.
-#[derive(Debug, Clone)]
-pub struct Choices {
-    /// Size of a step, s; a thousandth of the duration if left out.
-    pub step: Option<f64>,
-    /// Method of integration.
-    pub method: &'static Method,
-    /// See [`Machine::tolerance`]; for methods with an estimate of their error.
-    pub tolerance: Option<f64>,
-    /// Inputs by their names; all if left out. The others stay at their values at the start.
-    pub inputs: Option<Vec<String>>,
-    /// Outputs by their names; all if left out.
-    pub outputs: Option<Vec<String>>,
-    /// Whether exact derivatives along directions are wanted.
-    pub derivatives: bool,
-}
-
-impl Default for Choices {
-    fn default() -> Self {
-        Self {
-            step: None,
-            method: &crate::METHODS[0],
-            tolerance: None,
-            inputs: None,
-            outputs: None,
-            derivatives: false,
-        }
-    }
 }
 
 /// Corrections of positions per step: the first meets the rows but for its square, the second but for round-off.

@@ -8,8 +8,9 @@
 use odyn_graph::{Listing, Value};
 
 use crate::analysis::Portable;
+use crate::choices::Choices;
 use crate::laws::{Alone, Law};
-use crate::machine::{Choices, Machine, Port};
+use crate::machine::{Machine, Port};
 use crate::program::Program;
 use crate::scene::Override;
 use crate::session::{Session, SessionError};

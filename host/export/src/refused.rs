@@ -1,7 +1,7 @@
 //! What cannot be exported, each with its name, the reason and the remedy.
 
+use crate::choices::Choices;
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::machine::Choices;
 use crate::model::Instance;
 use crate::session::Session;
 
