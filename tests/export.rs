@@ -6,7 +6,9 @@ mod fmus;
 mod harness;
 mod parameters;
 mod refused;
+mod sampled;
 mod stiff;
+mod variable;
 mod wine;
 
 use std::path::Path;
@@ -214,6 +216,18 @@ fn programs_in_c_have_the_bits_of_the_interpreter() {
     }
 }
 
+/// A random mechanism as it is exported; `None`, and why, where it cannot be.
+fn of_mechanism(checks: &Checks, mechanism: &Mechanism) -> Option<Machine> {
+    let settled = checks.settled(mechanism).ok()??;
+    let session = checks.session(&settled.text(&Place::as_it_is(), SHORT), &[]).ok()?;
+    // Euler parameters are not known in coordinates of joints.
+    let channels = session.model.channels.iter();
+    let known = channels.filter(|channel| !matches!(channel.quantity, Quantity::EulerParameter { .. }));
+    let outputs = Some(known.map(|channel| channel.name.clone()).collect());
+    let made = Machine::new(session, "random", Choices { outputs, ..Choices::default() });
+    made.map_err(|error| println!("{}", error.diagnostics[0].message)).ok()
+}
+
 #[test]
 fn random_mechanisms_have_the_bits_of_the_interpreter() {
     let (checks, folder) = (Checks::new(), Scratch::new());
@@ -221,19 +235,7 @@ fn random_mechanisms_have_the_bits_of_the_interpreter() {
     for seed in 1..=5 {
         let style = [Style::Spatial, Style::Planar][seed as usize % 2];
         for mechanism in [Mechanism::new(seed, style), Mechanism::furnished(seed, style)] {
-            let Ok(Some(settled)) = checks.settled(&mechanism) else { continue };
-            let Ok(session) = checks.session(&settled.text(&Place::as_it_is(), SHORT), &[]) else { continue };
-            // Euler parameters are not known in coordinates of joints.
-            let channels = session.model.channels.iter();
-            let known = channels.filter(|channel| !matches!(channel.quantity, Quantity::EulerParameter { .. }));
-            let outputs = Some(known.map(|channel| channel.name.clone()).collect());
-            let machine = match Machine::new(session, "random", Choices { outputs, ..Choices::default() }) {
-                Ok(machine) => machine,
-                Err(error) => {
-                    println!("{style:?} {seed}: {}", error.diagnostics[0].message);
-                    continue;
-                }
-            };
+            let Some(machine) = of_mechanism(&checks, &mechanism) else { continue };
             println!("{style:?} {seed}: {} states", machine.dim());
             let machine = machine.with_derivatives().unwrap();
             compare(&machine, folder.path(), 5);
@@ -347,14 +349,26 @@ fn costs_are_counted_and_the_memory_is_what_is_told() {
         let used = harness::stack_used(folder.path(), &machine.name);
         assert!(used <= cost.stack, "{used} bytes on the stack, {} told", cost.stack);
     }
+    for real in [Real::Double, Real::Float] {
+        for machine in
+            [machine(of_text(sampled::HELD), Some(7e-3), "rk4"), variable::of(of_text(sampled::HELD), Some(0.05), 1e-6)]
+        {
+            let Some(mut program) = Program::build(&machine, real, folder.path(), &["-O2"]) else { return };
+            assert_eq!(program.memory(), package(&machine, real).unwrap().cost.memory);
+        }
+    }
 }
 
 /// In numbers of 32 bits the same motion comes out, to what these can hold.
 #[test]
 fn numbers_of_32_bits_give_the_same_motion() {
     let folder = Scratch::new();
-    for scene in ["compressor.toml", "benchmarks/A04.toml"] {
-        let machine = machine(open(scene, &[]), None, "rk4");
+    for (scene, machine) in [
+        ("compressor.toml", machine(open("compressor.toml", &[]), None, "rk4")),
+        ("benchmarks/A04.toml", machine(open("benchmarks/A04.toml", &[]), None, "rk4")),
+        ("a pendulum that is held", machine(of_text(sampled::HELD), Some(1e-3), "rk4")),
+        ("the same by steps of variable size", variable::of(of_text(sampled::HELD), Some(1e-3), 1e-4)),
+    ] {
         let Some(mut program) = Program::build(&machine, Real::Float, folder.path(), &["-O2"]) else { return };
         let mut twin = Twin::new(machine.clone());
         for _ in 0..50 {
@@ -375,26 +389,31 @@ fn numbers_of_32_bits_give_the_same_motion() {
 #[test]
 fn other_compilers_and_sanitizers_agree() {
     let folder = Scratch::new();
-    let machine = machine(open("compressor.toml", &[]), None, "rodas").with_derivatives().unwrap();
-    let mut twin = Twin::new(machine.clone());
-    for _ in 0..10 {
-        twin.step(machine.step).unwrap();
-    }
     let ways: [(&str, &[&str]); 4] = [
         ("cc", &["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"]),
         ("cc", &["-O3", "-march=native"]),
         ("clang", &["-O2"]),
         ("clang", &["-O3", "-march=native"]),
     ];
-    for (compiler, flags) in ways {
-        let Some(mut program) = Program::by(compiler, &machine, Real::Double, folder.path(), flags) else { continue };
-        let mut last = Vec::new();
+    for machine in [
+        machine(open("compressor.toml", &[]), None, "rodas").with_derivatives().unwrap(),
+        variable::of(of_text(sampled::HELD), Some(0.05), 1e-6),
+    ] {
+        let mut twin = Twin::new(machine.clone());
         for _ in 0..10 {
-            let (status, numbers) = program.step(machine.step);
-            assert_eq!(status, 0);
-            last = numbers;
+            twin.step(machine.step).unwrap();
         }
-        same(compiler, &last[1..], twin.state());
+        for (compiler, flags) in ways {
+            let found = Program::by(compiler, &machine, Real::Double, folder.path(), flags);
+            let Some(mut program) = found else { continue };
+            let mut last = Vec::new();
+            for _ in 0..10 {
+                let (status, numbers) = program.step(machine.step);
+                assert_eq!(status, 0);
+                last = numbers;
+            }
+            same(compiler, &last[1..], twin.state());
+        }
     }
 }
 
@@ -402,8 +421,12 @@ fn other_compilers_and_sanitizers_agree() {
 #[test]
 fn a_microcontroller_computes_the_same_digits() {
     let folder = Scratch::new();
-    for method in ["rk4", "rodas"] {
-        let machine = machine(open("benchmarks/A04.toml", &[]), None, method);
+    for machine in [
+        machine(open("benchmarks/A04.toml", &[]), None, "rk4"),
+        machine(open("benchmarks/A04.toml", &[]), None, "rodas"),
+        machine(of_text(sampled::HELD), Some(7e-3), "rk4"),
+        variable::of(of_text(sampled::HELD), Some(7e-3), 1e-6),
+    ] {
         let library = package(&machine, Real::Double).unwrap().cost.library;
         let Some(text) = harness::on_cortex_m(&machine, folder.path(), 20) else { return };
         let mut twin = Twin::new(machine.clone());
@@ -411,7 +434,7 @@ fn a_microcontroller_computes_the_same_digits() {
             twin.step(machine.step).unwrap();
         }
         let found: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
-        println!("{method}, library: {library:?}");
+        println!("{}, library: {library:?}", machine.method.name);
         same("state on a Cortex-M", &found, twin.state());
     }
 }

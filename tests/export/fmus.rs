@@ -10,6 +10,8 @@ use odyn::export::{Machine, Twin};
 use odyn::session::RunReport;
 
 use super::{PENDULUM, machine, of_text};
+use crate::random::checks::Checks;
+use crate::random::mechanism::{Mechanism, Style};
 use crate::support::{Scratch, column, open, root};
 
 /// A Python with FMPy; in this variable where it is another one than `python3`.
@@ -61,7 +63,7 @@ fn written(machine: &Machine, version: Version, kinds: Kinds, folder: &Path, fil
 /// Co-simulation has the digits of the interpreter.
 const SAME: f64 = 1e-11;
 
-fn judged(name: &str, machine: &Machine, tolerance: f64) {
+pub fn judged(name: &str, machine: &Machine, tolerance: f64) {
     judged_by(name, machine, &table(machine), (tolerance, SAME), &[]);
 }
 
@@ -129,6 +131,12 @@ fn parameters_of_an_fmu_can_be_set() {
     let mut twin = Twin::new(machine.clone());
     twin.set_parameters(&given.iter().map(|(_, value)| *value).collect::<Vec<f64>>()).unwrap();
     judged_by("settable", &machine, &table_of(twin), (1e-4, SAME), &given);
+}
+
+/// Angles over many turns: an importing tool looks at them behind its steps, and at events that follow from how fast they grow.
+#[test]
+fn counted_angles_are_counted_in_fmus() {
+    judged("motor", &machine(open("verification/motor-torque.toml", &[]), Some(0.015), "dopri5"), 1e-5);
 }
 
 #[test]
@@ -227,6 +235,56 @@ fn a_scene_with_contacts_is_what_a_run_gives() {
     assert!(twin.located >= 6 && twin.passed == 0, "{} switches located, {} passed", twin.located, twin.passed);
     // Of forces that begin as a power of 1.5 errors fall with the step as its power of 2.5.
     judged_by("contacts", &machine, &(text + "\n"), (2e-5, 2e-5), &[]);
+}
+
+/// What importing tools do, and what they should not, by FMPy: see `fuzz.py`.
+fn withstands(name: &str, machine: &Machine, seed: u32) {
+    let Some(python) = python() else { return };
+    let folder = Scratch::new();
+    let kinds = Kinds { co_simulation: true, model_exchange: false };
+    for version in [Version::Two, Version::Three] {
+        let file = folder.path().join(format!("{name}.fmu"));
+        if !written(machine, version, kinds, folder.path(), &file) {
+            println!("left out: there is no compiler `cc`");
+            return;
+        }
+        let script = root().join("tests/export/fuzz.py");
+        let output =
+            Command::new(&python).arg(script).arg(&file).args([seed.to_string(), "6".into()]).output().unwrap();
+        let (told, wrong) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        println!("{name} {version:?}: {}", told.lines().last().unwrap_or_default());
+        assert!(output.status.success(), "{name} {version:?}: {told}{wrong}");
+    }
+}
+
+#[test]
+fn fmus_withstand_what_importers_do() {
+    withstands("pendulum", &machine(of_text(PENDULUM), Some(5e-3), "dopri5"), 1);
+    withstands("held", &machine(of_text(super::sampled::HELD), Some(7e-3), "rk4"), 2);
+    withstands("settable", &super::parameters::of_file("verification/bump-stop.toml", 1e-3, "dopri5"), 3);
+    withstands("variable", &super::variable::of(of_text(super::sampled::HELD), Some(0.05), 1e-6), 4);
+    withstands("loop", &machine(open("benchmarks/A04.toml", &[]), Some(1e-2), "rodas"), 5);
+}
+
+#[test]
+fn random_mechanisms_are_valid_fmus() {
+    let checks = Checks::new();
+    let mut judged = Vec::new();
+    for seed in 11..=20 {
+        let style = [Style::Spatial, Style::Planar][seed as usize % 2];
+        for mechanism in [Mechanism::new(seed, style), Mechanism::furnished(seed, style)] {
+            let Some(machine) = super::of_mechanism(&checks, &mechanism) else { continue };
+            let machine = Machine { step: 2e-4, ..machine };
+            if judged.len() == 4 || !machine.tried(STEPS).is_good() {
+                continue;
+            }
+            println!("{style:?} {seed}: {} states", machine.dim());
+            // Communication points are rounded, and motions that lose digits lose these as well.
+            judged_by(&format!("random_{seed}"), &machine, &table(&machine), (1e-4, 1e-8), &[]);
+            judged.push(seed);
+        }
+    }
+    assert!(judged.len() == 4, "of 20 mechanisms only {judged:?} can be exported");
 }
 
 /// The same files give the same bytes; another scene has another token.

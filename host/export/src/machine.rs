@@ -1,6 +1,7 @@
 //! [`Machine`]: the programs of a scene with all that a step of a fixed size needs.
 
 use crate::analysis::{Folding, Formulation as _, JointForm, Portable, Quantities};
+use crate::choices::Choices;
 use crate::diagnostics::Diagnostic;
 use crate::method::Method;
 use crate::model::{Model, Quantity};
@@ -8,6 +9,7 @@ use crate::parameters::Parameters;
 use crate::plan::Layout;
 use crate::program::{Node, Seeds, Sharp, Switches, derivatives};
 use crate::refused;
+use crate::sampled::Sampled;
 use crate::session::{Session, SessionError};
 use crate::tangents::Tangents;
 
@@ -79,6 +81,11 @@ pub struct Machine {
     pub quantities: Option<Quantities>,
     /// Functions that change their sign where equations switch.
     pub switches: Option<Quantities>,
+    /// Memories of elements that sample.
+    pub sampled: Sampled,
+    /// The error of a step that is allowed, as a share of the sizes of what moves: the sizes of steps follow from it, and
+    /// [`Machine::step`] is the longest. Left out: steps of a fixed size.
+    pub tolerance: Option<f64>,
     /// Values of [`Portable::others`]; where there are [`Machine::thin`] axes, kinetic energy and angular velocities about them.
     pub watched: Option<Quantities>,
     /// Axes without moments of inertia.
@@ -99,6 +106,8 @@ pub(crate) enum Slot {
     State(usize),
     /// A counted angle.
     Reference(usize),
+    /// A memory of an element that samples.
+    Memory(usize),
     /// A signal from outside.
     Input(usize),
     /// An output of [`Portable::motion`]: an acceleration or a multiplier.
@@ -111,27 +120,6 @@ pub(crate) enum Slot {
     Followed(usize),
     /// A multiplier of a row that is not solved with: zero.
     Unused,
-}
-
-/// Choices of an export.
-#[derive(Debug, Clone)]
-pub struct Choices {
-    /// Size of a step, s; a thousandth of the duration if left out.
-    pub step: Option<f64>,
-    /// Method of integration.
-    pub method: &'static Method,
-    /// Inputs by their names; all if left out. The others stay at their values at the start.
-    pub inputs: Option<Vec<String>>,
-    /// Outputs by their names; all if left out.
-    pub outputs: Option<Vec<String>>,
-    /// Whether exact derivatives along directions are wanted.
-    pub derivatives: bool,
-}
-
-impl Default for Choices {
-    fn default() -> Self {
-        Self { step: None, method: &crate::METHODS[0], inputs: None, outputs: None, derivatives: false }
-    }
 }
 
 /// Corrections of positions per step: the first meets the rows but for its square, the second but for round-off.
@@ -156,7 +144,7 @@ impl Machine {
 
     fn of(mut session: Session, name: &str, choices: Choices) -> Result<Self, Refused> {
         choose(&mut session, &choices).map_err(Refused::here)?;
-        if let Some(diagnostic) = refused::before(&session) {
+        if let Some(diagnostic) = refused::before(&session).or_else(|| refused::tolerance(&choices)) {
             return Err(Refused::here(diagnostic));
         }
         let first = session.joint_form(Folding::WherePossible).map_err(Refused::Session)?;
@@ -174,6 +162,7 @@ impl Machine {
         let counted = session.equations.counted_angles(&session.model, &layout);
         let turning = turning(&mut session, &counted);
         let angles = some_quantities(&session, &form, &turning, "the counted angles of the scene")?;
+        let sampled = sampled(&session, &form, &layout)?;
         let (watched, thin) = watched(&mut session, &form, &portable)?;
         let mut state = vec![0.0; form.groups().len()];
         form.state_of(&session.assembly.working, &mut state);
@@ -198,6 +187,8 @@ impl Machine {
             outputs: output_ports(&session.model),
             quantities,
             switches,
+            sampled,
+            tolerance: choices.tolerance,
             watched,
             thin,
             portable,
@@ -241,6 +232,9 @@ impl Machine {
         }
         if let Some(place) = self.references.iter().position(|(number, _)| layout.reference_slot() + number == slot) {
             return Slot::Reference(place);
+        }
+        if let Some(memory) = slot.checked_sub(layout.discrete_slot()).filter(|k| *k < self.sampled.start.len()) {
+            return Slot::Memory(memory);
         }
         let first = layout.given_slot(0);
         if (first..first + self.inputs.len()).contains(&slot) {
@@ -391,6 +385,17 @@ fn switches(session: &mut Session, form: &JointForm, layout: &Layout) -> Result<
         }
     }
     some_quantities(session, form, &nodes, "the switches of the scene")
+}
+
+fn sampled(session: &Session, form: &JointForm, layout: &Layout) -> Result<Sampled, Refused> {
+    // Signals from outside are behind them.
+    let memories = layout.given_at;
+    let nodes = &session.equations.next_discrete[..memories];
+    Ok(Sampled {
+        start: session.assembly.discrete[..memories].to_vec(),
+        clocks: Sampled::clocks_of(&session.model, layout),
+        next: some_quantities(session, form, nodes, "the memories of the scene")?,
+    })
 }
 
 fn watched(

@@ -13,6 +13,8 @@ pub struct Method {
     pub a: &'static [&'static [f64]],
     /// Weights of all stages in the step.
     pub b: &'static [f64],
+    /// Weights of the stages and of the slope at the end in the difference from the embedded solution; empty where there is none.
+    pub error: &'static [f64],
     /// What makes it a method for stiff scenes.
     pub implicit: Option<&'static Implicit>,
 }
@@ -39,9 +41,11 @@ pub const METHODS: &[Method] = &[
         c: &[0.0, 0.5, 0.5, 1.0],
         a: &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]],
         b: &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
+        error: &[],
         implicit: None,
     },
-    // Dormand & Prince, "A family of embedded Runge-Kutta formulae", 1980; its solution of order 5, without the estimate of errors.
+    // Dormand & Prince, "A family of embedded Runge-Kutta formulae", 1980; its solution of order 5. The weights of
+    // the errors are those of Hairer, Norsett & Wanner 1993, table II.5.2.
     Method {
         name: "dopri5",
         order: 5,
@@ -55,6 +59,7 @@ pub const METHODS: &[Method] = &[
             &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
         ],
         b: &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+        error: &[71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0],
         implicit: None,
     },
     // RODAS of Hairer & Wanner 1996, section IV.10: stiffly accurate, L-stable.
@@ -71,6 +76,7 @@ pub const METHODS: &[Method] = &[
             &[1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895, 1.0],
         ],
         b: &[1.221224509226641, 6.019134481288629, 12.53708332932087, -0.687886036105895, 1.0, 1.0],
+        error: &[],
         implicit: Some(&Implicit {
             gamma: 0.25,
             coupling: &[

@@ -8,8 +8,9 @@
 use odyn_graph::{Listing, Value};
 
 use crate::analysis::Portable;
+use crate::choices::Choices;
 use crate::laws::{Alone, Law};
-use crate::machine::{Choices, Machine, Port};
+use crate::machine::{Machine, Port};
 use crate::program::Program;
 use crate::scene::Override;
 use crate::session::{Session, SessionError};
@@ -81,7 +82,7 @@ impl Machine {
     ) -> Result<Self, SessionError> {
         let session = reopen(&[])?;
         // Derivatives are made from the programs in the end.
-        let explicit = Choices { derivatives: false, method: &crate::METHODS[0], ..choices.clone() };
+        let explicit = Choices { derivatives: false, method: &crate::METHODS[0], tolerance: None, ..choices.clone() };
         let mut fixed = Vec::new();
         let mut open = candidates(&session, names, &mut fixed)?;
         let mut record = |changes: &[Override]| -> Result<(Self, Shape), String> {
@@ -128,8 +129,9 @@ impl Machine {
             others: self.portable.others,
             ..recorded.portable
         };
-        let Self { quantities, switches, angles, watched, .. } = recorded;
-        let machine = Self { portable, quantities, switches, angles, watched, parameters, tangents: None, ..self };
+        let Self { quantities, switches, angles, watched, sampled, .. } = recorded;
+        let machine =
+            Self { portable, quantities, switches, angles, watched, sampled, parameters, tangents: None, ..self };
         // No program calls an opaque element.
         machine.clone().differentiated().unwrap_or(machine)
     }
@@ -382,7 +384,13 @@ fn replaced(
 
 fn programs_mut(machine: &mut Machine) -> Vec<&mut Program> {
     let portable = &mut machine.portable;
-    let optional = [&mut machine.quantities, &mut machine.switches, &mut machine.angles, &mut machine.watched];
+    let optional = [
+        &mut machine.quantities,
+        &mut machine.switches,
+        &mut machine.angles,
+        &mut machine.watched,
+        &mut machine.sampled.next,
+    ];
     let optional = optional.into_iter().flatten().map(|found| &mut found.program);
     [&mut portable.motion, &mut portable.position, &mut portable.velocity].into_iter().chain(optional).collect()
 }

@@ -1,8 +1,8 @@
 //! What cannot be exported, each with its name, the reason and the remedy.
 
+use crate::choices::Choices;
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::model::Instance;
-use crate::program::Equations;
 use crate::session::Session;
 
 /// The first of all reasons why a scene cannot be exported that is known before its equations are written in coordinates of joints.
@@ -10,7 +10,7 @@ pub(crate) fn before(session: &Session) -> Option<Diagnostic> {
     let Session { model, equations, plan, .. } = session;
     let layout = &plan.layout;
     for element in &model.elements {
-        if let Some((what, help)) = of_element(equations, element) {
+        if let Some((what, help)) = of_element(session, element) {
             return Some(refusal(session, element, &what, help));
         }
     }
@@ -32,15 +32,33 @@ pub(crate) fn before(session: &Session) -> Option<Diagnostic> {
     None
 }
 
-fn of_element(equations: &Equations, element: &Instance) -> Option<(String, &'static str)> {
-    let opaque = equations.graph.calls.iter();
+/// A tolerance without an estimate of the error.
+pub(crate) fn tolerance(choices: &Choices) -> Option<Diagnostic> {
+    let tolerance = choices.tolerance?;
+    if choices.method.error.is_empty() {
+        let message =
+            format!("{} has no estimate of its error that a tolerance could be held against", choices.method.name);
+        let help = "steps of variable size are those of dopri5; leave the tolerance out for steps of a fixed size";
+        return Some(Diagnostic::error(codes::NO_VARIABLE_STEPS, message).help(help));
+    }
+    let is_one = (1e-13..=0.1).contains(&tolerance);
+    let message = format!("a tolerance of {tolerance:?} cannot be met");
+    (!is_one).then(|| Diagnostic::error(codes::NO_VARIABLE_STEPS, message).help("choose one from 1e-13 to 0.1"))
+}
+
+fn of_element(session: &Session, element: &Instance) -> Option<(String, &'static str)> {
+    let opaque = session.equations.graph.calls.iter();
     if opaque.clone().any(|call| call.set == element.set && call.instance == element.index) {
         let what = "is opaque: the library computes its equations, so that there are none to write down";
         return Some((what.into(), "record its equations (see the book on writing elements), or replace it"));
     }
-    if !element.recording.initial_discrete.is_empty() {
-        let what = "has a memory that changes between steps (samples, delays, counters)";
-        return Some((what.into(), "leave it out, and give its output from outside as an `[[input]]`"));
+    if session.model.sets[element.set].communicates() {
+        let what = "is an FMU, which computes by itself";
+        return Some((what.into(), "leave it out, and give its outputs from outside as `[[input]]`s"));
+    }
+    if !element.recording.initial_discrete.is_empty() && element.recording.sample_period().is_none() {
+        let what = "has a memory that changes after every step, so that what it does depends on how steps are chosen";
+        return Some((what.into(), "give it a sampling period, or leave it out and give its output as an `[[input]]`"));
     }
     if element.recording.unknowns() > 0 {
         let what = "has internal unknowns, which are found by iterations whose number is not fixed";

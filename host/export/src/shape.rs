@@ -62,11 +62,13 @@ impl Shape {
         let inputs = machine.inputs.iter().flat_map(|port| [port.start, port.factor]);
         let axes = machine.thin.iter().flat_map(|axis| [axis.moment, axis.share]);
         let times = [machine.t_start, machine.t_end, machine.step];
-        shape.same = inputs.chain(axes).chain(times).map(f64::to_bits).collect();
+        let sampled = &machine.sampled;
+        let samples = sampled.clocks.iter().map(|clock| clock.period).chain(sampled.start.iter().copied());
+        shape.same = inputs.chain(axes).chain(times).chain(samples).map(f64::to_bits).collect();
         let rows = machine.portable.rows.iter().chain(machine.portable.others.iter().map(|(row, _)| row));
         let references = machine.references.iter().map(|(number, _)| number);
         shape.same.extend(rows.chain(references).map(|count| *count as u64));
-        let solved = [&machine.quantities, &machine.switches, &machine.angles, &machine.watched];
+        let solved = [&machine.quantities, &machine.switches, &machine.angles, &machine.watched, &machine.sampled.next];
         shape.same.extend(solved.map(|found| found.as_ref().map_or(2, |found| u64::from(found.solved))));
         Some(shape)
     }
@@ -152,7 +154,7 @@ pub(crate) fn visit_numbers(listing: &Listing, mut take: impl FnMut(usize, usize
 
 fn programs(machine: &Machine) -> Vec<&Program> {
     let portable = &machine.portable;
-    let optional = [&machine.quantities, &machine.switches, &machine.angles, &machine.watched];
+    let optional = [&machine.quantities, &machine.switches, &machine.angles, &machine.watched, &machine.sampled.next];
     let optional = optional.into_iter().flatten().map(|found| &found.program);
     [&portable.motion, &portable.position, &portable.velocity].into_iter().chain(optional).collect()
 }

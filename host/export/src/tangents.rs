@@ -48,8 +48,13 @@ fn tangent(machine: &Machine, program: &Program, outputs: usize) -> Option<Progr
             Slot::State(entry) => first + 1 + entry,
             Slot::Input(number) => first + 1 + machine.dim() + number,
             Slot::Solved(number) => first + machine.seeds() + number,
-            // What is counted stays as it is while it is counted.
-            Slot::Reference(_) | Slot::Unused | Slot::Seed(_) | Slot::SolvedTangent(_) | Slot::Followed(_) => continue,
+            // What is counted or sampled stays as it is meanwhile.
+            Slot::Reference(_)
+            | Slot::Memory(_)
+            | Slot::Unused
+            | Slot::Seed(_)
+            | Slot::SolvedTangent(_)
+            | Slot::Followed(_) => continue,
         };
         seeds.insert(*node, graph.input(seed));
     }

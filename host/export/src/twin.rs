@@ -5,6 +5,7 @@ use crate::machine::Machine;
 use crate::plan::Measure;
 use crate::program::{Program, Workspace};
 use crate::rosenbrock::{Linear, TangentRuns};
+use crate::steps::Control;
 
 /// Why a step failed; the same numbers as in the C program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +24,8 @@ pub enum Failed {
     TurnsTooFar = 6,
     /// A parameter is outside of the range in which what follows it is known.
     OutOfRange = 7,
+    /// The tolerance cannot be met by steps of a reasonable size.
+    StepTooSmall = 8,
 }
 
 /// Share of the scene's length by which a row that is left out may be off.
@@ -41,7 +44,7 @@ pub(crate) struct Run {
     program: Program,
     workspace: Workspace,
     pub(crate) found: Vec<f64>,
-    solved: bool,
+    pub(crate) solved: bool,
 }
 
 impl Run {
@@ -65,11 +68,19 @@ impl Run {
 pub struct Twin {
     pub(crate) machine: Machine,
     /// s; the second number is what is lost of the sum of steps.
-    time: [f64; 2],
-    state: Vec<f64>,
+    pub(crate) time: [f64; 2],
+    pub(crate) state: Vec<f64>,
     inputs: Vec<f64>,
     outputs: Vec<f64>,
     references: Vec<f64>,
+    /// Memories of elements that sample.
+    pub(crate) memory: Vec<f64>,
+    /// By clock, which multiple of its period is next.
+    pub(crate) next_samples: Vec<f64>,
+    /// Whether the first step was begun, before which what is due at the start samples again.
+    pub(crate) begun: bool,
+    /// Steps of variable size.
+    pub(crate) control: Control,
     pub(crate) parameters: Vec<f64>,
     /// The inputs of programs.
     pub(crate) given: Vec<f64>,
@@ -78,10 +89,13 @@ pub struct Twin {
     velocity: Run,
     quantities: Option<Run>,
     angles: Option<Run>,
-    switches: Option<Run>,
+    pub(crate) switches: Option<Run>,
     watched: Option<Run>,
+    pub(crate) samples: Option<Run>,
     pub(crate) tangents: Option<TangentRuns>,
     pub(crate) linear: Option<Linear>,
+    /// Of an explicit method, stage by stage.
+    pub(crate) slopes: Vec<Vec<f64>>,
     largest_kinetic: f64,
     /// Switches that were located.
     pub located: usize,
@@ -100,6 +114,10 @@ impl Twin {
             inputs: machine.inputs.iter().map(|port| port.start).collect(),
             outputs: vec![0.0; machine.outputs.len()],
             references: machine.references.iter().map(|(_, start)| *start).collect(),
+            memory: machine.sampled.start.clone(),
+            next_samples: vec![0.0; machine.sampled.clocks.len()],
+            begun: false,
+            control: Control::of(&machine),
             given: vec![0.0; machine.input_count()],
             motion: Run::new(&portable.motion, false),
             position: Run::new(&portable.position, false),
@@ -108,8 +126,10 @@ impl Twin {
             angles: Run::of(machine.angles.as_ref()),
             switches: Run::of(machine.switches.as_ref()),
             watched: Run::of(machine.watched.as_ref()),
+            samples: Run::of(machine.sampled.next.as_ref()),
             tangents: TangentRuns::of(&machine),
             linear: Linear::of(&machine),
+            slopes: vec![vec![0.0; machine.dim()]; machine.method.b.len()],
             largest_kinetic: 0.0,
             located: 0,
             passed: 0,
@@ -117,6 +137,7 @@ impl Twin {
             machine,
         };
         twin.follow_parameters();
+        twin.begin_samples();
         twin
     }
 
@@ -161,6 +182,7 @@ impl Twin {
         for ((number, _), value) in self.machine.references.iter().zip(&self.references) {
             given[layout.reference_slot() + number] = *value;
         }
+        given[layout.discrete_slot()..][..self.memory.len()].copy_from_slice(&self.memory);
         for (number, (port, value)) in self.machine.inputs.iter().zip(&self.inputs).enumerate() {
             given[layout.given_slot(number)] = value * port.factor;
         }
@@ -269,18 +291,29 @@ impl Twin {
     }
 
     /// A step of the method, brought to the constraints.
-    fn advance(&mut self, y: &[f64], h: f64, next: &mut [f64]) -> Result<(), Failed> {
-        let (method, t) = (self.machine.method, self.time[0]);
-        if let Some(implicit) = method.implicit {
+    pub(crate) fn advance(&mut self, y: &[f64], h: f64, next: &mut [f64]) -> Result<(), Failed> {
+        if let Some(implicit) = self.machine.method.implicit {
             return self.advance_implicitly(implicit, y, h, next);
         }
-        let n = y.len();
-        let mut slopes = vec![vec![0.0; n]; method.b.len()];
+        let mut slopes = std::mem::take(&mut self.slopes);
+        let advanced = self.advance_explicitly(y, h, next, &mut slopes);
+        self.slopes = slopes;
+        advanced
+    }
+
+    fn advance_explicitly(
+        &mut self,
+        y: &[f64],
+        h: f64,
+        next: &mut [f64],
+        slopes: &mut [Vec<f64>],
+    ) -> Result<(), Failed> {
+        let (method, t, n) = (self.machine.method, self.time[0], y.len());
         let mut stage = vec![0.0; n];
         for s in 0..method.b.len() {
             for i in 0..n {
                 let mut sum = 0.0;
-                for (weight, slope) in method.a[s].iter().zip(&slopes) {
+                for (weight, slope) in method.a[s].iter().zip(slopes.iter()) {
                     sum += weight * slope[i];
                 }
                 stage[i] = y[i] + h * sum;
@@ -289,7 +322,7 @@ impl Twin {
         }
         for i in 0..n {
             let mut sum = 0.0;
-            for (weight, slope) in method.b.iter().zip(&slopes) {
+            for (weight, slope) in method.b.iter().zip(slopes.iter()) {
                 sum += weight * slope[i];
             }
             next[i] = y[i] + h * sum;
@@ -297,7 +330,7 @@ impl Twin {
         self.project(t + h, next)
     }
 
-    fn switches(&mut self, t: f64, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn switches(&mut self, t: f64, y: &[f64]) -> Vec<f64> {
         self.solve_for(t, y, self.switches.as_ref().is_some_and(|run| run.solved));
         self.load(t, y);
         self.switches.as_mut().map(|run| run.at(&self.given).to_vec()).unwrap_or_default()
@@ -318,110 +351,36 @@ impl Twin {
         }
     }
 
-    /// A step of size `h`, s.
-    ///
-    /// # Errors
-    /// [`Failed`]; state and time are as they were at the last place that was reached.
-    pub fn step(&mut self, h: f64) -> Result<(), Failed> {
-        let mut left = h;
-        let mut splits = 0;
-        loop {
-            let before = self.state.clone();
-            self.linearise();
-            let mut next = vec![0.0; before.len()];
-            self.advance(&before, left, &mut next)?;
-            let mut taken = left;
-            if self.switches.is_some() {
-                let first = self.switches(self.time[0], &before);
-                let last = self.switches(self.time[0] + left, &next);
-                if changed(&first, &last) {
-                    if splits < self.machine.located {
-                        taken = self.locate(&before, &first, &last, left, &mut next)?;
-                        splits += 1;
-                        self.located += 1;
-                    } else {
-                        self.passed += 1;
-                    }
-                }
-            }
-            self.accept(taken, &next)?;
-            if taken >= left {
-                return Ok(());
-            }
-            left -= taken;
-        }
-    }
-
-    /// The shortest step known to end behind a switch, by false position with weights (the Illinois algorithm), a fixed number of
-    /// trials.
-    fn locate(&mut self, y: &[f64], first: &[f64], last: &[f64], whole: f64, next: &mut [f64]) -> Result<f64, Failed> {
-        let (mut a, mut b) = (0.0, whole);
-        let (mut low, mut high) = (first.to_vec(), last.to_vec());
-        let (mut weight_low, mut weight_high) = (1.0, 1.0);
-        let mut side = 0;
-        let mut trial = vec![0.0; y.len()];
-        for _ in 0..TRIALS {
-            let mut share = 2.0;
-            for k in 0..low.len() {
-                if (first[k] < 0.0) != (high[k] < 0.0) {
-                    let (u, v) = (weight_low * low[k], weight_high * high[k]);
-                    let root = u / (u - v);
-                    if root > 0.0 && root < share {
-                        share = root;
-                    }
-                }
-            }
-            // Functions that jump, or are zero on one side, tell no place.
-            if share > 1.0 {
-                share = 0.5;
-            }
-            share = share.clamp(1e-3, 0.999);
-            let x = a + (b - a) * share;
-            self.advance(y, x, &mut trial)?;
-            let found = self.switches(self.time[0] + x, &trial);
-            if changed(first, &found) {
-                b = x;
-                high = found;
-                next.copy_from_slice(&trial);
-                weight_high = 1.0;
-                if side == 1 {
-                    weight_low *= 0.5;
-                }
-                side = 1;
-            } else {
-                a = x;
-                low = found;
-                weight_low = 1.0;
-                if side == -1 {
-                    weight_high *= 0.5;
-                }
-                side = -1;
-            }
-        }
-        Ok(b)
-    }
-
-    fn accept(&mut self, h: f64, next: &[f64]) -> Result<(), Failed> {
+    pub(crate) fn accept(&mut self, h: f64, next: &[f64]) -> Result<(), Failed> {
         let whole = h + self.time[1];
         let sum = self.time[0] + whole;
         self.time = [sum, whole - (sum - self.time[0])];
         self.state.copy_from_slice(next);
-        if let Some(mut angles) = self.angles.take() {
-            let state = self.state.clone();
-            self.load(self.time[0], &state);
-            let (found, rates) = angles.at(&self.given).split_at(self.references.len());
-            for (reference, angle) in self.references.iter_mut().zip(found) {
-                if (angle - *reference).abs() > NEW_REFERENCE {
-                    *reference = *angle;
-                }
-            }
-            let turned = rates.iter().all(|rate| at_most(rate.abs() * h, MOST_TURN));
-            self.angles = Some(angles);
-            if !turned {
-                return Err(Failed::TurnsTooFar);
-            }
+        if !at_most(self.follow() * h, MOST_TURN) {
+            return Err(Failed::TurnsTooFar);
         }
         self.watch()
+    }
+
+    /// Lets the counted angles follow the state; gives the fastest of their rates, rad/s.
+    pub(crate) fn follow(&mut self) -> f64 {
+        let Some(mut angles) = self.angles.take() else { return 0.0 };
+        let state = self.state.clone();
+        self.load(self.time[0], &state);
+        let (found, rates) = angles.at(&self.given).split_at(self.references.len());
+        for (reference, angle) in self.references.iter_mut().zip(found) {
+            if (angle - *reference).abs() > NEW_REFERENCE {
+                *reference = *angle;
+            }
+        }
+        let mut fastest = 0.0;
+        for rate in rates {
+            if !at_most(rate.abs(), fastest) {
+                fastest = rate.abs();
+            }
+        }
+        self.angles = Some(angles);
+        fastest
     }
 
     fn watch(&mut self) -> Result<(), Failed> {
@@ -467,10 +426,6 @@ impl Twin {
 /// Whether a number is no larger than another; what is not a number never is.
 pub(crate) fn at_most(a: f64, b: f64) -> bool {
     a <= b
-}
-
-fn changed(first: &[f64], last: &[f64]) -> bool {
-    first.iter().zip(last).any(|(a, b)| (*a < 0.0) != (*b < 0.0))
 }
 
 /// Rates of Euler parameters p of what turns with angular velocity w in its own axes (Haug 1989, eq. 9.3.33).

@@ -112,7 +112,8 @@ fn file_text(file: &Path) -> Result<String, String> {
     if length > LONGEST {
         return Err(format!("{name} is longer than {} MB", LONGEST >> 20));
     }
-    std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))
+    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))?;
+    Ok(xml::declared_late(text))
 }
 
 /// The same from a text, with the folder that its meshes and included files are relative to.

@@ -302,3 +302,35 @@ fn what_is_not_read_is_not_passed_over() {
     let mass = |scene: &str| scene.lines().find(|line| line.starts_with("mass")).unwrap().to_owned();
     assert_eq!(mass(&all.scene), mass(&some.scene));
 }
+
+/// The rotor of a motor turns with its joint, behind the gear; kinds of motors have their defaults in common, the last of them counts.
+#[test]
+fn armature_and_damping_of_motors_are_with_their_joints() {
+    let text = r#"<mujoco><default><motor armature="1"/><position armature="0.2" gear="2"/></default><worldbody>
+        <body name="b"><joint name="j" axis="0 1 0" armature="0.05" damping="1"/><geom size="0.1"/>
+        <body name="c"><joint name="k" type="ball"/><geom size="0.1" pos="1 0 0"/></body></body></worldbody>
+        <actuator><motor joint="j"/><general jointinparent="j" gear="3 0 0 0 0 0" armature="0.1" damping="0.5"/>
+        <motor name="tip" joint="k"/></actuator></mujoco>"#;
+    let imported = from_text(text, Path::new(""), Path::new(""), &Options::default()).unwrap();
+    // 0.05 + 4 * 0.2 + 9 * 0.1; 1 + 9 * 0.5
+    for wanted in ["1.75", "5.5"] {
+        assert!(imported.scene.contains(wanted), "{wanted}: {}", imported.scene);
+    }
+    let left_out = imported.left_out.join("\n");
+    assert!(left_out.contains("motor `tip`: its armature and damping"), "{left_out}");
+}
+
+/// Byte order marks and blanks before the declaration are read, and places stay where they are.
+#[test]
+fn a_late_declaration_is_read() {
+    for before in ["", " ", "\n\t", "\u{feff}", "\u{feff}\n "] {
+        let text = format!("{before}<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<robot name=\"r\"><link/></robot>");
+        let read = crate::xml::declared_late(text.clone());
+        assert_eq!(read.len(), text.len());
+        assert_eq!(read.find("<link"), text.find("<link"));
+        let document = crate::xml::parse(&read).unwrap();
+        assert!(document.root_element().has_tag_name("robot"), "{before:?}");
+    }
+    // One that stands behind something else is a mistake.
+    assert!(crate::xml::parse(&crate::xml::declared_late("<a/><?xml version=\"1.0\"?>".into())).is_err());
+}

@@ -35,6 +35,22 @@ pub(crate) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     Ok(document)
 }
 
+/// A text whose XML declaration stands behind a byte order mark or blanks, as MuJoCo and ROS read it: everything before the root is made
+/// blank, so that all places stay.
+pub(crate) fn declared_late(text: String) -> String {
+    let rest = text.trim_start_matches('\u{feff}').trim_start();
+    let before = text.len() - rest.len();
+    let declaration = rest.starts_with("<?xml").then(|| rest.find("?>").map(|end| end + 2)).flatten();
+    match declaration {
+        Some(length) if before > 0 => {
+            let (head, root) = text.split_at(before + length);
+            let blank = head.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' });
+            blank.chain(root.chars()).collect()
+        }
+        _ => text,
+    }
+}
+
 /// Where the name of an element stands.
 pub(crate) fn head(node: &Node<'_, '_>) -> Range<usize> {
     let start = node.range().start;

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use odyn::analyses::statics;
-use odyn::diagnostics::{Diagnostic, codes, shown};
+use odyn::diagnostics::{Diagnostic, Source, codes, render, shown};
 use odyn::export::c::{Cost, Package, Real, package};
 use odyn::export::fmu::{Binary, Fmu, Kinds, TARGETS, Version, build};
-use odyn::export::{Choices, METHODS, Machine, Method};
+use odyn::export::{Choices, METHODS, Machine, Method, Trial};
 use odyn::results::{MOTION_FILE, Motion, ResultsError, glb, replace};
 use odyn::scene::{Override, parse_unit};
 use odyn::session::{RunOptions, Session, SessionError};
@@ -17,7 +17,7 @@ use super::analyses::{warn, write};
 use super::exit;
 use super::export_args::{CArgs, FmuArgs, GlbArgs, MachineArgs};
 use super::failure::Failure;
-use super::terminal;
+use super::terminal::{self, Stream};
 
 /// Writes the motion of a run as glTF.
 pub(super) fn export_glb(args: &GlbArgs) -> Result<u8, Failure> {
@@ -47,18 +47,19 @@ pub(super) fn export_c(args: &CArgs) -> Result<u8, Failure> {
     let real = if args.float { Real::Float } else { Real::Double };
     let machine = machine(&args.machine, None, (args.derivatives, false))?;
     let Package { files, cost } = package(&machine, real).map_err(Failure::new)?;
+    let trial = tried(&machine, &cost, args.machine.json);
     for (name, text) in &files {
         write(&args.output, name, text.as_bytes())?;
     }
     if args.machine.json {
         let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-        terminal::print_as_it_is(&terminal::json(&CWritten { files: names, cost: Costs::of(&machine, &cost) }))?;
+        terminal::print_as_it_is(&terminal::json(&CWritten { files: names, cost: Costs::of(&machine, &cost, trial) }))?;
     } else {
         terminal::print(&format!(
             "{}: {}\n{}",
             shown(&args.output.display().to_string()),
             listed(&files),
-            words(&machine, &cost)
+            words(&machine, &cost, trial.as_ref())
         ))?;
     }
     Ok(exit::DONE)
@@ -71,13 +72,14 @@ pub(super) fn export_fmu(args: &FmuArgs) -> Result<u8, Failure> {
     let any = args.cs || args.me;
     let kinds = Kinds { co_simulation: args.cs || !any, model_exchange: args.me || !any };
     let fmu = Fmu::new(&machine, version, kinds).map_err(Failure::new)?;
+    let trial = if kinds.co_simulation { tried(&machine, &fmu.cost, args.machine.json) } else { None };
     let (binaries, missing) = binaries(&fmu)?;
     let archive = fmu.archive(&binaries).map_err(|error| ResultsError::write(&args.output, error))?;
     replace(&args.output, &archive, false)?;
     if args.machine.json {
         let platforms = binaries.iter().map(|binary| binary.target.folder_2).collect();
         let file = args.output.display().to_string();
-        let written = FmuWritten { file, platforms, missing, cost: Costs::of(&machine, &fmu.cost) };
+        let written = FmuWritten { file, platforms, missing, cost: Costs::of(&machine, &fmu.cost, trial) };
         terminal::print_as_it_is(&terminal::json(&written))?;
         return Ok(exit::DONE);
     }
@@ -90,7 +92,7 @@ pub(super) fn export_fmu(args: &FmuArgs) -> Result<u8, Failure> {
     for (platform, compiler) in missing {
         let _ = writeln!(text, "without {platform}: there is no compiler `{compiler}`");
     }
-    terminal::print(&(text + &words(&machine, &fmu.cost)))?;
+    terminal::print(&(text + &words(&machine, &fmu.cost, trial.as_ref())))?;
     Ok(exit::DONE)
 }
 
@@ -146,9 +148,10 @@ fn machine(
     let session = Session::open(&args.scene, &options)?;
     warn(&session, args.json);
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
-    let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
+    let method = args.method.as_deref().unwrap_or(if args.tolerance.is_some() { "dopri5" } else { "rk4" });
+    let method = Method::named(method).unwrap_or(&METHODS[0]);
     let (inputs, outputs) = (inputs.map(<[String]>::to_vec), args.outputs.clone());
-    let choices = Choices { step: None, method, inputs, outputs, derivatives };
+    let choices = Choices { step: None, method, tolerance: args.tolerance, inputs, outputs, derivatives };
     let source = session.scene.source.clone();
     let machine = Machine::new(session, &name, choices.clone())?;
     let names: Option<&[String]> = match args.parameters.as_deref() {
@@ -182,14 +185,55 @@ fn listed(files: &[(String, String)]) -> String {
     files.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
+/// Operations that may be spent on a trial.
+const TRIAL: usize = 1_000_000_000;
+
+/// What steps of a fixed size are good for; a warning where they are too long.
+pub(super) fn tried(machine: &Machine, cost: &Cost, quiet: bool) -> Option<Trial> {
+    if machine.tolerance.is_some() {
+        return None;
+    }
+    let trial = machine.tried((TRIAL / (3 * cost.step.max(1))).clamp(10, 20_000));
+    if !trial.is_good() && !quiet {
+        let (h, method) = (machine.step, machine.method.name);
+        let message = match trial.failed {
+            Some((time, _)) => format!("a step of {h:?} s by {method} fails at {time:?} s"),
+            None => format!(
+                "steps of {h:?} s by {method} are too long: they differ from ones of half the size by {:.1e} of the sizes of what moves",
+                trial.off
+            ),
+        };
+        let help = "choose a shorter --step (or more --substeps), --method rodas for stiff scenes, or --tolerance";
+        let warning = Diagnostic::warning(codes::STEPS_TOO_LONG, message).help(help);
+        eprint!("{}", render(&[warning], &Source::new("", ""), terminal::color(Stream::Error)));
+    }
+    Some(trial)
+}
+
 /// What a step costs, in words.
-fn words(machine: &Machine, cost: &Cost) -> String {
-    let mut text = format!(
-        "step: {} s by {} (order {}), {} operations\n",
-        machine.step, machine.method.name, machine.method.order, cost.step
-    );
+fn words(machine: &Machine, cost: &Cost, trial: Option<&Trial>) -> String {
+    let (step, method, order) = (machine.step, machine.method.name, machine.method.order);
+    let mut text = match machine.tolerance {
+        None => format!("step: {step} s by {method} (order {order}), {} operations\n", cost.step),
+        Some(tolerance) => format!(
+            "steps: of variable size by {method} (order {order}), tolerance {tolerance:?}, {step} s at the longest; {} operations for each \
+             that is tried, their number has no bound\n",
+            cost.step
+        ),
+    };
     if cost.most > cost.step {
-        let _ = writeln!(text, "    at most {} where {} switches are located in it", cost.most, machine.located);
+        let switches = machine.switches.as_ref().map(|_| format!("{} switches are located", machine.located));
+        let clocks = &machine.sampled.clocks;
+        let samples = (!clocks.is_empty()).then(|| format!("{} elements sample", clocks.len()));
+        let what: Vec<String> = switches.into_iter().chain(samples).collect();
+        let _ = writeln!(text, "    at most {} where {} in it", cost.most, what.join(" and "));
+    }
+    if let Some(trial) = trial.filter(|trial| trial.failed.is_none()) {
+        let (off, steps) = (trial.off, trial.steps);
+        let _ = writeln!(
+            text,
+            "    {off:.1e} of the sizes of what moves from ones of half the size, tried over {steps} of them"
+        );
     }
     let settable: Vec<&str> = machine.parameters.settable.iter().map(|one| one.port.name.as_str()).collect();
     if !settable.is_empty() {
@@ -221,6 +265,9 @@ struct CWritten<'a> {
 struct Costs<'a> {
     method: &'a str,
     step_s: f64,
+    /// Difference from steps of half the size, as a share of the sizes of what moves; none: a step failed, or was not tried.
+    tried_off: Option<f64>,
+    tolerance: Option<f64>,
     operations_per_step: usize,
     most_operations_per_step: usize,
     operations_per_output: usize,
@@ -232,10 +279,12 @@ struct Costs<'a> {
 }
 
 impl<'a> Costs<'a> {
-    fn of(machine: &'a Machine, cost: &'a Cost) -> Self {
+    fn of(machine: &'a Machine, cost: &'a Cost, trial: Option<Trial>) -> Self {
         Self {
             method: machine.method.name,
             step_s: machine.step,
+            tried_off: trial.filter(|trial| trial.failed.is_none()).map(|trial| trial.off),
+            tolerance: machine.tolerance,
             operations_per_step: cost.step,
             most_operations_per_step: cost.most,
             operations_per_output: cost.outputs,

@@ -22,18 +22,20 @@ Examples:
     /// in every step
     #[command(after_help = "\
 In double the program computes the digits of O-DYN's interpreter. Constraints are met by a fixed number of corrections per step;
-where equations switch, steps end. What a run decides or iterates on the way (impacts, memories of elements, friction from reactions,
-opaque elements) is refused with its name. Parameters of the scene are numbers in the program unless --parameters names them.
+where equations switch and where elements sample, steps are divided. What a run decides or iterates on the way (impacts, rows that stick,
+friction from reactions, opaque elements) is refused with its name. Parameters of the scene are numbers in the program unless --parameters names them.
 
 Examples:
   odyn export c scenes/compressor.toml -o compressor-c
   make -C compressor-c && compressor-c/compressor > table.csv
   odyn export c scenes/compressor.toml -o compressor-c --method dopri5 --step \"10 us\" --float
+  odyn export c scenes/compressor.toml -o compressor-c --tolerance 1e-8
   odyn export c stiff.toml -o stiff-c --method rodas --parameters stiffness,damping")]
     C(CArgs),
     /// As an FMU, of version 2.0 or 3.0 of the Functional Mock-up Interface: sources, and binaries where compilers are there
     #[command(after_help = "\
-Co-simulation takes the steps of `odyn export c`; a communication step is divided into equal ones of at most --step. In model exchange
+Co-simulation takes the steps of `odyn export c`; a communication step is divided into equal ones of at most --step, or with --tolerance
+into ones whose sizes follow from an estimate of their errors. In model exchange
 the coordinates of joints are the states, and an event brings them back to the constraints. Binaries are built by cc (linux64) and
 x86_64-w64-mingw32-gcc (win64), each where it is there; the sources are always in the archive. What cannot be exported is refused with
 its name, as by `odyn export c`. Parameters of the scene can be set before the initialisation ends, where the equations follow them by
@@ -42,7 +44,8 @@ a known law; the others are fixed, and listed with the reasons.
 Examples:
   odyn export fmu scenes/compressor.toml -o compressor.fmu
   odyn export fmu scenes/compressor.toml -o compressor.fmu --fmi 2 --cs --outputs theta,omega
-  odyn export fmu machine.toml -o machine.fmu --me --inputs torque")]
+  odyn export fmu machine.toml -o machine.fmu --me --inputs torque
+  odyn export fmu machine.toml -o machine.fmu --cs --tolerance 1e-6")]
     Fmu(FmuArgs),
 }
 
@@ -55,11 +58,15 @@ pub(super) struct MachineArgs {
     /// Change a parameter, a setting, or a key of a body or element; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) sets: Vec<String>,
-    /// Method of integration: rk4 and dopri5 are explicit, rodas is for stiff scenes
-    #[arg(long, value_name = "NAME", default_value = "rk4", value_parser = ["rk4", "dopri5", "rodas"])]
-    pub(super) method: String,
-    /// Size of a step: in the scene's unit, or with its own such as "10 us" [default: `fixed_step` of the scene, else a thousandth
-    /// of its duration]
+    /// Method of integration: rk4 and dopri5 are explicit, rodas is for stiff scenes [default: rk4; with --tolerance dopri5]
+    #[arg(long, value_name = "NAME", value_parser = ["rk4", "dopri5", "rodas"])]
+    pub(super) method: Option<String>,
+    /// Choose the sizes of steps by an estimate of their errors (dopri5): each is at most this share of the sizes of what moves. The cost of
+    /// a step is no longer constant
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub(super) tolerance: Option<f64>,
+    /// Size of a step, with --tolerance of the longest: in the scene's unit, or with its own such as "10 us" [default: `fixed_step` of the
+    /// scene, else a thousandth of its duration]
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub(super) step: Option<String>,
     /// Outputs, by the names of `[[output]]`; all if left out

@@ -6,6 +6,7 @@ use super::Real;
 use super::source::Source;
 use crate::analysis::Group;
 use crate::machine::{Machine, Port, identifier};
+use crate::steps::Sizes;
 
 /// Writes the header.
 pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str) -> String {
@@ -24,13 +25,21 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
     let _ = writeln!(text, "#define {upper}_PARAMETERS {}", machine.parameters.settable.len());
     let switches = machine.switches.as_ref().map_or(0, |found| found.program.output_count());
     let _ = writeln!(text, "#define {upper}_SWITCHES {switches}");
+    let _ = writeln!(
+        text,
+        "#define {upper}_COUNTED {} /* angles that are counted over full turns */",
+        machine.references.len()
+    );
+    let _ = writeln!(text, "#define {upper}_IS_ADAPTIVE {}", u8::from(machine.tolerance.is_some()));
+    let _ = writeln!(text, "#define {upper}_CLOCKS {}", machine.sampled.clocks.len());
     if machine.derivatives {
         let _ = writeln!(text, "#define {upper}_SEEDS {}", machine.seeds());
     }
     let _ = writeln!(text, "#define {upper}_MOST_TURN {} /* rad */", real.number(crate::twin::MOST_TURN));
     let _ = writeln!(text, "#define {upper}_START_TIME {} /* s */", real.number(machine.t_start));
     let _ = writeln!(text, "#define {upper}_END_TIME {} /* s */", real.number(machine.t_end));
-    let _ = writeln!(text, "#define {upper}_STEP {} /* s */\n", real.number(machine.step));
+    let longest = if machine.tolerance.is_some() { ", the longest" } else { "" };
+    let _ = writeln!(text, "#define {upper}_STEP {} /* s{longest} */\n", real.number(machine.step));
     ports(&mut text, &machine.inputs, &format!("{upper}_INPUT"), "inputs");
     ports(&mut text, &machine.outputs, &format!("{upper}_OUTPUT"), "outputs");
     let parameters: Vec<Port> = machine.parameters.settable.iter().map(|parameter| parameter.port.clone()).collect();
@@ -39,7 +48,7 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
     let _ = write!(
         text,
         "enum {{\n    {upper}_OK = 0,\n    {upper}_SINGULAR = 1,\n    {upper}_NOT_FINITE = 2,\n    \
-         {upper}_OFF_CONSTRAINTS = 3,\n    {upper}_CONTRADICTION = 4,\n    {upper}_TURNS_THIN_AXIS = 5,\n    {upper}_TURNS_TOO_FAR = 6,\n    {upper}_OUT_OF_RANGE = 7\n}};\n\n"
+         {upper}_OFF_CONSTRAINTS = 3,\n    {upper}_CONTRADICTION = 4,\n    {upper}_TURNS_THIN_AXIS = 5,\n    {upper}_TURNS_TOO_FAR = 6,\n    {upper}_OUT_OF_RANGE = 7,\n    {upper}_STEP_TOO_SMALL = 8\n}};\n\n"
     );
     memory(&mut text, machine, source);
     let parameters = if machine.parameters.settable.is_empty() {
@@ -59,10 +68,26 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
     } else {
         String::new()
     };
+    let samples = if machine.sampled.clocks.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "/* To the memories before the first sample; what is due at the time of m samples. Called by {name}_start, and before the\n   \
+             first step, so that it takes what was set meanwhile. */\nvoid {name}_begin({name}_machine *m);\n\n\
+             /* What is due samples; whether something was. Called by {name}_step where it begins and where it is divided. */\n\
+             int {name}_sample({name}_machine *m);\n\n\
+             /* Time until something samples next, s. */\n{name}_real {name}_until_sample(const {name}_machine *m);\n\n"
+        )
+    };
+    let step = if machine.tolerance.is_some() {
+        "In steps whose sizes follow from the tolerance, none longer than the one above"
+    } else {
+        "One step"
+    };
     let _ = write!(
         text,
         "/* To the start of the scene, with outputs. */\nvoid {name}_start({name}_machine *m);\n\n\
-         /* One step of h seconds; inputs stay as they are during it. Gives a status; unless it is {upper}_OK, time and state are\n   \
+         /* {step}, over h seconds; inputs stay as they are during it. Gives a status; unless it is {upper}_OK, time and state are\n   \
          where they were reached last. */\nint {name}_step({name}_machine *m, {name}_real h);\n\n\
          /* The outputs at the state and time of m. */\nvoid {name}_outputs({name}_machine *m);\n\n\
          /* The rates of a state y at time t, with the inputs of m. */\n\
@@ -76,7 +101,7 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
          {name}_real {name}_follow({name}_machine *m);\n\n\
          /* Functions that change their sign where equations switch, {upper}_SWITCHES of them. */\n\
          void {name}_switches({name}_machine *m, {name}_real *found);\n\n\
-         {parameters}{derivatives}/* A status in words. */\nconst char *{name}_message(int status);\n\n\
+         {samples}{parameters}{derivatives}/* A status in words. */\nconst char *{name}_message(int status);\n\n\
          #ifdef __cplusplus\n}}\n#endif\n\n#endif\n"
     );
     text
@@ -108,6 +133,8 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
         ),
         ("followed", machine.parameters.followed.len(), "numbers of the equations that follow them"),
         ("reference", machine.references.len(), "angles that are counted over full turns, rad"),
+        ("memory", machine.sampled.start.len(), "memories of elements that sample, SI"),
+        ("next_sample", machine.sampled.clocks.len(), "which multiple of its period each of them takes next"),
     ] {
         array(text, name, field, size, about);
     }
@@ -117,9 +144,10 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
     if largest_kinetic > 0 {
         let _ = writeln!(text, "    {name}_real largest_kinetic; /* J */");
     }
-    if switches > 0 {
-        text.push_str("    unsigned long located; /* switches at which steps were made to end */\n");
-        text.push_str("    unsigned long passed; /* steps in which more fell than are located */\n");
+    if machine.tolerance.is_some() {
+        let _ = writeln!(text, "    {name}_real tolerance; /* share of sizes that the error of a step may be */");
+        let _ = writeln!(text, "    {name}_real step_size; /* of the next step, s; 0: not known yet */");
+        array(text, name, "sizes", Sizes::of(machine).least.len(), "that errors are measured by");
     }
     text.push_str("    /* Room for what is computed on the way. */\n");
     for (field, size) in [
@@ -132,6 +160,7 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
         ("low", switches),
         ("high", switches),
         ("watched", count(&machine.watched)),
+        ("samples", count(&machine.sampled.next)),
         ("scratch", source.scratch),
         ("stage", machine.dim()),
         ("next", machine.dim()),
@@ -156,6 +185,10 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
     if machine.method.implicit.is_some() {
         let _ = writeln!(text, "    int exchanged[{upper}_STATES];");
     }
+    // Behind all that is narrower, so that nothing is made up in between.
+    for (count, about) in counters(machine) {
+        let _ = writeln!(text, "    unsigned long {count}; /* {about} */");
+    }
     let _ = writeln!(text, "}} {name}_machine;\n");
 }
 
@@ -174,10 +207,26 @@ pub(super) fn memory_of(machine: &Machine, source: &Source, real: Real) -> usize
             sizes.map(size).product::<usize>()
         })
         .sum();
-    let whole = if machine.switches.is_some() { 2 * size_of::<usize>() } else { 0 };
+    let whole = counters(machine).len() * size_of::<usize>();
     let exchanged = if machine.method.implicit.is_some() { machine.dim() * size_of::<i32>() } else { 0 };
     // Numbers of 32 bits before and behind wider ones are made up to whole ones of these.
     (numbers * real.size() + whole + exchanged).next_multiple_of(real.size().max(if whole > 0 { 8 } else { 4 }))
+}
+
+/// Whole numbers that are counted, with what they say.
+fn counters(machine: &Machine) -> Vec<(&'static str, &'static str)> {
+    let mut found = Vec::new();
+    if machine.switches.is_some() {
+        found.push(("located", "switches at which steps were made to end"));
+        found.push(("passed", "steps in which more fell than are located"));
+    }
+    if machine.tolerance.is_some() {
+        found.push(("rejected", "steps that were tried and found too long"));
+    }
+    if !machine.sampled.clocks.is_empty() {
+        found.push(("begun", "whether the first step was begun"));
+    }
+    found
 }
 
 fn array(text: &mut String, name: &str, field: &str, size: usize, about: &str) {

@@ -19,9 +19,10 @@ const DEPTH: usize = 6;
 pub struct Cost {
     /// Operations of each program by its name.
     pub programs: Vec<(&'static str, usize)>,
-    /// Operations of a step without a switch.
+    /// Operations of a step without a switch and without samples; where sizes of steps follow from a tolerance, of one trial.
     pub step: usize,
-    /// Operations of a step in which as many switches as possible are located.
+    /// Operations of a step in which as many switches as possible are located and everything samples; of steps of variable size,
+    /// whose number has no bound, of one.
     pub most: usize,
     /// Operations of a look at the outputs.
     pub outputs: usize,
@@ -78,12 +79,16 @@ fn different(machine: &Machine) -> Result<(), Diagnostic> {
 
 /// The comment at the top of files.
 fn head(machine: &Machine, real: Real) -> String {
+    let kind = match machine.tolerance {
+        Some(tolerance) => format!("steps of variable size (tolerance {tolerance:?})"),
+        None => "steps of a fixed size".into(),
+    };
     let digits = match real {
         Real::Double => "In double it computes the digits of O-DYN's interpreter.",
         Real::Float => "In float: about seven digits.",
     };
     format!(
-        "/* The equations of motion of `{}`, with steps of {} (order {}). Written by `odyn export c`, O-DYN {}.\n   No allocation, no \
+        "/* The equations of motion of `{}`, with {kind} by {} (order {}). Written by `odyn export c`, O-DYN {}.\n   No allocation, no \
          state but what the caller keeps. {digits} */\n\n",
         comment(&machine.title),
         machine.method.name,
@@ -109,13 +114,19 @@ fn cost(machine: &Machine, source: &Source, real: Real) -> Cost {
     let look = of("switches") + if solved { of("motion") } else { 0 };
     let accepted = of("angles") + of("watched");
     let linearised = if machine.method.implicit.is_some() { (n + 1) * of("tangent") } else { 0 };
-    let part = linearised + advance + 2 * look + accepted;
+    // Judging a step takes the rates at its end.
+    let judged = if machine.tolerance.is_some() { of("motion") + 2 * n * (stages + 1) + of("angles") } else { 0 };
+    let part = linearised + advance + judged + 2 * look + accepted;
     let located = if machine.switches.is_some() { machine.located } else { 0 };
+    let sampled = &machine.sampled;
+    let sample = of("samples") + if sampled.next.as_ref().is_some_and(|found| found.solved) { of("motion") } else { 0 };
+    let parts = 1 + sampled.divisions(machine.step, machine.t_start);
+    let samples = sampled.instants(machine.step) * sample;
     let outputs = of("outputs") + if machine.solves_for_outputs() { of("motion") } else { 0 };
     Cost {
         programs: source.operations.clone(),
         step: part,
-        most: part + located * (part + TRIALS * (advance + look)),
+        most: parts * (part + located * (part + TRIALS * (advance + look))) + samples,
         outputs,
         memory: memory_of(machine, source, real),
         stack: source.locals * real.size() + DEPTH * CALL,

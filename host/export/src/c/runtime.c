@@ -104,6 +104,8 @@ int @n@_project(@n@_machine *m, @n@_real t, @n@_real *y) {
 
 @tangents@
 
+@sampled@
+
 @advance@
 
 #if OTHERS > 0
@@ -180,6 +182,8 @@ static int accept(@n@_machine *m, real h, const real *next) {
     return @N@_OK;
 #endif
 }
+
+@control@
 
 #if SWITCHES > 0
 static void look_at_switches(@n@_machine *m, real t, const real *y, real *found) {
@@ -266,27 +270,43 @@ void @n@_switches(@n@_machine *m, @n@_real *found) {
 #endif
 }
 
-int @n@_step(@n@_machine *m, @n@_real h) {
+/* Time in which nothing samples. */
+static int stretch(@n@_machine *m, real h) {
     real left = h;
 #if SWITCHES > 0
     int splits = 0;
 #endif
+#if ADAPTIVE
+    long trials = 0;
+#endif
     for (;;) {
         real taken = left;
         int status;
+#if ADAPTIVE
+        taken = next_size(m, left);
+        if (++trials > MOST_TRIALS) {
+            return @N@_STEP_TOO_SMALL;
+        }
+#endif
 #if IMPLICIT
         linearise(m);
 #endif
-        status = advance(m, m->time, m->state, left, m->next);
+        status = advance(m, m->time, m->state, taken, m->next);
+#if ADAPTIVE
+        status = judged(m, status, taken);
+        if (status == AGAIN) {
+            continue;
+        }
+#endif
         if (status != @N@_OK) {
             return status;
         }
 #if SWITCHES > 0
         look_at_switches(m, m->time, m->state, m->first);
-        look_at_switches(m, m->time + left, m->next, m->last);
+        look_at_switches(m, m->time + taken, m->next, m->last);
         if (changed(m->first, m->last)) {
             if (splits < LOCATED) {
-                status = locate(m, left, &taken);
+                status = locate(m, taken, &taken);
                 if (status != @N@_OK) {
                     return status;
                 }
@@ -296,16 +316,51 @@ int @n@_step(@n@_machine *m, @n@_real h) {
                 ++m->passed;
             }
         }
+#if ADAPTIVE
+        else {
+            splits = 0;
+        }
+#endif
 #endif
         status = accept(m, taken, m->next);
         if (status != @N@_OK) {
             return status;
         }
+#if ADAPTIVE
+        measure(m);
+#endif
         if (taken >= left) {
             return @N@_OK;
         }
         left -= taken;
     }
+}
+
+int @n@_step(@n@_machine *m, @n@_real h) {
+#if CLOCKS > 0
+    real left = h;
+    if (!m->begun) {
+        /* Inputs, state and parameters may have been set since. */
+        @n@_begin(m);
+        m->begun = 1;
+    }
+    for (;;) {
+        real part;
+        int status;
+        (void)@n@_sample(m);
+        part = @n@_until_sample(m);
+        if (!(part < left * (R(1.0) - EARLY))) {
+            return stretch(m, left);
+        }
+        status = stretch(m, part);
+        if (status != @N@_OK) {
+            return status;
+        }
+        left -= part;
+    }
+#else
+    return stretch(m, h);
+#endif
 }
 
 void @n@_outputs(@n@_machine *m) {
@@ -331,6 +386,14 @@ void @n@_start(@n@_machine *m) {
 #if PARAMETERS > 0
     (void)@n@_follow_parameters(m);
 #endif
+#if ADAPTIVE
+    m->tolerance = TOLERANCE;
+    memcpy(m->sizes, sizes_least, sizeof m->sizes);
+    measure(m);
+#endif
+#if CLOCKS > 0
+    @n@_begin(m);
+#endif
     @n@_outputs(m);
 }
 
@@ -344,6 +407,7 @@ const char *@n@_message(int status) {
     case @N@_TURNS_THIN_AXIS: return "something turns a body about an axis about which it has no moment of inertia";
     case @N@_TURNS_TOO_FAR: return "an angle that is counted over full turns may have turned by half a turn in a step: the step is too long";
     case @N@_OUT_OF_RANGE: return "a parameter is outside of the range in which what follows it is known";
+    case @N@_STEP_TOO_SMALL: return "the tolerance cannot be met by steps of a reasonable size";
     default: return "unknown status";
     }
 }

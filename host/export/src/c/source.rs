@@ -10,6 +10,8 @@ use crate::laws::Form;
 use crate::machine::{Machine, Slot};
 use crate::plan::Measure;
 use crate::program::Program;
+use crate::sampled::{EARLY, Sampled};
+use crate::steps::{LEAST, MOST_TRIALS, Sizes};
 use crate::twin::{CONTRADICTION, OFF_CONSTRAINTS, TRIALS};
 
 const DOUBLE: &str = include_str!("double.c");
@@ -21,6 +23,8 @@ const RUNTIME: &str = include_str!("runtime.c");
 const TANGENTS: &str = include_str!("tangents.c");
 const PARAMETERS: &str = include_str!("parameters.c");
 const EXPLICIT: &str = include_str!("explicit.c");
+const SAMPLED: &str = include_str!("sampled.c");
+const CONTROL: &str = include_str!("control.c");
 const ROSENBROCK: &str = include_str!("rosenbrock.c");
 
 /// A C file, and what it is made of.
@@ -52,6 +56,7 @@ fn parts(machine: &Machine) -> Vec<Part<'_>> {
         ("angles", &machine.angles, "angles"),
         ("switches", &machine.switches, "switches"),
         ("watched", &machine.watched, "watched"),
+        ("samples", &machine.sampled.next, "samples"),
     ];
     let optional = optional.into_iter().filter_map(|(name, found, out)| Some((name, &found.as_ref()?.program, out)));
     parts.extend(optional);
@@ -73,6 +78,7 @@ fn input(machine: &Machine, real: Real, slot: u32) -> String {
         Slot::Time => "t".into(),
         Slot::State(entry) => format!("y[{entry}]"),
         Slot::Reference(number) => format!("m->reference[{number}]"),
+        Slot::Memory(number) => format!("m->memory[{number}]"),
         Slot::Input(number) => in_si(format!("m->input[{number}]"), number),
         Slot::Solved(number) => format!("m->motion[{number}]"),
         Slot::Seed(number) => {
@@ -124,7 +130,7 @@ pub(super) fn source(machine: &Machine, real: Real, head: &str) -> Option<Source
         Real::Double => text.push_str("#define R(number) number\n#define F(function) function\n\n"),
         Real::Float => text.push_str("#define R(number) number##f\n#define F(function) function##f\n\n"),
     }
-    numbers(&mut text, machine, real);
+    numbers(&mut text, machine, real, &upper);
     let pieces = [
         (needs.turn, if real == Real::Double { DOUBLE } else { FLOAT }),
         (needs.whole_power, WHOLE_POWER),
@@ -167,8 +173,24 @@ fn exact(real: Real) -> &'static str {
     }
 }
 
+/// When elements sample, and what they remember before.
+fn samples(text: &mut String, machine: &Machine, real: Real) {
+    let Sampled { start, clocks, .. } = &machine.sampled;
+    let joined = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
+    let early = EARLY[usize::from(real == Real::Float)];
+    let _ =
+        writeln!(text, "/* Share of a period by which a sample may be early. */\n#define EARLY {}", real.number(early));
+    let periods = joined(&mut clocks.iter().map(|clock| real.number(clock.period)));
+    let _ = writeln!(text, "static const real periods[CLOCKS] = {{{periods}}};");
+    let ends = clocks.iter().map(|clock| clock.memory.end.to_string());
+    let from = joined(&mut std::iter::once("0".to_string()).chain(ends));
+    let _ = writeln!(text, "static const int memory_from[CLOCKS + 1] = {{{from}}};");
+    let memory = joined(&mut start.iter().map(|value| real.number(*value)));
+    let _ = writeln!(text, "static const real memory_start[{}] = {{{memory}}};", start.len());
+}
+
 /// Sizes and coefficients.
-fn numbers(text: &mut String, machine: &Machine, real: Real) {
+fn numbers(text: &mut String, machine: &Machine, real: Real, upper: &str) {
     let portable = &machine.portable;
     let (columns, m) = (portable.coordinates.columns, portable.rows.len());
     let solved = |found: &Option<crate::analysis::Quantities>| {
@@ -195,6 +217,9 @@ fn numbers(text: &mut String, machine: &Machine, real: Real) {
         ("DERIVATIVES", u8::from(machine.derivatives).to_string()),
         ("PARAMETERS", machine.parameters.settable.len().to_string()),
         ("SEEDS", machine.seeds().to_string()),
+        ("CLOCKS", machine.sampled.clocks.len().to_string()),
+        ("SAMPLES_ARE_SOLVED", solved(&machine.sampled.next)),
+        ("ADAPTIVE", u8::from(machine.tolerance.is_some()).to_string()),
         ("IMPLICIT", u8::from(machine.method.implicit.is_some()).to_string()),
         ("STAGES", machine.method.b.len().to_string()),
         ("CORRECTIONS", machine.corrections.to_string()),
@@ -228,6 +253,29 @@ fn numbers(text: &mut String, machine: &Machine, real: Real) {
         square(text, "method_coupling", implicit.coupling);
         let times = list(&mut implicit.times.iter().copied());
         let _ = writeln!(text, "static const real method_times[STAGES] = {{{times}}};");
+    }
+    if let Some(tolerance) = machine.tolerance {
+        let Sizes { of, least } = Sizes::of(machine);
+        let _ = writeln!(
+            text,
+            "#define TOLERANCE {}\n#define LEAST {}\n#define MOST_TRIALS {MOST_TRIALS}\n#define SIZES_FIXED {}",
+            number(tolerance),
+            number(LEAST),
+            Sizes::FIXED
+        );
+        let error = list(&mut method.error.iter().copied());
+        let _ = writeln!(text, "static const real method_error[STAGES + 1] = {{{error}}};");
+        let of: Vec<String> = of.iter().map(|size| size.map_or_else(|| "-1".into(), |size| size.to_string())).collect();
+        let _ = writeln!(text, "static const int size_of[{upper}_STATES] = {{{}}};", of.join(", "));
+        let _ = writeln!(
+            text,
+            "static const real sizes_least[{}] = {{{}}};",
+            least.len(),
+            list(&mut least.iter().copied())
+        );
+    }
+    if !machine.sampled.clocks.is_empty() {
+        samples(text, machine, real);
     }
     if m > 0 {
         let least = portable.squares.iter().map(|square| portable.least_independence * square);
@@ -361,6 +409,8 @@ fn runtime(machine: &Machine, real: Real, upper: &str) -> String {
     let advance = if machine.method.implicit.is_some() { ROSENBROCK } else { EXPLICIT };
     let filled = [
         ("@tangents@", if machine.tangents.is_some() { TANGENTS.into() } else { String::new() }),
+        ("@sampled@", if machine.sampled.clocks.is_empty() { String::new() } else { SAMPLED.into() }),
+        ("@control@", if machine.tolerance.is_none() { String::new() } else { CONTROL.into() }),
         ("@parameters@", if machine.parameters.settable.is_empty() { String::new() } else { PARAMETERS.into() }),
         ("@followed@", followed(machine, real)),
         ("@advance@", advance.into()),

@@ -9,17 +9,32 @@ use crate::program::Program;
 pub(super) type Known = Vec<bool>;
 
 /// Outputs, then the rates of all states.
+#[derive(Clone)]
 pub(super) struct Dependencies {
     pub(super) outputs: Vec<Known>,
     pub(super) rates: Vec<Known>,
 }
 
 impl Dependencies {
+    /// While time passes.
     pub(super) fn of(machine: &Machine) -> Self {
+        Self::with(machine, &[])
+    }
+
+    /// At the start, where what samples does so for the first time.
+    pub(super) fn initially(machine: &Machine) -> Self {
+        let motion = found(machine, &machine.portable.motion, &[], &[]);
+        let memories = machine.sampled.next.as_ref();
+        let memories = memories.map(|next| found(machine, &next.program, &motion, &[])).unwrap_or_default();
+        Self::with(machine, &memories)
+    }
+
+    fn with(machine: &Machine, memories: &[Known]) -> Self {
         let n = machine.dim();
         let none = vec![false; known(machine)];
-        let motion = found(machine, &machine.portable.motion, &[]);
-        let outputs = machine.quantities.as_ref().map(|quantities| found(machine, &quantities.program, &motion));
+        let motion = found(machine, &machine.portable.motion, &[], memories);
+        let quantities = machine.quantities.as_ref();
+        let outputs = quantities.map(|quantities| found(machine, &quantities.program, &motion, memories));
         let coordinates = &machine.portable.coordinates;
         let mut rates = vec![none.clone(); n];
         for line in &coordinates.lines {
@@ -45,13 +60,26 @@ impl Dependencies {
     }
 }
 
+/// Which parameters may change while time passes: those that no row of a joint follows. A state would have to jump with the others.
+pub(super) fn tunable(machine: &Machine) -> Vec<bool> {
+    let (columns, m) = (machine.portable.coordinates.columns, machine.portable.rows.len());
+    let mut tunable = vec![true; machine.parameters.settable.len()];
+    if m > 0 {
+        let first = machine.dim() + machine.inputs.len();
+        for row in &found(machine, &machine.portable.position, &[], &[])[columns..columns + m] {
+            tunable.iter_mut().zip(&row[first..]).for_each(|(tunable, follows)| *tunable &= !follows);
+        }
+    }
+    tunable
+}
+
 /// Number of states, inputs and parameters.
 fn known(machine: &Machine) -> usize {
     machine.dim() + machine.inputs.len() + machine.parameters.settable.len()
 }
 
-/// What the outputs of a program depend on; `motion`: what accelerations and multipliers do.
-fn found(machine: &Machine, program: &Program, motion: &[Known]) -> Vec<Known> {
+/// What the outputs of a program depend on; `motion`, `memories`: what accelerations and multipliers, and memories, do.
+fn found(machine: &Machine, program: &Program, motion: &[Known], memories: &[Known]) -> Vec<Known> {
     let (n, inputs, all) = (machine.dim(), machine.inputs.len(), known(machine));
     let Some(listing) = program.listing() else { return vec![vec![true; all]; program.output_count()] };
     let Listing { values, outputs, .. } = &listing;
@@ -63,6 +91,7 @@ fn found(machine: &Machine, program: &Program, motion: &[Known]) -> Vec<Known> {
                 Slot::State(entry) => own[entry] = true,
                 Slot::Input(number) => own[n + number] = true,
                 Slot::Solved(number) if number < motion.len() => own.clone_from(&motion[number]),
+                Slot::Memory(number) if number < memories.len() => own.clone_from(&memories[number]),
                 Slot::Followed(number) => {
                     machine.parameters.of(number).for_each(|parameter| own[n + inputs + parameter] = true);
                 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use odyn_scene::Dimension;
 
-use super::dependencies::{Dependencies, Known};
+use super::dependencies::{Dependencies, Known, tunable};
 use super::{Kinds, Version};
 use crate::analysis::Group;
 use crate::diagnostics::{Diagnostic, codes};
@@ -97,10 +97,11 @@ fn variables(machine: &Machine) -> Vec<Variable> {
         rate_of: None,
     };
     let mut list = Vec::new();
+    let tunable = tunable(machine);
     list.extend(machine.parameters.settable.iter().enumerate().map(|(k, one)| Variable {
         name: format!("parameters.{}", one.port.name),
         causality: "parameter",
-        variability: "fixed",
+        variability: if tunable[k] { "tunable" } else { "fixed" },
         initial: "exact",
         start: Some(one.port.start),
         range: Some(one.range),
@@ -242,7 +243,7 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         );
     }
     text.push_str(&units(machine));
-    text.push_str("  <LogCategories>\n    <Category name=\"logStatusError\"/>\n    <Category name=\"logAll\"/>\n  </LogCategories>\n");
+    text.push_str("  <LogCategories>\n    <Category name=\"logStatusError\"/>\n    <Category name=\"logStatusWarning\"/>\n    <Category name=\"logAll\"/>\n  </LogCategories>\n");
     text.push_str(&experiment(machine));
     text.push_str("  <ModelVariables>\n");
     let variables = variables(machine);
@@ -261,7 +262,7 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         );
     }
     text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-    let found = Dependencies::of(machine);
+    let (found, first) = (Dependencies::of(machine), Dependencies::initially(machine));
     let listed = |known: &Known, initially: bool| listed(machine, known, &index, initially);
     let mut unknowns = Vec::new();
     if !machine.outputs.is_empty() {
@@ -278,7 +279,7 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         unknowns.push(index(at.rate + k));
     }
     text.push_str("    </Derivatives>\n    <InitialUnknowns>\n");
-    for (unknown, known) in unknowns.iter().zip(found.outputs.iter().chain(&found.rates)) {
+    for (unknown, known) in unknowns.iter().zip(first.outputs.iter().chain(&first.rates)) {
         let _ = writeln!(text, "      <Unknown index=\"{unknown}\"{}/>", listed(known, true));
     }
     text.push_str("    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n");
@@ -298,13 +299,14 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
          providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\""
     );
     if kinds.model_exchange {
-        let _ = writeln!(text, "  <ModelExchange {common}/>");
+        // Behind each step constraints and counted angles are looked at; version 2.0 takes that for granted.
+        let _ = writeln!(text, "  <ModelExchange {common} needsCompletedIntegratorStep=\"true\"/>");
     }
     if kinds.co_simulation {
         let _ = writeln!(text, "  <CoSimulation {common} canHandleVariableCommunicationStepSize=\"true\"/>");
     }
     text.push_str(&units(machine));
-    text.push_str("  <LogCategories>\n    <Category name=\"logStatusError\"/>\n    <Category name=\"logAll\"/>\n  </LogCategories>\n");
+    text.push_str("  <LogCategories>\n    <Category name=\"logStatusError\"/>\n    <Category name=\"logStatusWarning\"/>\n    <Category name=\"logAll\"/>\n  </LogCategories>\n");
     text.push_str(&experiment(machine));
     text.push_str(
         "  <ModelVariables>\n    <Float64 name=\"time\" valueReference=\"0\" causality=\"independent\" variability=\"continuous\"/>\n",
@@ -335,7 +337,7 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         );
     }
     text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-    let found = Dependencies::of(machine);
+    let (found, first) = (Dependencies::of(machine), Dependencies::initially(machine));
     let listed = |known: &Known, initially: bool| listed(machine, known, &|reference| reference, initially);
     let outputs = found.outputs.iter().enumerate().map(|(k, known)| (at.output + k, known));
     let rates = found.rates.iter().enumerate().map(|(k, known)| (at.rate + k, known));
@@ -346,7 +348,8 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         let _ =
             writeln!(text, "    <ContinuousStateDerivative valueReference=\"{reference}\"{}/>", listed(known, false));
     }
-    for (reference, known) in outputs.chain(rates) {
+    let references = outputs.chain(rates).map(|(reference, _)| reference);
+    for (reference, known) in references.zip(first.outputs.iter().chain(&first.rates)) {
         let _ = writeln!(text, "    <InitialUnknown valueReference=\"{reference}\"{}/>", listed(known, true));
     }
     for k in 0..indicators {

@@ -12,15 +12,17 @@ pub(super) fn write(machine: &Machine, cost: &Cost) -> String {
     let mut text = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{title}</title></head>\n<body>\n<h1>{title}</h1>\n\
          <p>A multibody system in the coordinates of its joints, written by O-DYN {}. Co-simulation takes steps of {} (order {}) of at \
-         most {:?} s: a communication step is divided into equal ones. Each takes {} operations (at most {} where equations switch in it) \
+         most {:?} s: {} Each takes {} operations (at most {} where equations switch or elements sample in it) \
          and brings the state to the constraints. In model exchange an event does so where the constraints are off by 1e-9 of the \
          system's size.</p>\n\
-         <p>States and parameters may be set before the initialisation ends; the state is brought to the constraints then. Directional \
+         <p>States and parameters may be set before the initialisation ends; the state is brought to the constraints then. Parameters \
+         that are tunable may be set later as well: between communication steps, and at events. Directional \
          derivatives are exact.</p>\n",
         env!("CARGO_PKG_VERSION"),
         machine.method.name,
         machine.method.order,
         machine.step,
+        division(machine),
         cost.step,
         cost.most,
     );
@@ -30,6 +32,17 @@ pub(super) fn write(machine: &Machine, cost: &Cost) -> String {
     parameters(&mut text, machine);
     text.push_str("</body>\n</html>\n");
     text
+}
+
+/// How a communication step is divided.
+fn division(machine: &Machine) -> String {
+    match machine.tolerance {
+        Some(tolerance) => format!(
+            "their sizes are chosen so that the estimated error of each is at most {tolerance:?} of the sizes of what moves, or the \
+             tolerance that the environment gives."
+        ),
+        None => "a communication step is divided into equal ones.".into(),
+    }
 }
 
 /// Those that can be set, with their ranges, and those that cannot, with the reasons.

@@ -33,19 +33,21 @@ typedef struct {
 
 #define IT(c) instance *const it = (instance *)(c)
 #define STATUS(done) ((done) ? fmi2OK : fmi2Error)
+#define STATUS_OF(kind) ((kind) == ERROR ? fmi2Error : (kind) == WARNING ? fmi2Warning : fmi2OK)
 
-static void say(const instance *it, int is_error, const char *format, ...) {
+static void say(const instance *it, enum kind kind, const char *format, ...) {
+    static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusError"};
     char text[512];
     va_list arguments;
     fmi2CallbackLogger logger;
-    if (it->log == NULL || !(is_error || it->shows_log)) {
+    if (it->log == NULL || (kind == INFORMATION && !it->shows_log)) {
         return;
     }
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     logger = (fmi2CallbackLogger)it->log;
-    logger(it->environment, it->name, is_error ? fmi2Error : fmi2OK, is_error ? "logStatusError" : "logAll", "%s", text);
+    logger(it->environment, it->name, STATUS_OF(kind), categories[kind], "%s", text);
 }
 
 PUBLIC const char *fmi2GetTypesPlatform(void);
@@ -77,7 +79,7 @@ DECLARED(fmi2Component, fmi2Instantiate, (fmi2String name, fmi2Type type, fmi2St
         it->log = (void (*)(void))functions->logger;
     }
     if (guid == NULL || strcmp(guid, "@guid@") != 0) {
-        say(it, 1, "the GUID is not that of this machine");
+        say(it, ERROR, "the GUID is not that of this machine");
         discard(it);
         return NULL;
     }
@@ -87,12 +89,7 @@ DECLARED(fmi2Component, fmi2Instantiate, (fmi2String name, fmi2Type type, fmi2St
 DECLARED(fmi2Status, fmi2SetupExperiment, (fmi2Component c, fmi2Boolean is_tolerance, fmi2Real tolerance, fmi2Real start,
     fmi2Boolean is_stop, fmi2Real stop)) {
     IT(c);
-    UNUSED(is_tolerance);
-    UNUSED(tolerance);
-    UNUSED(is_stop);
-    UNUSED(stop);
-    set_time(it, start);
-    return fmi2OK;
+    return STATUS(initialise(it, start, is_tolerance, tolerance, is_stop ? stop : HUGE_VAL));
 }
 
 DECLARED(fmi2Status, fmi2EnterInitializationMode, (fmi2Component c)) {
@@ -208,12 +205,10 @@ DECLARED(fmi2Status, fmi2GetRealOutputDerivatives, (fmi2Component c, const fmi2V
 
 DECLARED(fmi2Status, fmi2DoStep, (fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)) {
     IT(c);
-    UNUSED(time);
+    enum kind kind;
     UNUSED(no_set_state);
-    if (!(step >= 0.0)) {
-        return fmi2Error;
-    }
-    return step == 0.0 ? fmi2OK : STATUS(advance(it, step));
+    kind = advance(it, time, step);
+    return STATUS_OF(kind);
 }
 
 DECLARED(fmi2Status, fmi2CancelStep, (fmi2Component c)) {

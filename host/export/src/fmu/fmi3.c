@@ -21,23 +21,25 @@ typedef void (*fmi3Callback)(void);
 
 #define IT(c) instance *const it = (instance *)(c)
 #define STATUS(done) ((done) ? fmi3OK : fmi3Error)
+#define STATUS_OF(kind) ((kind) == ERROR ? fmi3Error : (kind) == WARNING ? fmi3Warning : fmi3OK)
 #define DECLARED(result, name, arguments) \
     PUBLIC result name arguments; \
     PUBLIC result name arguments
 #define REFERENCES const fmi3ValueReference references[], size_t number
 
-static void say(const instance *it, int is_error, const char *format, ...) {
+static void say(const instance *it, enum kind kind, const char *format, ...) {
+    static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusError"};
     char text[512];
     va_list arguments;
     fmi3LogMessageCallback logger;
-    if (it->log == NULL || !(is_error || it->shows_log)) {
+    if (it->log == NULL || (kind == INFORMATION && !it->shows_log)) {
         return;
     }
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     logger = (fmi3LogMessageCallback)it->log;
-    logger(it->environment, is_error ? fmi3Error : fmi3OK, is_error ? "logStatusError" : "logAll", text);
+    logger(it->environment, STATUS_OF(kind), categories[kind], text);
 }
 
 DECLARED(const char *, fmi3GetVersion, (void)) {
@@ -55,7 +57,7 @@ static instance *instantiate(fmi3String name, fmi3String token, fmi3Boolean logg
     it->environment = environment;
     it->log = (void (*)(void))log;
     if (token == NULL || strcmp(token, "@guid@") != 0) {
-        say(it, 1, "the instantiation token is not that of this machine");
+        say(it, ERROR, "the instantiation token is not that of this machine");
         discard(it);
         return NULL;
     }
@@ -101,13 +103,8 @@ DECLARED(fmi3Instance, fmi3InstantiateScheduledExecution, (fmi3String name, fmi3
 DECLARED(fmi3Status, fmi3EnterInitializationMode, (fmi3Instance c, fmi3Boolean is_tolerance, fmi3Float64 tolerance,
     fmi3Float64 start, fmi3Boolean is_stop, fmi3Float64 stop)) {
     IT(c);
-    UNUSED(is_tolerance);
-    UNUSED(tolerance);
-    UNUSED(is_stop);
-    UNUSED(stop);
-    set_time(it, start);
     it->now.phase = INITIALISING;
-    return fmi3OK;
+    return STATUS(initialise(it, start, is_tolerance, tolerance, is_stop ? stop : HUGE_VAL));
 }
 
 DECLARED(fmi3Status, fmi3GetFloat64, (fmi3Instance c, REFERENCES, fmi3Float64 values[], size_t size)) {
@@ -170,7 +167,7 @@ NONE_OF(String, const char *)
 #define NOT_THERE(name, arguments) \
     DECLARED(fmi3Status, fmi3##name, arguments) { \
         IT(c); \
-        say(it, 1, "fmi3" #name " is not provided"); \
+        say(it, ERROR, "fmi3" #name " is not provided"); \
         return fmi3Error; \
     }
 
@@ -281,19 +278,14 @@ DECLARED(fmi3Status, fmi3EnterStepMode, (fmi3Instance c)) {
 DECLARED(fmi3Status, fmi3DoStep, (fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set_state,
     fmi3Boolean *events, fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached)) {
     IT(c);
-    fmi3Status status = fmi3Error;
-    UNUSED(time);
+    enum kind kind;
     UNUSED(no_set_state);
     *events = false;
     *terminate = false;
     *early = false;
-    if (step > 0.0) {
-        status = STATUS(advance(it, step));
-    } else if (step == 0.0) {
-        status = fmi3OK;
-    }
+    kind = advance(it, time, step);
     *reached = it->now.machine.time;
-    return status;
+    return STATUS_OF(kind);
 }
 
 /* ---- model exchange ---- */

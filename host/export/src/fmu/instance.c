@@ -39,7 +39,9 @@ typedef struct {
     @n@_machine machine;
     double rates[@N@_STATES];
     double completed; /* when a step of somebody else's method ended last, s */
-    double next_look; /* when counted angles may have turned far, s */
+    double next_look; /* when something samples, or counted angles may have turned far, s */
+    double looked; /* when counted angles were looked at last at an event, s */
+    double stop; /* no step may end behind it, s */
     int is_moved; /* whether states were set from outside */
     int are_outputs_due;
     int are_rates_due;
@@ -63,11 +65,14 @@ typedef struct {
     void (*log)(void);
 } instance;
 
-static void say(const instance *it, int is_error, const char *format, ...);
+enum kind { INFORMATION, WARNING, ERROR };
+
+static void say(const instance *it, enum kind kind, const char *format, ...);
 
 static void begin(content *now) {
     memset(now, 0, sizeof *now);
     @n@_start(&now->machine);
+    now->stop = HUGE_VAL;
     now->are_outputs_due = 1;
     now->are_rates_due = 1;
     now->phase = MADE;
@@ -84,7 +89,7 @@ static int find_rates(instance *it) {
     if (now->are_rates_due) {
         const int status = @n@_rates(&now->machine, now->machine.time, now->machine.state, now->rates);
         if (status != @N@_OK) {
-            say(it, 1, "at %g s: %s", now->machine.time, @n@_message(status));
+            say(it, ERROR, "at %g s: %s", now->machine.time, @n@_message(status));
             return 0;
         }
         now->are_rates_due = 0;
@@ -140,12 +145,25 @@ static int get(instance *it, unsigned reference, double *value) {
         return 1;
     }
 #endif
-    say(it, 1, "there is no variable with the value reference %u", reference);
+    say(it, ERROR, "there is no variable with the value reference %u", reference);
     return 0;
 }
 
+#if @N@_PARAMETERS > 0
+/* Whether a parameter can be set now: before the initialisation ends; later those that no joint follows, in co-simulation between steps,
+   in model exchange at events. */
+static int is_open(const content *now, unsigned parameter) {
+    static const char is_tunable[@N@_PARAMETERS] = {@tunable@};
+    return now->phase <= INITIALISING || (is_tunable[parameter] && (now->phase == STEPPING || now->phase == EVENT));
+}
+#endif
+
 static int set(instance *it, unsigned reference, double value) {
     content *now = &it->now;
+    if (!(value - value == 0.0)) {
+        say(it, ERROR, "the variable with the value reference %u cannot be set to what is no finite number", reference);
+        return 0;
+    }
 #if @N@_INPUTS > 0
     if (reference >= FIRST_INPUT && reference < FIRST_OUTPUT) {
         now->machine.input[reference - FIRST_INPUT] = value;
@@ -160,7 +178,7 @@ static int set(instance *it, unsigned reference, double value) {
         return 1;
     }
 #if @N@_PARAMETERS > 0
-    if (reference >= FIRST_PARAMETER && reference < LAST_REFERENCE && now->phase <= INITIALISING) {
+    if (reference >= FIRST_PARAMETER && reference < LAST_REFERENCE && is_open(now, reference - FIRST_PARAMETER)) {
         double *const parameter = now->machine.parameter + (reference - FIRST_PARAMETER);
         const double before = *parameter;
         int status;
@@ -168,101 +186,16 @@ static int set(instance *it, unsigned reference, double value) {
         status = @n@_follow_parameters(&now->machine);
         if (status != @N@_OK) {
             *parameter = before;
-            say(it, 1, "the variable with the value reference %u cannot be %g: %s", reference, value, @n@_message(status));
+            say(it, ERROR, "the variable with the value reference %u cannot be %g: %s", reference, value, @n@_message(status));
             return 0;
         }
-        now->is_moved = 1;
+        now->is_moved = now->phase <= INITIALISING;
         changed(now);
         return 1;
     }
 #endif
-    say(it, 1, "the variable with the value reference %u cannot be set now", reference);
+    say(it, ERROR, "the variable with the value reference %u cannot be set now", reference);
     return 0;
-}
-
-/* Clears the direction of derivatives. */
-static void no_direction(instance *it) {
-    memset(it->now.machine.seed, 0, sizeof it->now.machine.seed);
-}
-
-/* Adds a variable to the direction; 0 where nothing can be differentiated along it. */
-static int direct(instance *it, unsigned reference, double seed) {
-    double *const all = it->now.machine.seed;
-    if (reference < FIRST_INPUT) {
-        all[0] = seed;
-        return 1;
-    }
-#if @N@_INPUTS > 0
-    if (reference < FIRST_OUTPUT) {
-        all[1 + @N@_STATES + reference - FIRST_INPUT] = seed;
-        return 1;
-    }
-#endif
-    if (reference >= FIRST_STATE && reference < FIRST_RATE) {
-        all[1 + reference - FIRST_STATE] = seed;
-        return 1;
-    }
-    say(it, 1, "nothing is differentiated along the variable with the value reference %u", reference);
-    return 0;
-}
-
-static void differentiate(instance *it) {
-    double *outputs = NULL, *switches = NULL;
-#if @N@_OUTPUTS > 0
-    outputs = it->outputs_along;
-#endif
-#if @N@_SWITCHES > 0
-    switches = it->switches_along;
-#endif
-    @n@_derivatives(&it->now.machine, it->rates_along, outputs, switches);
-}
-
-/* The derivative of a variable along the direction; 0 where there is none. */
-static int along(const instance *it, unsigned reference, double *value) {
-    int is_there = 0;
-#if @N@_OUTPUTS > 0
-    if (reference >= FIRST_OUTPUT && reference < FIRST_STATE) {
-        *value = it->outputs_along[reference - FIRST_OUTPUT];
-        is_there = 1;
-    }
-#endif
-    if (reference >= FIRST_RATE && reference < FIRST_SWITCH) {
-        *value = it->rates_along[reference - FIRST_RATE];
-        is_there = 1;
-    }
-#if @N@_SWITCHES > 0
-    if (reference >= FIRST_SWITCH && reference < FIRST_PARAMETER) {
-        *value = it->switches_along[reference - FIRST_SWITCH];
-        is_there = 1;
-    }
-#endif
-    if (!is_there) {
-        say(it, 1, "the variable with the value reference %u has no derivatives", reference);
-    } else if (!(*value - *value == 0.0)) {
-        say(it, 1, "at %g s: the derivative of the variable with the value reference %u is not a finite number", it->now.machine.time,
-            reference);
-        is_there = 0;
-    }
-    return is_there;
-}
-
-/* Derivatives of unknowns along a direction of knowns. */
-static int directional(instance *it, const unsigned *unknowns, size_t number, const unsigned *knowns, size_t others, const double *seed,
-    double *found) {
-    size_t k;
-    no_direction(it);
-    for (k = 0; k < others; ++k) {
-        if (!direct(it, knowns[k], seed[k])) {
-            return 0;
-        }
-    }
-    differentiate(it);
-    for (k = 0; k < number; ++k) {
-        if (!along(it, unknowns[k], found + k)) {
-            return 0;
-        }
-    }
-    return 1;
 }
 
 static void set_time(instance *it, double time) {
@@ -277,38 +210,103 @@ static int project(instance *it) {
     const int status = @n@_project(m, m->time, m->state);
     changed(&it->now);
     if (status != @N@_OK) {
-        say(it, 1, "at %g s: %s", m->time, @n@_message(status));
+        say(it, ERROR, "at %g s: %s", m->time, @n@_message(status));
         return 0;
     }
     return 1;
 }
 
-/* Ends the initialisation: a state or a time from outside is brought to the constraints. */
+/* Begins the initialisation at a time. */
+static int initialise(instance *it, double start, int is_tolerance, double tolerance, double stop) {
+    if (!(start - start == 0.0)) {
+        say(it, ERROR, "the time at the start is no finite number");
+        return 0;
+    }
+    if (stop < start) {
+        say(it, ERROR, "the simulation is to stop at %g s, before it starts at %g s", stop, start);
+        return 0;
+    }
+#if @N@_IS_ADAPTIVE
+    if (is_tolerance) {
+        it->now.machine.tolerance = tolerance > 1e-13 ? (tolerance < 0.1 ? tolerance : 0.1) : 1e-13;
+    }
+#else
+    UNUSED(is_tolerance);
+    UNUSED(tolerance);
+#endif
+    it->now.stop = stop;
+    set_time(it, start);
+    return 1;
+}
+
+/* Ends the initialisation: a state or a time from outside is brought to the constraints; what samples does so for the first time. */
 static int initialised(instance *it) {
     if ((it->now.is_moved || it->now.machine.time != @N@_START_TIME) && !project(it)) {
         return 0;
     }
     it->now.is_moved = 0;
     it->now.completed = it->now.machine.time;
+    it->now.looked = it->now.machine.time;
+#if @N@_CLOCKS > 0
+    @n@_begin(&it->now.machine);
+    it->now.machine.begun = 1;
+    changed(&it->now);
+#endif
     return 1;
 }
 
-/* Steps of the method, none longer than it was exported with, over a time. */
-static int advance(instance *it, double duration) {
+/* The most steps of a communication step: more would take forever. */
+#define MOST_STEPS 1e9
+
+/* A communication step of the method's steps, none longer than it was exported with. Gives what it ended with. */
+static enum kind advance(instance *it, double from, double duration) {
     @n@_machine *m = &it->now.machine;
     const double number = ceil(duration / @N@_STEP - 1e-6);
-    const long steps = number < 1.0 ? 1 : (long)number;
-    long k;
+    const double until = m->time + duration;
+    long steps = 1, k;
+#if @N@_SWITCHES > 0
+    const unsigned long passed = m->passed;
+#endif
+    if (it->now.phase != STEPPING) {
+        say(it, ERROR, "a step before the initialisation or after the end");
+        return ERROR;
+    }
+    /* What is not a number is not in the range either. */
+    if (!(duration >= 0.0 && number <= MOST_STEPS)) {
+        say(it, ERROR, "at %g s: a step of %g s cannot be made", m->time, duration);
+        return ERROR;
+    }
+    if (!(fabs(from - m->time) <= 1e-6 * (duration + @N@_STEP) + 1e-9 * fabs(m->time))) {
+        say(it, ERROR, "a step from %g s, where the machine is at %g s", from, m->time);
+        return ERROR;
+    }
+    if (until - it->now.stop > 1e-6 * duration + 1e-9 * fabs(until)) {
+        say(it, ERROR, "a step to %g s, behind the end at %g s", until, it->now.stop);
+        return ERROR;
+    }
+    if (duration == 0.0) {
+        return INFORMATION;
+    }
+    if (number > 1.0) {
+        steps = (long)number;
+    }
     for (k = 0; k < steps; ++k) {
         const int status = @n@_step(m, duration / (double)steps);
         if (status != @N@_OK) {
             changed(&it->now);
-            say(it, 1, "at %g s: %s", m->time, @n@_message(status));
-            return 0;
+            say(it, ERROR, "at %g s: %s", m->time, @n@_message(status));
+            return ERROR;
         }
     }
     changed(&it->now);
-    return 1;
+#if @N@_SWITCHES > 0
+    if (m->passed > passed) {
+        say(it, WARNING, "from %g s to %g s: more contacts or other switches fell in a step than are located; its error is larger. "
+            "Export with a smaller --step", m->time - duration, m->time);
+        return WARNING;
+    }
+#endif
+    return INFORMATION;
 }
 
 /* After a step of somebody else's method: whether an event is needed, to bring the state to the constraints or to look at counted
@@ -318,7 +316,7 @@ static int completed(instance *it, int *is_event) {
     const double rate = @n@_follow(m);
     const double step = m->time - it->now.completed;
     if (!(rate * step <= @N@_MOST_TURN)) {
-        say(it, 1, "at %g s: %s", m->time, @n@_message(@N@_TURNS_TOO_FAR));
+        say(it, ERROR, "at %g s: %s", m->time, @n@_message(@N@_TURNS_TOO_FAR));
         return 0;
     }
     it->now.completed = m->time;
@@ -326,15 +324,40 @@ static int completed(instance *it, int *is_event) {
     return 1;
 }
 
-/* At an event: brings the state to the constraints where it is off, and finds when counted angles are to be looked at again, at
-   most 1 rad away. */
+/* At an event: brings the state to the constraints where it is off, lets sample what is due, and finds when the next event is: a
+   sample, or a look at counted angles, at most 1 rad away. */
 static int settled(instance *it, int *is_moved) {
     content *now = &it->now;
     const double rate = @n@_follow(&now->machine);
     now->completed = now->machine.time;
     now->next_look = rate > 0.0 ? now->machine.time + 1.0 / rate : HUGE_VAL;
+#if @N@_COUNTED > 0
+    {
+        /* What stands still may be fast soon: the next look is no further away than twice the time since the last one. */
+        const double since = now->machine.time - now->looked;
+        const double most = now->machine.time + 2.0 * (since > @N@_STEP ? since : @N@_STEP);
+        if (most < now->next_look) {
+            now->next_look = most;
+        }
+        now->looked = now->machine.time;
+    }
+#endif
     *is_moved = @n@_violation(&now->machine) > DRIFT;
-    return *is_moved ? project(it) : 1;
+    if (*is_moved && !project(it)) {
+        return 0;
+    }
+#if @N@_CLOCKS > 0
+    if (@n@_sample(&now->machine)) {
+        changed(now);
+    }
+    {
+        const double sample = now->machine.time + @n@_until_sample(&now->machine);
+        if (sample < now->next_look) {
+            now->next_look = sample;
+        }
+    }
+#endif
+    return 1;
 }
 
 static instance *make(const char *name) {
@@ -367,7 +390,7 @@ static const char saved_tag[16] = "@tag@";
 
 static int deserialise(instance *it, const void *bytes, size_t size, void **state) {
     if (size != SAVED_SIZE || memcmp(bytes, saved_tag, sizeof saved_tag) != 0) {
-        say(it, 1, "the bytes are not a state of this machine");
+        say(it, ERROR, "the bytes are not a state of this machine");
         return 0;
     }
     if (*state == NULL) {

@@ -13,6 +13,7 @@ use crate::results::{Packing, zip};
 pub use build::{Binary, TARGETS, Target, build};
 
 const INSTANCE: &str = include_str!("instance.c");
+const DERIVATIVES: &str = include_str!("derivatives.c");
 const FMI2: &str = include_str!("fmi2.c");
 const FMI3: &str = include_str!("fmi3.c");
 /// Functions that differ in the prefix of their names only.
@@ -64,10 +65,14 @@ impl Fmu {
         let own = |file: &(String, String)| [format!("{name}.h"), format!("{name}.c")].contains(&file.0);
         let mut sources: Vec<(String, String)> = c.files.into_iter().filter(own).collect();
         let (of_version, prefix) = if version == Version::Two { (FMI2, "fmi2") } else { (FMI3, "fmi3") };
-        let glue = format!("{INSTANCE}{of_version}{}", BOTH.replace("@fmi@", prefix));
+        let glue = format!("{INSTANCE}{DERIVATIVES}{of_version}{}", BOTH.replace("@fmi@", prefix));
         let guid = guid(&[&sources[0].1, &sources[1].1, &glue]);
         let tag: String = guid.chars().filter(char::is_ascii_hexdigit).take(15).collect();
-        let filled = [("@n@", name.as_str()), ("@N@", &name.to_uppercase()), ("@guid@", &guid), ("@tag@", &tag)];
+        let tunable: Vec<String> =
+            dependencies::tunable(machine).into_iter().map(|tunable| u8::from(tunable).to_string()).collect();
+        let (tunable, upper) = (tunable.join(", "), name.to_uppercase());
+        let filled =
+            [("@n@", name.as_str()), ("@N@", &upper), ("@guid@", &guid), ("@tag@", &tag), ("@tunable@", &tunable)];
         let glue = filled.iter().fold(glue.clone(), |text, (mark, value)| text.replace(mark, value));
         sources.push((format!("{name}_fmi.c"), glue));
         let mut files = vec![

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use odyn_diagnostics::{Diagnostic, codes, help_for};
 use roxmltree::{Attribute, Node};
 
-use crate::xml::{Found, child, children, head};
+use crate::xml::{Found, children, head};
 
 /// The class that everything is of where no other is named, unless the file calls it otherwise.
 const MAIN: &str = "main";
@@ -80,10 +80,20 @@ impl<'a, 'i: 'a> Classes<'a, 'i> {
 
     /// An element of a kind, in a body whose class is given.
     pub(super) fn of(&self, node: Node<'a, 'i>, kind: &str, class: Option<&'a str>) -> Of<'a, 'i> {
+        self.of_one_of(node, &[kind], class)
+    }
+
+    /// The same where several kinds of elements have their defaults in common: the last counts.
+    pub(super) fn of_one_of(&self, node: Node<'a, 'i>, kinds: &[&str], class: Option<&'a str>) -> Of<'a, 'i> {
         let mut nodes = vec![node];
         let mut at = Some(node.attribute("class").or(class).unwrap_or(self.main));
         while let Some(class) = at.and_then(|name| self.classes.get(name)) {
-            nodes.extend(class.nodes.iter().rev().filter_map(|class| child(*class, kind)));
+            let wanted = |node: &Node<'_, '_>| kinds.contains(&node.tag_name().name());
+            for class in class.nodes.iter().rev() {
+                let mut given: Vec<Node<'_, '_>> = children(*class).filter(wanted).collect();
+                given.reverse();
+                nodes.extend(given);
+            }
             at = class.parent;
         }
         Of { nodes }

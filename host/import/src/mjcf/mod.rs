@@ -2,6 +2,7 @@
 //!
 //! (Format: mujoco.readthedocs.io, XML reference.)
 
+mod actuator;
 mod compiler;
 mod defaults;
 mod geometry;
@@ -59,6 +60,11 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
             (solid.mass, solid.inertia) = (solid.mass * factor, solid.inertia * factor);
         }
     }
+    for actuators in children(root).filter(|node| node.has_tag_name("actuator")) {
+        for node in children(actuators) {
+            reader.actuator(node);
+        }
+    }
     for equality in children(root).filter(|node| node.has_tag_name("equality")) {
         for node in children(equality) {
             reader.equality(node);
@@ -111,7 +117,9 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             let name = node.tag_name().name();
             let count = children(node).count();
             let what = match name {
-                "actuator" => "motors: give the scene rotational-actuator or translational-actuator elements",
+                "actuator" => {
+                    "motors: give the scene rotational-actuator or translational-actuator elements; their armature and damping are there"
+                }
                 "tendon" => "ropes and linear combinations of joints",
                 "sensor" => "measurements: outputs of the scene take their place",
                 "keyframe" => "states: `--pose` sets one",

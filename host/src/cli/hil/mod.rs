@@ -29,6 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::analyses::statics;
 use odyn::diagnostics::{Diagnostic, codes};
+use odyn::export::c::{Package, Real, package};
 use odyn::export::{Choices, Failed, METHODS, Machine, Method, Twin};
 use odyn::scene::{Dimension, Override, number_and_unit, parse_unit};
 use odyn::session::{RunOptions, Session};
@@ -39,6 +40,7 @@ use self::packet::{Description, INPUTS, OUTPUTS, Packet};
 use self::report::Report;
 use super::analyses::{warn, write};
 use super::exit;
+use super::export::tried;
 use super::failure::Failure;
 use super::hil_args::HilArgs;
 use super::{run, terminal};
@@ -55,6 +57,9 @@ pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
     if args.describe {
         terminal::print_as_it_is(&terminal::json(&description))?;
         return Ok(exit::DONE);
+    }
+    if let Ok(Package { cost, .. }) = package(&machine, Real::Double) {
+        let _ = tried(&machine, &cost, args.json);
     }
     let ticks = if args.endless {
         u64::MAX
@@ -250,7 +255,7 @@ fn machine(args: &HilArgs, step: f64) -> Result<Machine, Failure> {
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
     let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
     let (inputs, outputs) = (args.inputs.clone(), args.outputs.clone());
-    let choices = Choices { step: Some(step), method, inputs, outputs, derivatives: false };
+    let choices = Choices { step: Some(step), method, inputs, outputs, ..Choices::default() };
     Ok(Machine::new(session, &name, choices)?)
 }
 
@@ -288,5 +293,6 @@ fn words(failed: Failed) -> &'static str {
         Failed::TurnsThinAxis => "something turns a body about an axis about which it has no moment of inertia",
         Failed::TurnsTooFar => "an angle that is counted over full turns may have turned by half a turn in one step",
         Failed::OutOfRange => "a parameter is outside of the range in which the equations are known",
+        Failed::StepTooSmall => "the tolerance cannot be met by steps of a reasonable size",
     }
 }

@@ -1,0 +1,50 @@
+#if CLOCKS > 0
+/* What is due at the time of m samples. */
+static int is_due(const @n@_machine *m, int clock) {
+    return m->time >= (m->next_sample[clock] - EARLY) * periods[clock];
+}
+
+int @n@_sample(@n@_machine *m) {
+    int clock, k, any = 0;
+    for (clock = 0; clock < CLOCKS; ++clock) {
+        any |= is_due(m, clock);
+    }
+    if (!any) {
+        return 0;
+    }
+#if SAMPLES_ARE_SOLVED
+    run__motion(m, m->time, m->state);
+#endif
+    run__samples(m, m->time, m->state);
+    for (clock = 0; clock < CLOCKS; ++clock) {
+        if (is_due(m, clock)) {
+            m->next_sample[clock] = F(floor)(m->time / periods[clock] + EARLY) + R(1.0);
+            for (k = memory_from[clock]; k < memory_from[clock + 1]; ++k) {
+                m->memory[k] = m->samples[k];
+            }
+        }
+    }
+    return 1;
+}
+
+void @n@_begin(@n@_machine *m) {
+    int clock;
+    memcpy(m->memory, memory_start, sizeof m->memory);
+    for (clock = 0; clock < CLOCKS; ++clock) {
+        m->next_sample[clock] = F(ceil)(m->time / periods[clock] - EARLY);
+    }
+    (void)@n@_sample(m);
+}
+
+@n@_real @n@_until_sample(const @n@_machine *m) {
+    real least = m->next_sample[0] * periods[0] - m->time;
+    int clock;
+    for (clock = 1; clock < CLOCKS; ++clock) {
+        const real until = m->next_sample[clock] * periods[clock] - m->time;
+        if (until < least) {
+            least = until;
+        }
+    }
+    return least;
+}
+#endif

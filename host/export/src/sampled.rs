@@ -1,0 +1,111 @@
+//! [`Sampled`]: memories that change at whole multiples of a period (digital controllers, stepping motors), and nowhere else.
+
+use std::ops::Range;
+
+use crate::analysis::Quantities;
+use crate::model::Model;
+use crate::plan::Layout;
+use crate::twin::Twin;
+
+/// Share of a period by which a sample may be early: in numbers of 64 bits, as in runs; of 32 bits.
+pub(crate) const EARLY: [f64; 2] = [1e-9, 1e-3];
+
+/// See the module documentation.
+#[derive(Debug, Clone, Default)]
+pub struct Sampled {
+    /// The memories before the first sample.
+    pub start: Vec<f64>,
+    /// When which of them change.
+    pub clocks: Vec<Clock>,
+    /// All memories behind a sample.
+    pub next: Option<Quantities>,
+}
+
+/// An element that samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clock {
+    /// s
+    pub period: f64,
+    /// Its memories among all; those of the next clock begin where they end.
+    pub memory: Range<usize>,
+}
+
+impl Sampled {
+    /// When the elements of a model sample.
+    pub(crate) fn clocks_of(model: &Model, layout: &Layout) -> Vec<Clock> {
+        let elements = model.elements.iter().enumerate();
+        let clock = |(number, element): (usize, &crate::model::Instance)| {
+            let (period, memory) = (element.recording.sample_period()?, layout.discrete_of(number));
+            (!memory.is_empty()).then_some(Clock { period, memory })
+        };
+        elements.filter_map(clock).collect()
+    }
+
+    /// The most sampling instants at which a step of this size is divided, where steps begin at `start`, s: none where each instant
+    /// is the end of a step.
+    pub(crate) fn divisions(&self, step: f64, start: f64) -> usize {
+        let whole = |number: f64| (number - number.round()).abs() <= 1e-9 * number.abs().max(1.0);
+        let inside = |clock: &Clock| {
+            let falls_at_ends = clock.period >= 0.5 * step && whole(clock.period / step) && whole(start / step);
+            if falls_at_ends { 0 } else { most(step, clock.period) }
+        };
+        self.clocks.iter().map(inside).sum()
+    }
+
+    /// The most sampling instants in a step of this size, s.
+    pub(crate) fn instants(&self, step: f64) -> usize {
+        self.clocks.iter().map(|clock| most(step, clock.period)).sum()
+    }
+}
+
+fn most(step: f64, period: f64) -> usize {
+    (step / period - EARLY[0]).ceil().max(1.0) as usize
+}
+
+impl Twin {
+    /// To the memories before the first sample; what is due samples.
+    pub(crate) fn begin_samples(&mut self) {
+        let sampled = &self.machine.sampled;
+        self.memory.copy_from_slice(&sampled.start);
+        for (next, clock) in self.next_samples.iter_mut().zip(&sampled.clocks) {
+            *next = (self.time[0] / clock.period - EARLY[0]).ceil();
+        }
+        self.sample();
+    }
+
+    fn is_due(&self, clock: usize) -> bool {
+        self.time[0] >= (self.next_samples[clock] - EARLY[0]) * self.machine.sampled.clocks[clock].period
+    }
+
+    /// What is due samples; whether something was.
+    pub(crate) fn sample(&mut self) -> bool {
+        let clocks = self.next_samples.len();
+        if !(0..clocks).any(|clock| self.is_due(clock)) {
+            return false;
+        }
+        let state = self.state.clone();
+        self.solve_for(self.time[0], &state, self.samples.as_ref().is_some_and(|run| run.solved));
+        self.load(self.time[0], &state);
+        let found = self.samples.as_mut().map(|run| run.at(&self.given).to_vec()).unwrap_or_default();
+        for clock in 0..clocks {
+            if self.is_due(clock) {
+                let Clock { period, memory } = self.machine.sampled.clocks[clock].clone();
+                self.next_samples[clock] = (self.time[0] / period + EARLY[0]).floor() + 1.0;
+                self.memory[memory.clone()].copy_from_slice(&found[memory]);
+            }
+        }
+        true
+    }
+
+    /// Time until something samples next, s; infinite where nothing does.
+    pub(crate) fn until_sample(&self) -> f64 {
+        let mut least = f64::INFINITY;
+        for (next, clock) in self.next_samples.iter().zip(&self.machine.sampled.clocks) {
+            let until = next * clock.period - self.time[0];
+            if until < least {
+                least = until;
+            }
+        }
+        least
+    }
+}
