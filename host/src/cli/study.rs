@@ -146,7 +146,10 @@ fn merge_parts(args: &MergeArgs) -> Result<u8, Failure> {
 }
 
 fn print_series(file: Option<PathBuf>) -> Result<(), Failure> {
-    file.map_or(Ok(()), |file| terminal::print(&format!("series: {}\n", file.display())))
+    if let Some(file) = file {
+        terminal::print(&format!("series: {}\n", file.display()))?;
+    }
+    Ok(())
 }
 
 /// `results/compressor-study` for `scenes/compressor.toml`.

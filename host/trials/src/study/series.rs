@@ -110,7 +110,7 @@ impl Series {
 
 impl Taken {
     /// Those of so many.
-    fn of(self, samples: usize) -> impl Iterator<Item = usize> {
+    pub(super) fn of(self, samples: usize) -> impl Iterator<Item = usize> {
         let (count, place): (usize, Box<dyn Fn(usize) -> usize>) = match self {
             Self::Every(step) => (samples.div_ceil(step), Box::new(move |k| k * step)),
             Self::Spread(count) if count >= samples => (samples, Box::new(|k| k)),

@@ -56,7 +56,8 @@ fn rows_are_samples_of_the_run_alone() {
     ] {
         let some = written(&scene, &options(&folder.join("some"), "speed=1,3 m/s", &["*"], take)).unwrap();
         let lines: Vec<&str> = all.lines().collect();
-        let expected = [0, 101].iter().flat_map(|run| places.iter().map(move |place| lines[1 + run + place]));
+        let own = |run: usize| places.iter().map(|place| lines[1 + run + place]).collect::<Vec<_>>();
+        let expected = [own(0), own(101)].concat();
         assert!(some.lines().skip(1).eq(expected), "{take:?}");
     }
     for count in 2..40 {
@@ -125,10 +126,12 @@ fn series_are_kept_where_a_study_is_interrupted() {
     let bytes = fs::read(&journal).unwrap();
     fs::write(&journal, &bytes[..bytes.len() - 100]).unwrap();
     // Others are not of this study.
-    for other in [&options(&folder, varied, &["x"], Taken::Every(6)), &StudyOptions { series: None, ..resumed.clone() }]
-    {
-        let other = StudyOptions { resume: true, ..other.clone() };
-        let error = Study::run(&scene, &other, &|_, _| (), &Arc::default()).unwrap_err();
+    let others = [
+        StudyOptions { resume: true, ..options(&folder, varied, &["x"], Taken::Every(6)) },
+        StudyOptions { series: None, ..resumed.clone() },
+    ];
+    for other in &others {
+        let error = Study::run(&scene, other, &|_, _| (), &Arc::default()).unwrap_err();
         assert!(error.message.contains("other series"), "{}", error.message);
     }
     let done = std::sync::Mutex::new(Vec::new());
