@@ -62,7 +62,7 @@ def test_a_cluster_that_loses_a_worker_and_shards_that_are_killed_give_the_same_
     options = ["--points", "120", "--shards", "12", "--t-end", "20 ms"]
     done = subprocess.run([*script, *options], capture_output=True, text=True, timeout=280, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    for what in ["killed a worker", "the cluster: same bytes", "shards by hand: same bytes", "row 81 by `odyn run`: same bytes"]:
+    for what in ["killed a worker", "the cluster: same bytes", "shards by hand: same bytes", "row 81 by `odyn run`: same bits"]:
         assert what in done.stdout, done.stdout + done.stderr
 
 
@@ -88,8 +88,8 @@ def test_a_shard_that_another_program_does_is_waited_for(model, tmp_path):
 
 def test_series_are_those_of_the_runs(model, tmp_path):
     found = odyn.study(model, POINTS, output=tmp_path, series=["x_p", "theta"], samples=9)
-    assert found.series.columns == ["run", "t", "x_p", "theta"]
-    assert found.series.units == {"run": "", "t": "ms", "x_p": "mm", "theta": found.series.units["theta"]}
+    assert found.series.columns == ["run", "t", "theta", "x_p"]  # as in the scene
+    assert found.series.units == {"run": "", "t": "ms", "theta": "rad", "x_p": "mm"}
     assert len(found.series.path.read_text().splitlines()) == 1 + 12 * 9
     run = model.set(POINTS[7]).run()
     frame = pytest.importorskip("pandas") and found.series.to_pandas()
