@@ -165,7 +165,7 @@ def repeated(study: odyn.Study, model: odyn.Model, row: int, folder: Path) -> No
     last = [float(cell) for title, cell in zip(study.columns, study.rows[row], strict=True) if title.startswith("final.")]
     assert [float(cell) for cell in lines[-1].split(",")[1:]] == last, "the last values of a row repeated by hand"
     head = lines[0].split(",")
-    wanted = [0, *(head.index(name) for name in SERIES["series"])]
+    wanted = [0, *(head.index(name) for name in study.series.columns[2:])]
     all_samples = {tuple(float(line.split(",")[k]) for k in wanted) for line in lines[1:]}
     with study.series.path.open() as file:
         own = [tuple(map(float, line.split(",")[1:])) for line in file if line.startswith(f"{row + 1},")]

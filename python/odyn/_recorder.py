@@ -174,7 +174,8 @@ class Recorder:
         period = self.call("sample_period")
         if period is not None:
             self.result("sample-period", period)
-        self.flexible()
+        if self.kind == "force":
+            self.flexible()
         self.started("states", "start", 2 * len(self.of("flexible")))
         self.started("memory", "remember")
         self.started("unknowns", "guess")

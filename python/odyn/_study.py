@@ -81,9 +81,7 @@ class Study:
 
     def to_pandas(self) -> pandas.DataFrame:
         """As a frame with the titles of the file; cells without a number are NaN."""
-        import pandas
-
-        return pandas.read_csv(self.path)
+        return _read_csv(self.path)
 
     def arrow(self) -> pyarrow.Table:
         """An Arrow table: figures, last values, and keys with numbers of one unit are numbers; `""` and what is none are null.
@@ -138,9 +136,7 @@ class Series:
 
     def to_pandas(self) -> pandas.DataFrame:
         """All of it as a frame; `attrs["units"]` has the units."""
-        import pandas
-
-        frame = pandas.read_csv(self.path, names=self.columns, skiprows=1, float_precision="round_trip")
+        frame = _read_csv(self.path, names=self.columns, skiprows=1)
         frame.attrs.update(units=self.units)
         return frame
 
@@ -182,6 +178,15 @@ class Series:
 
     def __repr__(self) -> str:
         return f"<odyn.Series of {', '.join(self.columns[2:])} in {self.path}>"
+
+
+def _read_csv(path: Path, **options: Any) -> pandas.DataFrame:
+    """A frame with the bits of the file; pandas reads them from version 3 on."""
+    import pandas
+
+    if int(pandas.__version__.partition(".")[0]) < 3:
+        options["float_precision"] = "round_trip"
+    return pandas.read_csv(path, **options)
 
 
 def _names(titles: Sequence[str]) -> tuple[list[str], list[str]]:

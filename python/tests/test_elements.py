@@ -497,7 +497,7 @@ def test_a_mass_that_slides_along_a_frame_has_its_frequency(tmp_path, program):
 
     mass, stiffness, first = 0.5, 200.0, 0.1
     outputs = "".join(
-        f'[[output]]\nname = "{one}"\nquantity = "channel"\nof = "one"\nchannel = "{one}"\n' for one in ("where", "done")
+        f'[[output]]\nname = "{one}"\nquantity = "value"\nof = "one"\nchannel = "{one}"\n' for one in ("where", "done")
     )
     params = f"mass = {mass}, stiffness = {stiffness}, first = {first}"
     run = alone("absorber", '"a"', params, [Absorber], outputs).run().raise_if_not_ok()
