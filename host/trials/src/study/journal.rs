@@ -88,8 +88,9 @@ pub(super) struct Place {
 /// What is known of a journal once no run is added any more.
 #[derive(Debug)]
 pub(super) struct Closed {
-    path: PathBuf,
-    places: Places,
+    /// Open still: another program that ends the same shard may remove it.
+    pub(super) file: File,
+    pub(super) places: Places,
 }
 
 impl Journal {
@@ -192,7 +193,9 @@ impl Journal {
     /// What went wrong, if anything did; where the series are, if nothing.
     pub(super) fn close(self) -> Result<Closed, Box<Diagnostic>> {
         let open = self.open.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let closed = Closed { path: self.path, places: open.places };
+        // Others may write it from now on; where that cannot be, they wait until the file is closed.
+        let _ = open.file.unlock();
+        let closed = Closed { file: open.file, places: open.places };
         open.error.map_or(Ok(closed), |error| Err(Box::new(error.diagnostic())))
     }
 }
@@ -231,7 +234,7 @@ impl Study {
         let series = series::file(folder, self.shard);
         // Rows come last, those of a part with the checksum of its series: a table with series of another study is never there.
         match (&self.closed, self.head.series()) {
-            (Some(closed), true) => series::write(&series, &closed.path, &closed.places)?,
+            (Some(closed), true) => series::write(&series, closed)?,
             _ => series::remove(&series)?,
         }
         let rows = self.table().csv();
@@ -303,7 +306,7 @@ fn entry(line: &[u8]) -> Result<Entry, &'static str> {
 }
 
 /// The series in a line of a journal.
-pub(super) fn read_entry(file: &mut File, place: &Place) -> io::Result<Curves> {
+pub(super) fn read_entry(mut file: &File, place: &Place) -> io::Result<Curves> {
     let mut line = vec![0; place.bytes];
     file.seek(SeekFrom::Start(place.at))?;
     file.read_exact(&mut line)?;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::journal::{Places, read_entry};
+use super::journal::{Closed, read_entry};
 use super::shard::Shard;
 use super::table::{number, titled};
 use crate::diagnostics::{Diagnostic, codes, suggest};
@@ -177,17 +177,14 @@ pub(super) fn file(folder: &Path, shard: Option<Shard>) -> PathBuf {
 }
 
 /// Writes those of the runs that a journal has, in their order.
-pub(super) fn write(path: &Path, journal: &Path, places: &Places) -> Result<(), ResultsError> {
-    let all = union(places.values().map(|place| place.titles.as_slice()));
+pub(super) fn write(path: &Path, journal: &Closed) -> Result<(), ResultsError> {
+    let all = union(journal.places.values().map(|place| place.titles.as_slice()));
     replace_with(path, true, |file| {
         let mut to = BufWriter::new(file);
         to.write_all(&header(&all)?)?;
-        if !places.is_empty() {
-            let mut from = File::open(journal)?;
-            for place in places.values() {
-                let curves = read_entry(&mut from, place)?;
-                copy(curves.rows.as_bytes(), &curves.titles, &all, &mut to)?;
-            }
+        for place in journal.places.values() {
+            let curves = read_entry(&journal.file, place)?;
+            copy(curves.rows.as_bytes(), &curves.titles, &all, &mut to)?;
         }
         to.flush()
     })
