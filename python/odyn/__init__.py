@@ -13,7 +13,7 @@ import atexit as _atexit
 
 from . import _odyn
 from ._analyses import Fit, Linear
-from ._elements import Element, control, force, joint, save
+from ._elements import Element, Recorded, control, force, joint, save
 from ._errors import Diagnostic, Error, Place, RunWarning
 from ._functions import (
     acos,
@@ -44,7 +44,9 @@ from ._simulation import Saved, Simulation
 from ._specs import (
     channel,
     check,
+    choice_param,
     coordinate,
+    flexible,
     function_param,
     memory,
     param,
@@ -54,7 +56,7 @@ from ._specs import (
     unknown,
     vector_param,
 )
-from ._study import Study, grid, study
+from ._study import Series, Study, grid, merge, study
 from ._system import System
 from ._tracing import Condition, Number, TraceError, Vec, where
 
@@ -74,10 +76,12 @@ __all__ = [
     "Number",
     "Place",
     "Reaction",
+    "Recorded",
     "Report",
     "Run",
     "RunWarning",
     "Saved",
+    "Series",
     "Simulation",
     "Study",
     "System",
@@ -89,6 +93,7 @@ __all__ = [
     "atan2",
     "channel",
     "check",
+    "choice_param",
     "clip",
     "control",
     "coordinate",
@@ -96,6 +101,7 @@ __all__ = [
     "cross",
     "dot",
     "exp",
+    "flexible",
     "force",
     "function_param",
     "grid",
@@ -106,6 +112,7 @@ __all__ = [
     "log",
     "maximum",
     "memory",
+    "merge",
     "minimum",
     "param",
     "save",

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._recorder import Recorder
 from ._specs import Spec
@@ -52,6 +52,34 @@ class Element:
 
     def __repr__(self) -> str:
         return f"<odyn {self.kind} {self.name!r}: {', '.join(self.parameters) or 'no parameters'}>"
+
+
+class _OfElement(type):
+    """What `Recorded` says to type checkers."""
+
+    if TYPE_CHECKING:
+        kind: str
+        name: str
+        parameters: dict[str, dict[str, Any]]
+        text: str
+
+        def save(
+            cls, path: str | PathLike[str], *, package: str | None = None, version: str = "0.1.0", about: str = ""
+        ) -> Path:
+            """As `Element.save`."""
+
+
+class Recorded(metaclass=_OfElement):
+    """Tells type checkers that a class has become an `Element`: mypy takes no notice of what decorators make of classes.
+
+        @odyn.joint(frames=["i", "j"])
+        class Rod(odyn.Recorded):
+            ...
+
+        Rod.save("rod.odyn-element")
+
+    Nothing else depends on it.
+    """
 
 
 def recorded(elements: Iterable[Element | type]) -> list[Element]:
@@ -166,6 +194,7 @@ def _element(
     turns_freely: bool,
     glyph: str,
     exempt: Mapping[str, str],
+    catalog: str = "",
 ) -> Element:
     word = name or re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "-", own.__name__).lower().replace("_", "-")
     if not re.fullmatch(r"[a-z][a-z0-9-]*", word):
@@ -174,13 +203,24 @@ def _element(
     others = dict(joints) if isinstance(joints, Mapping) else dict.fromkeys(joints, "")
     recorder = Recorder(kind, own, ends, list(others), mobility)
     rows = recorder.record()
-    if bad := [key for key in recorder.of("coordinates" if kind != "joint" else "checks")]:
-        refuse("ODY0832", f"`{own.__name__}.{bad[0]}` is not what a {kind} has", "joints have coordinates, the others checks")
+    others_have = {"joint": ["checks", "flexible"], "force": ["coordinates"], "control": ["coordinates", "flexible"]}
+    if bad := [key for wrong in others_have[kind] for key in recorder.of(wrong)]:
+        refuse("ODY0832", f"`{own.__name__}.{bad[0]}` is not what a {kind} has", "joints have coordinates, the others checks, forces flexible coordinates")
 
     def named(kind: str) -> str:
         specs = {**recorder.specs, **recorder.functions}
         entries = [_inline({"name": key, **spec.fields}) for key, spec in specs.items() if spec.kind == kind]
         return f"[{', '.join(entries)}]" if entries else ""
+
+    def states() -> str:
+        specs = recorder.specs
+        own = [(key, specs[key].fields) for key in recorder.of("flexible")]
+        bent = [{"name": key, "unit": one["unit"], "doc": one["doc"]} for key, one in own]
+        bent += [
+            {"name": f"{key}_rate", "unit": f"{one['unit']}/s" if one["unit"] else "1/s", "doc": f"rate of {key}"} for key, one in own
+        ]
+        plain = [{"name": key, **specs[key].fields} for key in recorder.of("states")]
+        return f"[{', '.join(map(_inline, bent + plain))}]" if bent or plain else ""
 
     joint = kind == "joint"
     fields = {
@@ -192,10 +232,11 @@ def _element(
         "channels": named("coordinates" if joint else "channels"),
         "values": named("channels") if joint else "",
         "checks": named("checks"),
-        "states": named("states"),
+        "states": states(),
         "inputs": named("inputs"),
         "unknowns": named("unknowns"),
         "joints": f"[{', '.join(_inline({'name': one, 'doc': doc}) for one, doc in others.items())}]" if others else "",
+        "catalog": _quoted(catalog) if catalog else "",
         "exempt": f"[{', '.join(_value([check, reason]) for check, reason in exempt.items())}]" if exempt else "",
     }
     lines = _described(kind, word, own, ends, fields)
@@ -221,6 +262,7 @@ def joint(
     turns_freely: bool = False,
     glyph: str = "",
     exempt: Mapping[str, str] = {},
+    catalog: str = "",
 ) -> Callable[[type], Element]:
     """Makes a joint of a class with a function `residual(self, at)`, which gives what is zero while the joint holds.
 
@@ -254,13 +296,16 @@ def joint(
         How pictures show it, such as `hinge` or `rod`.
     exempt
         Checks of `odyn plugin check` that do not apply, with reasons.
+    catalog
+        Recommended parameters as a table in CSV: in its first line a title and then parameters with units, `rate [N/mm]`; a scene takes
+        a row by the word in its first column, `params = { use = "soft" }`.
 
     Raises
     ------
     odyn.TraceError
         The class cannot be recorded: ODY0831 (a traced value used as a number), ODY0832.
     """
-    return lambda own: _element("joint", own, name, frames, (), mobility, turns_freely, glyph, exempt)
+    return lambda own: _element("joint", own, name, frames, (), mobility, turns_freely, glyph, exempt, catalog)
 
 
 def force(
@@ -270,6 +315,7 @@ def force(
     joints: Frames = (),
     glyph: str = "",
     exempt: Mapping[str, str] = {},
+    catalog: str = "",
 ) -> Callable[[type], Element]:
     """Makes a force element of a class with a function `wrench(self, at, out)`, which gives `out` forces and torques.
 
@@ -287,7 +333,8 @@ def force(
                 out.force(1, -pull)
 
     Further functions: those marked `odyn.channel` and `odyn.check`; `potential(at)`, J, and `dissipation(at)`, W; `kinetic(at)`, J, of mass
-    that it brings; `rates(at)`, `next_memory(at)`, `sample_period()`, `conditions(at)`. `joints` names joints whose reactions it takes:
+    that it brings; `rates(at)`, `next_memory(at)`, `sample_period()`, `conditions(at)`; `flexible_forces(at)` of
+    coordinates `odyn.flexible`. `joints` names joints whose reactions it takes:
     `at.reaction("slider")`. All else as for `odyn.joint`.
 
     Raises
@@ -295,11 +342,11 @@ def force(
     odyn.TraceError
         The class cannot be recorded.
     """
-    return lambda own: _element("force", own, name, frames, joints, None, False, glyph, exempt)
+    return lambda own: _element("force", own, name, frames, joints, None, False, glyph, exempt, catalog)
 
 
 def control(
-    *, frames: Frames = (), name: str | None = None, exempt: Mapping[str, str] = {}
+    *, frames: Frames = (), name: str | None = None, exempt: Mapping[str, str] = {}, catalog: str = ""
 ) -> Callable[[type], Element]:
     """Makes a control element of a class: `odyn.signal` in, functions marked `odyn.channel` out, `rates` and `next_memory` in between.
 
@@ -308,4 +355,4 @@ def control(
     odyn.TraceError
         The class cannot be recorded.
     """
-    return lambda own: _element("control", own, name, frames, (), None, False, "", exempt)
+    return lambda own: _element("control", own, name, frames, (), None, False, "", exempt, catalog)

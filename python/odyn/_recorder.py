@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ._motion import Loads, Motion
-from ._specs import Function, Spec, Surface
+from ._specs import Choice, Flexible, Function, Spec, Surface
 from ._tracing import Number, Real, Tape, Vec, number, refuse
 
 FIXED = ["unilateral", "sticks-with", "slides-with", "sample-period", "start", "remember", "guess"]
@@ -46,8 +46,16 @@ class Recorder:
         return [key for key, spec in {**self.specs, **self.functions}.items() if spec.kind == kind]
 
     def _input(self, key: str, spec: Spec) -> Any:
+        flexible = self.of("flexible")
+        if spec.kind == "flexible":
+            # The states begin with all q, then all q'.
+            place = flexible.index(key)
+            rate = self.tape.input(f"state {len(flexible) + place}")
+            return Flexible(self.tape, self.tape.input(f"state {place}")._number, rate)
+        if spec.kind == "states":
+            return self.tape.input(f"state {2 * len(flexible) + self.of('states').index(key)}")
         if spec.kind != "param":
-            word = {"states": "state", "memory": "memory", "unknowns": "unknown", "inputs": "signal"}[spec.kind]
+            word = {"memory": "memory", "unknowns": "unknown", "inputs": "signal"}[spec.kind]
             return self.tape.input(f"{word} {self.of(spec.kind).index(key)}")
         match spec.fields["kind"]:
             case "vector":
@@ -56,6 +64,8 @@ class Recorder:
                 return Function(self.tape, key)
             case "surface":
                 return Surface(self.tape, key)
+            case "text":
+                return Choice(self.tape.input(f"param {key}"), key, spec.fields["choices"])
             case _:
                 return self.tape.input(f"param {key}")
 
@@ -72,7 +82,7 @@ class Recorder:
         function = getattr(self.element, name, None)
         return None if function is None else function(*arguments)
 
-    def named(self, name: str, given: Any, declared: Sequence[str], word: str) -> None:
+    def named(self, name: str, given: Any, declared: Sequence[str], word: str, before: int = 0) -> None:
         """Values by name, or in the order of their declaration."""
         where = f"`{self.own.__name__}.{name}`"
         if given is None and not declared:
@@ -87,7 +97,7 @@ class Recorder:
         if set(given) != set(declared):
             differ = sorted(set(given) ^ set(declared))
             refuse("ODY0832", f"{where} and the declared names differ: {', '.join(differ)}")
-        for k, key in enumerate(declared):
+        for k, key in enumerate(declared, before):
             self.result(f"{word} {k}", given[key], key)
 
     def rows(self, name: str, word: str, before: list[str]) -> list[str]:
@@ -110,10 +120,22 @@ class Recorder:
                     refuse("ODY0832", f"`{self.own.__name__}.{name}` names the row {one!r}", f"the rows are {', '.join(rows)}")
             self.result(f"{word} {rows.index(row)}", rows.index(value) if isinstance(value, str) else value, row)
 
-    def started(self, kind: str, word: str) -> None:
-        for k, key in enumerate(self.of(kind)):
-            start = self.specs[key].start
-            self.result(f"{word} {k}", start(self.element) if callable(start) else start, key)
+    def started(self, kind: str, word: str, before: int = 0) -> None:
+        for k, key in enumerate(self.of(kind), before):
+            self.start(f"{word} {k}", self.specs[key].start, key)
+
+    def start(self, words: str, start: Any, remark: str) -> None:
+        self.result(words, start(self.element) if callable(start) else start, remark)
+
+    def flexible(self) -> None:
+        """Generalised forces and values at the start of flexible coordinates."""
+        own = self.of("flexible")
+        self.named("flexible_forces", self.call("flexible_forces", self.at), own, "flexible-force")
+        self.started("flexible", "start")
+        for k, key in enumerate(own, len(own)):
+            self.start(f"start {k}", self.specs[key].fields["start_rate"], f"rate of {key}")
+        if own and self.call("kinetic", self.at) is None:
+            refuse("ODY0832", f"`{self.own.__name__}` has flexible coordinates and no `kinetic`", "def kinetic(self, at): ...")
 
     def record(self) -> list[str]:
         """All results; the names of the rows of a joint."""
@@ -143,7 +165,8 @@ class Recorder:
             ("next_memory", "memory", "next"),
             ("conditions", "unknowns", "condition"),
         ]:
-            self.named(name, self.call(name, at), self.of(kind), word)
+            before = 2 * len(self.of("flexible")) if kind == "states" else 0
+            self.named(name, self.call(name, at), self.of(kind), word, before)
         for name in ["potential", "dissipation", "kinetic"]:
             value = self.call(name, at)
             if value is not None:
@@ -151,7 +174,9 @@ class Recorder:
         period = self.call("sample_period")
         if period is not None:
             self.result("sample-period", period)
-        self.started("states", "start")
+        if self.kind == "force":
+            self.flexible()
+        self.started("states", "start", 2 * len(self.of("flexible")))
         self.started("memory", "remember")
         self.started("unknowns", "guess")
         if self.mobility is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
-from ._tracing import Number, Real, Tape, Vec, number
+from ._tracing import Condition, Number, Real, Tape, Vec, number, refuse
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -99,6 +99,38 @@ def surface_param(unit: str, *, doc: str = "") -> Surface:
     return cast(Surface, Spec("param", {"kind": "surface", "unit": unit, "doc": doc}))
 
 
+class Choice:
+    """One of several words that scenes give: `odyn.where(self.law == "cubic", a, b)`. A run has the chosen equations only."""
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, number: Number, name: str, choices: Sequence[str]) -> None:
+        self._number = number
+        self._name = name
+        self._choices = list(choices)
+
+    def __eq__(self, word: object) -> Condition:  # type: ignore[override]
+        if word not in self._choices:
+            refuse("ODY0832", f"`{self._name}` is never {word!r}", f"it is one of {', '.join(self._choices)}")
+        place = self._choices.index(str(word))
+        return (self._number > place - 0.5) & (self._number < place + 0.5)
+
+    def __ne__(self, word: object) -> Condition:  # type: ignore[override]
+        return ~(self == word)
+
+
+def choice_param(choices: Sequence[str], *, default: str | None = None, doc: str = "") -> Choice:
+    """One of several words that scenes give: `law = odyn.choice_param(["linear", "cubic"])`, `self.law == "cubic"`."""
+    words = list(choices)
+    if len(words) < 2 or len(set(words)) != len(words) or not all(isinstance(word, str) and word for word in words):
+        refuse("ODY0832", f"{choices!r} are not two or more different words", 'odyn.choice_param(["linear", "cubic"])')
+    if default is not None and default not in words:
+        refuse("ODY0832", f"the default {default!r} is none of the choices", f"one of {', '.join(words)}")
+    # Scenes of tests take the first one.
+    fields = {"kind": "text", "unit": "", "doc": doc, "default": default, "example": words[0], "choices": words}
+    return cast(Choice, Spec("param", fields))
+
+
 Start = Any
 """A number, or a function of the element that computes one from its parameters."""
 
@@ -106,6 +138,27 @@ Start = Any
 def state(unit: str = "", *, start: Start = 0.0, doc: str = "") -> Number:
     """A continuous state x' = f; `rates` gives f. `start` is its value at the start, or `lambda self: self.x0`."""
     return cast(Number, Spec("states", {"unit": unit, "doc": doc}, start))
+
+
+class Flexible(Number):
+    """A flexible coordinate of a force element, a number with a `rate`."""
+
+    __slots__ = ("rate",)
+
+    def __init__(self, tape: Tape, number: int, rate: Number) -> None:
+        super().__init__(tape, number, None)
+        self.rate: Number = rate
+        """q'."""
+
+
+def flexible(unit: str = "m", *, start: Start = 0.0, start_rate: Start = 0.0, doc: str = "") -> Flexible:
+    """A coordinate q of a force element's own mass: a body that bends, a mass that slides along a frame.
+
+    `kinetic(at)` has the energy of that mass, with q as `self.q` and its rate as `self.q.rate`; `flexible_forces(at)` gives the
+    generalised force on q, whose power is that force times its rate. The host finds the accelerations.
+    """
+    fields = {"unit": unit, "doc": doc, "start_rate": start_rate}
+    return cast(Flexible, Spec("flexible", fields, start))
 
 
 def memory(*, start: Start = 0.0) -> Number:

@@ -433,3 +433,181 @@ params.p = 1.7
     for k, text in enumerate(texts):
         expected = eval(text, {"f": math, "x": 0.3125, "y": -0.75, "p": 1.7})
         assert run[f"c{k}"][0] == pytest.approx(expected, rel=1e-13, abs=1e-15), text
+
+
+ALONE = """
+[simulation]
+gravity = [0, 0, 0]
+t_end = 1
+output_step = 0.01
+method = "dop853"
+tolerance = 1e-11
+[[body]]
+name = "a"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+position = [0, 0, 0]
+[[force]]
+name = "one"
+type = "TYPE"
+bodies = [BODIES]
+params = { PARAMS }
+"""
+
+
+def alone(word: str, bodies: str, params: str, elements: list[Any], more: str = "") -> odyn.Model:
+    text = ALONE.replace("TYPE", word).replace("BODIES", bodies).replace("PARAMS", params)
+    return odyn.load(text=text + more, elements=elements)
+
+
+def test_a_mass_that_slides_along_a_frame_has_its_frequency(tmp_path, program):
+    @odyn.force(frames=["i"])
+    class Absorber(odyn.Recorded):
+        """A mass on a spring along the z axis of a frame."""
+
+        mass = odyn.param("kg", above=0)
+        stiffness = odyn.param("N/m", min=0)
+        first = odyn.param("m")
+        q = odyn.flexible("m", start=lambda self: self.first, doc="where it is")
+        work = odyn.state("J")
+
+        def wrench(self, at, out):
+            pass
+
+        def kinetic(self, at):
+            v = at[0].velocity + at[0].z * self.q.rate
+            return v.dot(v) * (0.5 * self.mass)
+
+        def flexible_forces(self, at):
+            return [-self.stiffness * self.q]
+
+        def potential(self, at):
+            return 0.5 * self.stiffness * self.q * self.q
+
+        def rates(self, at):
+            return {"work": -self.stiffness * self.q * self.q.rate}
+
+        @odyn.channel("m")
+        def where(self, at):
+            return self.q
+
+        @odyn.channel("J")
+        def done(self, at):
+            return self.work
+
+    mass, stiffness, first = 0.5, 200.0, 0.1
+    outputs = "".join(
+        f'[[output]]\nname = "{one}"\nquantity = "value"\nof = "one"\nchannel = "{one}"\n' for one in ("where", "done")
+    )
+    params = f"mass = {mass}, stiffness = {stiffness}, first = {first}"
+    run = alone("absorber", '"a"', params, [Absorber], outputs).run().raise_if_not_ok()
+    # With the free body it swings at the frequency of the reduced mass.
+    expected = first * numpy.cos(math.sqrt(stiffness * (1 / mass + 1 / 1.0)) * run.t)
+    assert abs(run["where"] - expected).max() < 1e-9
+    assert abs(run["done"] - stiffness / 2 * (first**2 - expected**2)).max() < 1e-9
+    assert run.audit["energy_error_relative"] < 1e-9
+    done = program("plugin", "check", Absorber.save(tmp_path))
+    assert done.returncode == 0, done.stdout + done.stderr
+    with pytest.raises(odyn.TraceError, match="no `kinetic`"):
+
+        @odyn.force(frames=["i"])
+        class Massless:
+            q = odyn.flexible("m")
+
+            def wrench(self, at, out):
+                pass
+
+            def flexible_forces(self, at):
+                return [0]
+
+    with pytest.raises(odyn.TraceError, match=r"Rigid\.q"):
+
+        @odyn.joint(frames=["i", "j"])
+        class Rigid:
+            q = odyn.flexible("m")
+
+            def residual(self, at):
+                return [at[1].position.x]
+
+
+def test_words_choose_equations_and_rows_of_a_catalogue_parameters(tmp_path, program):
+    def spring(name: str, law: Callable[[Any, Any], Any], words: bool) -> Any:
+        class Spring:
+            """A spring with one of three laws."""
+
+            stiffness = odyn.param("N/m", min=0, example=100)
+            if words:
+                law = odyn.choice_param(["linear", "cubic", "tanh"], default="linear", doc="of its force")
+
+            def wrench(self, at, out):
+                d = at[0].position
+                out.force(0, -self.stiffness * law(self, odyn.length(d)) * d)
+
+        table = "# invented\nname,stiffness [N/mm]\nsoft,0.1\nhard,2.5\n" if words else ""
+        return odyn.force(frames=["i"], name=name, catalog=table)(Spring)
+
+    laws = {"linear": lambda self, x: 1.0, "cubic": lambda self, x: x * x, "tanh": lambda self, x: odyn.tanh(x) / x}
+    chosen = spring(
+        "spring",
+        lambda self, x: odyn.where(self.law == "cubic", x * x, odyn.where(self.law != "tanh", 1.0, odyn.tanh(x) / x)),
+        True,
+    )
+    output = '[[output]]\nname = "x"\nquantity = "position"\nof = "a"\ncomponent = "x"\n'
+    own = [spring(f"spring-{word}", law, False) for word, law in laws.items()]
+
+    def moved(word: str, params: str, elements: list[Any]) -> Any:
+        run = alone(word, '"a"', params, elements, output).set({"a.position": [0.3, 0.1, 0]}).run()
+        return run["x"]
+
+    for word in laws:
+        one = moved("spring", f'stiffness = 80, law = "{word}"', [chosen])
+        # The equations of a run are those of the choice, not more.
+        assert one.tobytes() == moved(f"spring-{word}", "stiffness = 80", own).tobytes()
+        assert one[0] == 0.3 and abs(one[-1] - 0.3) > 1e-3
+    assert moved("spring", "stiffness = 80", [chosen]).tobytes() == moved("spring-linear", "stiffness = 80", own).tobytes()
+    assert moved("spring", 'use = "hard"', [chosen]).tobytes() == moved("spring-linear", 'stiffness = "2.5 N/mm"', own).tobytes()
+    with pytest.raises(odyn.Error, match="quartic"):
+        moved("spring", 'stiffness = 80, law = "quartic"', [chosen])
+    with pytest.raises(odyn.Error, match="ODY0330"):
+        moved("spring", 'use = "harder"', [chosen])
+    file = chosen.save(tmp_path)
+    shown = program("elements", "describe", "spring", "--plugin", file)
+    assert "tanh" in shown.stdout and "hard" in shown.stdout, shown.stdout + shown.stderr
+    done = program("plugin", "check", file)
+    assert done.returncode == 0, done.stdout + done.stderr
+    with pytest.raises(odyn.TraceError, match="is never 'quartic'"):
+        spring("bad", lambda self, x: odyn.where(self.law == "quartic", 1.0, 0.0), True)
+    with pytest.raises(odyn.TraceError, match="has no number yet"):
+        spring("bad", lambda self, x: 1.0 if self.law == "cubic" else 0.0, True)
+    with pytest.raises(odyn.TraceError, match="two or more different words"):
+        odyn.choice_param(["one", "one"])
+    with pytest.raises(odyn.TraceError, match="none of the choices"):
+        odyn.choice_param(["one", "two"], default="three")
+
+
+TYPED = '''
+import odyn
+
+@odyn.joint(frames=["i", "j"])
+class Rod(odyn.Recorded):
+    """Two points keep their distance."""
+
+    length = odyn.param("m", above=0)
+    law = odyn.choice_param(["stiff", "soft"])
+
+    def residual(self, at: odyn.Motion) -> dict[str, odyn.Number]:
+        d = at[1].position - at[0].position
+        return {"distance": odyn.length(d) - odyn.where(self.law == "soft", 2.0, 1.0) * self.length}
+
+path: str = str(Rod.save("rod.odyn-element", version="1.0.0"))
+names: list[str] = [Rod.name, *Rod.parameters]
+model: odyn.Model = odyn.load("scene.toml", elements=[Rod])
+'''
+
+
+def test_elements_are_typed(tmp_path):
+    mypy = pytest.importorskip("mypy.api")
+    file = tmp_path / "typed.py"
+    file.write_text(TYPED + "Rod.saved()\n")
+    text, errors, code = mypy.run(["--strict", "--no-incremental", "--follow-imports=silent", str(file)])
+    assert code == 1 and text.count("error:") == 1 and 'no attribute "saved"' in text, text + errors

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 
 import numpy
+import odyn
 import pytest
-from conftest import ROOT
+from conftest import PENDULUM, ROOT
 
 sys.path.insert(0, str(ROOT / "python" / "examples"))
 
@@ -53,6 +54,30 @@ def test_scipy_finds_less():
 
     found = with_scipy.least(iterations=4)
     assert found.fun < 0.7 * shaking.shaking(shaking.compressor(), shaking.START)
+
+
+def test_jax_differentiates_through_the_equations():
+    jax = pytest.importorskip("jax")
+    import with_jax
+
+    system = odyn.load(text=PENDULUM).system()
+    f = with_jax.equations(system)
+
+    def end(x):
+        return with_jax.advanced(f, x, 0.2, 20)
+
+    x0 = jax.numpy.asarray(system.x0)
+    assert (numpy.asarray(f(0.1, x0)) == system.f(0.1, system.x0)).all()
+    forward, backward = jax.jit(jax.jacfwd(end))(x0), jax.jit(jax.jacrev(end))(x0)
+    assert abs(forward - backward).max() < 1e-12
+    for k in range(len(x0)):
+        h = 1e-4
+        differences = (end(x0.at[k].add(h)) - end(x0.at[k].add(-h))) / (2 * h)
+        assert abs(forward[:, k] - differences).max() < 1e-7 * (1 + abs(differences).max())
+    many = jax.vmap(f, in_axes=(None, 0))(0.1, jax.numpy.stack([x0, x0 + 0.1]))
+    assert (many[1] == system.f(0.1, system.x0 + 0.1)).all()
+    with pytest.raises(TypeError, match="by time"):
+        jax.grad(lambda t: f(t, x0)[0])(0.1)
 
 
 def test_optuna_is_told():

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import odyn
 import pytest
@@ -52,44 +55,79 @@ def test_rows_fail_alone_and_studies_with_a_reason(model, tmp_path):
         odyn.study(model, [{"rod.length": 1}, {"piston.mass": 1}], output=tmp_path)
 
 
-CLUSTER = """
-import os, signal, sys, threading, time
-import odyn
-from pathlib import Path
-
-if __name__ == "__main__":
-    from dask.distributed import Client, LocalCluster
-
-    model = odyn.load(sys.argv[1]).set({"simulation.t_end": 20})
-    points = odyn.grid({"rod.length": [f"{40 + 0.25 * k} mm" for k in range(24)], "piston.mass": [0.03, 0.05]})
-    one = odyn.study(model, points, output=Path(sys.argv[2]) / "one", jobs=1)
-    output = Path(sys.argv[2]) / "cluster"
-    output.mkdir()
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        worker = next(iter(cluster.workers.values())).process.process.pid
-
-        def kill():
-            while len(list(output.glob("part-*.csv"))) < 4:
-                time.sleep(0.01)
-            os.kill(worker, signal.SIGKILL)
-            print("killed")
-
-        killer = threading.Thread(target=kill, daemon=True)
-        killer.start()
-        several = odyn.study(model, points, output=output, client=client, shards=12)
-        killer.join(10)
-    assert one.path.read_bytes() == several.path.read_bytes()
-    print("same bytes")
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-def test_a_cluster_that_loses_a_worker_gives_the_same_table(model, tmp_path):
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="signals of Unix, /proc of Linux")
+def test_a_cluster_that_loses_a_worker_and_shards_that_are_killed_give_the_same_bytes(model, tmp_path):
     pytest.importorskip("distributed")
-    script = tmp_path / "cluster.py"
-    script.write_text(CLUSTER)
-    path = ROOT / "scenes" / "compressor.toml"
-    done = subprocess.run(
-        [sys.executable, script, path, tmp_path], capture_output=True, text=True, timeout=240, check=False, cwd=tmp_path
-    )
-    assert "killed" in done.stdout and "same bytes" in done.stdout, done.stdout + done.stderr
+    script = [sys.executable, ROOT / "python" / "examples" / "cluster.py", tmp_path / "studies"]
+    options = ["--points", "120", "--shards", "12", "--t-end", "20 ms"]
+    done = subprocess.run([*script, *options], capture_output=True, text=True, timeout=280, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    for what in ["killed a worker", "the cluster: same bytes", "shards by hand: same bytes", "row 81 by `odyn run`: same bits"]:
+        assert what in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of Unix")
+def test_a_shard_that_another_program_does_is_waited_for(model, tmp_path):
+    import fcntl
+
+    from odyn._study import _shard
+
+    points = tmp_path / "points.csv"
+    points.write_text("rod.length\n50 mm\n")
+    arguments = ["study", str(model.path), "--csv", str(points), "--set=simulation.t_end=20", "-q", "-o", str(tmp_path)]
+    with (tmp_path / "part-00001-of-00001.journal").open("a") as journal:
+        fcntl.flock(journal, fcntl.LOCK_EX)
+        with ThreadPoolExecutor() as pool:
+            found = pool.submit(_shard, 1, 1, arguments)
+            time.sleep(0.5)
+            assert not found.done()
+            fcntl.flock(journal, fcntl.LOCK_UN)
+            assert found.result(60) == 1
+    assert len(odyn.merge(tmp_path)) == 1
+
+
+def test_series_are_those_of_the_runs(model, tmp_path):
+    found = odyn.study(model, POINTS, output=tmp_path, series=["x_p", "theta"], samples=9)
+    assert found.series.columns == ["run", "t", "theta", "x_p"]  # as in the scene
+    assert found.series.units == {"run": "", "t": "ms", "theta": "rad", "x_p": "mm"}
+    assert len(found.series.path.read_text().splitlines()) == 1 + 12 * 9
+    run = model.set(POINTS[7]).run()
+    frame = pytest.importorskip("pandas") and found.series.to_pandas()
+    own = frame[frame["run"] == 8]
+    places = [round(k * (len(run.t) - 1) / 8) for k in range(9)]
+    assert own["x_p"].tolist() == run["x_p"][places].tolist() and own["t"].tolist() == run.t[places].tolist()
+    every = odyn.study(model, POINTS[:2], output=tmp_path / "every", series="*", every=10)
+    assert len(every.series.columns) == 2 + len(run) and len(every.series.to_pandas()) == 2 * len(range(0, len(run.t), 10))
+    with pytest.raises(odyn.Error, match="x_q") as refused:
+        odyn.study(model, POINTS, output=tmp_path / "wrong", series=["x_q"])
+    assert refused.value.code == "ODY0833"
+    with pytest.raises(ValueError, match="name its outputs"):
+        odyn.study(model, POINTS, output=tmp_path / "wrong", every=3)
+    with pytest.raises(FileNotFoundError, match="keeps outputs"):
+        odyn.study(model, POINTS[:1], output=tmp_path / "none").series  # noqa: B018
+
+
+def test_parquet_has_numbers_with_units(model, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    points = [*POINTS, {"rod.length": "3 mm", "piston.mass": 0.03}]
+    found = odyn.study(model, points, output=tmp_path, series=["x_p"], every=4)
+    assert found["status"][-1] == "failed"
+    table = parquet.read_table(found.to_parquet(tmp_path / "study.parquet"))
+    units = json.loads(table.schema.metadata[b"units"])
+    assert units["rod.length"] == "mm" and units["final.x_p"] == "mm"
+    assert table.schema.field("final.x_p").metadata == {b"unit": b"mm"}
+    assert table["rod.length"].to_pylist()[:3] == [40.0, 40.0, 41.0]
+    last = [float(cell) if cell else None for cell in found["final.x_p [mm]"]]
+    assert table["final.x_p"].to_pylist() == last and last[-1] is None and table["steps"].to_pylist()[-1] is None
+    # Piece by piece, and all at once.
+    series = parquet.read_table(found.series.to_parquet(tmp_path / "series.parquet"))
+    assert series.equals(found.series.arrow()) and json.loads(series.schema.metadata[b"units"]) == {"t": "ms", "x_p": "mm"}
+    assert series["x_p"].to_pylist() == found.series.to_pandas()["x_p"].tolist()
+    assert sorted(set(series["run"].to_pylist())) == list(range(1, 13))
+    duckdb = pytest.importorskip("duckdb")
+    query = f"""select "rod.length" as length, max(x_p) - min(x_p) as stroke
+        from '{tmp_path}/study.parquet' join '{tmp_path}/series.parquet' using (run) group by all order by length"""
+    strokes = duckdb.sql(query).fetchall()
+    own = found.series.to_pandas().groupby("run")["x_p"]
+    assert [row[0] for row in strokes] == [40.0, 41.0, 42.0, 43.0, 44.0, 45.0]
+    assert strokes[0][1] == max((own.max() - own.min()).iloc[:2])

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes, shown};
-use odyn::study::{Design, Outcome, Points, Run, Span, Study, StudyOptions, Vary, merge};
+use odyn::study::{Design, Outcome, Points, Run, Series, Span, Study, StudyOptions, Taken, Vary, merge};
 
 use super::choices;
 use super::exit;
@@ -47,9 +47,19 @@ fn points(args: &StudyArgs) -> Result<Points, Diagnostic> {
     }
 }
 
+/// The outputs that are kept over time.
+fn series(args: &StudyArgs) -> Result<Option<Series>, Diagnostic> {
+    if args.series.is_empty() {
+        return Ok(None);
+    }
+    let take = args.samples.map_or(Taken::Every(args.every.unwrap_or(1)), Taken::Spread);
+    Series::parse(&args.series, take).map(Some)
+}
+
 /// Runs a scene with all points, or those of a shard, and writes the table, or the part.
 fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
     let points = points(args).map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
+    let series = series(args).map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
     let folder = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene));
     if let Some(scheduler) = args.emit {
         return emit(args, scheduler, &folder, points.len());
@@ -62,6 +72,7 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
         jobs: args.jobs.map_or(0, usize::from),
         folder: args.results.then(|| folder.clone()),
         journal: Some(folder.clone()),
+        series,
         resume: args.resume,
         retry_failed: args.retry_failed,
     };
@@ -101,6 +112,7 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
         let (kind, shown) = if args.shard.is_some() { ("part", String::new()) } else { ("table", table.overview()) };
         if let Some(path) = &path {
             terminal::print(&format!("{shown}{kind}: {}\n", path.display()))?;
+            print_series(study.series_file(&folder))?;
         }
     }
     if silent {
@@ -128,8 +140,16 @@ fn merge_parts(args: &MergeArgs) -> Result<u8, Failure> {
     } else if !args.quiet {
         let (rows, parts) = (merged.table.rows.len(), merged.parts);
         terminal::print(&format!("table: {} ({rows} runs of {parts} parts)\n", merged.path.display()))?;
+        print_series(merged.series)?;
     }
     Ok(u8::try_from(merged.exit_code).unwrap_or(exit::INTEGRATION))
+}
+
+fn print_series(file: Option<PathBuf>) -> Result<(), Failure> {
+    if let Some(file) = file {
+        terminal::print(&format!("series: {}\n", file.display()))?;
+    }
+    Ok(())
 }
 
 /// `results/compressor-study` for `scenes/compressor.toml`.

@@ -20,6 +20,7 @@ Examples:
   odyn study scenes/compressor.toml --vary rod.length=40mm,42mm,45mm --vary piston.mass=0.03:0.05:5 --jobs 2
   odyn study scenes/compressor.toml --vary simulation.tolerance=1e-6,1e-8,1e-10 --results -o results/tolerances
   odyn study scenes/compressor.toml --lhs 10000 --seed 1 --vary crank.radius=8mm:10mm --vary rod.length=40mm:45mm
+  odyn study scenes/compressor.toml --vary crank.radius=8mm:10mm:11 --series x_p,theta --samples 200
   odyn study scenes/compressor.toml --csv points.csv --shard 17/64 --resume -o results/points
   odyn study scenes/compressor.toml --csv points.csv --emit slurm --shards 64 -o results/points
   odyn study merge results/points
@@ -138,6 +139,16 @@ pub(super) struct StudyArgs {
     /// Also keep the results of every run, in folders run-1, run-2, ... there
     #[arg(long)]
     pub(super) results: bool,
+    /// Also keep these outputs of every run over time, in one table: names separated by commas, or `*` for all; a row has the number
+    /// of the run, the time and the outputs
+    #[arg(long, value_name = "OUTPUTS")]
+    pub(super) series: Vec<String>,
+    /// Of the series, keep the first sample and every N-th from there; all samples if left out
+    #[arg(long, value_name = "N", requires = "series", conflicts_with = "samples")]
+    pub(super) every: Option<usize>,
+    /// Of the series, keep N samples, spread evenly from the first to the last
+    #[arg(long, value_name = "N", requires = "series")]
+    pub(super) samples: Option<usize>,
     /// Continue a study that was stopped or killed in this folder: runs that were finished, or failed, are not done again
     #[arg(long)]
     pub(super) resume: bool,

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 
 use element_api::descriptor::{Descriptor, Kind};
-use element_api::params::{ParamError, ParamKind, ParamType, Table as Params};
+use element_api::params::{ParamError, ParamKind, ParamSpec, ParamType, Table as Params};
 use element_api::recorded::{Recorded, input, record};
 use element_api::recording::{Input, Recording, Role};
 use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault, Layout};
@@ -58,10 +58,18 @@ enum Value {
 }
 
 impl Value {
-    fn read(kind: ParamKind, name: &str, params: &Params) -> Result<Self, ParamError> {
+    fn read(spec: &ParamSpec, params: &Params) -> Result<Self, ParamError> {
         let one = |number: f64| Self::Numbers([number, 0.0, 0.0]);
+        let name = spec.name.as_str();
         let Some(value) = params.get(name) else { return Err(ParamError::new(name, "is missing")) };
-        Ok(match kind {
+        Ok(match spec.kind {
+            // Equations have the number of the choice.
+            ParamKind::Text => {
+                let text = String::read_named(value, name)?;
+                let number = spec.choices.iter().position(|choice| *choice == text);
+                one(number.ok_or_else(|| ParamError::new(name, format!("is none of {}", spec.choices.join(", "))))?
+                    as f64)
+            }
             ParamKind::Boolean => one(f64::from(u8::from(bool::read_named(value, name)?))),
             ParamKind::Vector => Self::Numbers(<[f64; 3]>::read_named(value, name)?),
             ParamKind::Function => Self::Function(Function::read_named(value, name)?),
@@ -240,7 +248,7 @@ impl DataSet {
 impl ElementSet for DataSet {
     fn add(&mut self, params: &Params) -> Result<usize, CreateError> {
         let specs = &self.class.descriptor.params;
-        let values = specs.iter().map(|spec| Value::read(spec.kind, &spec.name, params));
+        let values = specs.iter().map(|spec| Value::read(spec, params));
         let values = values.collect::<Result<_, _>>().map_err(CreateError::Parameter)?;
         self.instances.push(Instance { values, recording: OnceCell::new() });
         Ok(self.instances.len() - 1)

@@ -371,7 +371,8 @@ impl Reader<'_> {
         }
         match word {
             "param" => {
-                let of = [ParamKind::Number, ParamKind::Integer, ParamKind::Boolean, ParamKind::Vector];
+                let of =
+                    [ParamKind::Number, ParamKind::Integer, ParamKind::Boolean, ParamKind::Text, ParamKind::Vector];
                 let parameter = self.parameter(words, &of)?;
                 if self.descriptor.params[parameter].kind != ParamKind::Vector {
                     return Ok(Step::Parameter(parameter, 0));

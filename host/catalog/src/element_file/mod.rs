@@ -285,7 +285,9 @@ fn check_parameter(param: &ParamSpec) -> Result<(), String> {
             "`{name}` can't be the name of a parameter: letters, digits and `_`, beginning with a letter"
         ));
     }
-    if matches!(param.kind, ParamKind::Text | ParamKind::List | ParamKind::Curve) {
+    // A text that is one of several is a choice between equations; others are no numbers.
+    let choice = param.kind == ParamKind::Text && !param.choices.is_empty();
+    if matches!(param.kind, ParamKind::Text | ParamKind::List | ParamKind::Curve) && !choice {
         return Err(format!("the parameter `{name}` is a {}, which equations cannot take", param.kind.text()));
     }
     if param.optional {

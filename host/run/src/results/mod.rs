@@ -84,9 +84,9 @@ pub use motion::{
 };
 pub use remedies::{Recoveries, Remedy};
 pub use report::report;
-pub use seal::{checksum, seal, unseal};
-pub use summary::replace;
+pub use seal::{checksum, checksum_of_file, seal, unseal};
 pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary, Work};
+pub use summary::{replace, replace_with};
 pub use table::Table;
 pub use text::significant;
 pub use verified::Verified;

@@ -1,5 +1,9 @@
 //! Checksums: what is read back is what was written.
 
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
 use sha2::{Digest, Sha256};
 
 /// What the last line of a sealed text begins with; a comment in TOML.
@@ -25,6 +29,22 @@ pub fn checksum(bytes: &[u8]) -> String {
     let mut checksum = Checksum::default();
     checksum.add(bytes);
     checksum.hex()
+}
+
+/// SHA-256 of a file, in hexadecimal digits.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn checksum_of_file(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut checksum = Checksum::default();
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut block)? {
+            0 => return Ok(checksum.hex()),
+            count => checksum.add(&block[..count]),
+        }
+    }
 }
 
 /// The text, which ends with a line break, and a last line with its checksum.

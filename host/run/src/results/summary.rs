@@ -382,13 +382,28 @@ pub(super) fn write_whole<T: Serialize>(path: &Path, value: &T) -> Result<(), Re
 
 /// Writes a file beside its place, then moves it there. What is to be `durable` is on the disk when this returns, so that
 /// even a computer that loses its power has the former file or this one.
+///
+/// # Errors
+/// [`ResultsError::Write`]; the former file is then untouched.
 pub fn replace(path: &Path, content: &[u8], durable: bool) -> Result<(), ResultsError> {
+    replace_with(path, durable, |file| file.write_all(content))
+}
+
+/// The same with content that `write` gives piece by piece.
+///
+/// # Errors
+/// [`ResultsError::Write`], also for what `write` says; the former file is then untouched.
+pub fn replace_with(
+    path: &Path,
+    durable: bool,
+    write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
+) -> Result<(), ResultsError> {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(format!(".{}.tmp", std::process::id()));
     let beside: PathBuf = path.with_file_name(name);
     let written = || -> std::io::Result<()> {
         let mut file = fs::File::create(&beside)?;
-        file.write_all(content)?;
+        write(&mut file)?;
         if durable {
             file.sync_all()?;
         }

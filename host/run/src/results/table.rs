@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::seal::Checksum;
+use super::seal::checksum_of_file;
 use super::{RESULTS_FILE, ResultsError, SUMMARY_FILE};
 
 /// Names of the column of times.
@@ -51,7 +51,7 @@ impl Table {
         };
         let unreadable = |cause| ResultsError::Read { path: path.to_path_buf(), cause };
         if let Some(noted) = noted_checksum(path)?
-            && noted != checksum(path).map_err(unreadable)?
+            && noted != checksum_of_file(path).map_err(unreadable)?
         {
             return Err(not_a_table(
                 path,
@@ -122,18 +122,6 @@ fn noted_checksum(path: &Path) -> Result<Option<String>, ResultsError> {
     let text = std::fs::read_to_string(&summary).map_err(|error| damaged(error.to_string()))?;
     let noted: Noted = serde_json::from_str(&text).map_err(|error| damaged(error.to_string()))?;
     Ok(noted.results_sha256)
-}
-
-fn checksum(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
-    let mut checksum = Checksum::default();
-    let mut block = vec![0; 1 << 16];
-    loop {
-        match file.read(&mut block)? {
-            0 => return Ok(checksum.hex()),
-            count => checksum.add(&block[..count]),
-        }
-    }
 }
 
 /// Bytes up to the end of the last line that has one.

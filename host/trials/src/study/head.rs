@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::runner::StudyOptions;
+use super::series::Series;
 use crate::results::checksum;
 
 /// What this version writes. 2: points by their SHA-256; what the scene and its libraries are.
@@ -29,6 +30,9 @@ pub(super) struct Head {
     audit_tolerance: Option<String>,
     /// Whether the runs leave results of their own.
     results: bool,
+    /// Outputs that are kept over time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    series: Option<Series>,
 }
 
 impl Head {
@@ -45,12 +49,18 @@ impl Head {
             set: options.common.overrides.iter().map(|one| one.text.clone()).collect(),
             audit_tolerance: options.common.audit_tolerance.map(|tolerance| format!("{tolerance:?}")),
             results: options.folder.is_some(),
+            series: options.series.clone(),
         }
     }
 
     /// Number of runs, all shards together.
     pub(super) fn runs(&self) -> usize {
         self.runs
+    }
+
+    /// Whether outputs are kept over time.
+    pub(super) fn series(&self) -> bool {
+        self.series.is_some()
     }
 
     /// The keys that are varied.
@@ -70,6 +80,7 @@ impl Head {
             (self.set != now.set, "it changes the scene otherwise (`--set`)".into()),
             (self.audit_tolerance != now.audit_tolerance, "it has another `--audit-tol`".into()),
             (self.results != now.results, "only one of the two keeps the results of its runs (`--results`)".into()),
+            (self.series != now.series, "it keeps other series, or at other samples".into()),
             (self.scene != now.scene, "the scene file is not what it was".into()),
             (self.fingerprint != now.fingerprint, "a library is not what it was".into()),
         ];

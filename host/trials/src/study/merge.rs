@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::head::Head;
 use super::journal::STUDY_FILE;
+use super::series;
 use super::shard;
 use super::table::{StudyTable, Titles};
 use crate::diagnostics::{Diagnostic, codes};
@@ -16,6 +17,8 @@ pub struct Merged {
     pub path: PathBuf,
     /// The table.
     pub table: StudyTable,
+    /// Where the series are, if the study keeps some.
+    pub series: Option<PathBuf>,
     /// Number of parts.
     pub parts: usize,
     /// As [`super::Study::exit_code`] of the whole study.
@@ -53,6 +56,7 @@ pub fn merge(folder: &Path) -> Result<Merged, Box<Diagnostic>> {
         let shard = *shard;
         let (record, rows) = shard::read_part(folder, shard)?
             .ok_or_else(|| refused(format!("part {shard} was removed meanwhile"), "do it again"))?;
+        shard::check_series(folder, &record)?;
         let (study, exit_code) = whole.get_or_insert_with(|| (record.study.clone(), 0));
         if let Some(difference) = record.study.difference(study) {
             let what = format!("part {shard} is of another study than part {first}: {difference}");
@@ -74,9 +78,14 @@ pub fn merge(folder: &Path) -> Result<Merged, Box<Diagnostic>> {
             return Err(refused(format!("part {shard} does not have the runs that it should"), "do it again"));
         }
     }
+    let written = match study.series() {
+        true => series::merge(folder, &found).map(Some),
+        false => series::remove(&series::file(folder, None)).map(|()| None),
+    };
+    let series = written.map_err(|error| Box::new(error.diagnostic()))?;
     let path = folder.join(STUDY_FILE);
     replace(&path, table.csv().as_bytes(), true).map_err(|error| Box::new(error.diagnostic()))?;
-    Ok(Merged { path, table, parts: count, exit_code })
+    Ok(Merged { path, table, series, parts: count, exit_code })
 }
 
 /// `1, 3-7, 9`

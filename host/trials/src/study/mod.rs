@@ -45,6 +45,7 @@
 //! | `design.rs`, `sobol.rs` | points that fill the ranges of several keys |
 //! | `runner.rs` | the runs |
 //! | `table.rs` | what came out |
+//! | `series.rs` | outputs over time that are kept of every run |
 //! | `head.rs` | what a study is |
 //! | `journal.rs` | what has come out so far, on the disk |
 //! | `shard.rs` | a part of a study |
@@ -56,6 +57,7 @@ mod journal;
 mod merge;
 mod points;
 mod runner;
+mod series;
 mod shard;
 mod sobol;
 mod table;
@@ -70,6 +72,7 @@ pub use journal::{JOURNAL_FILE, Kept, STUDY_FILE};
 pub use merge::{Merged, merge};
 pub use points::Points;
 pub use runner::{Finished, MOST_RUNS, Outcome, Run, Study, StudyOptions};
+pub use series::{SERIES_FILE, Series, Taken};
 pub use shard::{MOST_SHARDS, Shard};
 pub use table::StudyTable;
 pub use vary::{Span, Vary};

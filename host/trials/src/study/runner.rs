@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::head::Head;
-use super::journal::{JOURNAL_FILE, Journal, Kept, KeptRuns};
+use super::journal::{Closed, JOURNAL_FILE, Journal, Kept, KeptRuns};
 use super::points::Points;
+use super::series::{self, Curves, Series};
 use super::shard::{self, Shard};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::pool;
@@ -32,6 +33,8 @@ pub struct StudyOptions {
     pub folder: Option<PathBuf>,
     /// Folder of the journal, in which the rows of finished runs are kept until the end, and of the table; none where absent.
     pub journal: Option<PathBuf>,
+    /// Outputs of every run that are kept over time, in the journal and then beside the table.
+    pub series: Option<Series>,
     /// Runs that the journal has are not done again.
     pub resume: bool,
     /// But those of them that failed are.
@@ -50,6 +53,8 @@ pub struct Study {
     /// The runs, in their order, whichever ended first.
     pub runs: Vec<Run>,
     pub(super) head: Head,
+    /// Where their series are.
+    pub(super) closed: Option<Closed>,
 }
 
 /// One run.
@@ -83,6 +88,8 @@ pub struct Finished {
     pub channels: Vec<ChannelInfo>,
     /// Their last values, in the channels' units.
     pub last: Vec<f64>,
+    /// Until the journal has them.
+    pub(super) series: Option<Curves>,
 }
 
 impl Study {
@@ -91,7 +98,7 @@ impl Study {
     ///
     /// # Errors
     /// A journal that can't be written, is damaged or belongs to another study, scene or library; a folder with parts of another
-    /// study, of which this would be a shard. What goes wrong in a run is in the run.
+    /// study, of which this would be a shard; series without a journal, or of outputs that the first run does not have. What goes wrong in a run is in the run.
     pub fn run(
         scene: &Path,
         options: &StudyOptions,
@@ -100,7 +107,12 @@ impl Study {
     ) -> Result<Self, Box<Diagnostic>> {
         let document = Document::open(scene);
         let scene = Varied::new(scene, &document, options);
-        let head = scene.head();
+        let first = scene.first();
+        if let Some(series) = &options.series {
+            let known = first.as_ref().map(|first| first.model.channels.as_slice());
+            series.check(options.journal.is_some(), known.map(|all| all.iter().map(|one| one.name.as_str())))?;
+        }
+        let head = scene.head(first.as_ref());
         let opened = options.journal.as_deref().map(|folder| {
             let journal = match options.shard {
                 Some(shard) => {
@@ -120,8 +132,8 @@ impl Study {
             if let Some(kept) = kept.get(&number) {
                 return Run { outcome: Outcome::Kept(kept.clone()) };
             }
-            let (run, fingerprint) = single(&scene, number, stop);
-            let add = |journal: &Journal| match &run.outcome {
+            let (mut run, fingerprint) = single(&scene, number, stop);
+            let add = |journal: &Journal| match &mut run.outcome {
                 Outcome::Ran(finished) => journal.add(number, &fingerprint, finished),
                 // What fails while everything is stopped may do so because of that.
                 Outcome::Failed(error) if !stop.load(Ordering::Relaxed) => {
@@ -139,8 +151,15 @@ impl Study {
         let numbers = options.shard.map_or(0..count, |shard| shard.range(count));
         let first = numbers.start;
         let runs = pool::each(numbers.collect(), options.jobs, one);
-        journal.map_or(Ok(()), Journal::close)?;
-        Ok(Self { points: options.points.clone(), shard: options.shard, first, runs, head })
+        let closed = journal.map(Journal::close).transpose()?;
+        Ok(Self { points: options.points.clone(), shard: options.shard, first, runs, head, closed })
+    }
+
+    /// The table of series in a folder that this was written to, if there are some: a row per run and sample, with the number of the
+    /// run, the time and the outputs. Runs that failed have no rows.
+    #[must_use]
+    pub fn series_file(&self, folder: &Path) -> Option<PathBuf> {
+        self.head.series().then(|| series::file(folder, self.shard))
     }
 
     /// Runs that were finished, or failed, before the study was resumed.
@@ -170,12 +189,12 @@ impl Study {
         if self.runs.is_empty() || !self.runs.iter().all(failed) {
             return Ok(self);
         }
-        let Self { points, shard, first, runs, head } = self;
+        let Self { points, shard, first, runs, head, closed } = self;
         let error = runs.into_iter().find_map(|run| match run.outcome {
             Outcome::Failed(error) => Some(error),
             _ => None,
         });
-        error.map_or(Ok(Self { points, shard, first, runs: Vec::new(), head }), Err)
+        error.map_or(Ok(Self { points, shard, first, runs: Vec::new(), head, closed }), Err)
     }
 }
 
@@ -192,8 +211,9 @@ impl Shard {
     ) -> Result<Option<PathBuf>, Box<Diagnostic>> {
         let Some((record, _)) = shard::read_part(folder, self)? else { return Ok(None) };
         let document = Document::open(scene);
-        match record.study.difference(&Varied::new(scene, &document, options).head()) {
-            None => Ok(Some(self.rows_file(folder))),
+        let scene = Varied::new(scene, &document, options);
+        match record.study.difference(&scene.head(scene.first().as_ref())) {
+            None => shard::check_series(folder, &record).map(|()| Some(self.rows_file(folder))),
             Some(difference) => {
                 let message = format!("part {self} in {} is of another study: {difference}", folder.display());
                 let help = "write elsewhere with `-o DIR`, or do it anew without `--resume`";
@@ -221,11 +241,15 @@ impl<'a> Varied<'a> {
         Self { path, document, options, study }
     }
 
-    /// What the study is. Opening the first run is worth it where that is to be compared.
-    fn head(&self) -> Head {
+    /// The scene of the first run, where it can be opened. That is worth it where studies are compared.
+    fn first(&self) -> Option<Session> {
         let compared = self.study.journal.is_some() || self.study.shard.is_some();
-        let first = (compared && !self.study.points.is_empty()).then(|| self.open(0));
-        let fingerprint = first.and_then(Result::ok).map(|session| session.fingerprint());
+        if compared && !self.study.points.is_empty() { self.open(0).ok() } else { None }
+    }
+
+    /// What the study is.
+    fn head(&self, first: Option<&Session>) -> Head {
+        let fingerprint = first.map(Session::fingerprint);
         Head::of(self.path, self.study, fingerprint.unwrap_or_default())
     }
 
@@ -263,6 +287,7 @@ fn single(scene: &Varied<'_>, number: usize, stop: &Arc<AtomicBool>) -> (Run, St
         Err(error) => Outcome::Failed(error),
         Ok(report) => Outcome::Ran(Box::new(Finished {
             exit_code: report.exit_code(),
+            series: scene.study.series.as_ref().map(|series| series.of(number, &report)),
             last: report.columns.iter().map(|column| column.last().copied().unwrap_or(f64::NAN)).collect(),
             channels: report.channels,
             summary: report.summary,

@@ -1,8 +1,8 @@
 //! [`Shard`]: a part of a study, done by itself, on whichever machine.
 //!
-//! A shard has runs that follow each other. When all have ended it is two files: `part-00017-of-00064.csv`, its rows of the
-//! table, and beside it `part-00017-of-00064.json`, which says what study it is of and what the checksum of the rows is. Both come
-//! by a rename, the rows last: what is there is whole.
+//! A shard has runs that follow each other. When all have ended it is two files or three: `part-00017-of-00064.csv`, its rows of the
+//! table, and beside it `part-00017-of-00064.json`, which says what study it is of and what the checksum of the rows is; and where
+//! series are kept, `series-00017-of-00064.csv`. All come by a rename, the rows last: what is there is whole.
 
 use std::fmt;
 use std::fs;
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::head::Head;
 use crate::diagnostics::{Diagnostic, codes};
-use crate::results::{ResultsError, checksum, replace};
+use crate::results::{ResultsError, checksum, checksum_of_file, replace};
 
 /// Number `index` of `count` parts of a study, from one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,6 +64,11 @@ impl Shard {
         folder.join(self.stem() + ".csv")
     }
 
+    /// Its series, where some are kept. The name does not match `part-*.csv`.
+    pub(super) fn series_file(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("series-{:05}-of-{:05}.csv", self.index, self.count))
+    }
+
     /// Its journal, while it is not complete.
     pub(super) fn journal_file(&self, folder: &Path) -> PathBuf {
         folder.join(self.stem() + ".journal")
@@ -107,6 +112,9 @@ pub(super) struct Record {
     shard: Shard,
     /// SHA-256 of the rows' file.
     sha256: String,
+    /// SHA-256 of that of the series.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    series_sha256: Option<String>,
     /// That of its first run that has one, see [`super::Study::exit_code`].
     pub(super) exit_code: i32,
 }
@@ -121,12 +129,15 @@ pub(super) fn write_part(
 ) -> Result<PathBuf, ResultsError> {
     let path = shard.rows_file(folder);
     let record = shard.record_file(folder);
+    let series = shard.series_file(folder);
+    let series_sha256 = study.series().then(|| checksum_of_file(&series)).transpose();
+    let series_sha256 = series_sha256.map_err(|cause| ResultsError::write(&series, cause))?;
     // Rows without a record, or with that of others, are no part: none are there while the record changes.
     match fs::remove_file(&path) {
         Err(cause) if cause.kind() != io::ErrorKind::NotFound => return Err(ResultsError::write(&path, cause)),
         _ => {}
     }
-    let sealed = Record { study: study.clone(), shard, sha256: checksum(rows), exit_code };
+    let sealed = Record { study: study.clone(), shard, sha256: checksum(rows), series_sha256, exit_code };
     let text = serde_json::to_string(&sealed).map_err(|cause| ResultsError::write(&record, cause.into()))?;
     replace(&record, (text + "\n").as_bytes(), true)?;
     replace(&path, rows, true)?;
@@ -158,6 +169,23 @@ pub(super) fn read_part(folder: &Path, shard: Shard) -> Result<Option<(Record, V
         return Err(refused(format!("it is not what `{name}` beside it says; one of the two was changed")));
     }
     Ok(Some((record, rows)))
+}
+
+/// That the series of a shard are those that its record is of.
+///
+/// # Errors
+/// A file that is missing, or was changed.
+pub(super) fn check_series(folder: &Path, record: &Record) -> Result<(), Box<Diagnostic>> {
+    let Some(noted) = &record.series_sha256 else { return Ok(()) };
+    let path = record.shard.series_file(folder);
+    let what = match checksum_of_file(&path) {
+        Ok(found) if found == *noted => return Ok(()),
+        Ok(_) => "they are not what the record of the part says; one of the two was changed".to_string(),
+        Err(cause) => cause.to_string(),
+    };
+    let message = format!("{} has no series of a part: {what}", path.display());
+    let help = format!("remove the part, and do it again: `odyn study ... --shard {}`", record.shard);
+    Err(Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help)))
 }
 
 /// That a shard is of the study that the parts in its folder are of.

@@ -81,12 +81,9 @@ impl Titles {
 impl Finished {
     /// Titles of its figures and outputs.
     pub(super) fn titles(&self) -> Titles {
-        let titled = |kind: &str, name: &str, unit: &str| match unit {
-            "" => format!("{kind}.{name}"),
-            unit => format!("{kind}.{name} [{unit}]"),
-        };
-        let figures = self.summary.figures.iter().map(|figure| titled("figure", &figure.name, &figure.unit));
-        let outputs = self.channels.iter().map(|channel| titled("final", &channel.name, &channel.unit));
+        let figures =
+            self.summary.figures.iter().map(|figure| titled(&format!("figure.{}", figure.name), &figure.unit));
+        let outputs = self.channels.iter().map(|channel| titled(&format!("final.{}", channel.name), &channel.unit));
         Titles { figures: figures.collect(), outputs: outputs.collect() }
     }
 
@@ -94,6 +91,16 @@ impl Finished {
     pub(super) fn cells(&self) -> Vec<String> {
         cells(self)
     }
+}
+
+/// `x_p [mm]`
+pub(super) fn titled(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.into() } else { format!("{name} [{unit}]") }
+}
+
+/// The fewest digits that read back as the same bits; nothing for what is no number.
+pub(super) fn number(value: f64) -> String {
+    if value.is_finite() { format!("{value}") } else { String::new() }
 }
 
 /// Status and problem of a run without results.
@@ -105,7 +112,6 @@ pub(super) fn failed_cells(error: &SessionError) -> Vec<String> {
 
 fn cells(finished: &Finished) -> Vec<String> {
     let summary = &finished.summary;
-    let number = |value: f64| if value.is_finite() { format!("{value}") } else { String::new() };
     let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str());
     let failed = failed.collect::<Vec<_>>().join(", ");
     let problem = match (summary.reason.as_str(), failed.as_str()) {

@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use super::*;
 
+mod series;
+
 fn values(text: &str) -> Vec<String> {
     Vary::parse(text).unwrap().values
 }
