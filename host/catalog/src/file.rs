@@ -51,8 +51,17 @@ pub(super) fn manifest<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result
         let bytes = data.len().and_then(|length| data.read_bytes_at(0, length));
         return element_file::manifest(path, bytes.map_err(|()| not_a_library(path, "it can't be read"))?);
     }
+    own_manifest(path, manifest_section(path, data)?)
+}
+
+/// The section with the manifests of a library that is whole and for this machine.
+pub(super) fn manifest_section<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result<&'data [u8], CatalogError> {
     let section = section(data).map_err(|reason| not_a_library(path, reason))?;
-    let section = section.ok_or_else(|| CatalogError::NoManifest { path: path.into() })?;
+    section.ok_or_else(|| CatalogError::NoManifest { path: path.into() })
+}
+
+/// A library's own manifest among those of its section.
+pub(super) fn own_manifest(path: &Path, section: &[u8]) -> Result<Manifest, CatalogError> {
     let bad = |reason| CatalogError::BadManifest { path: path.into(), reason };
     let mut manifests = Manifest::parse(section).map_err(bad)?;
     // A library that links other libraries of elements holds their manifests too. Its own is the one of its file name;

@@ -1,4 +1,4 @@
-//! Libraries whose content is known from an earlier start: they are not read again.
+//! Libraries whose content is known from an earlier start: they are not read again. What they say of themselves is kept, too.
 //!
 //! A file with the same place on the disk, size, time of its last change and time of the last change of what the system keeps
 //! of it (`ctime`, which nobody can set) has the content that was hashed. The same holds for its private copy. Where either
@@ -8,6 +8,9 @@ use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use element_api::manifest::Manifest;
+
+use super::file::own_manifest;
 use super::private_copy::{copy_folders, name, put};
 
 /// Files that were changed less long ago are not taken as known: a second change may bear the same time.
@@ -22,6 +25,8 @@ pub(super) struct Known {
     pub(super) sha256: String,
     /// Its private copy.
     pub(super) copy: PathBuf,
+    /// What it says of itself.
+    pub(super) manifest: Manifest,
 }
 
 impl std::fmt::Display for Identity {
@@ -83,22 +88,29 @@ pub(super) fn find(path: &Path, copies: Option<&Path>) -> Option<Known> {
         Some((folder.clone(), text))
     });
     let (folder, text) = text?;
-    let (sha256, copy_identity) = text.trim_end().split_once(' ')?;
+    let (first, section) = text.split_once('\n')?;
+    let (sha256, copy_identity) = first.split_once(' ')?;
     let copy = folder.join(name(sha256));
-    (Identity::of(&copy)?.0 == copy_identity).then(|| Known { sha256: sha256.into(), copy })
+    if Identity::of(&copy)?.0 != copy_identity {
+        return None;
+    }
+    let manifest = own_manifest(path, section.as_bytes()).ok()?;
+    Some(Known { sha256: sha256.into(), copy, manifest })
 }
 
-/// Notes what the content of a library is, if it still is the one that `before` was taken of. Not essential.
-pub(super) fn note(path: &Path, before: Option<&Identity>, sha256: &str, copy: &Path) {
+/// Notes what the content of a library is, if it still is the one that `before` was taken of, and its section with manifests. Not
+/// essential.
+pub(super) fn note(path: &Path, before: Option<&Identity>, (sha256, section): (&str, &[u8]), copy: &Path) {
     if is_settled(path) && before.is_some() && Identity::of(path).as_ref() == before {
-        write(before, sha256, copy);
+        write(before, (sha256, section), copy);
     }
 }
 
 /// Keeps what the content of a file of this identity is.
-pub(super) fn write(identity: Option<&Identity>, sha256: &str, copy: &Path) {
+pub(super) fn write(identity: Option<&Identity>, (sha256, section): (&str, &[u8]), copy: &Path) {
     let (Some(before), Some(folder), Some(copy_identity)) = (identity, copy.parent(), Identity::of(copy)) else {
         return;
     };
-    let _ = put(&before.entry(folder), format!("{sha256} {}\n", copy_identity.0).as_bytes());
+    let first = format!("{sha256} {}\n", copy_identity.0);
+    let _ = put(&before.entry(folder), &[first.as_bytes(), section].concat());
 }

@@ -68,12 +68,16 @@ impl Lazy {
     /// The class as it is handed out.
     fn class(self: &Arc<Self>, number: usize, announced: &ManifestElement) -> Result<Arc<dyn ElementClass>, String> {
         let place = number.to_string();
-        let read = |text: String| toml::from_str::<Descriptor>(&text).ok().filter(|found| found.check().is_ok());
+        let parse = |text: &str| serde_json::from_str::<Descriptor>(text).ok();
+        let read = |text: String| parse(&text).filter(|found| found.check().is_ok());
         let descriptor = match self.kept.read(&place, "").and_then(read) {
             Some(known) => known,
             None => {
                 let descriptor = self.real(announced)?.descriptor().clone();
-                if let Ok(text) = toml::to_string(&descriptor) {
+                // Not every number can be written in JSON.
+                if let Ok(text) = serde_json::to_string(&descriptor)
+                    && parse(&text).as_ref() == Some(&descriptor)
+                {
                     self.kept.write(&place, "", &text);
                 }
                 descriptor

@@ -18,7 +18,7 @@ use element_api::set::ElementClass;
 
 use super::c_library;
 use super::element_file;
-use super::file::{manifest, read_manifest};
+use super::file::{manifest_section, own_manifest};
 use super::float_control;
 #[cfg(all(unix, feature = "glass"))]
 use super::glass::Glass;
@@ -55,7 +55,9 @@ enum Content<'a> {
     Known(&'a Known),
     /// Its bytes, and its identity before they were read.
     Read {
-        bytes: Vec<u8>,
+        bytes: &'a [u8],
+        /// Those of its section with manifests.
+        section: &'a [u8],
         before: Option<Identity>,
     },
 }
@@ -76,12 +78,14 @@ pub(super) fn load(
     }
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let known = if expected.is_none() { known::find(path, copies) } else { None };
+    let bytes: Vec<u8>;
     let (manifest, content) = match &known {
-        Some(known) => (read_manifest(path)?, Content::Known(known)),
+        Some(known) => (known.manifest.clone(), Content::Known(known)),
         None => {
             let before = Identity::of(path);
-            let bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-            (manifest(path, bytes.as_slice())?, Content::Read { bytes, before })
+            bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+            let section = manifest_section(path, bytes.as_slice())?;
+            (own_manifest(path, section)?, Content::Read { bytes: &bytes, section, before })
         }
     };
     check(path, &manifest)?;
@@ -107,10 +111,10 @@ pub(super) fn load(
         None => {
             let copy = match &content {
                 Content::Known(known) => known.copy.clone(),
-                Content::Read { bytes, before } => {
+                Content::Read { bytes, section, before } => {
                     let copy = private_copy(bytes, &sha256, copies)
                         .map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
-                    known::note(path, before.as_ref(), &sha256, &copy);
+                    known::note(path, before.as_ref(), (&sha256, section), &copy);
                     copy
                 }
             };

@@ -1,5 +1,7 @@
 //! How a part of the graph becomes a [`Program`]: its order, its calls in stages, its registers.
 
+use std::sync::Arc;
+
 use element_api::set::Wanted;
 use rustc_hash::FxHashMap;
 
@@ -23,7 +25,7 @@ impl Program {
         for level in by_level(graph, calls) {
             let given = |(call, _): &UsedCall| graph.calls[*call].arguments.iter().copied();
             let arguments: Vec<Node> = level.iter().flat_map(given).collect();
-            let operations = builder.instructions(&graph.ancestors(&arguments, |_| false));
+            let operations = Arc::new(builder.instructions(&graph.ancestors(&arguments, |_| false)));
             stages.push(Stage { operations, turns: Turns::default(), batches: builder.batches(&level) });
         }
         let after_calls = builder.instructions(&live);
@@ -200,7 +202,7 @@ impl<'g> Builder<'g> {
             single_inputs,
             inputs: self.inputs,
             stages,
-            after_calls,
+            after_calls: Arc::new(after_calls),
             registers: self.registers as usize,
             tables: self.graph.tables.clone(),
             code: None,
@@ -223,7 +225,7 @@ impl<'g> Builder<'g> {
             return None;
         }
         let angles: Vec<Node> = found.iter().map(|(angle, _)| *angle).collect();
-        let operations = self.instructions(&self.graph.ancestors(&angles, |_| false));
+        let operations = Arc::new(self.instructions(&self.graph.ancestors(&angles, |_| false)));
         let lanes = lanes(angles.len());
         // Angles, sines, cosines.
         let first = self.registers + lanes as Register;

@@ -7,6 +7,7 @@
 //! save is not done.
 
 use rustc_hash::FxHashMap;
+use smallvec::{SmallVec, smallvec};
 
 use super::graph::{Expr, Graph, Node};
 use super::rewrite::Rewriting;
@@ -38,6 +39,9 @@ pub fn condense(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     condensed.requested = graph.requested;
     (condensed, nodes)
 }
+
+/// The parts of a whole. Nearly all wholes have few.
+type Parts<T> = SmallVec<[T; 6]>;
 
 /// What a node is part of.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -88,9 +92,9 @@ impl<'g> Wholes<'g> {
     }
 
     /// The terms of a sum, with their signs.
-    fn terms(&self, whole: Node) -> Vec<(Node, f64)> {
-        let mut list = Vec::new();
-        let mut open = vec![(whole, 1.0)];
+    fn terms(&self, whole: Node) -> Parts<(Node, f64)> {
+        let mut list = Parts::new();
+        let mut open: Parts<(Node, f64)> = smallvec![(whole, 1.0)];
         while let Some((node, sign)) = open.pop() {
             let mut add = |operand: Node, sign: f64| {
                 if self.is_inside(operand) && kind(self.graph, operand) == Kind::Additive {
@@ -117,9 +121,9 @@ impl<'g> Wholes<'g> {
     }
 
     /// The factors of a product.
-    fn factors(&self, whole: Node) -> Vec<Node> {
-        let mut list = Vec::new();
-        let mut open = vec![whole];
+    fn factors(&self, whole: Node) -> Parts<Node> {
+        let mut list = Parts::new();
+        let mut open: Parts<Node> = smallvec![whole];
         while let Some(node) = open.pop() {
             if let Expr::Mul(a, b) = self.graph.expr(node) {
                 for operand in [a, b] {
@@ -149,7 +153,7 @@ fn kind(graph: &Graph, node: Node) -> Kind {
 struct Term {
     coefficient: f64,
     /// Ascending.
-    factors: Vec<Node>,
+    factors: Parts<Node>,
 }
 
 /// Equal terms collected, common factors taken out of sums.
@@ -181,9 +185,9 @@ fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
 /// A term with its factors in the new graph.
 fn split(g: &mut Graph, wholes: &Wholes<'_>, rewriting: &Rewriting<'_>, term: Node, sign: f64) -> Term {
     let own = kind(wholes.graph, term) == Kind::Multiplicative && !rewriting.knows(term);
-    let old = if own { wholes.factors(term) } else { vec![term] };
+    let old = if own { wholes.factors(term) } else { smallvec![term] };
     let mut coefficient = sign;
-    let mut factors = Vec::with_capacity(old.len());
+    let mut factors = Parts::with_capacity(old.len());
     for factor in old {
         let mut factor = rewriting.known(factor);
         if let Expr::Neg(inner) = g.expr(factor) {

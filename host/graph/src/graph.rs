@@ -1,11 +1,10 @@
 //! [`Graph`]: every operation once, simplified while it is built.
 
-use std::hash::BuildHasher;
 use std::sync::Arc;
 
 use element_api::Table;
-use rustc_hash::FxBuildHasher;
 
+use super::packed::{Exprs, Key};
 use super::solved::Solved;
 
 /// A value in the graph. Operands of a node always have smaller numbers than the node.
@@ -91,6 +90,13 @@ pub struct Call {
 
 /// Places of the smallest table of known expressions.
 const FEWEST_PLACES: usize = 256;
+/// In tables with more places than this, which caches do not hold, expressions go near those that they use: what is built
+/// together is looked up together.
+const LARGE: usize = 1 << 17;
+/// Within so many places, a power of two.
+const NEIGHBOURS: usize = 1 << 13;
+/// Places there that are tried.
+const NEAR_TRIES: usize = 16;
 /// An empty place in the table of known expressions.
 const NO_NODE: u32 = u32::MAX;
 
@@ -107,10 +113,10 @@ struct Known {
 #[derive(Debug, Clone, Default)]
 pub struct Graph {
     /// The first nodes, which copies have in common: see [`Graph::share`].
-    shared: Arc<Vec<Expr>>,
+    shared: Arc<Exprs>,
     /// All others.
-    exprs: Vec<Expr>,
-    /// Nodes by the hash of what they are, with empty places between; as many entries as a power of two.
+    exprs: Exprs,
+    /// Nodes by what they are, with empty places between; as many entries as a power of two.
     known: Vec<Known>,
     /// Tables that nodes refer to.
     pub tables: Vec<Table>,
@@ -122,14 +128,32 @@ pub struct Graph {
     pub requested: usize,
 }
 
-/// The best bits of the hash of an expression: those below number 26, the highest first, then the highest of all.
-fn hash_of(expr: &Expr) -> u32 {
-    (FxBuildHasher.hash_one(expr).rotate_right(26) >> 32) as u32
-}
-
-/// Where an expression goes in a table of so many places, a power of two, if nothing is there yet.
-fn first_place(hash: u32, size: usize) -> usize {
-    ((u64::from(hash) * size as u64) >> 32) as usize
+/// The place of an expression in a table of known ones: where it is, if `is_it` says so of a node with its hash, or the empty place
+/// where it belongs. The table has empty places.
+#[inline]
+fn place_of(hash: u32, near: impl Fn() -> Option<u32>, table: &[Known], is_it: impl Fn(u32) -> bool) -> usize {
+    let mask = table.len() - 1;
+    let fits = |at: usize| {
+        let known = table[at];
+        known.node == NO_NODE || (known.hash == hash && is_it(known.node))
+    };
+    let is_large = table.len() > LARGE;
+    if is_large && let Some(near) = near() {
+        // Nodes are three eighths to three quarters as many as places: they go around once or twice.
+        let first = near as usize * 8 / 3 + (hash as usize & (NEIGHBOURS - 1));
+        for at in first..first + NEAR_TRIES {
+            if fits(at & mask) {
+                return at & mask;
+            }
+        }
+    }
+    let mut at = ((u64::from(hash) * table.len() as u64) >> 32) as usize;
+    // In large tables not along what is full of neighbours; an odd step comes to all places.
+    let step = if is_large { hash as usize | 1 } else { 1 };
+    while !fits(at) {
+        at = (at + step) & mask;
+    }
+    at
 }
 
 impl Expr {
@@ -184,20 +208,23 @@ impl Graph {
 
     /// What a node is.
     #[must_use]
+    #[inline]
     pub fn expr(&self, node: Node) -> Expr {
         let at = node.0 as usize;
         match at.checked_sub(self.shared.len()) {
-            Some(at) => self.exprs[at],
-            None => self.shared[at],
+            Some(at) => self.exprs.get(at),
+            None => self.shared.get(at),
         }
     }
 
     /// The number a node is, if it is one.
     #[must_use]
+    #[inline]
     pub fn value(&self, node: Node) -> Option<f64> {
-        match self.expr(node) {
-            Expr::Constant(bits) => Some(f64::from_bits(bits)),
-            _ => None,
+        let at = node.0 as usize;
+        match at.checked_sub(self.shared.len()) {
+            Some(at) => self.exprs.value(at),
+            None => self.shared.value(at),
         }
     }
 
@@ -208,27 +235,31 @@ impl Graph {
     }
 
     /// The node of an expression, a new one where there is none yet. The table holds numbers and hashes only, since for
-    /// large scenes it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
+    /// large scenes it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L; in large tables
+    /// first near what the expression uses).
+    #[inline]
     pub(super) fn intern(&mut self, expr: Expr) -> Node {
+        self.intern_by(&Key::of(&expr), &expr)
+    }
+
+    fn intern_by(&mut self, key: &Key, expr: &Expr) -> Node {
         if 4 * (self.len() + 1) > 3 * self.known.len() {
             self.enlarge((2 * self.known.len()).max(2 * self.len()));
         }
-        let hash = hash_of(&expr);
-        let mask = self.known.len() - 1;
-        let mut at = first_place(hash, self.known.len());
-        loop {
-            let known = self.known[at];
-            if known.node == NO_NODE {
-                let node = self.len() as u32;
-                self.known[at] = Known { hash, node };
-                self.exprs.push(expr);
-                return Node(node);
-            }
-            if known.hash == hash && self.expr(Node(known.node)) == expr {
-                return Node(known.node);
-            }
-            at = (at + 1) & mask;
+        let shared = self.shared.len();
+        let is_it = |node: u32| match (node as usize).checked_sub(shared) {
+            Some(at) => self.exprs.is(at, key, expr),
+            None => self.shared.is(node as usize, key, expr),
+        };
+        let at = place_of(key.hash, || key.near(expr), &self.known, is_it);
+        let known = self.known[at].node;
+        if known != NO_NODE {
+            return Node(known);
         }
+        let node = self.len() as u32;
+        self.known[at] = Known { hash: key.hash, node };
+        self.exprs.push(key, expr);
+        Node(node)
     }
 
     /// Frees the table of known expressions; it is made again when a node is to be added.
@@ -264,18 +295,18 @@ impl Graph {
         let size = places.next_power_of_two().max(FEWEST_PLACES);
         self.exprs.reserve((3 * size / 4).saturating_sub(self.len()));
         let mut table = vec![Known { hash: 0, node: NO_NODE }; size];
-        let mut enter = |entry: Known| {
-            let mut at = first_place(entry.hash, size);
-            while table[at].node != NO_NODE {
-                at = (at + 1) & (size - 1);
-            }
-            table[at] = entry;
+        let mut enter = |hash: u32, node: u32| {
+            let at = node as usize;
+            let near =
+                || at.checked_sub(self.shared.len()).map_or_else(|| self.shared.near(at), |at| self.exprs.near(at));
+            let at = place_of(hash, near, &table, |_| false);
+            table[at] = Known { hash, node };
         };
         if self.known.is_empty() {
-            let all = self.shared.iter().chain(&self.exprs);
-            all.zip(0..).for_each(|(expr, node)| enter(Known { hash: hash_of(expr), node }));
+            let all = self.shared.iter().chain(self.exprs.iter());
+            all.zip(0..).for_each(|(expr, node)| enter(Key::of(&expr).hash, node));
         } else {
-            self.known.iter().filter(|entry| entry.node != NO_NODE).for_each(|entry| enter(*entry));
+            self.known.iter().filter(|known| known.node != NO_NODE).for_each(|known| enter(known.hash, known.node));
         }
         self.known = table;
     }

@@ -12,6 +12,7 @@
 //! | file | content |
 //! |---|---|
 //! | `graph.rs` | nodes, each of them once, and what they depend on |
+//! | `packed.rs` | operations in twelve bytes each |
 //! | `operations.rs` | nodes of operations, simplified while they are made |
 //! | `derivative.rs` | exact derivatives along a direction, as nodes |
 //! | `tangent.rs` | the same along many directions, as numbers |
@@ -45,6 +46,7 @@ mod listing;
 mod machine;
 mod magnitude;
 mod operations;
+mod packed;
 mod ranges;
 mod rewrite;
 mod series;

@@ -128,12 +128,12 @@ impl Turns {
 /// Operations, then sines, cosines and calls that need them and none of which needs another.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
-    pub(super) operations: Vec<Instruction>,
+    pub(super) operations: Arc<Vec<Instruction>>,
     pub(super) turns: Turns,
     pub(super) batches: Vec<BatchPlan>,
 }
 
-/// Operations in running order, constant. Numbers live in a [`Workspace`].
+/// Operations in running order, constant. Numbers live in a [`Workspace`]. Copies have their operations in common.
 #[derive(Debug, Clone)]
 pub struct Program {
     pub(super) id: u64,
@@ -144,7 +144,7 @@ pub struct Program {
     pub(super) input_ranges: Vec<(u32, Register, u32)>,
     pub(super) single_inputs: Vec<(u32, Register)>,
     pub(super) stages: Vec<Stage>,
-    pub(super) after_calls: Vec<Instruction>,
+    pub(super) after_calls: Arc<Vec<Instruction>>,
     pub(super) outputs: Vec<Register>,
     /// Registers of all outputs in their order, where there are many: what is computed for an output is computed into its own.
     pub(super) block: Range<usize>,

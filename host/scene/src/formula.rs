@@ -48,11 +48,13 @@ impl Formula {
     pub fn evaluate(&self, lookup: &dyn Fn(&str) -> Option<f64>) -> f64 {
         let mut stack: Vec<f64> = Vec::new();
         for operation in &self.operations {
-            let operands = stack.split_off(first_operand(operation, stack.len()));
-            stack.push(match operation {
+            let first = first_operand(operation, stack.len());
+            let result = match operation {
                 Operation::Parameter(name) => lookup(name).unwrap_or(f64::NAN),
-                _ => arithmetic(operation, &operands),
-            });
+                _ => arithmetic(operation, &stack[first..]),
+            };
+            stack.truncate(first);
+            stack.push(result);
         }
         stack.pop().expect("a parsed expression leaves one value")
     }

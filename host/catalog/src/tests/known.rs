@@ -3,8 +3,15 @@
 use std::fs;
 use std::path::PathBuf;
 
+use element_api::manifest::Manifest;
+
 use super::super::known::{Identity, find, note, write};
 use super::super::private_copy::{copy_into, name};
+
+/// What a library says of itself.
+const MANIFEST: &str = "ODYN-MANIFEST 1\npackage=known\nversion=0.1.0\nabout=For tests\nabi=1\nconventions=1\n\
+    interface=1.2.0\nentry=known\nfeatures=\nprofile=release\nelement=joint hinge\nend\n";
+const CONTENT: (&str, &[u8]) = ("0123", MANIFEST.as_bytes());
 
 struct Folder(PathBuf);
 
@@ -33,10 +40,12 @@ fn a_library_is_known_until_it_or_its_copy_changes() {
     assert_eq!(known(), None);
     let identity = Identity::of(&library);
     // A file of this moment may change once more without another time.
-    note(&library, identity.as_ref(), "0123", &copy);
+    note(&library, identity.as_ref(), CONTENT, &copy);
     assert_eq!(known(), None);
-    write(identity.as_ref(), "0123", &copy);
+    write(identity.as_ref(), CONTENT, &copy);
     assert_eq!(known(), Some(("0123".into(), copies.join(name("0123")))));
+    let manifest = find(&library, Some(&copies)).map(|known| known.manifest).expect("known");
+    assert_eq!(manifest, Manifest::parse(MANIFEST.as_bytes()).expect("a manifest").swap_remove(0));
     // Taken again, the copy stays as it is.
     copy_into(&copies, b"first", "0123").expect("a copy");
     assert!(known().is_some());
@@ -47,16 +56,19 @@ fn a_library_is_known_until_it_or_its_copy_changes() {
     fs::File::options().write(true).open(&library).and_then(|file| file.set_modified(then)).expect("settable");
     assert_eq!(known(), None);
 
-    write(Identity::of(&library).as_ref(), "0123", &copy);
+    write(Identity::of(&library).as_ref(), CONTENT, &copy);
     assert!(known().is_some());
     let then = fs::metadata(&copy).and_then(|data| data.modified()).expect("a time");
     fs::write(&copy, b"wrong").expect("writable");
     fs::File::options().write(true).open(&copy).and_then(|file| file.set_modified(then)).expect("settable");
     assert_eq!(known(), None, "a copy that was exchanged");
 
-    write(Identity::of(&library).as_ref(), "0123", &copy);
+    write(Identity::of(&library).as_ref(), CONTENT, &copy);
     fs::remove_file(&copy).expect("removable");
     assert_eq!(known(), None, "a copy that is gone");
+    copy_into(&copies, b"first", "0123").expect("a copy");
+    write(Identity::of(&library).as_ref(), ("0123", b"ODYN-MANIFEST 1\npackage=known\n"), &copy);
+    assert_eq!(known(), None, "an entry that was cut off");
     // What is no entry is none.
     for entry in fs::read_dir(&copies).expect("a folder").filter_map(Result::ok) {
         fs::write(entry.path(), b"\xff\xff").expect("writable");

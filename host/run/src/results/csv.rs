@@ -209,7 +209,15 @@ fn header_of(channels: &[ChannelInfo]) -> Vec<u8> {
     writer.into_inner().expect("writing to memory does not fail")
 }
 
-/// Appends the fewest digits that read back as the same bits (Adams 2018, "Ryu: fast float-to-string conversion").
+/// Appends the fewest digits that read back as the same bits (Giulietti 2020, "The Schubfach way to render doubles").
 fn append(buffer: &mut Vec<u8>, value: f64) {
-    buffer.extend_from_slice(ryu::Buffer::new().format(value).as_bytes());
+    let mut room = zmij::Buffer::new();
+    let text = room.format(value);
+    // Exponents have no plus sign.
+    match Some(text).filter(|_| value.abs() >= 1e16).and_then(|text| text.split_once("e+")) {
+        Some((digits, exponent)) => {
+            [digits, "e", exponent].iter().for_each(|part| buffer.extend_from_slice(part.as_bytes()))
+        }
+        None => buffer.extend_from_slice(text.as_bytes()),
+    }
 }

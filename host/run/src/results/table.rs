@@ -16,6 +16,8 @@ const TIME_NAMES: [&str; 2] = ["t", "time"];
 const MOST_NUMBERS: usize = 100_000_000;
 /// Bytes of a file that are read.
 const LONGEST: u64 = 2 << 30;
+/// Files up to this many bytes are taken into memory as a whole.
+const SHORT: u64 = 64 << 20;
 
 /// Columns of numbers over times.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,8 +44,25 @@ impl Table {
         Self::read_at_most(path, MOST_NUMBERS, LONGEST)
     }
 
-    /// The same with other bounds on its numbers and bytes.
+    /// The same; columns that are not `wanted` stay empty where the table is a plain one.
+    ///
+    /// # Errors
+    /// As for [`Table::read`]; mistakes in columns that are not wanted may go unseen.
+    pub fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Self, ResultsError> {
+        Self::read_wanted(path, MOST_NUMBERS, LONGEST, &wanted)
+    }
+
+    /// The same as [`Table::read`] with other bounds on its numbers and bytes.
     pub(super) fn read_at_most(path: &Path, most: usize, longest: u64) -> Result<Self, ResultsError> {
+        Self::read_wanted(path, most, longest, &|_| true)
+    }
+
+    fn read_wanted(
+        path: &Path,
+        most: usize,
+        longest: u64,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, ResultsError> {
         let open = || {
             let mut file = File::open(path)?;
             let told = if path.with_file_name(SUMMARY_FILE).exists() { whole_lines(&mut file)? } else { u64::MAX };
@@ -62,7 +81,57 @@ impl Table {
                 ),
             ));
         }
-        let file = open().map_err(unreadable)?;
+        let mut file = open().map_err(unreadable)?;
+        if file.get_ref().metadata().is_ok_and(|data| data.is_file() && data.len() < SHORT.min(longest)) {
+            let mut text = String::new();
+            if file.read_to_string(&mut text).is_ok()
+                && let Some(table) = Self::of_plain(&text, most, wanted)
+            {
+                return Ok(table);
+            }
+            file = open().map_err(unreadable)?;
+        }
+        Self::of_any(path, file, longest, most)
+    }
+
+    /// A table without quotes or mistakes; `None` where there is more to be said of it.
+    fn of_plain(text: &str, most: usize, wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
+        let ends_line = |(at, _): (usize, &str)| text[at + 1..].starts_with('\n');
+        if text.contains('"') || text.starts_with('\u{feff}') || !text.match_indices('\r').all(ends_line) {
+            return None;
+        }
+        let lines = text.split('\n').map(|line| line.strip_suffix('\r').unwrap_or(line));
+        let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+        let names: Vec<String> = lines.next()?.split(',').map(|name| name.trim().to_owned()).collect();
+        let key = key_column(&names).ok()?;
+        let takes: Vec<bool> = names.iter().enumerate().map(|(k, name)| k == key || wanted(name)).collect();
+        let mut columns = vec![Vec::new(); names.len()];
+        let mut kept = 0;
+        for line in lines {
+            kept += names.len();
+            if kept > most {
+                return None;
+            }
+            let mut rest = line.as_bytes();
+            for (k, column) in columns.iter_mut().enumerate() {
+                let end = rest.iter().position(|byte| *byte == b',').unwrap_or(rest.len());
+                if takes[k] {
+                    column.push(std::str::from_utf8(&rest[..end]).ok()?.trim().parse::<f64>().ok()?);
+                }
+                match (end == rest.len(), k + 1 == takes.len()) {
+                    (true, true) => rest = &[],
+                    (false, false) => rest = &rest[end + 1..],
+                    // A field is missing, or there is one too many.
+                    _ => return None,
+                }
+            }
+            check_order(&columns[key]).ok()?;
+        }
+        Some(Self::of_columns(names, key, columns))
+    }
+
+    /// Any table, or what is wrong with it.
+    fn of_any(path: &Path, file: io::Take<File>, longest: u64, most: usize) -> Result<Self, ResultsError> {
         let cut = file.limit() == longest;
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::Headers).from_reader(file);
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
@@ -92,9 +161,13 @@ impl Table {
         if cut && reader.get_ref().limit() == 0 {
             return Err(not_a_table(path, None, format!("it is longer than {longest:e} bytes")));
         }
-        let times = columns.remove(key);
-        let names = names.into_iter().enumerate().filter(|(k, _)| *k != key).map(|(_, name)| name).collect();
-        Ok(Self { times, names, columns })
+        Ok(Self::of_columns(names, key, columns))
+    }
+
+    /// The table of these columns, the one with the times among them.
+    fn of_columns(mut names: Vec<String>, key: usize, mut columns: Vec<Vec<f64>>) -> Self {
+        names.remove(key);
+        Self { times: columns.remove(key), names, columns }
     }
 
     /// The values of a column.

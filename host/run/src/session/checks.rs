@@ -19,15 +19,19 @@ impl Session {
                 _ => place.get(name).map(|k| columns[*k][row]),
             })
         };
-        // Each table is read once.
+        // Each table is read once, and no more of it than is asked for.
         let common = self.options.common.clone().unwrap_or_default();
-        let mut tables: HashMap<PathBuf, ReadTable> = HashMap::new();
+        let mut asked: HashMap<PathBuf, Vec<String>> = HashMap::new();
         for record in &self.scene.checks {
-            if let Reference::Csv { path, .. } = &record.reference {
-                let path = self.scene.source.beside(&path.value);
-                tables.entry(path).or_insert_with_key(|path| common.table(path));
+            if let Reference::Csv { path, column } = &record.reference {
+                asked.entry(self.scene.source.beside(&path.value)).or_default().push(column.clone());
             }
         }
+        let read = |(path, columns): (PathBuf, Vec<String>)| {
+            let table = common.table(&path, &columns);
+            (path, table)
+        };
+        let tables: HashMap<PathBuf, ReadTable> = asked.into_iter().map(read).collect();
         let mut results = Vec::new();
         for record in &self.scene.checks {
             let closed_form: &dyn Fn(usize) -> f64 = &|row| match &record.reference {
@@ -45,12 +49,12 @@ impl Session {
                 table,
                 column,
             });
-            let output = place.get(record.value.text().trim()).map(|k| &self.model.channels[*k]);
+            let output = place.get(record.value.text().trim()).copied();
             let check = Check {
                 name: &record.name.value,
                 kind: record.kind.word(),
-                unit: output.map_or("", |channel| channel.unit.as_str()),
-                value: &|row| at_row(&record.value, row),
+                unit: output.map_or("", |k| self.model.channels[k].unit.as_str()),
+                value: &|row| output.map_or_else(|| at_row(&record.value, row), |k| columns[k][row]),
                 reference,
                 tolerance: record.tolerance,
                 from: record.from,

@@ -16,7 +16,7 @@ pub struct Common(Arc<Parts>);
 #[derive(Default)]
 struct Parts {
     code: SharedCode,
-    tables: Mutex<HashMap<PathBuf, ReadTable>>,
+    tables: Mutex<HashMap<(PathBuf, Vec<String>), ReadTable>>,
     catalogs: Mutex<Vec<(Vec<Request>, SearchPath, Catalog)>>,
 }
 
@@ -28,10 +28,12 @@ impl Common {
         self.0.code.clone()
     }
 
-    /// The table of a file as it was when it was first asked for.
-    pub(super) fn table(&self, path: &Path) -> ReadTable {
+    /// Columns of the table of a file as it was when they were first asked for; others may be empty.
+    pub(super) fn table(&self, path: &Path, columns: &[String]) -> ReadTable {
         let mut tables = locked(&self.0.tables);
-        Arc::clone(tables.entry(path.into()).or_insert_with(|| Arc::new(Table::read(path))))
+        let wanted = |name: &str| columns.iter().any(|column| column == name);
+        let read = || Arc::new(Table::read_columns(path, wanted));
+        Arc::clone(tables.entry((path.into(), columns.into())).or_insert_with(read))
     }
 
     /// The libraries that are asked for, loaded by `load` where they have not been yet.

@@ -55,6 +55,11 @@ pub(super) fn velocities(
         set_velocities(state, &v);
         return Ok(Vec::new());
     }
+    if right.iter().all(|rate| *rate == 0.0) {
+        // Rest meets everything, and nothing has less kinetic energy.
+        set_velocities(state, &vec![0.0; n]);
+        return Ok(Vec::new());
+    }
     let structure = KktStructure::new(n, count, rows.structure.mass.clone(), pattern).map_err(AnalysisError::from)?;
     // What is asked of a body is a cluster of its own.
     let mut clusters = clusters(layout, &rows.rows);

@@ -25,6 +25,34 @@ fn comments_blanks_and_many_digits_are_read() {
     assert_eq!(table.column("t"), None);
 }
 
+/// Plain tables are split at their commas; a quoted name makes the general reader read the same numbers.
+#[test]
+fn plain_tables_have_the_numbers_of_quoted_ones() {
+    let scratch = Scratch::new("plain");
+    let rows: String =
+        (0..200).map(|k| format!("{k},{:e}, {} ,NaN\n", f64::from(k).sin() * 1e20, -0.1 * f64::from(k))).collect();
+    let bits = |table: &Table| -> Vec<Vec<u64>> {
+        let columns = table.columns.iter().chain([&table.times]);
+        columns.map(|column| column.iter().map(|value| value.to_bits()).collect()).collect()
+    };
+    for rows in
+        [rows.clone(), rows.replace('\n', "\r\n"), rows.replace("\n7,", "\n\n# remark, \n7,"), rows.trim_end().into()]
+    {
+        let plain = Table::read(&scratch.file("plain.csv", &format!("t,x, y ,z\n{rows}"))).unwrap();
+        let quoted = Table::read(&scratch.file("quoted.csv", &format!("\"t\",x, y ,z\n{rows}"))).unwrap();
+        assert_eq!((&plain.names, bits(&plain)), (&quoted.names, bits(&quoted)));
+        assert_eq!(plain.times.len(), 200);
+        let some =
+            Table::read_columns(&scratch.file("some.csv", &format!("t,x, y ,z\n{rows}")), |name| name == "y").unwrap();
+        assert_eq!((&some.names, some.column("y")), (&plain.names, plain.column("y")));
+        assert_eq!((some.times.len(), some.column("x")), (200, Some([].as_slice())));
+    }
+    // Names of programs that write a mark of the order of bytes, and old ends of lines.
+    for text in ["\u{feff}t,x\n0,1\n", "t,x\r0,1\r"] {
+        assert_eq!(Table::read(&scratch.file("t.csv", text)).unwrap().columns, [[1.0]]);
+    }
+}
+
 #[test]
 fn what_is_no_table_is_refused_with_line_and_reason() {
     assert_eq!(refused("empty", ""), "`DIR/t.csv` is not a table of results: it is empty");

@@ -49,6 +49,11 @@ fn every_bit_pattern_reads_back() {
         writer.row(k as f64, &[*value]).unwrap();
     }
     drop(writer);
+    let text = fs::read_to_string(&path).unwrap();
+    for (line, value) in text.lines().skip(1).zip(&values).filter(|(_, value)| value.abs() >= 1e16) {
+        let (_, written) = line.split_once(',').unwrap();
+        assert_eq!(written, if value.is_finite() { format!("{value:e}") } else { format!("{value}") });
+    }
     let back = Table::read(&path).unwrap();
     let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(back.column("x").unwrap()), bits(&values));
