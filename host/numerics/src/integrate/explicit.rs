@@ -182,7 +182,7 @@ impl Explicit {
     }
 
     /// Projection, derivative at the end, and the interpolation if it will be needed.
-    fn end_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+    fn end_of_step(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
         let h = t_new - run.t;
         // The error's place is free by now.
         self.error.copy_from_slice(&self.y_new);
@@ -198,9 +198,9 @@ impl Explicit {
             if limited {
                 return Err(Trouble::EndAt(time));
             }
-            self.prepare_interpolation(run, y, t_new)?;
+            self.prepare_interpolation(run, t_new)?;
         } else if self.approaching {
-            self.prepare_interpolation(run, y, t_new)?;
+            self.prepare_interpolation(run, t_new)?;
         }
         Ok(())
     }
@@ -239,7 +239,7 @@ impl Explicit {
     /// Further stages and the polynomial through the step (Hairer, Norsett & Wanner, section II.6). With
     /// `s = (t - t_old) / h` and the rows `r_k` of `polynomial` it reads
     /// `r0 + s (r1 + (1-s) (r2 + s (r3 + (1-s) (r4 + s (r5 + ...)))))`.
-    fn prepare_interpolation(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+    fn prepare_interpolation(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
         let n = whole_lanes(self.n);
         let (t, h) = (run.t, t_new - run.t);
         let end = self.end();
@@ -249,13 +249,17 @@ impl Explicit {
             let stage = self.stage(i);
             run.rhs(t + self.pair.c[i] * h, &self.argument[..self.n], &mut self.stages[stage], h)?;
         }
-        for (i, &start) in y.iter().enumerate() {
-            let rise = self.y_new[i] - start;
-            let bend = h * self.stages[i] - rise;
-            self.polynomial[i] = start;
-            self.polynomial[n + i] = rise;
-            self.polynomial[2 * n + i] = bend;
-            self.polynomial[3 * n + i] = rise - h * self.stages[end * n + i] - bend;
+        let (first, rest) = self.polynomial.split_at_mut(n);
+        let (rises, rest) = rest.split_at_mut(n);
+        let (bends, rest) = rest.split_at_mut(n);
+        first.copy_from_slice(&self.start);
+        let ends = self.start.iter().zip(&self.y_new);
+        let rates = self.stages[..n].iter().zip(&self.stages[end * n..][..n]);
+        let found = rises.iter_mut().zip(bends).zip(rest);
+        for (((start, new), (rate, new_rate)), ((rise, bend), last)) in ends.zip(rates).zip(found) {
+            *rise = new - start;
+            *bend = h * rate - *rise;
+            *last = *rise - h * new_rate - *bend;
         }
         for (k, row) in self.pair.d.iter().enumerate() {
             let coefficient = &mut self.polynomial[(4 + k) * n..(5 + k) * n];
@@ -281,7 +285,7 @@ impl Stepper for Explicit {
 
     fn make_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
         self.stages_of_step(run, y, t_new)?;
-        Ok(self.end_of_step(run, y, t_new)?)
+        Ok(self.end_of_step(run, t_new)?)
     }
 
     fn go_on(&mut self, _h: f64) {
@@ -322,7 +326,7 @@ impl Adaptive for Explicit {
         }
         let error = self.error_of_step(run, y, t_new - run.t)?;
         if error <= 1.0 {
-            self.end_of_step(run, y, t_new)?;
+            self.end_of_step(run, t_new)?;
         }
         Ok(error)
     }
