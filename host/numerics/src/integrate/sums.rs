@@ -19,7 +19,7 @@ pub(super) fn whole_lanes(entries: usize) -> usize {
 /// terms added in the order of the row, however many entries are summed side by side.
 pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx") {
+    if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: this machine has what the function was compiled for.
         return unsafe { combine_in_wide_lanes(row, stages, h, y, out) };
     }
@@ -27,7 +27,7 @@ pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: 
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx")]
+#[target_feature(enable = "avx2")]
 fn combine_in_wide_lanes(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     combine_in_lanes(row, stages, h, y, out);
 }
@@ -55,6 +55,9 @@ fn combine_in_lanes(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &m
     by_length!(4 8 12 16 20 24)
 }
 
+/// Where sums without a state start.
+static ZEROS: [f64; 24] = [0.0; 24];
+
 /// The same for so many entries from `at` on; stages have `n` entries each.
 #[inline(always)]
 fn combine_block<const N: usize>(
@@ -65,7 +68,9 @@ fn combine_block<const N: usize>(
     out: &mut [f64],
     at: usize,
 ) {
-    let mut sums = y.map_or([0.0; N], |y| *y[at..].first_chunk().expect("as many as there are sums"));
+    // By address, so that the compiler sees one load of whole lanes.
+    let start = y.map_or(&ZEROS[..], |y| &y[at..]);
+    let mut sums: [f64; N] = *start.first_chunk().expect("as many as there are sums");
     let stages = &stages[at..];
     for &(j, coefficient) in row {
         let factor = h * coefficient;
@@ -81,7 +86,7 @@ fn combine_block<const N: usize>(
 /// step.
 pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx") {
+    if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: this machine has what the function was compiled for.
         return unsafe { interpolate_in_wide_lanes(polynomial, coefficients, s, out) };
     }
@@ -89,7 +94,7 @@ pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: 
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx")]
+#[target_feature(enable = "avx2")]
 fn interpolate_in_wide_lanes(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
     interpolate_in_lanes(polynomial, coefficients, s, out);
 }
