@@ -200,6 +200,7 @@ impl<'g> Builder<'g> {
             constants: self.constants,
             input_ranges,
             single_inputs,
+            taken: self.inputs.iter().map(|(slot, _)| *slot).collect(),
             inputs: self.inputs,
             stages,
             after_calls,

@@ -140,6 +140,8 @@ pub(super) struct Stage {
 pub struct Program {
     pub(super) id: u64,
     pub(super) constants: Vec<f64>,
+    /// The inputs in use, by their slots in the graph.
+    pub(super) taken: Vec<u32>,
     /// Slot of each input in use, ascending, and its register.
     pub(super) inputs: Vec<(u32, Register)>,
     /// The same, many side by side: first slot, first register, length; and the others.
@@ -318,13 +320,13 @@ impl Program {
     /// Whether any output depends on an input in the given range of slots.
     #[must_use]
     pub fn uses_inputs(&self, slots: Range<usize>) -> bool {
-        self.inputs.iter().any(|(slot, _)| slots.contains(&(*slot as usize)))
+        self.taken.iter().any(|slot| slots.contains(&(*slot as usize)))
     }
 
     /// Number of inputs in the given range of slots that any output depends on.
     #[must_use]
     pub fn input_count(&self, slots: Range<usize>) -> usize {
-        self.inputs.iter().filter(|(slot, _)| slots.contains(&(*slot as usize))).count()
+        self.taken.iter().filter(|slot| slots.contains(&(**slot as usize))).count()
     }
 
     /// Runs its lists one after the other, with sines, cosines and calls between them. `[hot, no allocation]`
@@ -364,6 +366,7 @@ impl Program {
     ///
     /// # Errors
     /// What an opaque element did wrong, with the set it belongs to.
+    #[inline]
     pub fn run(
         &self,
         inputs: &[f64],
@@ -392,6 +395,7 @@ impl Program {
     }
 
     /// The same where one function does not do all.
+    #[inline(never)]
     fn run_in_parts(
         &self,
         inputs: &[f64],

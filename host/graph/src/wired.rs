@@ -24,6 +24,13 @@ pub struct Wired {
     given: Vec<(u32, Register)>,
 }
 
+impl From<Program> for Wired {
+    /// All inputs are entries, by their slots, and the outputs are those of the program.
+    fn from(program: Program) -> Self {
+        Self { program, given: Vec::new() }
+    }
+}
+
 impl Wired {
     /// `entry_of` gives the entry of the vector that an input slot of the program is read from, if it is one; `outputs` what becomes
     /// of each entry of the vector of outputs; `kept` are outputs of the program that are asked for one by one ([`Wired::kept`]).
@@ -68,9 +75,15 @@ impl Wired {
         Some(Self { program: wired, given })
     }
 
+    /// The program, for its counts.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
     /// The program, to be compiled.
-    pub fn used<'w>(&'w mut self, workspace: &Workspace) -> Used<'w> {
-        Used::new(&mut self.program, workspace.runs(), false)
+    pub fn used<'w>(&'w mut self, workspace: &Workspace, spare: bool) -> Used<'w> {
+        Used::new(&mut self.program, workspace.runs(), spare)
     }
 
     /// The scratch numbers for this program.

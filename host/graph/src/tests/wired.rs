@@ -34,11 +34,14 @@ fn check(random: &mut Random, round: usize) -> usize {
         assert!((8..12).any(|k| outputs[..8].contains(&outputs[k])));
         return 0;
     };
+    for slot in 0..SLOTS {
+        assert_eq!(plain.program().uses_inputs(slot..slot + 1), program.uses_inputs(slot..slot + 1));
+    }
     let mut ways = vec![plain.clone()];
     for maker in [Maker::Assembler, Maker::Compiler] {
         let mut wired = plain.clone();
         let workspace = wired.workspace();
-        let program = wired.used(&workspace).program;
+        let program = wired.used(&workspace, false).program;
         if let Ok(code) = MachineCode::compile(program, maker, &AtomicBool::new(false)) {
             program.install(Arc::new(code));
             ways.push(wired);
@@ -89,11 +92,11 @@ fn programs_wired_in_other_ways_share_no_code() {
     let shared = SharedCode::default();
     let mut first = wired(&[0, 1], &[2]);
     let workspace = first.workspace();
-    let program = first.used(&workspace).program;
+    let program = first.used(&workspace, false).program;
     if let Ok(code) = MachineCode::compile(program, Maker::here(), &AtomicBool::new(false)) {
         program.install(Arc::new(code));
-        shared.learn(Maker::here(), vec![Used { runs: 1, ..first.used(&workspace) }]);
-        let found = |mut wired: Wired| shared.find(wired.used(&workspace).program).is_some();
+        shared.learn(Maker::here(), vec![Used { runs: 1, ..first.used(&workspace, false) }]);
+        let found = |mut wired: Wired| shared.find(wired.used(&workspace, false).program).is_some();
         assert!(found(wired(&[0, 1], &[2])));
         assert!(!found(wired(&[1, 0], &[2])));
         assert!(!found(wired(&[0, 1], &[3])));

@@ -58,6 +58,7 @@ impl Direct {
     ///
     /// # Errors
     /// What an opaque element did wrong.
+    #[inline(always)]
     pub(super) fn rates(
         &mut self,
         (given, state): (&[f64], &[f64]),
@@ -80,17 +81,12 @@ impl Direct {
         // Without ways out. What is no number is not above anything, and no product of it with zero is zero.
         let pivots = self.wired.kept(&self.workspace).zip(&self.floors);
         let sound = pivots.fold(true, |sound, (pivot, floor)| sound & (pivot > *floor));
-        let (fours, rest) = rates.as_chunks::<4>();
-        let mut zeros = [0.0; 4];
-        for four in fours {
-            zeros.iter_mut().zip(four).for_each(|(zero, rate)| *zero += 0.0 * rate);
-        }
-        rest.iter().zip(&mut zeros).for_each(|(rate, zero)| *zero += 0.0 * rate);
-        Ok(sound && zeros == [0.0; 4])
+        let zero = rates.iter().fold(0.0, |zero, rate| zero + 0.0 * rate);
+        Ok(sound && zero == 0.0)
     }
 
     /// The program, with how often it was run.
     pub(super) fn used(&mut self) -> Used<'_> {
-        self.wired.used(&self.workspace)
+        self.wired.used(&self.workspace, false)
     }
 }

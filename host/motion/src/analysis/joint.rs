@@ -321,9 +321,14 @@ impl Formulation for JointForm {
         self.motion.coordinates.entry_of(slot, &self.motion.layout)
     }
 
+    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+        let (graph, nodes) = self.carry(equations, nodes)?;
+        Some(Evaluator::of_entries(&graph, &nodes, |slot| self.entry_of(slot)))
+    }
+
     fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
-        self.motion.load(t, state);
-        own.run(&self.motion.inputs, &self.bodies.sets)
+        self.motion.inputs[Layout::TIME] = t;
+        own.run_at((&self.motion.inputs, state), &self.bodies.sets)
     }
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
@@ -380,7 +385,7 @@ impl Formulation for JointForm {
             }
             list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(false).by_steps()));
         }
-        list.push(self.kinematics.used(false).by_steps());
+        list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));
         list.extend(self.bodies.programs());
         if let Derivatives::Known(known) = &mut self.derivatives {

@@ -390,9 +390,9 @@ impl<'a> Simulation<'a> {
         self.energy_limit = limit;
     }
 
-    /// Looks at the violation of all rows in every accepted state.
+    /// Looks at all bodies and the violation of all rows in every accepted state.
     pub(super) fn watch_every_state(&mut self) {
-        self.period = 1;
+        (self.period, self.view) = (1, None);
     }
 
     /// Lets programs be compiled during the run, of which samples are taken up to this number.

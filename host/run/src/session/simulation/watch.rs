@@ -54,25 +54,25 @@ impl Simulation<'_> {
     /// # Errors
     /// See [`AnalysisError`].
     pub(in crate::session) fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        let number = self.watched;
-        self.watched += 1;
-        let rows_are_due = number.is_multiple_of(self.period);
-        let bodies_are_due = self.view.is_none() || rows_are_due || self.turned > TURNED;
-        // Copied, since the formulation lends both its inputs and its element sets.
-        let mut inputs = std::mem::take(&mut self.observed);
-        if bodies_are_due {
+        let rows_are_due = self.watched.is_multiple_of(self.period);
+        if self.view.is_some() {
+            self.watch_motion(t, state, &[])?;
+        }
+        if self.view.is_none() || rows_are_due || self.turned > TURNED {
+            // Copied, since the formulation lends both its inputs and its element sets.
+            let mut inputs = std::mem::take(&mut self.observed);
             inputs.clear();
             inputs.extend_from_slice(self.formulation.observe(t, state, false)?.inputs);
-            self.turned = 0.0;
+            let result = if self.view.is_none() { self.watch_motion(t, state, &inputs) } else { Ok(()) };
+            let result = result.and_then(|()| if rows_are_due { self.watch_rows(&inputs) } else { Ok(()) });
+            (self.observed, self.turned) = (inputs, 0.0);
+            result?;
         }
-        let result = self.watch_motion(t, state, &mut inputs);
-        let result = result.and_then(|()| if rows_are_due { self.watch_rows(&inputs) } else { Ok(()) });
-        self.observed = inputs;
-        result.and_then(|()| self.look_at_margins(t, state))
+        self.look_at_margins(t, state)
     }
 
     /// Energies and speeds at an accepted state; `inputs` are those of the working form, where there is no view.
-    fn watch_motion(&mut self, t: f64, state: &[f64], inputs: &mut Vec<f64>) -> Result<(), AnalysisError> {
+    fn watch_motion(&mut self, t: f64, state: &[f64], inputs: &[f64]) -> Result<(), AnalysisError> {
         let mut velocities = std::mem::take(&mut self.velocities);
         let found = match &mut self.view {
             Some(view) => {
@@ -142,6 +142,7 @@ impl Simulation<'_> {
             Heat::Watched => self.audit.heating(t, heat),
             known => self.audit.heat_is_all(known == Heat::All),
         }
+        self.watched += 1;
         Ok(())
     }
 
