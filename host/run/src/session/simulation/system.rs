@@ -26,29 +26,6 @@ pub(super) fn failure(error: AnalysisError) -> Failure {
     }
 }
 
-/// The largest magnitude; what is no number stays.
-fn largest(numbers: &[f64]) -> f64 {
-    // Several at a time. What is not finite makes no number of the product with zero.
-    let (fours, rest) = numbers.as_chunks::<4>();
-    let (mut most, mut zeros) = ([0.0_f64; 4], [0.0; 4]);
-    let mut take = |k: usize, number: f64| {
-        let size = number.abs();
-        most[k] = if size > most[k] { size } else { most[k] };
-        zeros[k] += 0.0 * number;
-    };
-    for four in fours {
-        (0..4).for_each(|k| take(k, four[k]));
-    }
-    rest.iter().enumerate().for_each(|(k, number)| take(k, *number));
-    if zeros == [0.0; 4] {
-        return most.into_iter().fold(0.0, |most, size| if size > most { size } else { most });
-    }
-    numbers.iter().fold(0.0, |most, number| {
-        let size = number.abs();
-        if size > most || size.is_nan() { size } else { most }
-    })
-}
-
 impl Simulation<'_> {
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
     /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
@@ -65,7 +42,12 @@ impl Simulation<'_> {
                 Group::AngularVelocity => spin,
                 Group::State | Group::Work => continue,
             };
-            let share = largest(&error[range.clone()]) / size;
+            let most = error[range.clone()].iter().fold(0.0_f64, |most, error| {
+                let error = error.abs();
+                // What is no number stays.
+                if error > most || error.is_nan() { error } else { most }
+            });
+            let share = most / size;
             if share.is_nan() || share > worst {
                 worst = share;
             }
@@ -281,29 +263,5 @@ impl System for Simulation<'_> {
         tier.between_steps(t, samples, || self.programs());
         self.tier = tier;
         flow
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::largest;
-
-    #[test]
-    fn the_largest_of_several_at_a_time_is_that_of_one_after_the_other() {
-        for length in 0..20 {
-            let numbers: Vec<f64> = (0..length).map(|k| (f64::from(k) * 1.7).sin() * 10.0).collect();
-            let one_by_one = numbers.iter().fold(0.0_f64, |most, number| most.max(number.abs()));
-            assert_eq!(largest(&numbers).to_bits(), one_by_one.to_bits());
-            for k in 0..numbers.len() {
-                let with = |number: f64| {
-                    let mut numbers = numbers.clone();
-                    numbers[k] = number;
-                    largest(&numbers)
-                };
-                assert_eq!(with(f64::NEG_INFINITY), f64::INFINITY);
-                assert_eq!(with(-1e3), 1e3);
-                assert!(with(f64::NAN).is_nan());
-            }
-        }
     }
 }
