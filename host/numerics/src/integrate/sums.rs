@@ -68,7 +68,7 @@ fn combine_block<const N: usize>(
     out: &mut [f64],
     at: usize,
 ) {
-    // By address, so that the compiler sees one load of whole lanes.
+    // One load of whole lanes; at four entries the compiler splits them all the same.
     let start = y.map_or(&ZEROS[..], |y| &y[at..]);
     let mut sums: [f64; N] = *start.first_chunk().expect("as many as there are sums");
     let stages = &stages[at..];
