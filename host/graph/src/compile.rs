@@ -104,13 +104,13 @@ fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
 const MANY: usize = 8;
 
 /// An input: its slot and its register.
-type Loaded = (u32, Register);
+pub(super) type Loaded = (u32, Register);
 
 /// Inputs side by side: first slot, first register, length.
-type LoadedRange = (u32, Register, u32);
+pub(super) type LoadedRange = (u32, Register, u32);
 
 /// Inputs (ascending) as ranges that lie side by side in slots and registers; and those of short ranges.
-fn in_ranges(inputs: &[Loaded]) -> (Vec<LoadedRange>, Vec<Loaded>) {
+pub(super) fn in_ranges(inputs: &[Loaded]) -> (Vec<LoadedRange>, Vec<Loaded>) {
     let beside = |a: &Loaded, b: &Loaded| a.0 + 1 == b.0 && a.1 + 1 == b.1;
     let (long, short): (Vec<_>, Vec<_>) = inputs.chunk_by(beside).partition(|range| range.len() >= MANY);
     (long.into_iter().map(|range| (range[0].0, range[0].1, range.len() as u32)).collect(), short.concat())
@@ -197,9 +197,12 @@ impl<'g> Builder<'g> {
             block: first..first + if many { outputs.len() } else { 0 },
             elsewhere: slots.filter(is_elsewhere).collect(),
             outputs,
+            passed: Vec::new(),
+            kept: Vec::new(),
             constants: self.constants,
             input_ranges,
             single_inputs,
+            taken: self.inputs.iter().map(|(slot, _)| *slot).collect(),
             inputs: self.inputs,
             stages,
             after_calls: Arc::new(after_calls),

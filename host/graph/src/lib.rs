@@ -26,6 +26,7 @@
 //! | `ranges.rs` | what nodes can be while their inputs run through ranges |
 //! | `tape.rs` | programs |
 //! | `compile.rs` | how parts of a graph become programs |
+//! | `wired.rs` | programs that read and write vectors of another order |
 //! | `listing.rs` | programs value by value, for other languages |
 //! | `interpreter.rs` | what runs them without machine code |
 //! | `turn.rs` | sine and cosine of an angle at once |
@@ -56,6 +57,7 @@ mod tangent;
 mod tape;
 mod turn;
 mod vector;
+mod wired;
 
 #[cfg(test)]
 mod tests;
@@ -77,3 +79,4 @@ pub use solved::Solved;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};
+pub use wired::{Source, Wired};

@@ -81,6 +81,8 @@ fn same_structure(a: &Program, b: &Program) -> bool {
         && a.stages.len() == b.stages.len()
         && a.inputs == b.inputs
         && a.outputs == b.outputs
+        && a.passed == b.passed
+        && a.kept == b.kept
         && a.block == b.block
         && a.after_calls == b.after_calls
         && a.stages.iter().zip(&b.stages).all(stage)

@@ -13,6 +13,8 @@ use super::turn;
 
 /// A register: an index into the workspace's numbers.
 pub(super) type Register = u32;
+/// None.
+pub(super) const NO_REGISTER: Register = Register::MAX;
 
 /// One instruction: the register that receives the result, then the operands.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,6 +140,8 @@ pub(super) struct Stage {
 pub struct Program {
     pub(super) id: u64,
     pub(super) constants: Vec<f64>,
+    /// The inputs in use, by their slots in the graph.
+    pub(super) taken: Vec<u32>,
     /// Slot of each input in use, ascending, and its register.
     pub(super) inputs: Vec<(u32, Register)>,
     /// The same, many side by side: first slot, first register, length; and the others.
@@ -145,7 +149,12 @@ pub struct Program {
     pub(super) single_inputs: Vec<(u32, Register)>,
     pub(super) stages: Vec<Stage>,
     pub(super) after_calls: Arc<Vec<Instruction>>,
+    /// By output; [`NO_REGISTER`] for those that no register becomes ([`super::Wired`]).
     pub(super) outputs: Vec<Register>,
+    /// Inputs that are outputs as they are: slot, output.
+    pub(super) passed: Vec<(u32, u32)>,
+    /// Registers that are read after a run, none of them an output.
+    pub(super) kept: Vec<Register>,
     /// Registers of all outputs in their order, where there are many: what is computed for an output is computed into its own.
     pub(super) block: Range<usize>,
     /// Those of them that are in another register: constants, inputs, results of calls, and what is an output twice.
@@ -162,7 +171,7 @@ static PROGRAMS: AtomicU64 = AtomicU64::new(0);
 /// The scratch numbers of one program.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    numbers: Vec<f64>,
+    pub(super) numbers: Vec<f64>,
     call_inputs: Vec<f64>,
     call_results: Vec<f64>,
     runs: u64,
@@ -295,6 +304,13 @@ impl Program {
         self.batches().count()
     }
 
+    /// The least length of its inputs.
+    #[cfg(feature = "jit")]
+    pub(super) fn slots(&self) -> usize {
+        let read = self.inputs.iter().chain(&self.passed).map(|(slot, _)| *slot as usize + 1);
+        read.max().unwrap_or(0)
+    }
+
     /// Number of outputs.
     #[must_use]
     pub fn output_count(&self) -> usize {
@@ -304,13 +320,13 @@ impl Program {
     /// Whether any output depends on an input in the given range of slots.
     #[must_use]
     pub fn uses_inputs(&self, slots: Range<usize>) -> bool {
-        self.inputs.iter().any(|(slot, _)| slots.contains(&(*slot as usize)))
+        self.taken.iter().any(|slot| slots.contains(&(*slot as usize)))
     }
 
     /// Number of inputs in the given range of slots that any output depends on.
     #[must_use]
     pub fn input_count(&self, slots: Range<usize>) -> usize {
-        self.inputs.iter().filter(|(slot, _)| slots.contains(&(*slot as usize))).count()
+        self.taken.iter().filter(|slot| slots.contains(&(**slot as usize))).count()
     }
 
     /// Runs its lists one after the other, with sines, cosines and calls between them. `[hot, no allocation]`
@@ -350,6 +366,7 @@ impl Program {
     ///
     /// # Errors
     /// What an opaque element did wrong, with the set it belongs to.
+    #[inline]
     pub fn run(
         &self,
         inputs: &[f64],
@@ -378,6 +395,7 @@ impl Program {
     }
 
     /// The same where one function does not do all.
+    #[inline(never)]
     fn run_in_parts(
         &self,
         inputs: &[f64],
@@ -398,8 +416,10 @@ impl Program {
             return Ok(());
         }
         let numbers = &workspace.numbers[..];
+        self.passed.iter().for_each(|(slot, output)| outputs[*output as usize] = inputs[*slot as usize]);
         if self.block.is_empty() {
-            outputs.iter_mut().zip(&self.outputs).for_each(|(slot, register)| *slot = numbers[*register as usize]);
+            let computed = outputs.iter_mut().zip(&self.outputs).filter(|(_, register)| **register != NO_REGISTER);
+            computed.for_each(|(slot, register)| *slot = numbers[*register as usize]);
             return Ok(());
         }
         outputs[..self.block.len()].copy_from_slice(&numbers[self.block.clone()]);

@@ -21,6 +21,8 @@ mod solved;
 mod tangents;
 mod tape;
 mod turn;
+#[cfg(feature = "jit")]
+mod wired;
 
 use super::*;
 use random::Random;

@@ -1,6 +1,6 @@
 //! Which results of a list of instructions are read after it.
 
-use super::super::tape::{Instruction, Program};
+use super::super::tape::{Instruction, NO_REGISTER, Program};
 
 /// Walks through the lists of a program from the last to the first, and tells for each its number, its instructions, and by
 /// register whether it is read after them; `told` may split the list if it keeps that up to date, as Cranelift does.
@@ -13,7 +13,8 @@ pub(super) fn backwards<E>(
 ) -> Result<(), E> {
     let lists: Vec<&[Instruction]> = program.lists().collect();
     let mut live = vec![false; program.registers];
-    program.outputs.iter().for_each(|register| live[*register as usize] = true);
+    let outputs = program.outputs.iter().filter(|register| **register != NO_REGISTER);
+    outputs.chain(&program.kept).for_each(|register| live[*register as usize] = true);
     for (number, list) in lists.iter().enumerate().rev() {
         // A stage's list is followed by its sines, cosines and calls.
         if let Some(stage) = program.stages.get(number) {

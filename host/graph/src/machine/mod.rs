@@ -117,7 +117,7 @@ impl MachineCode {
             lists,
             registers: program.registers,
             tables: program.tables.len(),
-            inputs: program.inputs.last().map_or(0, |(slot, _)| *slot as usize + 1),
+            inputs: program.slots(),
             outputs: program.outputs.len(),
             copied,
             bytes,

@@ -324,7 +324,8 @@ pub trait Formulation: Send {
     /// A program of such nodes; `None` where there is none. It is run by [`Formulation::run_own`], and takes the place of
     /// [`Formulation::observe`] with a program of the working form.
     fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
-        self.carry(equations, nodes).map(|(graph, nodes)| Evaluator::new(&graph, &nodes))
+        let _ = (equations, nodes);
+        None
     }
     /// A program of nodes that need accelerations or multipliers, in the formulation's own inputs; `None` where there is none. It
     /// is run by [`Formulation::run_solved`].

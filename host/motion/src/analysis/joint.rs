@@ -15,6 +15,7 @@ use nalgebra::Matrix3;
 use super::balance::{Imbalance, Trial};
 use super::constraints::mass_entries;
 use super::coupling::Coupling;
+use super::direct::Direct;
 use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces, angular_velocities};
 use super::in_bodies::InBodies;
@@ -45,6 +46,8 @@ pub struct JointForm {
     kinematics: Evaluator,
     body_state: Vec<f64>,
     regular: Option<Unrolled>,
+    /// The regular engine's rates, where nothing has to be looked at closely.
+    direct: Option<Direct>,
     safe: Safe,
     /// Forces that depend on what is solved for.
     coupling: Option<Coupling>,
@@ -54,6 +57,8 @@ pub struct JointForm {
     mass: Vec<(usize, usize, f64)>,
     /// Size of the gradient of each row in use, 1 for rows in metres.
     row_sizes: Vec<f64>,
+    /// Those of the regular engine's rows.
+    regular_sizes: Vec<f64>,
     /// Whether rows are left out of the regular engine's choice.
     choice: bool,
     /// Rows of the regular engine.
@@ -68,6 +73,8 @@ pub struct JointForm {
     last: Look,
     /// Whether it was trusted where a closer look was taken last.
     trusted: bool,
+    /// Both are still to be found, where the program of corrections of velocities was run last.
+    is_look_due: bool,
     /// Whether angles are counted between bodies that no joint of the tree connects.
     counts_others: bool,
     /// The equations, for their derivatives.
@@ -107,6 +114,12 @@ impl JointForm {
         // Rows close to dependent at the start are for the rank-safe engine throughout.
         let start = plan.start;
         let regular = Some(plan.regular).filter(|_| start.kept.min(start.independence) >= LEAST_HEALTH);
+        let rows = regular.as_ref().map_or(&[][..], |regular| &regular.rows);
+        let sized = plan.rows.iter().zip(&plan.sizes).filter(|(row, _)| rows.contains(row));
+        let regular_sizes = sized.map(|(_, size)| *size).collect();
+        let plain = regular.as_ref().filter(|_| joint.dependence.is_none());
+        let direct = plain
+            .and_then(|regular| Direct::new(regular.motion.program(), &joint.coordinates, layout, regular.rows.len()));
         let row_names = bodies.row_names.clone();
         // Of opaque elements they are not known, nor of forces that depend on accelerations or reactions.
         let known = joint.graph.calls.is_empty() && joint.dependence.is_none();
@@ -125,14 +138,17 @@ impl JointForm {
             first: start,
             last: start,
             trusted: false,
+            is_look_due: false,
             planned: start,
             counts_others,
             row_sizes: plan.sizes,
+            regular_sizes,
             derivatives,
             size: joint.size,
             derivatives_are_paid: false,
             equations: joint,
             regular,
+            direct,
             safe,
             bodies: InBodies::new(bodies, layout, std::mem::take(&mut model.sets)),
             motion: Motion::new(layout, coordinates, plan.length, row_names, plan.at_start),
@@ -214,7 +230,7 @@ impl Formulation for JointForm {
         (self.first, self.last) = (self.planned, self.planned);
         self.safe.solver.set_rank_limit(self.motion.at_start.rank);
         self.least_health = least_health_at_start(&self.independent, &self.first);
-        (self.trusted, self.derivatives_are_paid) = (false, false);
+        (self.trusted, self.is_look_due, self.derivatives_are_paid) = (false, false, false);
         self.body_state.copy_from_slice(working);
         if let Some(coupling) = &mut self.coupling {
             coupling.forget();
@@ -305,9 +321,14 @@ impl Formulation for JointForm {
         self.motion.coordinates.entry_of(slot, &self.motion.layout)
     }
 
+    fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
+        let (graph, nodes) = self.carry(equations, nodes)?;
+        Some(Evaluator::of_entries(&graph, &nodes, |slot| self.entry_of(slot)))
+    }
+
     fn run_own<'e>(&mut self, t: f64, state: &[f64], own: &'e mut Evaluator) -> Result<&'e [f64], AnalysisError> {
-        self.motion.load(t, state);
-        own.run(&self.motion.inputs, &self.bodies.sets)
+        self.motion.inputs[Layout::TIME] = t;
+        own.run_at((&self.motion.inputs, state), &self.bodies.sets)
     }
 
     fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
@@ -358,10 +379,13 @@ impl Formulation for JointForm {
         let mut list = Vec::new();
         let spare = self.regular.is_some();
         if let Some(regular) = &mut self.regular {
-            list.push(regular.motion.used(false).by_steps());
+            match &mut self.direct {
+                Some(direct) => list.extend([direct.used().by_steps(), regular.motion.used(false)]),
+                None => list.push(regular.motion.used(false).by_steps()),
+            }
             list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(false).by_steps()));
         }
-        list.push(self.kinematics.used(false).by_steps());
+        list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));
         list.extend(self.bodies.programs());
         if let Derivatives::Known(known) = &mut self.derivatives {

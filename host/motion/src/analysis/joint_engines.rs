@@ -126,6 +126,12 @@ impl Unrolled {
         &self.square_sizes
     }
 
+    /// The first of [`Unrolled::look`].
+    pub(super) fn velocity_ratio(&self, columns: usize) -> f64 {
+        let pivots = &self.velocity.outputs()[columns..][..columns + self.rows.len()];
+        pivot_ratio(pivots, columns, &self.squares)
+    }
+
     /// At the inputs that [`Unrolled::velocity`] was run for last.
     pub(super) fn look(&self, columns: usize) -> Look {
         let m = self.rows.len();

@@ -13,6 +13,7 @@
 //! | `joint.rs`, `joint/` | coordinates of joints along a spanning tree, eliminated operation by operation |
 //! | `joint_plan.rs` | which rows are needed in the coordinates of joints |
 //! | `joint_engines.rs` | their elimination, and the rank-safe factorisation |
+//! | `direct.rs` | rates by a program that reads the state and writes them itself |
 //! | `joint_start.rs` | from bodies to the coordinates of joints |
 //! | `in_bodies.rs` | a scene in coordinates of bodies, beside its form in those of joints |
 //! | `evaluator.rs` | a program with its scratch and results |
@@ -38,6 +39,7 @@ mod conflict;
 mod constraints;
 mod contact;
 mod coupling;
+mod direct;
 mod evaluator;
 mod followers;
 mod formulation;

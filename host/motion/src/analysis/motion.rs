@@ -4,7 +4,7 @@
 use super::formulation::{AnalysisError, Counters, Group};
 use super::passage::Passage;
 use crate::linalg::Health;
-use crate::plan::{Coordinates, Layout, Line, Measure};
+use crate::plan::{Coordinates, Layout, Measure};
 
 /// Share of the rank-safe engine's pivot ratio at the start below which nothing is solved, but interpolated: see
 /// [`Passage`].
@@ -22,8 +22,6 @@ pub(super) const SICK_TREE: f64 = 1e-12;
 pub(super) struct Motion {
     pub(super) layout: Layout,
     pub(super) coordinates: Coordinates,
-    /// Coordinates whose rate is their velocity, side by side; none where it is faster to copy one by one.
-    runs: Vec<Run>,
     /// What each entry of the state is.
     pub(super) groups: Vec<Group>,
     /// Of the scene, m.
@@ -46,15 +44,6 @@ pub(super) struct Motion {
     planned: Health,
     pub(super) passage: Passage,
     pub(super) counters: Counters,
-}
-
-/// Lines in a run, on average, from which on copying them all at once is faster than one by one.
-const LONG: usize = 6;
-
-/// Lines that follow each other everywhere: the first, and how many.
-struct Run {
-    first: Line,
-    length: usize,
 }
 
 /// Which engine solved.
@@ -148,7 +137,6 @@ impl Motion {
         let dim = coordinates.motion + layout.states + 1;
         Self {
             groups: groups(&coordinates, layout),
-            runs: runs(&coordinates.lines),
             length,
             row_names,
             inputs: vec![0.0; coordinates.input_count],
@@ -197,34 +185,18 @@ impl Motion {
 
     /// The rates of a state with the accelerations solved for.
     pub(super) fn write_rates(&self, state: &[f64], rates: &mut [f64]) {
-        self.write_rates_with(state, &self.accelerations, &self.rates, rates);
-    }
-
-    /// The rates of a state with these accelerations, rates of element states and power.
-    pub(super) fn write_rates_with(&self, state: &[f64], accelerations: &[f64], others: &[f64], rates: &mut [f64]) {
-        if self.runs.is_empty() {
-            for line in &self.coordinates.lines {
-                rates[line.position] = state[line.velocity];
-                rates[line.velocity] = accelerations[line.column];
-            }
-        }
-        for Run { first: Line { position, velocity, column, .. }, length } in &self.runs {
-            rates[*position..][..*length].copy_from_slice(&state[*velocity..][..*length]);
-            rates[*velocity..][..*length].copy_from_slice(&accelerations[*column..][..*length]);
+        for line in &self.coordinates.lines {
+            rates[line.position] = state[line.velocity];
+            rates[line.velocity] = self.accelerations[line.column];
         }
         for rotation in &self.coordinates.rotations {
             let w = [0, 1, 2].map(|k| state[rotation.velocity + k]);
             let turn = parameter_rates(parameters(state, rotation.position), w);
             rates[rotation.position..rotation.position + 4].copy_from_slice(&turn);
-            let spin = &accelerations[rotation.column..rotation.column + 3];
+            let spin = &self.accelerations[rotation.column..rotation.column + 3];
             rates[rotation.velocity..rotation.velocity + 3].copy_from_slice(spin);
         }
-        let rest = &mut rates[self.coordinates.motion..];
-        match (rest, others) {
-            // Often there is the power alone.
-            ([rest], [other]) => *rest = *other,
-            (rest, others) => rest.copy_from_slice(others),
-        }
+        rates[self.coordinates.motion..].copy_from_slice(&self.rates);
     }
 
     /// The accelerations among the rates of a state.
@@ -337,26 +309,6 @@ pub(super) fn next_step<F: Engines>(form: &mut F, t: f64, state: &[f64]) -> Resu
         form.motion_mut().careful = false;
     }
     Ok(())
-}
-
-/// Lines in as few runs as there are, if these are long.
-fn runs(lines: &[Line]) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for line in lines {
-        match runs.last_mut() {
-            Some(Run { first, length })
-                if [first.position, first.velocity, first.column].map(|at| at + *length)
-                    == [line.position, line.velocity, line.column] =>
-            {
-                *length += 1;
-            }
-            _ => runs.push(Run { first: *line, length: 1 }),
-        }
-    }
-    if lines.len() < LONG * runs.len() {
-        runs.clear();
-    }
-    runs
 }
 
 fn groups(coordinates: &Coordinates, layout: &Layout) -> Vec<Group> {

@@ -64,6 +64,18 @@ impl Scales {
         }
     }
 
+    /// Takes in velocities of bodies, six each; gives the largest angular velocity among them, rad/s.
+    pub fn grow_to(&mut self, velocities: &[f64]) -> f64 {
+        let norm = |v: &[f64]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+        let mut fastest = 0.0_f64;
+        for body in velocities.chunks_exact(6) {
+            self.speed = self.speed.max(norm(&body[..3]));
+            fastest = fastest.max(norm(&body[3..]));
+        }
+        self.spin = self.spin.max(fastest);
+        fastest
+    }
+
     /// Takes in the accelerations at the start (six per body): a scene that starts at rest will reach speeds of about
     /// sqrt(a L) and spins of about sqrt(alpha).
     pub fn anticipate(&mut self, accelerations: &[f64]) {

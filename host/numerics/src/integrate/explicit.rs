@@ -1,12 +1,14 @@
 //! What explicit Runge-Kutta pairs share: stages, error test, step control, interpolation, stiffness detection.
 
+use std::ops::Range;
+
 use super::interpolation::ascending;
 use super::pair::{Estimate, Pair, Row};
 use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, RECOVERY_FACTOR, Stepper};
 use super::stiffness::Stiffness;
-use super::sums::{combine, interpolate};
+use super::sums::{combine, interpolate, whole_lanes};
 use super::{Integrator, Options, StopReason};
 
 /// Least error that the PI control remembers.
@@ -25,10 +27,14 @@ const REACH: f64 = 0.08;
 pub struct Explicit {
     name: &'static str,
     pair: &'static Pair,
+    /// Entries of the state. All vectors here have more, up to whole lanes; these are zero.
+    n: usize,
     /// Derivatives at the stages, one after the other.
     stages: Vec<f64>,
     /// Coefficients of the interpolation polynomial, one vector after the other.
     polynomial: Vec<f64>,
+    /// The state at the start of the step.
+    start: Vec<f64>,
     /// After a step: the argument of its last stage.
     argument: Vec<f64>,
     y_new: Vec<f64>,
@@ -62,8 +68,10 @@ impl Explicit {
         Self {
             name,
             pair,
+            n: 0,
             stages: Vec::new(),
             polynomial: Vec::new(),
+            start: Vec::new(),
             argument: Vec::new(),
             y_new: Vec::new(),
             error: Vec::new(),
@@ -99,28 +107,41 @@ impl Explicit {
     }
 
     fn allocate(&mut self, n: usize) {
-        self.stages.clear();
-        self.stages.resize(self.pair.c.len() * n, 0.0);
-        self.polynomial.clear();
-        self.polynomial.resize((4 + self.pair.d.len()) * n, 0.0);
+        self.n = n;
         self.stiffness = Stiffness::default();
-        for work in [&mut self.argument, &mut self.y_new, &mut self.error] {
+        let one = whole_lanes(n);
+        let (stages, coefficients) = (self.pair.c.len() * one, (4 + self.pair.d.len()) * one);
+        for (work, length) in [
+            (&mut self.stages, stages),
+            (&mut self.polynomial, coefficients),
+            (&mut self.start, one),
+            (&mut self.argument, one),
+            (&mut self.y_new, one),
+            (&mut self.error, one),
+        ] {
             work.clear();
-            work.resize(n, 0.0);
+            work.resize(length, 0.0);
         }
+    }
+
+    /// Where the derivative at a stage lies.
+    fn stage(&self, number: usize) -> Range<usize> {
+        let from = number * whole_lanes(self.n);
+        from..from + self.n
     }
 
     /// The stages of the step and the new state, not yet projected:
     /// `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`, `y_new = y + h sum_i b_i k_i`.
     fn stages_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
-        let n = y.len();
+        let n = self.n;
         let (t, h) = (run.t, t_new - run.t);
+        self.start[..n].copy_from_slice(y);
         for i in 1..self.end() {
-            combine(self.pair.a[i], &self.stages, h, Some(y), &mut self.argument);
-            let stage = &mut self.stages[i * n..(i + 1) * n];
-            run.rhs(t + self.pair.c[i] * h, &self.argument, stage, h)?;
+            combine(self.pair.a[i], &self.stages, h, Some(&self.start), &mut self.argument);
+            let stage = self.stage(i);
+            run.rhs(t + self.pair.c[i] * h, &self.argument[..n], &mut self.stages[stage], h)?;
         }
-        combine(self.pair.b, &self.stages, h, Some(y), &mut self.y_new);
+        combine(self.pair.b, &self.stages, h, Some(&self.start), &mut self.y_new);
         if all_finite(&self.y_new) {
             return Ok(());
         }
@@ -132,7 +153,7 @@ impl Explicit {
     fn error_of_step(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<f64, Trouble> {
         let mut norm_of = |row: Row| {
             combine(row, &self.stages, h, None, &mut self.error);
-            run.system.error_norm(y, &self.y_new, &self.error)
+            run.system.error_norm(y, &self.y_new[..y.len()], &self.error[..y.len()])
         };
         let (error, size) = match self.pair.error {
             Estimate::Single(row) => {
@@ -153,20 +174,19 @@ impl Explicit {
 
     /// The derivative at the end of the step, if the error test needs it.
     fn end_derivative(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
-        let n = self.y_new.len();
         let h = t_new - run.t;
-        let at = self.end() * n;
-        let end = &mut self.stages[at..at + n];
-        run.rhs(t_new, &self.y_new, end, h)?;
+        let end = self.stage(self.end());
+        let end = &mut self.stages[end];
+        run.rhs(t_new, &self.y_new[..self.n], end, h)?;
         if all_finite(end) { Ok(()) } else { Err(Trouble::Retry(StopReason::NotFinite { step: h })) }
     }
 
     /// Projection, derivative at the end, and the interpolation if it will be needed.
-    fn end_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+    fn end_of_step(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
         let h = t_new - run.t;
         // The error's place is free by now.
         self.error.copy_from_slice(&self.y_new);
-        run.project(t_new, &mut self.y_new, h)?;
+        run.project(t_new, &mut self.y_new[..self.n], h)?;
         if !all_finite(&self.y_new) {
             return Err(Trouble::Retry(StopReason::NotFinite { step: h }));
         }
@@ -178,9 +198,9 @@ impl Explicit {
             if limited {
                 return Err(Trouble::EndAt(time));
             }
-            self.prepare_interpolation(run, y, t_new)?;
+            self.prepare_interpolation(run, t_new)?;
         } else if self.approaching {
-            self.prepare_interpolation(run, y, t_new)?;
+            self.prepare_interpolation(run, t_new)?;
         }
         Ok(())
     }
@@ -189,25 +209,25 @@ impl Explicit {
     /// Differential Equations II", 2nd ed. 1996, section IV.2). Where it comes near the border of stability, parts of the
     /// solution that have died out keep errors which the error test tolerates but the interpolation amplifies.
     fn is_limited_by_stability(&mut self, run: &mut Run<'_>, h: f64) -> bool {
-        let n = self.y_new.len();
-        let (last, end) = self.stages.split_at(self.end() * n);
-        let last = &last[(self.end() - 1) * n..];
-        for (i, error) in self.error.iter_mut().enumerate() {
-            *error = self.y_new[i] - self.argument[i];
+        let ranges = [0, self.end() - 1, self.end()].map(|number| self.stage(number));
+        let [start, last, end] = ranges.map(|range| &self.stages[range]);
+        let (y_new, argument, error) = (&self.y_new[..self.n], &self.argument[..self.n], &mut self.error[..self.n]);
+        for (i, error) in error.iter_mut().enumerate() {
+            *error = y_new[i] - argument[i];
         }
-        let distance = run.system.size(&self.y_new, &self.error);
-        for (i, error) in self.error.iter_mut().enumerate() {
+        let distance = run.system.size(y_new, error);
+        for (i, error) in error.iter_mut().enumerate() {
             *error = end[i] - last[i];
         }
-        let change = run.system.size(&self.y_new, &self.error);
+        let change = run.system.size(y_new, error);
         let product = if distance > 0.0 { h * change / distance } else { 0.0 };
         if self.suspicion.is_some() {
             // How much the derivative changes along the step.
-            for ((error, end), start) in self.error.iter_mut().zip(end).zip(&self.stages[..n]) {
+            for ((error, end), start) in error.iter_mut().zip(end).zip(start) {
                 *error = end - start;
             }
-            let along = run.system.size(&self.y_new, &self.error);
-            let speed = run.system.size(&self.y_new, &self.stages[..n]).max(run.system.size(&self.y_new, &end[..n]));
+            let along = run.system.size(y_new, error);
+            let speed = run.system.size(y_new, start).max(run.system.size(y_new, end));
             let slowness = if along > 0.0 { product * speed / along } else { 0.0 };
             self.signs = Signs { step: h, share: product / self.pair.stability, slowness };
         }
@@ -219,23 +239,27 @@ impl Explicit {
     /// Further stages and the polynomial through the step (Hairer, Norsett & Wanner, section II.6). With
     /// `s = (t - t_old) / h` and the rows `r_k` of `polynomial` it reads
     /// `r0 + s (r1 + (1-s) (r2 + s (r3 + (1-s) (r4 + s (r5 + ...)))))`.
-    fn prepare_interpolation(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
-        let n = y.len();
+    fn prepare_interpolation(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
+        let n = whole_lanes(self.n);
         let (t, h) = (run.t, t_new - run.t);
         let end = self.end();
         for (i, row) in self.pair.a_dense.iter().enumerate() {
             let i = i + end + 1;
-            combine(row, &self.stages, h, Some(y), &mut self.argument);
-            let stage = &mut self.stages[i * n..(i + 1) * n];
-            run.rhs(t + self.pair.c[i] * h, &self.argument, stage, h)?;
+            combine(row, &self.stages, h, Some(&self.start), &mut self.argument);
+            let stage = self.stage(i);
+            run.rhs(t + self.pair.c[i] * h, &self.argument[..self.n], &mut self.stages[stage], h)?;
         }
-        for (i, &start) in y.iter().enumerate() {
-            let rise = self.y_new[i] - start;
-            let bend = h * self.stages[i] - rise;
-            self.polynomial[i] = start;
-            self.polynomial[n + i] = rise;
-            self.polynomial[2 * n + i] = bend;
-            self.polynomial[3 * n + i] = rise - h * self.stages[end * n + i] - bend;
+        let (first, rest) = self.polynomial.split_at_mut(n);
+        let (rises, rest) = rest.split_at_mut(n);
+        let (bends, rest) = rest.split_at_mut(n);
+        first.copy_from_slice(&self.start);
+        let ends = self.start.iter().zip(&self.y_new);
+        let rates = self.stages[..n].iter().zip(&self.stages[end * n..][..n]);
+        let found = rises.iter_mut().zip(bends).zip(rest);
+        for (((start, new), (rate, new_rate)), ((rise, bend), last)) in ends.zip(rates).zip(found) {
+            *rise = new - start;
+            *bend = h * rate - *rise;
+            *last = *rise - h * new_rate - *bend;
         }
         for (k, row) in self.pair.d.iter().enumerate() {
             let coefficient = &mut self.polynomial[(4 + k) * n..(5 + k) * n];
@@ -256,26 +280,25 @@ impl Stepper for Explicit {
 
     /// `k_0 = f(t, y)`
     fn start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
-        run.start_rates(y, &mut self.stages[..y.len()])
+        run.start_rates(y, &mut self.stages[..self.n])
     }
 
     fn make_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
         self.stages_of_step(run, y, t_new)?;
-        Ok(self.end_of_step(run, y, t_new)?)
+        Ok(self.end_of_step(run, t_new)?)
     }
 
     fn go_on(&mut self, _h: f64) {
-        let (end, n) = (self.end(), self.y_new.len());
-        self.stages.copy_within(end * n..(end + 1) * n, 0);
+        let end = self.stage(self.end());
+        self.stages.copy_within(end, 0);
     }
 
     fn y_new(&self) -> &[f64] {
-        &self.y_new
+        &self.y_new[..self.n]
     }
 
     fn rates(&self) -> [&[f64]; 2] {
-        let n = self.y_new.len();
-        [&self.stages[..n], &self.stages[self.end() * n..][..n]]
+        [&self.stages[..self.n], &self.stages[self.stage(self.end())]]
     }
 
     fn degree(&self) -> usize {
@@ -303,7 +326,7 @@ impl Adaptive for Explicit {
         }
         let error = self.error_of_step(run, y, t_new - run.t)?;
         if error <= 1.0 {
-            self.end_of_step(run, y, t_new)?;
+            self.end_of_step(run, t_new)?;
         }
         Ok(error)
     }
@@ -311,10 +334,11 @@ impl Adaptive for Explicit {
     /// Starting step size (section II.4): `h^order max(|y'|, |y''|) = 0.01`, with `y''` from one
     /// explicit Euler step in which the state changes by a hundredth of its size.
     fn first_step(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<f64, Trouble> {
-        let n = y.len();
+        let n = self.n;
         let (t, length) = (run.t, run.span.t_end - run.span.t_start);
         let longest = run.longest_step(y).min(length);
-        let (start, others) = self.stages.split_at_mut(n);
+        let (start, others) = self.stages.split_at_mut(whole_lanes(n));
+        let (start, argument, error) = (&start[..n], &mut self.argument[..n], &mut self.error[..n]);
 
         let size = run.system.error_norm(y, y, y);
         let speed = run.system.error_norm(y, y, start);
@@ -322,19 +346,19 @@ impl Adaptive for Explicit {
         let guess = if size > 1e-5 && speed > 1e-5 { 0.01 * (size / speed) } else { tiny };
         let h = if guess.is_finite() { guess.min(longest) } else { tiny };
 
-        for (i, argument) in self.argument.iter_mut().enumerate() {
+        for (i, argument) in argument.iter_mut().enumerate() {
             *argument = y[i] + h * start[i];
         }
-        match run.rhs(t + h, &self.argument, &mut others[..n], h) {
+        match run.rhs(t + h, argument, &mut others[..n], h) {
             Ok(()) => {}
             // The Euler step left the domain: start well inside.
             Err(Trouble::Retry(_)) => return Ok(RECOVERY_FACTOR * h),
             Err(trouble) => return Err(trouble),
         }
-        for (i, error) in self.error.iter_mut().enumerate() {
+        for (i, error) in error.iter_mut().enumerate() {
             *error = others[i] - start[i];
         }
-        let acceleration = run.system.error_norm(y, y, &self.error) / h;
+        let acceleration = run.system.error_norm(y, y, error) / h;
         let largest = speed.max(acceleration);
         let predicted =
             if largest <= 1e-15 { tiny.max(h * 1e-3) } else { (0.01 / largest).powf(1.0 / self.pair.order) };

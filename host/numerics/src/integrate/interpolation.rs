@@ -23,11 +23,12 @@ pub(super) fn ascending(shares: &[f64]) -> Vec<f64> {
 
 /// Cubic that has the values and derivatives of both ends of a step of size `h`, at the share `s` of it, also outside.
 pub(super) fn hermite(s: f64, h: f64, y: [&[f64]; 2], f: [&[f64]; 2], out: &mut [f64]) {
-    for (i, value) in out.iter_mut().enumerate() {
-        let rise = y[1][i] - y[0][i];
-        let start_bend = h * f[0][i] - rise;
-        let end_bend = rise - h * f[1][i];
+    let ends = y[0].iter().zip(y[1]).zip(f[0].iter().zip(f[1]));
+    for (value, ((start, end), (start_rate, end_rate))) in out.iter_mut().zip(ends) {
+        let rise = end - start;
+        let start_bend = h * start_rate - rise;
+        let end_bend = rise - h * end_rate;
         let bend = (1.0 - s) * start_bend + s * end_bend;
-        *value = y[0][i] + s * (rise + (1.0 - s) * bend);
+        *value = start + s * (rise + (1.0 - s) * bend);
     }
 }

@@ -326,8 +326,14 @@ fn final_trouble_of(failure: Failure, t: f64) -> Trouble {
 
 /// Whether all entries are finite.
 pub fn all_finite(x: &[f64]) -> bool {
-    // Without a way out, several at a time.
-    x.iter().fold(true, |finite, x| finite & x.is_finite())
+    // A number that is not finite makes no number of the product with zero; without a way out, several at a time.
+    let (fours, rest) = x.as_chunks::<4>();
+    let mut zeros = [0.0; 4];
+    for four in fours {
+        zeros.iter_mut().zip(four).for_each(|(zero, x)| *zero += 0.0 * x);
+    }
+    rest.iter().zip(&mut zeros).for_each(|(x, zero)| *zero += 0.0 * x);
+    zeros == [0.0; 4]
 }
 
 /// First mistake in the arguments, if any.

@@ -1,50 +1,65 @@
 //! Sums over the stages of a step, and the polynomial through it, several entries of the state at a time.
 
+#![allow(
+    unsafe_code,
+    reason = "the only way to call what is compiled for a wider vector unit; the uses say why they hold"
+)]
+
 use super::pair::Row;
 
-/// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. Each entry has its terms added in the order of the row, however many
-/// entries are summed side by side.
+/// Lengths of vectors are made up to a multiple of this, with entries that are zero: whole vectors of the widest unit in use.
+const LANES: usize = 4;
+
+/// The length of a vector of so many entries, made up to whole lanes.
+pub(super) fn whole_lanes(entries: usize) -> usize {
+    entries.next_multiple_of(LANES)
+}
+
+/// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. All vectors have whole lanes ([`whole_lanes`]). Each entry has its
+/// terms added in the order of the row, however many entries are summed side by side.
 pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
-    /// One function for each of the lengths.
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: this machine has what the function was compiled for.
+        return unsafe { combine_in_wide_lanes(row, stages, h, y, out) };
+    }
+    combine_in_lanes(row, stages, h, y, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn combine_in_wide_lanes(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
+    combine_in_lanes(row, stages, h, y, out);
+}
+
+#[inline(always)]
+fn combine_in_lanes(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
+    /// One function for each of the lengths whose sums stay in the processor's registers.
     macro_rules! by_length {
         ($($n:literal)*) => {
             match out.len() {
-                $($n => combine_few::<$n>(row, stages, h, y, out),)*
-                _ => combine_many(row, stages, h, y, out),
+                $($n => combine_block::<$n>(row, (stages, $n), h, y, out, 0),)*
+                n => {
+                    for at in (0..n).step_by(16) {
+                        match n - at {
+                            4 => combine_block::<4>(row, (stages, n), h, y, out, at),
+                            8 => combine_block::<8>(row, (stages, n), h, y, out, at),
+                            12 => combine_block::<12>(row, (stages, n), h, y, out, at),
+                            _ => combine_block::<16>(row, (stages, n), h, y, out, at),
+                        }
+                    }
+                }
             }
         };
     }
-    by_length!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
+    by_length!(4 8 12 16 20 24)
 }
 
-/// The same for as many entries as stay in the processor's registers.
-fn combine_few<const N: usize>(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
-    let (stages, _) = stages.as_chunks::<N>();
-    let out = out.as_mut_array::<N>().expect("chosen by the length");
-    let mut sums = y.map_or([0.0; N], |y| *y.as_array().expect("as many as there are sums"));
-    for &(j, coefficient) in row {
-        let (factor, stage) = (h * coefficient, &stages[j]);
-        for k in 0..N {
-            sums[k] += factor * stage[k];
-        }
-    }
-    *out = sums;
-}
-
-/// The same for more entries than that: blocks, the last one summed with some of the entries before once more.
-fn combine_many(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
-    let n = out.len();
-    for at in (0..n).step_by(16) {
-        if n - at > 8 {
-            combine_block::<16>(row, (stages, n), h, y, out, at.min(n - 16));
-        } else {
-            combine_block::<8>(row, (stages, n), h, y, out, n - 8);
-        }
-    }
-}
+/// Where sums without a state start.
+static ZEROS: [f64; 24] = [0.0; 24];
 
 /// The same for so many entries from `at` on; stages have `n` entries each.
-#[inline]
+#[inline(always)]
 fn combine_block<const N: usize>(
     row: Row,
     (stages, n): (&[f64], usize),
@@ -53,7 +68,9 @@ fn combine_block<const N: usize>(
     out: &mut [f64],
     at: usize,
 ) {
-    let mut sums = y.map_or([0.0; N], |y| *y[at..].first_chunk().expect("as many as there are sums"));
+    // One load of whole lanes; at four entries the compiler splits them all the same.
+    let start = y.map_or(&ZEROS[..], |y| &y[at..]);
+    let mut sums: [f64; N] = *start.first_chunk().expect("as many as there are sums");
     let stages = &stages[at..];
     for &(j, coefficient) in row {
         let factor = h * coefficient;
@@ -62,46 +79,68 @@ fn combine_block<const N: usize>(
             sums[k] += factor * stage[k];
         }
     }
-    out[at..at + N].copy_from_slice(&sums);
+    *out[at..].first_chunk_mut().expect("as many as there are sums") = sums;
 }
 
-/// Evaluates the polynomial of `Explicit::prepare_interpolation`, of so many coefficients, at the share `s` of the step.
+/// Evaluates the polynomial of `Explicit::prepare_interpolation`, of so many coefficients in whole lanes, at the share `s` of the
+/// step.
 pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
-    match out.len() {
-        0 => {}
-        1 => interpolate_lanes::<1>(polynomial, coefficients, s, out),
-        2 => interpolate_lanes::<2>(polynomial, coefficients, s, out),
-        3 => interpolate_lanes::<3>(polynomial, coefficients, s, out),
-        4 => interpolate_lanes::<4>(polynomial, coefficients, s, out),
-        5 => interpolate_lanes::<5>(polynomial, coefficients, s, out),
-        6 => interpolate_lanes::<6>(polynomial, coefficients, s, out),
-        7 => interpolate_lanes::<7>(polynomial, coefficients, s, out),
-        _ => interpolate_lanes::<8>(polynomial, coefficients, s, out),
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: this machine has what the function was compiled for.
+        return unsafe { interpolate_in_wide_lanes(polynomial, coefficients, s, out) };
+    }
+    interpolate_in_lanes(polynomial, coefficients, s, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn interpolate_in_wide_lanes(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+    interpolate_in_lanes(polynomial, coefficients, s, out);
+}
+
+#[inline(always)]
+fn interpolate_in_lanes(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+    let n = whole_lanes(out.len());
+    for at in (0..n).step_by(16) {
+        match n - at {
+            4 => interpolate_block::<4>(polynomial, coefficients, s, (out, n), at),
+            8 => interpolate_block::<8>(polynomial, coefficients, s, (out, n), at),
+            12 => interpolate_block::<12>(polynomial, coefficients, s, (out, n), at),
+            _ => interpolate_block::<16>(polynomial, coefficients, s, (out, n), at),
+        }
     }
 }
 
-/// The same, so many entries at a time.
-fn interpolate_lanes<const N: usize>(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
-    let n = out.len();
-    for at in (0..n).step_by(N) {
-        let at = at.min(n - N);
-        let mut sums = [0.0; N];
-        // Factors alternate: s outside odd coefficients, 1 - s outside even ones, and none outside the first.
-        let (mut factor, mut other) = if coefficients.is_multiple_of(2) { (s, 1.0 - s) } else { (1.0 - s, s) };
-        let mut lines = polynomial[..coefficients * n].chunks_exact(n);
-        let Some(first) = lines.next() else { return };
-        let line =
-            |line: &[f64]| -> [f64; N] { *line[at..].first_chunk().expect("lines have the entries of the state") };
-        for coefficients in lines.rev().map(line) {
-            for k in 0..N {
-                sums[k] = factor * (coefficients[k] + sums[k]);
-            }
-            (factor, other) = (other, factor);
-        }
-        let first = line(first);
+/// The same for so many entries from `at` on; coefficients have `n` entries each.
+#[inline(always)]
+fn interpolate_block<const N: usize>(
+    polynomial: &[f64],
+    coefficients: usize,
+    s: f64,
+    (out, n): (&mut [f64], usize),
+    at: usize,
+) {
+    let mut sums = [0.0; N];
+    // Factors alternate: s outside odd coefficients, 1 - s outside even ones, and none outside the first.
+    let (mut factor, mut other) = if coefficients.is_multiple_of(2) { (s, 1.0 - s) } else { (1.0 - s, s) };
+    let mut lines = polynomial[..coefficients * n].chunks_exact(n);
+    let Some(first) = lines.next() else { return };
+    let line = |line: &[f64]| -> [f64; N] { *line[at..].first_chunk().expect("lines have the entries of the state") };
+    for coefficients in lines.rev().map(line) {
         for k in 0..N {
-            out[at + k] = first[k] + sums[k];
+            sums[k] = factor * (coefficients[k] + sums[k]);
         }
+        (factor, other) = (other, factor);
+    }
+    let first = line(first);
+    for k in 0..N {
+        sums[k] += first[k];
+    }
+    let out = &mut out[at..];
+    match out.first_chunk_mut::<N>() {
+        Some(out) => *out = sums,
+        None => out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum),
     }
 }
 
@@ -115,18 +154,31 @@ mod tests {
         (0..count).map(|k| (k as f64 * 0.7 + 0.3).sin() * 10.0_f64.powi(k as i32 % 7 - 3)).collect()
     }
 
+    /// Vectors of n entries, made up to whole lanes.
+    fn vectors(count: usize, n: usize) -> Vec<f64> {
+        let numbers = numbers(count * n);
+        let mut vectors = vec![0.0; count * whole_lanes(n)];
+        for (vector, entries) in vectors.chunks_exact_mut(whole_lanes(n)).zip(numbers.chunks_exact(n)) {
+            vector[..n].copy_from_slice(entries);
+        }
+        vectors
+    }
+
     #[test]
     fn every_number_of_entries_gives_the_sums_of_one_after_the_other() {
         let row = PAIR.a[PAIR.a.len() - 1];
-        for n in 1..40 {
-            let (stages, y) = (numbers(16 * n), numbers(n));
+        for n in 1..80 {
+            let (stages, y, whole) = (vectors(16, n), vectors(1, n), whole_lanes(n));
             for start in [None, Some(&y[..])] {
-                let mut found = vec![f64::NAN; n];
-                combine(row, &stages, 0.37, start, &mut found);
-                for (k, found) in found.iter().enumerate() {
-                    let start = start.map_or(0.0, |y| y[k]);
-                    let sum = row.iter().fold(start, |sum, (j, a)| sum + (0.37 * a) * stages[j * n + k]);
-                    assert_eq!(found.to_bits(), sum.to_bits(), "entry {k} of {n}");
+                let ways = [combine, combine_in_lanes as fn(Row, &[f64], f64, Option<&[f64]>, &mut [f64])];
+                for (way, combine) in ways.iter().enumerate() {
+                    let mut found = vec![f64::NAN; whole];
+                    combine(row, &stages, 0.37, start, &mut found);
+                    for (k, found) in found.iter().enumerate() {
+                        let start = start.map_or(0.0, |y| y[k]);
+                        let sum = row.iter().fold(start, |sum, (j, a)| sum + (0.37 * a) * stages[j * whole + k]);
+                        assert_eq!(found.to_bits(), sum.to_bits(), "entry {k} of {n}, way {way}");
+                    }
                 }
             }
         }
@@ -134,17 +186,20 @@ mod tests {
 
     #[test]
     fn every_number_of_entries_gives_the_polynomial_of_one() {
-        for (n, coefficients) in (1..20).flat_map(|n| (1..9).map(move |coefficients| (n, coefficients))) {
-            let (polynomial, s) = (numbers(coefficients * n), 0.3);
-            let mut found = vec![f64::NAN; n];
-            interpolate(&polynomial, coefficients, s, &mut found);
-            for (k, found) in found.iter().enumerate() {
-                let mut sum = 0.0;
-                for c in (0..coefficients).rev() {
-                    let factor = [1.0 - s, s][c % 2];
-                    sum = if c == 0 { 1.0 } else { factor } * (polynomial[c * n + k] + sum);
+        for (n, coefficients) in (1..40).flat_map(|n| (1..9).map(move |coefficients| (n, coefficients))) {
+            let (polynomial, s, whole) = (vectors(coefficients, n), 0.3, whole_lanes(n));
+            let ways = [interpolate, interpolate_in_lanes as fn(&[f64], usize, f64, &mut [f64])];
+            for (way, interpolate) in ways.iter().enumerate() {
+                let mut found = vec![f64::NAN; n];
+                interpolate(&polynomial, coefficients, s, &mut found);
+                for (k, found) in found.iter().enumerate() {
+                    let mut sum = 0.0;
+                    for c in (0..coefficients).rev() {
+                        let factor = [1.0 - s, s][c % 2];
+                        sum = if c == 0 { 1.0 } else { factor } * (polynomial[c * whole + k] + sum);
+                    }
+                    assert_eq!(found.to_bits(), sum.to_bits(), "entry {k} of {n}, way {way}");
                 }
-                assert_eq!(found.to_bits(), sum.to_bits(), "entry {k} of {n}");
             }
         }
     }

@@ -264,9 +264,11 @@ impl Audit {
     /// Takes energies and work (J) as they are reported at time `t` (s).
     pub fn sample_energy(&mut self, t: f64, kinetic: f64, potential: f64, work: f64) {
         let (error, moved) = self.balance(kinetic, potential, work);
-        self.samples.largest = self.samples.largest.max(moved);
-        keep(&mut self.samples.error, &mut self.sample_energy_error_at, error, t);
-        self.relate();
+        let grows = moved > self.samples.largest;
+        if keep(&mut self.samples.error, &mut self.sample_energy_error_at, error, t) || grows {
+            self.samples.largest = self.samples.largest.max(moved);
+            self.relate();
+        }
     }
 
     /// Error of the energy balance since the first state, and the largest energy that moved, J.

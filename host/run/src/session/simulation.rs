@@ -76,6 +76,14 @@ fn energy_of(formulation: &dyn Formulation, equations: &Equations, heat: &Heat, 
     if plain.needs_dynamics || operations(&near) < operations(&plain) { near } else { plain }
 }
 
+/// The energies of [`energy_of`] and the velocities of all bodies, six each, in the formulation's own coordinates, where these can
+/// be had in them.
+fn own_view(formulation: &dyn Formulation, equations: &Equations, heat: &Heat) -> Option<Part> {
+    let mut nodes = heat.energies(equations);
+    nodes.extend(equations.bodies.iter().flat_map(|body| body.v.into_iter().chain(body.w)));
+    formulation.own_program(equations, &nodes).map(|evaluator| Part::of(evaluator, true))
+}
+
 /// Groups of the same kind that follow each other.
 fn group_runs(groups: &[Group]) -> Vec<(Group, Range<usize>)> {
     let mut at = 0;
@@ -122,6 +130,10 @@ pub(super) struct Simulation<'a> {
     partners: Vec<Partner>,
     report: Part,
     energy: Part,
+    /// What is looked at in every accepted state, where bodies need not be known for it.
+    view: Option<Part>,
+    /// How far the fastest body has turned since bodies were known last, rad.
+    turned: f64,
     heat: Heat,
     /// Conditions at which the equations switch, where steps are to end there.
     switches: Option<Part>,
@@ -227,6 +239,8 @@ impl<'a> Simulation<'a> {
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
             energy: energy_of(formulation.as_ref(), equations, &heat, layout),
+            view: own_view(formulation.as_ref(), equations, &heat),
+            turned: 0.0,
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
@@ -376,9 +390,9 @@ impl<'a> Simulation<'a> {
         self.energy_limit = limit;
     }
 
-    /// Looks at the violation of all rows in every accepted state.
+    /// Looks at all bodies and the violation of all rows in every accepted state.
     pub(super) fn watch_every_state(&mut self) {
-        self.period = 1;
+        (self.period, self.view) = (1, None);
     }
 
     /// Lets programs be compiled during the run, of which samples are taken up to this number.
@@ -438,7 +452,11 @@ impl<'a> Simulation<'a> {
         let mut list = self.formulation.programs();
         list.push(self.rows.used(false));
         list.extend(self.values.iter_mut().flat_map(RowValues::used).map(Used::by_steps));
-        list.extend(self.energy.used().chain(self.accept.used()).map(Used::by_steps));
+        match &mut self.view {
+            Some(view) => list.extend(view.used().map(Used::by_steps).chain(self.energy.used())),
+            None => list.extend(self.energy.used().map(Used::by_steps)),
+        }
+        list.extend(self.accept.used().map(Used::by_steps));
         list.extend(self.report.used().map(Used::by_samples));
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));
         list.extend(self.told.iter_mut().flat_map(|told| told.inputs.used()));

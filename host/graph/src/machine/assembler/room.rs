@@ -1,6 +1,6 @@
 //! [`Room`]: what the writer of functions knows of the registers of the workspace.
 
-use super::super::super::tape::Program;
+use super::super::super::tape::{NO_REGISTER, Program};
 use super::super::Copied;
 
 /// No vector register.
@@ -39,7 +39,9 @@ impl Room {
         self.written.fill(false);
         if copied.outputs {
             for (slot, register) in program.outputs.iter().enumerate().rev() {
-                self.output[*register as usize] = slot as u32;
+                if *register != NO_REGISTER {
+                    self.output[*register as usize] = slot as u32;
+                }
             }
         }
     }

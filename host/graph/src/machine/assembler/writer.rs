@@ -1,6 +1,6 @@
 //! [`Writer`]: one function, forwards.
 
-use super::super::super::tape::{Instruction, Register};
+use super::super::super::tape::{Instruction, NO_REGISTER, Register};
 use super::super::calls::{INLINE_POWER, atan2, look_up, powf, powi, turns_of};
 use super::super::encoder::{Code, Operation, Place, RBP, RBX, RCX, RDI, RDX};
 use super::copies::Copies;
@@ -105,6 +105,9 @@ impl<'l> Writer<'l> {
         for (slot, register) in copies.inputs {
             self.copy((RDX, offset(*slot)), self.home(*register));
         }
+        for (slot, output) in copies.passed {
+            self.copy((RDX, offset(*slot)), (self.outputs, offset(*output)));
+        }
         for (instruction, uses) in list.iter().zip(uses) {
             self.code.make_room();
             self.instruction(instruction, uses);
@@ -131,7 +134,7 @@ impl<'l> Writer<'l> {
 
     /// Outputs that no operation of the last list has computed, and those that are one twice.
     fn copy_outputs(&mut self, outputs: &[Register]) {
-        for (register, slot) in outputs.iter().zip(0..) {
+        for (register, slot) in outputs.iter().zip(0..).filter(|(register, _)| **register != NO_REGISTER) {
             let first = self.room.output[*register as usize];
             let written = self.room.written[*register as usize];
             if written && first == slot {

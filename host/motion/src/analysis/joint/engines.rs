@@ -32,8 +32,7 @@ impl Engines for JointForm {
         if let Some(regular) = &mut self.regular {
             regular.position.run(&self.motion.inputs, &self.bodies.sets)?;
             let outputs = regular.position.outputs();
-            let worst =
-                worst(&outputs[columns..columns + regular.rows.len()], &regular.rows, &self.safe.rows, &self.row_sizes);
+            let worst = worst(&outputs[columns..columns + regular.rows.len()], &regular.rows, &self.regular_sizes);
             if (!finely && worst.0 <= ROUND_OFF * self.motion.length) || !worst.0.is_finite() {
                 return Ok(worst);
             }
@@ -48,7 +47,7 @@ impl Engines for JointForm {
         }
         self.motion.corrected_safely = true;
         self.safe.factor(&self.motion.inputs, &self.bodies.sets, &mut self.motion.counters)?;
-        let worst = worst(self.safe.function(Function::Value), &self.safe.rows, &self.safe.rows, &self.row_sizes);
+        let worst = worst(self.safe.function(Function::Value), &self.safe.rows, &self.row_sizes);
         if !worst.0.is_finite() {
             return Ok(worst);
         }
@@ -65,8 +64,10 @@ impl Engines for JointForm {
         if let Some(regular) = &mut self.regular {
             let outputs = regular.velocity.run(&self.motion.inputs, &self.bodies.sets)?;
             self.motion.accelerations.copy_from_slice(&outputs[..columns]);
-            self.take_look();
-            if self.trusted || !self.motion.careful && self.last.ratio >= self.least_health {
+            self.is_look_due = true;
+            // Where that is enough, the rest of the look is for those who ask.
+            let is_sound = !self.motion.careful && regular.velocity_ratio(columns) >= self.least_health;
+            if is_sound || self.take_look() {
                 self.motion.corrected_safely = false;
                 return Ok(());
             }
@@ -104,6 +105,7 @@ impl Engines for JointForm {
             // Positions may have been brought to the constraints without the regular engine.
             self.look()?;
         }
+        self.take_look();
         self.least_health = least_health(&self.first, &self.last);
         Ok(Some(Independence { now: self.last.independence, at_start: self.first.independence }))
     }
@@ -117,7 +119,7 @@ impl Engines for JointForm {
 
     fn worst_violation(&mut self) -> Result<(f64, Option<usize>), AnalysisError> {
         self.safe.terms.run(&self.motion.inputs, &self.bodies.sets)?;
-        Ok(worst(self.safe.function(Function::Value), &self.safe.rows, &self.safe.rows, &self.row_sizes))
+        Ok(worst(self.safe.function(Function::Value), &self.safe.rows, &self.row_sizes))
     }
 
     fn try_motion(&mut self, accelerations: &[f64], power: f64) -> Result<(), AnalysisError> {
@@ -136,16 +138,11 @@ impl Engines for JointForm {
     }
 }
 
-/// The worst of the violations of rows in use, and which it is. `sizes` belong to `all`.
-fn worst(values: &[f64], rows: &[usize], all: &[usize], sizes: &[f64]) -> (f64, Option<usize>) {
+/// The worst of the violations of rows, and which it is. Values and sizes are theirs.
+fn worst(values: &[f64], rows: &[usize], sizes: &[f64]) -> (f64, Option<usize>) {
     let mut worst = (0.0, None);
-    let mut at = 0;
-    for (value, row) in values.iter().zip(rows) {
-        // Both ascend.
-        while all[at] != *row {
-            at += 1;
-        }
-        let violation = value.abs() / sizes[at];
+    for ((value, row), size) in values.iter().zip(rows).zip(sizes) {
+        let violation = value.abs() / size;
         if violation.is_nan() || violation > worst.0 {
             worst = (violation, Some(*row));
         }

@@ -55,21 +55,13 @@ impl JointForm {
         state: &[f64],
         rates: &mut [f64],
     ) -> Result<bool, AnalysisError> {
-        let Some(regular) = &mut self.regular else { return Ok(false) };
-        if self.motion.careful || self.coupling.is_some() {
+        let (Some(direct), Some(regular)) = (&mut self.direct, &self.regular) else { return Ok(false) };
+        if self.motion.careful {
             return Ok(false);
         }
-        self.motion.load(t, state);
-        let outputs = regular.motion.run(&self.motion.inputs, &self.bodies.sets)?;
-        let columns = self.motion.coordinates.columns;
-        let ratio = pivot_ratio(outputs, columns, &regular.squares);
-        if ratio < self.least_health && !self.safe.rows.is_empty() {
-            return Ok(false);
-        }
-        let others = &outputs[columns + regular.rows.len()..][..self.motion.layout.states + 1];
-        self.motion.write_rates_with(state, &outputs[..columns], others, rates);
-        // Without a way out, several at a time.
-        let found = rates.iter().fold(true, |finite, rate| finite & rate.is_finite());
+        self.motion.inputs[Layout::TIME] = t;
+        let sound = (self.least_health, &regular.squares[..]);
+        let found = direct.rates((&self.motion.inputs, state), &self.bodies.sets, sound, rates)?;
         self.motion.counters.evaluations += u64::from(found);
         Ok(found)
     }
@@ -80,7 +72,7 @@ impl JointForm {
         Traces {
             guesses: [self.coupling.as_ref().and_then(Coupling::guess), in_bodies],
             counters: [self.motion.counters, of_bodies],
-            look: Some((self.last, self.trusted)),
+            look: Some(self.last_look()),
         }
     }
 
@@ -91,7 +83,9 @@ impl JointForm {
             coupling.start_from(own);
         }
         self.motion.counters = *counters;
-        (self.last, self.trusted) = look.unwrap_or((self.last, self.trusted));
+        if let Some(look) = look {
+            (self.last, self.trusted, self.is_look_due) = (look.0, look.1, false);
+        }
         self.bodies.forget_since(&Traces {
             guesses: [in_bodies.clone(), None],
             counters: [*of_bodies, Counters::default()],
@@ -183,15 +177,26 @@ impl JointForm {
     pub(super) fn look(&mut self) -> Result<bool, AnalysisError> {
         let Some(regular) = &mut self.regular else { return Ok(false) };
         regular.velocity.run(&self.motion.inputs, &self.bodies.sets)?;
-        self.take_look();
-        Ok(self.trusted)
+        self.is_look_due = true;
+        Ok(self.take_look())
     }
 
-    /// The same, where velocities are corrected.
-    pub(super) fn take_look(&mut self) {
-        if let Some(regular) = &self.regular {
-            self.last = regular.look(self.motion.coordinates.columns);
-            self.trusted = self.last.kept >= ACCURATE && self.last.independence >= SICK_SHARE * self.first.independence;
+    /// The look where velocities were corrected last, taken if it is due: whether the regular engine is trusted there.
+    pub(super) fn take_look(&mut self) -> bool {
+        (self.last, self.trusted) = self.last_look();
+        self.is_look_due = false;
+        self.trusted
+    }
+
+    /// [`JointForm::last`] and [`JointForm::trusted`], as they are or will be.
+    fn last_look(&self) -> (Look, bool) {
+        match self.regular.as_ref().filter(|_| self.is_look_due) {
+            Some(regular) => {
+                let look = regular.look(self.motion.coordinates.columns);
+                let sound = look.kept >= ACCURATE && look.independence >= SICK_SHARE * self.first.independence;
+                (look, sound)
+            }
+            None => (self.last, self.trusted),
         }
     }
 

@@ -18,6 +18,10 @@ const MOST_INTERPOLATED: f64 = 100.0;
 /// Share of what contradicts below which rows are not looked at closely: their gradients may differ by this from those at the start.
 const FAR_FROM_CONTRADICTION: f64 = 1e-3;
 
+/// An angle by which bodies may turn between two looks at them, rad: of their two sets of Euler parameters, which are half a turn of
+/// their own apart, the one that goes on from the last is told well within half a turn.
+const TURNED: f64 = 1.0;
+
 /// Rows that are named where they are not met.
 const MOST_NAMED: usize = 4;
 
@@ -50,20 +54,56 @@ impl Simulation<'_> {
     /// # Errors
     /// See [`AnalysisError`].
     pub(in crate::session) fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        // Copied, since the formulation lends both its inputs and its element sets.
-        let mut inputs = std::mem::take(&mut self.observed);
-        let together = !self.energy.needs_dynamics && !self.energy.own;
-        if !together {
-            self.energy.at(self.formulation.as_mut(), &mut inputs, t, state)?;
+        let rows_are_due = self.watched.is_multiple_of(self.period);
+        if self.view.is_some() {
+            self.watch_motion(t, state, &[])?;
         }
-        inputs.clear();
-        inputs.extend_from_slice(self.formulation.observe(t, state, false)?.inputs);
-        if together {
-            self.energy.run(&inputs, self.formulation.sets())?;
+        if self.view.is_none() || rows_are_due || self.turned > TURNED {
+            // Copied, since the formulation lends both its inputs and its element sets.
+            let mut inputs = std::mem::take(&mut self.observed);
+            inputs.clear();
+            inputs.extend_from_slice(self.formulation.observe(t, state, false)?.inputs);
+            let result = if self.view.is_none() { self.watch_motion(t, state, &inputs) } else { Ok(()) };
+            let result = result.and_then(|()| if rows_are_due { self.watch_rows(&inputs) } else { Ok(()) });
+            (self.observed, self.turned) = (inputs, 0.0);
+            result?;
         }
-        let result = self.watch_inputs(&inputs, state);
-        self.observed = inputs;
-        result.and_then(|()| self.look_at_margins(t, state))
+        self.look_at_margins(t, state)
+    }
+
+    /// Energies and speeds at an accepted state; `inputs` are those of the working form, where there is no view.
+    fn watch_motion(&mut self, t: f64, state: &[f64], inputs: &[f64]) -> Result<(), AnalysisError> {
+        let mut velocities = std::mem::take(&mut self.velocities);
+        let found = match &mut self.view {
+            Some(view) => {
+                // It takes no inputs of the working form.
+                let found = view.at(self.formulation.as_mut(), &mut Vec::new(), t, state)?;
+                let (energies, speeds) = found.split_at(found.len() - 6 * self.layout.bodies);
+                velocities.clear();
+                velocities.extend_from_slice(speeds);
+                energies
+            }
+            None => {
+                self.gather_velocities(inputs, &mut velocities);
+                if self.energy.needs_dynamics || self.energy.own {
+                    self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?
+                } else {
+                    self.energy.run(inputs, self.formulation.sets())?
+                }
+            }
+        };
+        let (kinetic, potential, heat) = (found[0], found[1], found[2..].iter().sum());
+        let result = self.take_motion(t, state, (kinetic, potential, heat), &velocities);
+        self.velocities = velocities;
+        result
+    }
+
+    /// Velocities and angular velocities of the bodies from inputs of the working form.
+    fn gather_velocities(&self, inputs: &[f64], velocities: &mut Vec<f64>) {
+        velocities.clear();
+        for body in 0..self.layout.bodies {
+            velocities.extend_from_slice(&inputs[self.layout.body_slot(body, 7)..][..6]);
+        }
     }
 
     /// What elements want looked at, at an accepted state or a sample.
@@ -72,38 +112,38 @@ impl Simulation<'_> {
         margins.look(self.formulation.as_mut(), &mut self.observed, t, state)
     }
 
-    fn watch_inputs(&mut self, inputs: &[f64], state: &[f64]) -> Result<(), AnalysisError> {
-        let energies = self.energy.outputs();
-        let (kinetic, potential) = (energies[0], energies[1]);
-        let heat: f64 = energies[2..].iter().sum();
-        for body in 0..self.layout.bodies {
-            let slot = self.layout.body_slot(body, 0);
-            self.scales.grow(&inputs[slot..slot + 13], 1);
-        }
+    fn take_motion(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        (kinetic, potential, heat): (f64, f64, f64),
+        velocities: &[f64],
+    ) -> Result<(), AnalysisError> {
+        let fastest = self.scales.grow_to(velocities);
+        self.turned += fastest * (t - self.now).abs();
+        let spin_of = |body: usize| &velocities[6 * body + 3..][..3];
         for (body, name) in &self.particles {
-            let slot = self.layout.body_slot(*body, 10);
-            let spin = inputs[slot..slot + 3].iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+            let spin = spin_of(*body).iter().fold(0.0_f64, |most, w| most.max(w.abs()));
             if spin > PARTICLE_SPIN * self.scales.spin_scale() {
                 return Err(AnalysisError::TorqueOnParticle { body: name.clone() });
             }
         }
         self.largest_kinetic = self.largest_kinetic.max(kinetic);
         for (body, name, thin) in &self.thin {
-            let slot = self.layout.body_slot(*body, 10);
-            let about: f64 = (0..3).map(|k| inputs[slot + k] * thin.axis[k]).sum();
+            let spin = spin_of(*body);
+            let about: f64 = (0..3).map(|k| spin[k] * thin.axis[k]).sum();
             if 0.5 * thin.moment * about * about > thin.share * self.largest_kinetic {
                 return Err(AnalysisError::TorqueOnThin { body: name.clone() });
             }
         }
         let work = state.last().copied().unwrap_or(0.0);
-        self.audit.energy(inputs[Layout::TIME], kinetic, potential, work);
+        self.audit.energy(t, kinetic, potential, work);
         match self.heat {
-            Heat::Watched => self.audit.heating(inputs[Layout::TIME], heat),
+            Heat::Watched => self.audit.heating(t, heat),
             known => self.audit.heat_is_all(known == Heat::All),
         }
-        let number = self.watched;
         self.watched += 1;
-        if number.is_multiple_of(self.period) { self.watch_rows(inputs) } else { Ok(()) }
+        Ok(())
     }
 
     /// Where a remedy was called in since the last accepted state: fails unless the equations hold at the end of the step, and the
@@ -191,10 +231,9 @@ impl Simulation<'_> {
     fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
         self.rows.evaluate(inputs, self.formulation.sets())?;
         self.row_right.copy_from_slice(self.rows.rates_in_time());
-        self.velocities.clear();
-        for body in 0..self.layout.bodies {
-            self.velocities.extend_from_slice(&inputs[self.layout.body_slot(body, 7)..][..6]);
-        }
+        let mut velocities = std::mem::take(&mut self.velocities);
+        self.gather_velocities(inputs, &mut velocities);
+        self.velocities = velocities;
         for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
             self.row_right[*row] += value * self.velocities[*column];
         }

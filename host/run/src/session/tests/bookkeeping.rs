@@ -99,6 +99,20 @@ fn samples_do_not_steer_the_steps() {
 }
 
 #[test]
+fn velocities_and_energies_in_coordinates_of_joints_are_those_of_the_bodies() {
+    let with = |keys: &str| run(&scenes::tangle().replace("t_end = 1", &format!("t_end = 1\n{keys}")));
+    let plain = with("formulation = \"joint\"; without = [\"audit\"]".replace("; ", "\n").as_str());
+    let report = with("formulation = \"joint\"");
+    assert_eq!((&report.times, &report.columns), (&plain.times, &plain.columns));
+    assert_eq!((report.summary.steps, report.summary.evaluations), (plain.summary.steps, plain.summary.evaluations));
+    let (a, b) = (&report.summary.audit, &plain.summary.audit);
+    assert!(b.largest_energy() > 0.0);
+    for (a, b) in [(a.kinetic_energy, b.kinetic_energy), (a.potential_energy, b.potential_energy), (a.work, b.work)] {
+        assert!((a - b).abs() < 1e-12 * report.summary.audit.largest_energy(), "{a:e} {b:e}");
+    }
+}
+
+#[test]
 fn a_step_limit_ends_a_run_with_what_it_has() {
     let report = run(&scenes::tangle().replace("t_end = 1", "t_end = 1\nmax_steps = 3\nmax_step = 0.06"));
     assert_eq!((report.summary.status, report.summary.code), (Status::StoppedEarly, Some(codes::TOO_MANY_STEPS)));

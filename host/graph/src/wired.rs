@@ -1,0 +1,119 @@
+//! [`Wired`]: a program whose caller has the inputs and wants the outputs in an order of its own.
+
+use super::compile::in_ranges;
+use super::tape::{NO_REGISTER, Program, Register, Sets, Used, Workspace};
+use element_api::set::Fault;
+
+/// What becomes an output of a [`Wired`] program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// An output of the program, by number.
+    Output(usize),
+    /// An entry of the vector given, as it is.
+    Entry(usize),
+    /// Nothing: it is left as it was.
+    Nothing,
+}
+
+/// A program that reads most of its inputs from a vector of another order and writes its outputs to one, so that nobody has to
+/// copy them. The operations are those of the program, and so are the results, bit for bit.
+#[derive(Debug, Clone)]
+pub struct Wired {
+    program: Program,
+    /// Inputs that are in no entry: slot and register.
+    given: Vec<(u32, Register)>,
+}
+
+impl From<Program> for Wired {
+    /// All inputs are entries, by their slots, and the outputs are those of the program.
+    fn from(program: Program) -> Self {
+        Self { program, given: Vec::new() }
+    }
+}
+
+impl Wired {
+    /// `entry_of` gives the entry of the vector that an input slot of the program is read from, if it is one; `outputs` what becomes
+    /// of each entry of the vector of outputs; `kept` are outputs of the program that are asked for one by one ([`Wired::kept`]).
+    /// `None` where one of these is among the outputs as well.
+    #[must_use]
+    pub fn new(
+        program: &Program,
+        entry_of: impl Fn(usize) -> Option<usize>,
+        outputs: &[Source],
+        kept: &[usize],
+    ) -> Option<Self> {
+        let mut wired = Program {
+            id: Program::next_id(),
+            outputs: vec![NO_REGISTER; outputs.len()],
+            kept: kept.iter().map(|output| program.outputs[*output]).collect(),
+            passed: Vec::new(),
+            inputs: Vec::new(),
+            block: 0..0,
+            elsewhere: Vec::new(),
+            code: None,
+            ..program.clone()
+        };
+        for (place, source) in outputs.iter().enumerate() {
+            match source {
+                Source::Output(output) => wired.outputs[place] = program.outputs[*output],
+                Source::Entry(entry) => wired.passed.push((*entry as u32, place as u32)),
+                Source::Nothing => {}
+            }
+        }
+        if wired.kept.iter().any(|register| wired.outputs.contains(register)) {
+            return None;
+        }
+        let mut given = Vec::new();
+        for (slot, register) in &program.inputs {
+            match entry_of(*slot as usize) {
+                Some(entry) => wired.inputs.push((entry as u32, *register)),
+                None => given.push((*slot, *register)),
+            }
+        }
+        wired.inputs.sort_unstable();
+        (wired.input_ranges, wired.single_inputs) = in_ranges(&wired.inputs);
+        Some(Self { program: wired, given })
+    }
+
+    /// The program, for its counts.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// The program, to be compiled.
+    pub fn used<'w>(&'w mut self, workspace: &Workspace, spare: bool) -> Used<'w> {
+        Used::new(&mut self.program, workspace.runs(), spare)
+    }
+
+    /// The scratch numbers for this program.
+    #[must_use]
+    pub fn workspace(&self) -> Workspace {
+        self.program.workspace()
+    }
+
+    /// Evaluates the program; `given` are the inputs of the program it was made from, of which only those are read that are in no
+    /// entry. `[hot, no allocation]`
+    ///
+    /// # Errors
+    /// What an opaque element did wrong, with the set it belongs to.
+    #[inline]
+    pub fn run(
+        &self,
+        (given, entries): (&[f64], &[f64]),
+        sets: &Sets,
+        workspace: &mut Workspace,
+        outputs: &mut [f64],
+    ) -> Result<(), (usize, Fault)> {
+        for (slot, register) in &self.given {
+            workspace.numbers[*register as usize] = given[*slot as usize];
+        }
+        self.program.run(entries, sets, workspace, outputs)
+    }
+
+    /// The outputs that were kept at the last run, in their order.
+    #[inline]
+    pub fn kept<'w>(&'w self, workspace: &'w Workspace) -> impl Iterator<Item = f64> + 'w {
+        self.program.kept.iter().map(|register| workspace.numbers[*register as usize])
+    }
+}
