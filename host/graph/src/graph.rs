@@ -7,6 +7,7 @@ use element_api::Table;
 use rustc_hash::FxBuildHasher;
 
 use super::solved::Solved;
+use super::trail::Trail;
 
 /// A value in the graph. Operands of a node always have smaller numbers than the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -104,7 +105,7 @@ struct Known {
 }
 
 /// The operations of a scene.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug)]
 pub struct Graph {
     /// The first nodes, which copies have in common: see [`Graph::share`].
     shared: Arc<Vec<Expr>>,
@@ -120,6 +121,29 @@ pub struct Graph {
     pub solved: Vec<Solved>,
     /// How many operations were asked for, before simplification.
     pub requested: usize,
+    /// Along which other graph it is written.
+    trail: Trail,
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Self {
+            shared: Arc::default(),
+            exprs: Vec::new(),
+            known: Vec::new(),
+            tables: Vec::new(),
+            calls: Vec::new(),
+            solved: Vec::new(),
+            requested: 0,
+            trail: Trail::of_empty(),
+        }
+    }
+}
+
+impl Clone for Graph {
+    fn clone(&self) -> Self {
+        Self { known: self.known.clone(), ..self.at_rest() }
+    }
 }
 
 /// The best bits of the hash of an expression: those below number 26, the highest first, then the highest of all.
@@ -161,7 +185,11 @@ impl Graph {
     /// An empty graph with room for so many nodes.
     pub(super) fn with_room(nodes: usize) -> Self {
         let mut graph = Self::default();
-        graph.enlarge(2 * nodes);
+        if graph.trail.is_along() {
+            graph.exprs.reserve(nodes);
+        } else {
+            graph.enlarge(2 * nodes);
+        }
         graph
     }
 
@@ -169,6 +197,12 @@ impl Graph {
     #[must_use]
     pub fn len(&self) -> usize {
         self.shared.len() + self.exprs.len()
+    }
+
+    /// Whether all of it was written along a graph of another variant.
+    #[cfg(test)]
+    pub(super) fn is_along(&self) -> bool {
+        self.trail.is_along()
     }
 
     /// All nodes, ascending.
@@ -210,6 +244,24 @@ impl Graph {
     /// The node of an expression, a new one where there is none yet. The table holds numbers and hashes only, since for
     /// large scenes it would otherwise be larger than the graph (open addressing, Knuth, TAOCP 3, 6.4, algorithm L).
     pub(super) fn intern(&mut self, expr: Expr) -> Node {
+        let (end, shared, exprs) = (self.len(), &self.shared, &self.exprs);
+        let existing = |node: Node| match (node.0 as usize).checked_sub(shared.len()) {
+            Some(at) => exprs[at],
+            None => shared[node.0 as usize],
+        };
+        if let Some(node) = self.trail.follow(&expr, end, existing) {
+            if node.0 as usize == end {
+                self.exprs.push(expr);
+            }
+            return node;
+        }
+        let node = self.find_or_add(expr);
+        self.trail.note(expr, node);
+        node
+    }
+
+    /// The same, by the table of known expressions.
+    fn find_or_add(&mut self, expr: Expr) -> Node {
         if 4 * (self.len() + 1) > 3 * self.known.len() {
             self.enlarge((2 * self.known.len()).max(2 * self.len()));
         }
@@ -256,6 +308,7 @@ impl Graph {
             calls: self.calls.clone(),
             solved: self.solved.clone(),
             requested: self.requested,
+            trail: self.trail.of_copy(),
         }
     }
 

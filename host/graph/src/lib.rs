@@ -30,6 +30,7 @@
 //! | `turn.rs` | sine and cosine of an angle at once |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `shared.rs` | machine code for all programs of one structure |
+//! | `structures.rs`, `trail.rs` | what variants have in common: programs, and how graphs are written |
 //! | `costs.rs` | what programs cost |
 
 mod compile;
@@ -50,8 +51,10 @@ mod rewrite;
 mod series;
 mod shared;
 mod solved;
+mod structures;
 mod tangent;
 mod tape;
+mod trail;
 mod turn;
 mod vector;
 
@@ -72,6 +75,7 @@ pub use rewrite::Rewriting;
 pub use series::Series;
 pub use shared::SharedCode;
 pub use solved::Solved;
+pub use structures::Structures;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};

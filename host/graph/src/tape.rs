@@ -239,6 +239,26 @@ impl Program {
         PROGRAMS.fetch_add(1, Ordering::Relaxed)
     }
 
+    /// The same operations with other constants and tables, as many of each: a program of its own, without machine code.
+    pub(super) fn with_numbers(&self, constants: Vec<f64>, tables: Vec<Table>) -> Self {
+        assert_eq!(constants.len(), self.constants.len(), "constants of another program");
+        Self {
+            id: Self::next_id(),
+            constants,
+            tables,
+            code: None,
+            inputs: self.inputs.clone(),
+            input_ranges: self.input_ranges.clone(),
+            single_inputs: self.single_inputs.clone(),
+            stages: self.stages.clone(),
+            after_calls: self.after_calls.clone(),
+            outputs: self.outputs.clone(),
+            block: self.block.clone(),
+            elsewhere: self.elsewhere.clone(),
+            registers: self.registers,
+        }
+    }
+
     /// Tells it and its copies from all other programs.
     #[must_use]
     pub fn id(&self) -> u64 {

@@ -18,8 +18,10 @@ mod series;
 #[cfg(feature = "jit")]
 mod shared;
 mod solved;
+mod structures;
 mod tangents;
 mod tape;
+mod trail;
 mod turn;
 
 use super::*;
