@@ -7,6 +7,7 @@
 //! So a graph is what it would be without this, node by node.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rustc_hash::FxHashMap;
 
@@ -16,21 +17,29 @@ use super::structures::Structures;
 /// What was written in a graph, and where that is in it.
 #[derive(Debug)]
 pub(super) struct Steps {
+    /// Tells them from all others, also those of another variant's graph of the same number.
+    id: u64,
     /// The graph that it began as a copy of, and after how many steps of that.
     origin: Option<Place>,
     list: Vec<(Expr, Node)>,
 }
 
 impl Steps {
+    /// None yet.
+    fn from(origin: Option<Place>) -> Self {
+        static STEPS: AtomicU64 = AtomicU64::new(0);
+        Self { id: STEPS.fetch_add(1, Ordering::Relaxed), origin, list: Vec::new() }
+    }
+
     pub(super) fn len(&self) -> usize {
         self.list.len()
     }
 }
 
-/// A graph of a variant, by its number, and how many steps it had when it was copied.
+/// Steps, by their id, and how many of them there were when a copy was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Place {
-    graph: usize,
+    id: u64,
     steps: usize,
 }
 
@@ -43,7 +52,7 @@ pub(super) enum Trail {
     /// As the first of its number: what is written is kept for others.
     First { number: usize, steps: Steps, kept: Structures },
     /// Along the first.
-    Along { number: usize, steps: Arc<Steps>, at: usize, constants: FxHashMap<u64, Node> },
+    Along { steps: Arc<Steps>, at: usize, constants: FxHashMap<u64, Node> },
 }
 
 impl Trail {
@@ -56,9 +65,9 @@ impl Trail {
     pub(super) fn of_copy(&self) -> Self {
         match self {
             Self::None => Self::None,
-            Self::First { number, steps, .. } => Self::begin(Some(Place { graph: *number, steps: steps.len() }), None),
-            Self::Along { number, at, constants, .. } => {
-                Self::begin(Some(Place { graph: *number, steps: *at }), Some(constants.clone()))
+            Self::First { steps, .. } => Self::begin(Some(Place { id: steps.id, steps: steps.len() }), None),
+            Self::Along { steps, at, constants } => {
+                Self::begin(Some(Place { id: steps.id, steps: *at }), Some(constants.clone()))
             }
         }
     }
@@ -67,9 +76,9 @@ impl Trail {
     fn begin(origin: Option<Place>, constants: Option<FxHashMap<u64, Node>>) -> Self {
         let Some((number, kept, steps)) = Structures::next_graph() else { return Self::None };
         match (steps, constants) {
-            (Some(steps), Some(constants)) if steps.origin == origin => Self::Along { number, steps, at: 0, constants },
+            (Some(steps), Some(constants)) if steps.origin == origin => Self::Along { steps, at: 0, constants },
             (Some(_), _) => Self::None,
-            (None, _) => Self::First { number, steps: Steps { origin, list: Vec::new() }, kept },
+            (None, _) => Self::First { number, steps: Steps::from(origin), kept },
         }
     }
 
@@ -119,7 +128,7 @@ impl Drop for Trail {
     fn drop(&mut self) {
         if let Self::First { number, steps, kept } = self {
             let list = std::mem::take(&mut steps.list);
-            kept.keep_steps(*number, Steps { origin: steps.origin, list });
+            kept.keep_steps(*number, Steps { list, ..*steps });
         }
     }
 }

@@ -8,11 +8,7 @@ use crate::Structures;
 /// Operations of every kind with these constants; and a table of this slope.
 fn graph(constants: [f64; 4], slope: f64) -> (Graph, Vec<Node>) {
     let mut g = Graph::default();
-    g.tables.push(Table {
-        breaks: vec![-1.0, 1.0],
-        pieces: vec![[0.0, slope, 0.0, 0.0]],
-        outside: Outside::Clamped,
-    });
+    g.tables.push(Table { breaks: vec![-1.0, 1.0], pieces: vec![[0.0, slope, 0.0, 0.0]], outside: Outside::Clamped });
     let (a, b) = (g.input(0), g.input(1));
     let [c, d, e, f] = constants.map(|value| g.constant(value));
     let scaled = g.mul(a, c);

@@ -103,6 +103,41 @@ fn a_constant_that_meets_another_one_is_seen() {
     assert_eq!(write([9.0, 9.0]).2, 1);
 }
 
+/// Variants that are written at the same time, on several threads, do not mix: what one has copied is no copy of the other's graph.
+#[test]
+fn copies_belong_to_the_graph_that_they_were_made_of() {
+    let structures = Structures::default();
+    // Equally many steps, then a copy that is gone on with.
+    let begin = |of_one: bool| {
+        let mut g = Graph::default();
+        let (x, y) = (g.input(0), g.input(1));
+        let z = if of_one { g.sin(x) } else { g.mul(x, y) };
+        (g, z)
+    };
+    let go_on = |g: &Graph| {
+        let mut copy = g.clone();
+        let x = copy.input(0);
+        let sine = copy.sin(x);
+        let found = copy.add(sine, x);
+        (nodes(&[copy.clone()]), value(&copy, found, &[0.5, 2.0]))
+    };
+    let first = structures.during(|| {
+        let first = begin(false);
+        // Meanwhile another one begins, and is done with its copy before.
+        let other = structures.during(|| {
+            let other = begin(true);
+            go_on(&other.0);
+            other
+        });
+        (first, other)
+    });
+    drop(first);
+    let alone = go_on(&begin(false).0);
+    for _ in 0..2 {
+        assert_eq!(structures.during(|| go_on(&begin(false).0)), alone);
+    }
+}
+
 #[test]
 fn steps_that_are_kept_are_bounded() {
     let structures = Structures::default();

@@ -44,11 +44,8 @@ pub(super) fn analysed(
         return Ok(found);
     }
     let factorisation = analyse()?;
-    let known = Known {
-        structure: structure.clone(),
-        clusters: clusters.cloned(),
-        factorisation: factorisation.clone(),
-    };
+    let known =
+        Known { structure: structure.clone(), clusters: clusters.cloned(), factorisation: factorisation.clone() };
     KNOWN.with_borrow_mut(|list| {
         list.truncate(MOST - 1);
         list.insert(0, known);
