@@ -54,6 +54,7 @@ pub(super) fn analysed(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
 mod tests {
     use super::*;
 
