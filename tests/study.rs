@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
+use odyn::session::Session;
 use odyn::study::{Outcome, Points, Study, StudyOptions, Vary};
 
 use crate::support::{Scratch, open, options, root, run};
@@ -85,5 +86,55 @@ fn machine_code_is_made_once_for_all_runs() {
         assert!(last.machine_code_programs > first.machine_code_programs, "{programs:?}");
         assert_eq!(last.machine_code_from, Some(0.0));
         assert_eq!(last.machine_code_time_s, 0.0, "nothing is made again");
+    }
+}
+
+/// Variants are written along the first one, as far as their numbers leave the operations what they are: contacts, friction, opaque
+/// elements, islands, tables and states among them; gravity that vanishes, or is along one axis, leaves others. Each run has the bits
+/// of the run that shares nothing.
+#[test]
+fn runs_of_a_study_have_the_bits_of_runs_that_share_nothing() {
+    let scenes = [
+        "compressor-speed-control",
+        "verification/joint-friction-loop",
+        "verification/plane-contact-friction",
+        "verification/rope",
+        "verification/cam-points",
+        "verification/modal-body",
+        "verification/integral",
+        "verification/gear-planetary",
+        "verification/motor-torque",
+        "verification/beam",
+    ];
+    let gravities = ["[0, 0, 0]", "[0.5, -9, 0.1]", "[0.4, -8, 0.2]", "[0, 0, -9.81]", "[0.4, -9, 0.3]"];
+    for scene in scenes {
+        let path = root().join(format!("scenes/{scene}.toml"));
+        let key = |gravity: &str| format!("simulation.gravity={gravity}");
+        let options = StudyOptions {
+            common: options(&["simulation.t_end=\"5 ms\"", "simulation.output_step=\"1 ms\""], &[]),
+            points: Points::grid(vec![Vary::parse(&key(&gravities.join(","))).unwrap()]).unwrap(),
+            jobs: 1,
+            ..StudyOptions::default()
+        };
+        let study = Study::run(&path, &options, &|_, _| (), &Arc::default()).unwrap();
+        for (gravity, run) in gravities.iter().zip(&study.runs) {
+            let sets = ["simulation.t_end=\"5 ms\"", "simulation.output_step=\"1 ms\"", &key(gravity)];
+            let alone = Session::open(&path, &crate::support::options(&sets, &[]))
+                .and_then(|session| session.run(None, Box::new(|_| ()), &Arc::default()));
+            let (last, finished) = match (&alone, &run.outcome) {
+                (Ok(alone), Outcome::Ran(finished)) => (alone, finished),
+                (Err(alone), Outcome::Failed(error)) => {
+                    assert_eq!(error.to_string(), alone.to_string(), "{scene} {gravity}");
+                    continue;
+                }
+                other => panic!("{scene} {gravity}: {other:?}"),
+            };
+            let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let ends: Vec<f64> = last.columns.iter().map(|column| column.last().copied().unwrap_or(f64::NAN)).collect();
+            assert_eq!(bits(&finished.last), bits(&ends), "{scene} {gravity}");
+            let (one, other) = (&finished.summary, &last.summary);
+            assert_eq!(one.evaluations, other.evaluations, "{scene} {gravity}");
+            assert_eq!(one.steps, other.steps, "{scene} {gravity}");
+        }
     }
 }

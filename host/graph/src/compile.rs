@@ -6,6 +6,7 @@ use element_api::set::Wanted;
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
+use super::structures;
 use super::tape::{BatchPlan, Instruction, Program, Register, Stage, Turns};
 use super::turn::{first_angles, lanes, pairs_together};
 
@@ -16,6 +17,11 @@ impl Program {
     /// equally many calls one after the other, between the operations that feed them and the operations that use them.
     #[must_use]
     pub fn compile(graph: &Graph, outputs: &[Node]) -> Self {
+        structures::program(graph, outputs, || Self::compile_anew(graph, outputs))
+    }
+
+    /// The same, known or not.
+    fn compile_anew(graph: &Graph, outputs: &[Node]) -> Self {
         let live = graph.live(outputs);
         let calls = used_calls(graph, &live);
         let arguments: Vec<Node> =

@@ -32,6 +32,7 @@
 //! | `turn.rs` | sine and cosine of an angle at once |
 //! | `machine/` | programs as machine code (feature `jit`; without it `no_machine.rs`) |
 //! | `shared.rs` | machine code for all programs of one structure |
+//! | `structures.rs` | what variants have in common: programs of the same structure |
 //! | `costs.rs` | what programs cost |
 
 mod compile;
@@ -53,6 +54,7 @@ mod rewrite;
 mod series;
 mod shared;
 mod solved;
+mod structures;
 mod tangent;
 mod tape;
 mod turn;
@@ -76,6 +78,7 @@ pub use rewrite::Rewriting;
 pub use series::Series;
 pub use shared::SharedCode;
 pub use solved::Solved;
+pub use structures::Structures;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};
 pub use vector::{M3, M6, V3, V6};

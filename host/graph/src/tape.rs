@@ -248,6 +248,12 @@ impl Program {
         PROGRAMS.fetch_add(1, Ordering::Relaxed)
     }
 
+    /// The same operations with other constants and tables, as many of each: a program of its own, without machine code.
+    pub(super) fn with_numbers(&self, constants: Vec<f64>, tables: Vec<Table>) -> Self {
+        assert_eq!(constants.len(), self.constants.len(), "constants of another program");
+        Self { id: Self::next_id(), constants, tables, code: None, ..self.clone() }
+    }
+
     /// Tells it and its copies from all other programs.
     #[must_use]
     pub fn id(&self) -> u64 {

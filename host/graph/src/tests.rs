@@ -18,6 +18,7 @@ mod series;
 #[cfg(feature = "jit")]
 mod shared;
 mod solved;
+mod structures;
 mod tangents;
 mod tape;
 mod turn;

@@ -62,7 +62,7 @@ mod tests;
 
 pub use odyn_graph::{
     Call, Elimination, Expr, Graph, Listing, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets,
-    SharedCode, Solved, Source, Tangents, Used, Wired, Workspace, condense, costs, derivatives, import,
+    SharedCode, Solved, Source, Structures, Tangents, Used, Wired, Workspace, condense, costs, derivatives, import,
 };
 
 pub use articulated::Articulated;

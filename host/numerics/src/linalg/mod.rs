@@ -24,11 +24,13 @@
 //! | `sparse_first.rs` | the sparse engine where it can be trusted, the rank-safe one where not |
 //! | `sparse_ldl.rs` | engine whose cost grows like the size of a chain or tree |
 //! | `sparse_rank.rs` | dependent rows found by sparse elimination |
+//! | `analysed.rs` | patterns that are asked for again are analysed once |
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
 //! | `pivoted_qr.rs` | Householder QR with column pivoting, in dense or sparse storage (`pivoted_qr/`): rank, least squares, minimum norm |
 //! | `dense.rs` | LU with complete pivoting for square systems that may be singular |
 //! | `block_cholesky.rs` | Cholesky factor of the mass matrix, block by block |
 
+mod analysed;
 mod block_cholesky;
 mod constraint_order;
 mod dense;

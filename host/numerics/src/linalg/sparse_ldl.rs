@@ -1,5 +1,6 @@
 //! Sparse `L D L^T` of the saddle point matrix, without pivoting, in an order fixed beforehand.
 
+use super::analysed::analysed;
 use super::{BlockCholesky, Clusters, Health, KktSolver, KktStructure, LinalgError, check_length, constraint_order};
 
 /// Ratio of the largest to the smallest entry of the mass matrix's diagonal from which on every solution is refined.
@@ -106,8 +107,7 @@ impl SparseLdl {
     /// # Errors
     /// [`LinalgError::Pattern`].
     pub fn with_computed_order(structure: &KktStructure, clusters: Option<&Clusters>) -> Result<Self, LinalgError> {
-        let order = constraint_order(structure, clusters)?;
-        Self::new(structure, &order)
+        analysed(structure, clusters, || Self::new(structure, &constraint_order(structure, clusters)?))
     }
 
     /// Sets the pivot ratio below which a row is counted as dependent in [`Health::rank`].

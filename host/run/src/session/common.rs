@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::catalog::{Catalog, Request, SearchPath};
-use crate::program::SharedCode;
+use crate::program::{SharedCode, Structures};
 use crate::results::{ResultsError, Table};
 
-/// What runs share that are variants of one scene: libraries are loaded once, tables of checks read once, and machine code made
-/// once for programs of one structure. Results do not depend on it. Copies share what they hold.
+/// What runs share that are variants of one scene: libraries are loaded once, tables of checks read once, programs of one structure
+/// compiled once, and machine code made once for them. Results do not depend on it. Copies share what they hold.
 #[derive(Clone, Default)]
 pub struct Common(Arc<Parts>);
 
 #[derive(Default)]
 struct Parts {
     code: SharedCode,
+    structures: Structures,
     tables: Mutex<HashMap<(PathBuf, Vec<String>), ReadTable>>,
     catalogs: Mutex<Vec<(Vec<Request>, SearchPath, Catalog)>>,
 }
@@ -26,6 +27,11 @@ pub(super) type ReadTable = Arc<Result<Table, ResultsError>>;
 impl Common {
     pub(super) fn code(&self) -> SharedCode {
         self.0.code.clone()
+    }
+
+    /// Does what these runs do, on this thread.
+    pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.0.structures.during(work)
     }
 
     /// Columns of the table of a file as it was when they were first asked for; others may be empty.

@@ -13,7 +13,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::pool;
 use crate::results::{ChannelInfo, Summary};
 use crate::scene::{Document, Rejected};
-use crate::session::{RunOptions, Session, SessionError};
+use crate::session::{Common, RunOptions, Session, SessionError};
 
 /// More runs than this are taken for a mistake.
 pub const MOST_RUNS: usize = 1_000_000;
@@ -132,7 +132,7 @@ impl Study {
             if let Some(kept) = kept.get(&number) {
                 return Run { outcome: Outcome::Kept(kept.clone()) };
             }
-            let (mut run, fingerprint) = single(&scene, number, stop);
+            let (mut run, fingerprint) = scene.common.during(|| single(&scene, number, stop));
             let add = |journal: &Journal| match &mut run.outcome {
                 Outcome::Ran(finished) => journal.add(number, &fingerprint, finished),
                 // What fails while everything is stopped may do so because of that.
@@ -229,16 +229,17 @@ struct Varied<'a> {
     document: &'a Result<Document, Box<Rejected>>,
     /// What the runs have in common.
     options: RunOptions,
+    common: Common,
     study: &'a StudyOptions,
 }
 
 impl<'a> Varied<'a> {
     fn new(path: &'a Path, document: &'a Result<Document, Box<Rejected>>, study: &'a StudyOptions) -> Self {
         let mut options = study.common.clone();
-        options.common.get_or_insert_default();
+        let common = options.common.get_or_insert_default().clone();
         // The runs share the processors; none takes several.
         options.jobs = 1;
-        Self { path, document, options, study }
+        Self { path, document, options, common, study }
     }
 
     /// The scene of the first run, where it can be opened. That is worth it where studies are compared.
