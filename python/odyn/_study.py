@@ -278,7 +278,7 @@ def _odyn(arguments: Sequence[str], table: Path | None = None) -> None:
 def _shard(number: int, count: int, arguments: Sequence[str]) -> int:
     """Does one shard; what has been done of it before is not done again.
 
-    The program of a worker that was killed goes on with its shard, or is about to end: it is waited for.
+    The program of a worker that was killed continues its shard, or is about to end: it is waited for.
     """
     while True:
         try:

@@ -1,7 +1,9 @@
 //! Positions and velocities before time starts.
 
+mod rolling;
 pub(super) mod velocities;
 
+use rolling::rolling;
 use velocities::velocities;
 
 use nalgebra::Vector3;
@@ -16,7 +18,7 @@ use super::working::{BODY_STATES, clusters};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
 use crate::model::{Model, rotation, skew};
 use crate::plan::{Layout, body_scales};
-use crate::program::{Contact, Equations, Program};
+use crate::program::{Equations, Program};
 
 /// Newton steps before assembly gives up.
 const MOST_STEPS: usize = 60;
@@ -30,9 +32,6 @@ const VELOCITY_MISS: f64 = 1e-9;
 const OPEN: f64 = 1e-6;
 /// Velocities that miss the rows by at most this share of what these are made of meet them but for round-off.
 const AS_ASKED: f64 = 1e-12;
-
-/// Contacts that are open by at most this share of the scene's size touch; with rates up to this share of its speeds they rest.
-const AT_CONTACT: f64 = 1e-9;
 
 /// How far along the velocities [`ahead`] looks, rad or lengths of the scene; the first place that can be assembled counts.
 const AHEAD: [f64; 4] = [0.4, 0.2, 0.1, 0.05];
@@ -212,39 +211,6 @@ pub fn assemble_from(
     let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
     scales.grow(&state, layout.bodies);
     Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses, chosen, given_speed })
-}
-
-/// The contacts whose bodies cannot slide on each other (they have rows that stick whatever it takes) and that touch where the scene
-/// is assembled, neither striking nor parting.
-fn rolling(
-    equations: &Equations,
-    model: &Model,
-    layout: &Layout,
-    t: f64,
-    assembly: &Assembly,
-) -> Result<Vec<usize>, AssemblyError> {
-    let rolls = |contact: &Contact| !contact.sticking.is_empty() && !contact.of_velocities;
-    if !equations.contacts.iter().any(rolls) {
-        return Ok(Vec::new());
-    }
-    let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time], &[])?;
-    rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
-    let length = assembly.scales.length;
-    let speed = assembly.scales.speed_scale().max(assembly.scales.spin_scale() * length);
-    let (mut rates, mut squares) = (rows.function(1).to_vec(), vec![0.0; all.len()]);
-    for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
-        rates[*row] += slope * assembly.working[BODY_STATES * (column / 6) + 7 + column % 6];
-        squares[*row] += (slope * if column % 6 < 3 { 1.0 } else { 1.0 / length }).powi(2);
-    }
-    let rests = |contact: &Contact| {
-        let (row, size) = (contact.row, squares[contact.row].sqrt());
-        rolls(contact)
-            && rows.function(0)[row].abs() <= AT_CONTACT * length * size
-            && rates[row].abs() <= AT_CONTACT * speed * size
-    };
-    let contacts = equations.contacts.iter().enumerate().filter(|(_, contact)| rests(contact));
-    Ok(contacts.map(|(number, _)| number).collect())
 }
 
 /// A place that the motion comes to: the start, at time `t`, moved along its velocities and brought to the joints, with the

@@ -19,7 +19,7 @@ const MOST_INTERPOLATED: f64 = 100.0;
 const FAR_FROM_CONTRADICTION: f64 = 1e-3;
 
 /// An angle by which bodies may turn between two looks at them, rad: of their two sets of Euler parameters, which are half a turn of
-/// their own apart, the one that goes on from the last is told well within half a turn.
+/// their own apart, one that continues the last is recognised well within half a turn.
 const TURNED: f64 = 1.0;
 
 /// Rows that are named where they are not met.
