@@ -9,7 +9,7 @@ pub struct Choices {
     pub step: Option<f64>,
     /// Method of integration.
     pub method: &'static Method,
-    /// See [`Machine::tolerance`]; for methods with an estimate of their error.
+    /// See [`crate::Machine::tolerance`]; for methods with an estimate of their error.
     pub tolerance: Option<f64>,
     /// Inputs by their names; all if left out. The others stay at their values at the start.
     pub inputs: Option<Vec<String>>,
