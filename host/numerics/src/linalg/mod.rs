@@ -23,7 +23,7 @@
 //! | `dense_qr.rs` | rank-safe engine, the plain twin of everything faster; sparse storage where much is zero |
 //! | `sparse_first.rs` | the sparse engine where it can be trusted, the rank-safe one where not |
 //! | `sparse_ldl.rs` | engine whose cost grows like the size of a chain or tree |
-//! | `sparse_rank.rs` | dependent rows found by sparse elimination |
+//! | `sparse_rank.rs`, `null_vectors.rs` | dependent rows found by sparse elimination, and what they are made of |
 //! | `analysed.rs` | patterns that are asked for again are analysed once |
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
 //! | `pivoted_qr.rs` | Householder QR with column pivoting, in dense or sparse storage (`pivoted_qr/`): rank, least squares, minimum norm |
@@ -35,6 +35,7 @@ mod block_cholesky;
 mod constraint_order;
 mod dense;
 mod dense_qr;
+mod null_vectors;
 mod pivoted_qr;
 mod sparse_first;
 mod sparse_ldl;

@@ -10,16 +10,12 @@ use super::{
 /// Share of a row that is left after elimination, squared, at or below which nothing is left but round-off. Between this and
 /// [`TRUSTED`] elimination cannot tell: squares of sines are what is seen.
 const NOTHING_LEFT: f64 = 1e-13;
-/// What is left of a dependent row must be below this share of it, when it is looked at without squares.
-const NOTHING_LEFT_OF_VECTOR: f64 = 1e-8;
 /// Sine of the angle between a row in doubt and the span of the others, seen without squares, from which on it is independent of
 /// them, and up to which it depends on them. Chains of loops have rows with sines like one by the number of loops.
 const APART: f64 = 1e-7;
 const WITHIN: f64 = 1e-9;
 /// Rows in doubt beyond which none is looked at.
 const MOST_DOUBTS: usize = 64;
-/// Coefficients below this share of the largest one do not count in a null vector.
-const NEGLIGIBLE: f64 = 1e-9;
 
 /// A vector `lambda` with `J^T lambda = 0`, as rows and values.
 pub type NullVector = Vec<(usize, f64)>;
@@ -175,54 +171,10 @@ impl SparseRank {
         solver.refactor(&values)?;
         Ok((solver, own))
     }
-
-    /// For each dependent row a vector `lambda` with `J^T lambda = 0`, as (row, value) with a one on the dependent row.
-    /// One solution with the independent rows each. `None` where one of them turns out not to depend on the others, by less
-    /// than squares can show. `[report]`, allocates.
-    ///
-    /// # Errors
-    /// See [`SparseLdl`].
-    pub fn null_space(
-        &self,
-        structure: &KktStructure,
-        clusters: &Clusters,
-        mass: &[f64],
-        jacobian: &[f64],
-    ) -> Result<Option<Vec<NullVector>>, LinalgError> {
-        if self.dependent.is_empty() {
-            return Ok(Some(Vec::new()));
-        }
-        let (mut solver, own) = self.engine(structure, clusters, mass, jacobian)?;
-        solver.set_refinement(true);
-        let (mut f, mut a) = (vec![0.0; own.n], vec![0.0; own.n]);
-        let (g, mut lambda) = (vec![0.0; own.m], vec![0.0; own.m]);
-        let mut vectors = Vec::with_capacity(self.dependent.len());
-        for row in &self.dependent {
-            f.fill(0.0);
-            let first = structure.jacobian.partition_point(|(k, _)| k < row);
-            let last = structure.jacobian.partition_point(|(k, _)| k <= row);
-            for k in first..last {
-                f[structure.jacobian[k].1] = -jacobian[k];
-            }
-            // M a + J^T lambda = -j with J a = 0: a vanishes, since j is in the span.
-            solver.solve(&f, &g, &mut a, &mut lambda)?;
-            let rest = times_mass(structure, mass, &a);
-            let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            if size(&rest) > NOTHING_LEFT_OF_VECTOR * size(&f) {
-                return Ok(None);
-            }
-            let largest = lambda.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
-            let some = self.independent.iter().zip(&lambda).filter(|(_, x)| x.abs() > NEGLIGIBLE * largest);
-            let mut vector: Vec<(usize, f64)> = some.map(|(row, x)| (*row, *x)).collect();
-            vector.push((*row, 1.0));
-            vectors.push(vector);
-        }
-        Ok(Some(vectors))
-    }
 }
 
 /// A row of `J`.
-fn gradient(structure: &KktStructure, jacobian: &[f64], row: usize) -> Vec<f64> {
+pub(super) fn gradient(structure: &KktStructure, jacobian: &[f64], row: usize) -> Vec<f64> {
     let mut values = vec![0.0; structure.n];
     let first = structure.jacobian.partition_point(|(k, _)| *k < row);
     let own = structure.jacobian[first..].iter().zip(&jacobian[first..]).take_while(|((k, _), _)| *k == row);
@@ -231,7 +183,7 @@ fn gradient(structure: &KktStructure, jacobian: &[f64], row: usize) -> Vec<f64> 
 }
 
 /// M a
-fn times_mass(structure: &KktStructure, mass: &[f64], a: &[f64]) -> Vec<f64> {
+pub(super) fn times_mass(structure: &KktStructure, mass: &[f64], a: &[f64]) -> Vec<f64> {
     let mut product = vec![0.0; a.len()];
     for ((i, j), value) in structure.mass.iter().zip(mass) {
         product[*i] += value * a[*j];

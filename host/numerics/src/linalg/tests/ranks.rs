@@ -1,6 +1,7 @@
 //! Rows that depend on each other: found, left out, refused, whatever the units and masses.
 
 use super::*;
+use crate::linalg::null_vectors::Search;
 
 #[test]
 fn dependent_row_is_found_and_changes_no_acceleration() {
@@ -170,4 +171,61 @@ fn ranks_do_not_depend_on_masses() {
             }
         }
     }
+}
+
+/// Neighbours that share an unknown, each with a row that is the sum of two others with factors of its own: rows far apart are
+/// looked at together, and their vectors are those of one at a time.
+#[test]
+fn null_vectors_of_many_rows_are_those_of_each_alone() {
+    let count = 150;
+    let (mut jacobian, mut values) = (Vec::new(), Vec::new());
+    let (mut row, mut labels) = (0, Vec::new());
+    for k in 0..count {
+        let at = 3 * k;
+        let factor = 0.5 + (k % 7) as f64 / 4.0;
+        for entries in [[(at, 1.0), (at + 1, 2.0)], [(at + 1, -1.0), (at + 2, factor)]] {
+            entries.into_iter().for_each(|(column, value)| {
+                jacobian.push((row, column));
+                values.push(value);
+            });
+            row += 1;
+        }
+        // Once the first, twice the second.
+        for (column, value) in [(at, 1.0), (at + 2, 2.0 * factor)] {
+            jacobian.push((row, column));
+            values.push(value);
+        }
+        row += 1;
+        if k == 0 {
+            // Once the first, once the second.
+            jacobian.extend([(row, at), (row, at + 1), (row, at + 2)]);
+            values.extend([1.0, 1.0, factor]);
+            row += 1;
+        }
+        labels.resize(row, 2 * k);
+        if k + 1 < count {
+            labels.push(2 * k + 1);
+            jacobian.extend([(row, at + 2), (row, at + 3)]);
+            values.extend([1.0, 0.3]);
+            row += 1;
+        }
+    }
+    let n = 3 * count;
+    let mass: Vec<f64> = (0..n).map(|k| 1.0 + (k % 5) as f64).collect();
+    let structure = KktStructure::new(n, row, (0..n).map(|k| (k, k)).collect(), jacobian).unwrap();
+    let clusters = Clusters { velocities: (0..n).map(|k| k / 3).collect(), rows: labels };
+    let rank = SparseRank::find(&structure, &clusters, &mass, &values).unwrap().unwrap();
+    assert_eq!(rank.dependent.len(), count + 1);
+    let found = rank.null_space(&structure, &clusters, &mass, &values).unwrap().unwrap();
+    let mut search = Search::new(&rank, &structure, &clusters, (&mass, &values)).unwrap();
+    for (dependent, vector) in rank.dependent.iter().zip(&found) {
+        let alone = search.together(&[*dependent]).unwrap().pop().flatten().unwrap();
+        assert!(vector.len() == alone.len() && vector.len() <= 4, "{vector:?} {alone:?}");
+        for (a, b) in vector.iter().zip(&alone) {
+            assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-12 * b.1.abs(), "{vector:?} {alone:?}");
+        }
+    }
+    // Two of the same rows are not told apart; neighbours are.
+    assert_eq!(search.together(&rank.dependent[..2]).unwrap(), [None, None]);
+    assert!(search.together(&rank.dependent[1..3]).unwrap().iter().all(Option::is_some));
 }
