@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use element_api::descriptor::Descriptor;
 use element_api::recording::Recording;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -70,6 +71,21 @@ impl Kept {
         }
     }
 
+    /// What a class says of itself, if that is known.
+    pub(super) fn descriptor(&self, class: u32) -> Option<Descriptor> {
+        let text: String = self.read(&class.to_string(), "")?;
+        descriptor_of(&text).filter(|found| found.check().is_ok())
+    }
+
+    /// Keeps what a class says of itself, as JSON; not where that has no form for its numbers.
+    pub(super) fn keep_descriptor(&self, class: u32, descriptor: &Descriptor) {
+        if let Ok(text) = serde_json::to_string(descriptor)
+            && descriptor_of(&text).as_ref() == Some(descriptor)
+        {
+            self.write(&class.to_string(), "", &text);
+        }
+    }
+
     /// The equations of an instance with these parameters, if they are known.
     pub(super) fn recording(&self, class: u32, params: &str) -> Option<Arc<Recording>> {
         let key = (class, params.to_string());
@@ -104,6 +120,10 @@ impl Kept {
     fn file(&self, place: &str) -> PathBuf {
         self.copy.with_extension(format!("{place}.recorded"))
     }
+}
+
+fn descriptor_of(text: &str) -> Option<Descriptor> {
+    serde_json::from_str(text).ok()
 }
 
 /// Where on disk the equations of an instance are.

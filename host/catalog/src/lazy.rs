@@ -67,24 +67,17 @@ impl Lazy {
 
     /// The class as it is handed out.
     fn class(self: &Arc<Self>, number: usize, announced: &ManifestElement) -> Result<Arc<dyn ElementClass>, String> {
-        let place = number.to_string();
-        let parse = |text: &str| serde_json::from_str::<Descriptor>(text).ok();
-        let read = |text: String| parse(&text).filter(|found| found.check().is_ok());
-        let descriptor = match self.kept.read(&place, "").and_then(read) {
+        let number = number as u32;
+        let descriptor = match self.kept.descriptor(number) {
             Some(known) => known,
             None => {
                 let descriptor = self.real(announced)?.descriptor().clone();
-                // Not every number can be written in JSON.
-                if let Ok(text) = serde_json::to_string(&descriptor)
-                    && parse(&text).as_ref() == Some(&descriptor)
-                {
-                    self.kept.write(&place, "", &text);
-                }
+                self.kept.keep_descriptor(number, &descriptor);
                 descriptor
             }
         };
         let (lazy, announced) = (Arc::clone(self), announced.clone());
-        Ok(Arc::new(LazyClass { lazy, number: number as u32, announced, descriptor }))
+        Ok(Arc::new(LazyClass { lazy, number, announced, descriptor }))
     }
 }
 

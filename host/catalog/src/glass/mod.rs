@@ -148,18 +148,17 @@ impl Glass {
     /// Why the library gives none, or what is impossible about it.
     pub(super) fn class(self: &Arc<Self>, number: usize) -> Result<Arc<dyn ElementClass>, String> {
         let number = number as u32;
-        let place = number.to_string();
-        let known: Option<String> = self.kept.read(&place, "");
-        let text = match &known {
-            Some(text) => text.clone(),
-            None => self.process()?.ask::<Result<String, String>>(&Request::Describe { class: number })??,
+        let descriptor = match self.kept.descriptor(number) {
+            Some(known) => known,
+            None => {
+                let text = self.process()?.ask::<Result<String, String>>(&Request::Describe { class: number })??;
+                let descriptor: Descriptor =
+                    toml::from_str(&text).map_err(|error| format!("a descriptor can't be read: {error}"))?;
+                descriptor.check()?;
+                self.kept.keep_descriptor(number, &descriptor);
+                descriptor
+            }
         };
-        let descriptor: Descriptor =
-            toml::from_str(&text).map_err(|error| format!("a descriptor can't be read: {error}"))?;
-        descriptor.check()?;
-        if known.is_none() {
-            self.kept.write(&place, "", &text);
-        }
         Ok(Arc::new(GlassClass { glass: Arc::clone(self), number, descriptor }))
     }
 }
