@@ -45,13 +45,21 @@ impl Sizes {
         }
         sizes
     }
+
+    /// Takes the sizes of a state.
+    pub(crate) fn grow(&mut self, state: &[f64]) {
+        for (size, value) in self.of.iter().zip(state) {
+            if let Some(size) = size.filter(|size| *size >= Self::FIXED && value.abs() > self.least[*size]) {
+                self.least[size] = value.abs();
+            }
+        }
+    }
 }
 
 /// What chooses the sizes of steps.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Control {
-    of: Vec<Option<usize>>,
-    sizes: Vec<f64>,
+    sizes: Sizes,
     /// Of the next step, s; zero: not known yet.
     step_size: f64,
     rejected: usize,
@@ -62,19 +70,9 @@ impl Control {
         if machine.tolerance.is_none() {
             return Self::default();
         }
-        let Sizes { of, least } = Sizes::of(machine);
-        let mut control = Self { of, sizes: least, step_size: 0.0, rejected: 0 };
-        control.measure(&machine.state);
-        control
-    }
-
-    /// Takes the sizes of an accepted state.
-    fn measure(&mut self, state: &[f64]) {
-        for (size, value) in self.of.iter().zip(state) {
-            if let Some(size) = size.filter(|size| *size >= Sizes::FIXED && value.abs() > self.sizes[*size]) {
-                self.sizes[size] = value.abs();
-            }
-        }
+        let mut sizes = Sizes::of(machine);
+        sizes.grow(&machine.state);
+        Self { sizes, ..Self::default() }
     }
 }
 
@@ -152,7 +150,7 @@ impl Twin {
             }
             self.accept(taken, &next)?;
             if is_controlled {
-                self.control.measure(&next);
+                self.control.sizes.grow(&next);
             }
             if taken >= left {
                 return Ok(());
@@ -190,13 +188,13 @@ impl Twin {
             let stages = self.slopes.len();
             let tolerance = self.machine.tolerance.unwrap_or(1.0);
             for i in 0..n {
-                let Some(number) = self.control.of[i] else { continue };
+                let Some(number) = self.control.sizes.of[i] else { continue };
                 let mut sum = 0.0;
                 for (weight, slope) in error.iter().zip(&self.slopes) {
                     sum += weight * slope[i];
                 }
                 sum += error[stages] * last[i];
-                let mut size = self.control.sizes[number];
+                let mut size = self.control.sizes.least[number];
                 if number >= Sizes::FIXED {
                     size = if self.state[i].abs() > size { self.state[i].abs() } else { size };
                     size = if next[i].abs() > size { next[i].abs() } else { size };

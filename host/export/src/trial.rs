@@ -32,30 +32,24 @@ impl Machine {
     pub fn tried(&self, most: usize) -> Trial {
         let h = self.step;
         let steps = (((self.t_end - self.t_start) / h).round().max(1.0) as usize).min(most);
-        let Sizes { of, least: mut sizes } = Sizes::of(self);
+        let mut sizes = Sizes::of(self);
         let (mut coarse, mut fine) = (Twin::new(self.clone()), Twin::new(self.clone()));
         let mut differences = vec![0.0_f64; self.dim()];
         for step in 0..steps {
             let made = coarse.step(h).and_then(|()| fine.step(0.5 * h)).and_then(|()| fine.step(0.5 * h));
             if let Err(failed) = made {
-                return Trial {
-                    steps: step,
-                    off: worst(&differences, &of, &sizes),
-                    failed: Some((fine.time(), failed)),
-                };
+                return Trial { steps: step, off: worst(&differences, &sizes), failed: Some((fine.time(), failed)) };
             }
-            for (k, (a, b)) in coarse.state().iter().zip(fine.state()).enumerate() {
-                differences[k] = differences[k].max((a - b).abs());
-                if let Some(size) = of[k].filter(|size| *size >= Sizes::FIXED) {
-                    sizes[size] = sizes[size].max(b.abs());
-                }
-            }
+            let states = coarse.state().iter().zip(fine.state());
+            differences.iter_mut().zip(states).for_each(|(most, (a, b))| *most = most.max((a - b).abs()));
+            sizes.grow(fine.state());
         }
-        Trial { steps, off: worst(&differences, &of, &sizes), failed: None }
+        Trial { steps, off: worst(&differences, &sizes), failed: None }
     }
 }
 
-fn worst(differences: &[f64], of: &[Option<usize>], sizes: &[f64]) -> f64 {
-    let shares = differences.iter().zip(of).filter_map(|(difference, size)| Some(difference / sizes[(*size)?]));
+fn worst(differences: &[f64], sizes: &Sizes) -> f64 {
+    let shares = differences.iter().zip(&sizes.of);
+    let shares = shares.filter_map(|(difference, size)| Some(difference / sizes.least[(*size)?]));
     shares.fold(0.0, f64::max)
 }

@@ -16,8 +16,7 @@ use super::tape::Program;
 /// Nodes of all structures beyond which no others are kept, 24 bytes each.
 const MOST_NODES: usize = 1_000_000;
 
-/// Programs by the structure of what they were compiled from. Copies share what they hold. Results do
-/// not depend on it.
+/// Programs by the structure of what they were compiled from. Copies share what they hold. Results do not depend on it.
 #[derive(Debug, Clone, Default)]
 pub struct Structures(Arc<Mutex<Kept>>);
 

@@ -70,6 +70,12 @@ pub struct Gap {
 }
 
 impl Gap {
+    /// How far it is apart, m; nothing for a row on velocities.
+    #[must_use]
+    pub fn apart(&self) -> f64 {
+        if self.of_velocities { 0.0 } else { self.value / self.size }
+    }
+
     /// Whether it closes, where speeds are of this size.
     #[must_use]
     pub fn approaches(&self, speed: f64) -> bool {
@@ -202,8 +208,8 @@ impl Contacts {
     /// The Jacobian of a row where it was evaluated last.
     fn row(&self, row: usize) -> Vec<(usize, f64)> {
         let pattern = &self.rows.structure.jacobian;
-        let (from, to) = (pattern.partition_point(|(k, _)| *k < row), pattern.partition_point(|(k, _)| *k <= row));
-        pattern[from..to].iter().zip(&self.rows.jacobian()[from..to]).map(|((_, c), slope)| (*c, *slope)).collect()
+        let own = self.rows.structure.row(row);
+        pattern[own.clone()].iter().zip(&self.rows.jacobian()[own]).map(|((_, c), slope)| (*c, *slope)).collect()
     }
 
     /// The frictions of the scene.

@@ -75,6 +75,12 @@ impl Layout {
         6 * self.bodies
     }
 
+    /// Those among the inputs of programs.
+    #[must_use]
+    pub fn velocities_in(&self, inputs: &[f64]) -> Vec<f64> {
+        (0..self.bodies).flat_map(|body| inputs[self.body_slot(body, 7)..][..6].iter().copied()).collect()
+    }
+
     /// The rows of an element.
     #[must_use]
     pub fn rows_of(&self, element: usize) -> Range<usize> {

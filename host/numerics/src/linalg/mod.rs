@@ -30,6 +30,8 @@
 //! | `dense.rs` | LU with complete pivoting for square systems that may be singular |
 //! | `block_cholesky.rs` | Cholesky factor of the mass matrix, block by block |
 
+use std::ops::Range;
+
 mod analysed;
 mod block_cholesky;
 mod constraint_order;
@@ -118,6 +120,13 @@ impl KktStructure {
         let structure = Self { n, m, mass, jacobian };
         structure.validate()?;
         Ok(structure)
+    }
+
+    /// The entries of a row of `J`, by their places in the pattern.
+    #[must_use]
+    pub fn row(&self, row: usize) -> Range<usize> {
+        let place = |row: usize| self.jacobian.partition_point(|(k, _)| *k < row);
+        place(row)..place(row + 1)
     }
 
     /// Values of a mass matrix, aligned with the pattern, with which unknowns that move things by a length, times their scale,

@@ -8,7 +8,7 @@ const NOTHING_LEFT_OF_VECTOR: f64 = 1e-8;
 /// Coefficients below this share of the largest one do not count in a null vector.
 const NEGLIGIBLE: f64 = 1e-9;
 /// Where there are more dependent rows, every so many-th of them are looked at together.
-const APART: usize = 64;
+const STRIDE: usize = 64;
 
 impl SparseRank {
     /// For each dependent row a vector `lambda` with `J^T lambda = 0`, as (row, value) with a one on the dependent row. `None`
@@ -31,14 +31,14 @@ impl SparseRank {
         let mut search = Search::new(self, structure, clusters, (mass, jacobian))?;
         let count = self.dependent.len();
         let mut vectors: Vec<Option<NullVector>> = vec![None; count];
-        if count > APART {
-            for first in 0..APART {
-                let rows: Vec<usize> = (first..count).step_by(APART).map(|k| self.dependent[k]).collect();
+        if count > STRIDE {
+            for first in 0..STRIDE {
+                let rows: Vec<usize> = (first..count).step_by(STRIDE).map(|k| self.dependent[k]).collect();
                 let found = search.together(&rows)?;
                 if found.iter().all(Option::is_none) {
                     break;
                 }
-                found.into_iter().enumerate().for_each(|(k, vector)| vectors[first + APART * k] = vector);
+                found.into_iter().enumerate().for_each(|(k, vector)| vectors[first + STRIDE * k] = vector);
             }
         }
         for (row, vector) in self.dependent.iter().zip(&mut vectors) {
@@ -146,9 +146,7 @@ impl<'a> Search<'a> {
 
     /// The unknowns of a row.
     fn columns(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
-        let list = &self.structure.jacobian;
-        let first = list.partition_point(|(k, _)| *k < row);
-        list[first..].iter().take_while(move |(k, _)| *k == row).map(|(_, column)| *column)
+        self.structure.jacobian[self.structure.row(row)].iter().map(|(_, column)| *column)
     }
 }
 

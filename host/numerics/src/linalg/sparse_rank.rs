@@ -176,9 +176,7 @@ impl SparseRank {
 /// A row of `J`.
 pub(super) fn gradient(structure: &KktStructure, jacobian: &[f64], row: usize) -> Vec<f64> {
     let mut values = vec![0.0; structure.n];
-    let first = structure.jacobian.partition_point(|(k, _)| *k < row);
-    let own = structure.jacobian[first..].iter().zip(&jacobian[first..]).take_while(|((k, _), _)| *k == row);
-    own.for_each(|((_, column), value)| values[*column] = *value);
+    structure.row(row).for_each(|entry| values[structure.jacobian[entry].1] = jacobian[entry]);
     values
 }
 

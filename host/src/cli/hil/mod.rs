@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::analyses::statics;
 use odyn::diagnostics::{Diagnostic, codes};
-use odyn::export::c::{Package, Real, package};
+use odyn::export::c::{Real, package};
 use odyn::export::{Choices, Failed, METHODS, Machine, Method, Twin};
 use odyn::scene::{Dimension, Override, number_and_unit, parse_unit};
 use odyn::session::{RunOptions, Session};
@@ -58,8 +58,9 @@ pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
         terminal::print_as_it_is(&terminal::json(&description))?;
         return Ok(exit::DONE);
     }
-    if let Ok(Package { cost, .. }) = package(&machine, Real::Double) {
-        let _ = tried(&machine, &cost, args.json);
+    let cost = package(&machine, Real::Double).ok().map(|package| package.cost);
+    if let Some(cost) = &cost {
+        let _ = tried(&machine, cost, args.json);
     }
     let ticks = if args.endless {
         u64::MAX
@@ -86,6 +87,7 @@ pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
     );
     let rights = clock::ask_for_rights(args.priority);
     let mut report = Report::new(&machine, &description, &link.place(), rights);
+    report.operations_per_step = cost.map(|cost| cost.step);
     let failed = in_time(
         machine,
         &description,

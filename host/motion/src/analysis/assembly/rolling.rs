@@ -1,8 +1,7 @@
 //! Contacts that roll where a scene starts.
 
 use super::{Assembly, AssemblyError, start_inputs};
-use crate::analysis::constraints::Constraints;
-use crate::analysis::working::BODY_STATES;
+use crate::analysis::contact::{Contacts, Gap};
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Contact, Equations};
@@ -23,22 +22,12 @@ pub(super) fn rolling(
     if !equations.contacts.iter().any(rolls) {
         return Ok(Vec::new());
     }
-    let all: Vec<usize> = (0..layout.rows).collect();
-    let mut rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time], &[])?;
-    rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
-    let length = assembly.scales.length;
+    let (length, inputs) = (assembly.scales.length, start_inputs(layout, t, assembly));
     let speed = assembly.scales.speed_scale().max(assembly.scales.spin_scale() * length);
-    let (mut rates, mut squares) = (rows.function(1).to_vec(), vec![0.0; all.len()]);
-    for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
-        rates[*row] += slope * assembly.working[BODY_STATES * (column / 6) + 7 + column % 6];
-        squares[*row] += (slope * if column % 6 < 3 { 1.0 } else { 1.0 / length }).powi(2);
-    }
-    let rests = |contact: &Contact| {
-        let (row, size) = (contact.row, squares[contact.row].sqrt());
-        rolls(contact)
-            && rows.function(0)[row].abs() <= AT_CONTACT * length * size
-            && rates[row].abs() <= AT_CONTACT * speed * size
-    };
-    let contacts = equations.contacts.iter().enumerate().filter(|(_, contact)| rests(contact));
-    Ok(contacts.map(|(number, _)| number).collect())
+    let mut contacts = Contacts::new(&mut equations.clone(), model, layout, length)?;
+    let gaps = contacts.look(&inputs, &layout.velocities_in(&inputs), &model.sets)?;
+    let rests = |gap: &Gap| gap.apart().abs() <= AT_CONTACT * length && gap.rate.abs() <= AT_CONTACT * speed * gap.size;
+    let pairs = equations.contacts.iter().zip(&gaps).enumerate();
+    let found = pairs.filter(|(_, (contact, gap))| rolls(contact) && rests(gap));
+    Ok(found.map(|(number, _)| number).collect())
 }

@@ -3,7 +3,7 @@
 use super::frictions::Sliding;
 use super::watch::RowValues;
 use super::{Part, Simulation};
-use crate::analysis::{AnalysisError, Constraints, ContactGap, Contacts, Counters, Formulation, Group};
+use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Group};
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, Node};
@@ -198,11 +198,11 @@ impl Simulation<'_> {
     pub(in crate::session) fn examine_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
         let Some(touch) = &mut self.touch else { return Ok(()) };
-        let velocities = velocities(&self.layout, &inputs);
+        let velocities = self.layout.velocities_in(&inputs);
         let gaps = touch.contacts.look(&inputs, &velocities, self.formulation.sets())?;
-        let deepest = gaps.iter().enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)));
+        let deepest = gaps.iter().enumerate().min_by(|a, b| a.1.apart().total_cmp(&b.1.apart()));
         match deepest {
-            Some((k, gap)) if depth(gap) < -DEEP * self.scales.length => {
+            Some((k, gap)) if gap.apart() < -DEEP * self.scales.length => {
                 let (element, row) = touch.names[k].clone();
                 Err(AnalysisError::Penetrates { element, row, value: gap.value })
             }
@@ -218,9 +218,9 @@ impl Simulation<'_> {
         let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
         let (near, speed) = (self.near(), self.speed());
         let Some(touch) = &mut self.touch else { return Ok(false) };
-        let gaps = touch.contacts.look(&inputs, &velocities(&self.layout, &inputs), self.formulation.sets())?;
+        let gaps = touch.contacts.look(&inputs, &self.layout.velocities_in(&inputs), self.formulation.sets())?;
         Ok(gaps.iter().any(|gap| {
-            let touches = gap.of_velocities || depth(gap) <= near;
+            let touches = gap.of_velocities || gap.apart() <= near;
             touches && (gap.approaches(speed) || gap.grips(speed))
         }))
     }
@@ -270,13 +270,13 @@ impl Simulation<'_> {
         let mut strikes: Vec<crate::analysis::Strike> = Vec::new();
         for _ in 0..MOST_ROUNDS {
             let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
-            let mut v = velocities(&self.layout, &inputs);
+            let mut v = self.layout.velocities_in(&inputs);
             let speed = self.speed();
             let limits = self.limits(t, state)?;
             let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
             let gaps = touch.contacts.look(&inputs, &v, self.formulation.sets())?;
             let touching: Vec<usize> =
-                (0..gaps.len()).filter(|k| gaps[*k].of_velocities || depth(&gaps[*k]) <= near).collect();
+                (0..gaps.len()).filter(|k| gaps[*k].of_velocities || gaps[*k].apart() <= near).collect();
             let first = touch.first_friction();
             let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
             let mut meeting = touch.contacts.meeting(&touching, limit, &v)?;
@@ -492,18 +492,4 @@ impl Simulation<'_> {
         self.watch_rows_left_out(equations, t, state)?;
         Ok(())
     }
-}
-
-/// Six velocities per body.
-fn velocities(layout: &Layout, inputs: &[f64]) -> Vec<f64> {
-    let of_body = |body: usize| {
-        let slot = layout.body_slot(body, 7);
-        inputs[slot..slot + 6].to_vec()
-    };
-    (0..layout.bodies).flat_map(of_body).collect()
-}
-
-/// How far a contact is apart, m; nothing for a row on velocities.
-fn depth(gap: &ContactGap) -> f64 {
-    if gap.of_velocities { 0.0 } else { gap.value / gap.size }
 }
