@@ -155,7 +155,7 @@ fn what_nothing_holds_is_refused_by_name() {
     let error = equilibrium(&of_text(text, &[]), &mut |_| ()).unwrap_err();
     assert!(error.to_string().contains("nothing holds `rod`"), "{error}");
     assert_eq!(error.exit_code(), 5);
-    // Without weight it floats, and is told to.
+    // Without weight it floats, and is asked to.
     let floating = rest(&of_text(text, &["simulation.gravity=[0, 0, 0]"]));
     assert_eq!((floating.stability, floating.modes.zeros), (Stability::Undecided, 12));
     assert_eq!(floating.modes.neutral.len(), 6);

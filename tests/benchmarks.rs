@@ -143,7 +143,7 @@ fn squeezer_mechanism_of_the_test_set() {
     checked("benchmarks/A03_testset.toml", None, 9, &work);
 }
 
-/// The fast motions die within milliseconds, but the explicit method goes on at their pace.
+/// The fast motions die within milliseconds, but the explicit method continues at their pace.
 #[test]
 fn stiff_governor() {
     let work = Work { steps: 2280, rejected: 4, evaluations: 27419, factorisations: 0 };

@@ -331,7 +331,7 @@ fn files_that_cannot_be_read_say_so() {
     }
 }
 
-/// What is odd, but can be computed, is a warning with a place, and the run goes on.
+/// What is odd, but can be computed, is a warning with a place, and the run continues.
 #[test]
 fn velocities_that_contradict_the_joints_are_a_warning() {
     let velocities = &[("inertia", "velocity = [1, 0, 0]\nangular_velocity = [0, 0, 0]\ninertia")];

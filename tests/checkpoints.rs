@@ -117,7 +117,7 @@ fn open(text: &str) -> Session {
     Session::with_catalog(scene, warnings, &catalog, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The process that is killed: runs the scene of its folder, or goes on with it.
+/// The process that is killed: runs the scene of its folder, or continues with it.
 #[test]
 #[ignore = "needs a process and a folder of its own; run by other tests"]
 fn a_process() {

@@ -23,7 +23,7 @@ fn judged(scene: &str, sets: &[&str]) -> (RunReport, Digits) {
 /// The columns that a table of references has of a run: number of the output, reference.
 fn known(scene: &str, report: &RunReport) -> Vec<(usize, Vec<f64>)> {
     let table = Table::read(&root().join(format!("scenes/reference/{scene}.csv"))).unwrap();
-    // Some references go on longer.
+    // Some references are longer.
     assert_eq!(table.times[..report.times.len()], report.times, "{scene}");
     let column = |name: &str| table.names.iter().position(|known| known == name).map(|k| table.columns[k].clone());
     let outputs = report.channels.iter().enumerate();
@@ -113,7 +113,7 @@ fn certain_digits_are_those_of_the_references() {
                     "{scene} at {tolerance}, {}: {certain} digits, off by {wrong:e}",
                     output.name
                 );
-                // Nor are there many more than are told.
+                // Nor are there many more than are reported.
                 let share = 2.0 * wrong / output.size;
                 assert!(
                     certain >= 12 || share > 0.02 * 10_f64.powi(-(certain as i32)),

@@ -221,7 +221,7 @@ fn figures_alone_are_fitted_and_the_scene_is_written() {
     assert!(fitted_scene(&scene, &[set], &found).unwrap_err().to_string().contains("from the command line"));
 }
 
-/// Steps to where the scene does not run are shortened, and that is told.
+/// Steps to where the scene does not run are shortened, and that is reported.
 #[test]
 fn trials_that_fail_are_shortened() {
     let scratch = Scratch::new();

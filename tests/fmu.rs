@@ -266,7 +266,7 @@ channel = "z"
     }
 }
 
-/// A run that is saved and brought back, one with checkpoints, and one that goes on from another have the FMU's state.
+/// A run that is saved and brought back, one with checkpoints, and one that continues from another have the FMU's state.
 #[test]
 fn the_state_of_an_fmu_is_saved_and_restored() {
     let folder = Scratch::new();

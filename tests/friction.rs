@@ -57,7 +57,7 @@ fn what_friction_holds_stays_where_it_is_for_ever() {
     let text = scene("dry-friction");
     let text = text.split_once("[[check]]").unwrap().0.replace("t_end = 4", "t_end = 1e5");
     let text = text.replace("output_step = 0.01", "output_step = 1e4");
-    // Without the belt, which goes on.
+    // Without the belt, which continues.
     let report = run(&text, &["grip.params.force=0.0", "belt_drive.params.displacement=\"0 * t\""]);
     let up = column(&report, "up");
     assert!(up[1..].iter().all(|x| x.to_bits() == up[1].to_bits()), "{up:?}");

@@ -1,5 +1,5 @@
 //! Input that somebody made to break the program: the kept inputs of `tests/fuzz/corpus`, and random changes of them. The functions
-//! are those that libFuzzer calls; `tests/fuzz/README.md` tells how to let it search for longer.
+//! are those that libFuzzer calls; `tests/fuzz/README.md` explains how to let it search for longer.
 
 use std::fs;
 
@@ -56,7 +56,7 @@ impl Drop for Trace<'_> {
     }
 }
 
-/// A number that tells inputs apart (Fowler, Noll, Vo).
+/// A number that distinguishes inputs (Fowler, Noll, Vo).
 fn sum(bytes: &[u8]) -> u32 {
     bytes.iter().fold(0x811c_9dc5, |sum, byte| (sum ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }

@@ -147,7 +147,7 @@ fn rods_and_springs_move_as_those_in_rust_bit_for_bit() {
     }
 }
 
-/// A pendulum with a flywheel, driven by a motor that a sampling controller tells how fast.
+/// A pendulum with a flywheel, driven by a motor whose speed a sampling controller sets.
 const DRIVE: &str = r#"
 [simulation]
 tolerance = 1e-8

@@ -268,7 +268,7 @@ fn every_way_of_running_a_scene_with_guides_agrees() {
     differential(60, Mechanism::guided);
 }
 
-/// Checks the scenes of a folder below `tests`; tells all that fail.
+/// Checks the scenes of a folder below `tests`; reports all that fail.
 #[track_caller]
 fn regressions(folder: &str, check: &dyn Fn(&str) -> Verdict) {
     let (mut count, mut told) = (0, String::new());

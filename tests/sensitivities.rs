@@ -338,7 +338,7 @@ component = "x"
     }
 }
 
-/// What no closed form tells, formulations, methods and tolerances tell each other.
+/// Where there is no closed form, formulations, methods and tolerances are compared with each other.
 #[test]
 fn formulations_and_methods_agree_on_machines_with_closed_loops() {
     let cases: [(&str, &[&str], &[&str]); 17] = [

@@ -125,7 +125,7 @@ fn converges(text: &str, names: &[&str]) -> RunReport {
 }
 
 /// A crank and a rod of equal length: with the crank upright the slider is at the crank's pivot, and could stay there. It
-/// goes on, x = 2 cos q.
+/// continues, x = 2 cos q.
 #[test]
 fn a_slider_crank_of_equal_lengths() {
     let (s, c) = 0.7_f64.sin_cos();
@@ -157,7 +157,7 @@ fn a_slider_crank_of_equal_lengths() {
     assert!(xs.iter().any(|x| *x < -1.9), "it came to the other side");
 }
 
-/// The shortest link and the longest are as long together as the two others: with all links in line the rocker can go on
+/// The shortest link and the longest are as long together as the two others: with all links in line the rocker can continue
 /// either way.
 #[test]
 fn a_four_bar_with_a_change_point() {

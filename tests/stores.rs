@@ -159,7 +159,7 @@ fn a_library_that_was_built_again_is_loaded_beside_the_old_one() {
     assert_eq!((look(20), look(21)), (None, None));
     fs::write(&scene, SCENE.replace("LIBRARY", "\"rebuilt\"").replace("t_end = 1", "t_end = 2")).unwrap();
     assert_eq!((look(30), look(31).as_deref()), (None, Some("scene.toml")));
-    // What stays broken is told by the run.
+    // What stays broken is reported by the run.
     fs::write(&library, &second[..100]).unwrap();
     assert_eq!((look(40), look(41)), (None, None));
     assert!(look(51).is_some());

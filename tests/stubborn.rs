@@ -24,7 +24,7 @@ fn scene(scratch: &Path, params: &str) -> (PathBuf, RunOptions) {
     (path, options(&[], &[build("stubborn-plugin")]))
 }
 
-/// The element waits for a file that is made when it is told to be late.
+/// The element waits for a file that is made when it is asked to be late.
 #[track_caller]
 fn told(place: &str) -> Late {
     let scratch = Scratch::new();

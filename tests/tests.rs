@@ -23,7 +23,7 @@
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
-//! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is told |
+//! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is reported |
 //! | `runs.rs` | runs that are saved and brought back give the same bytes |
 //! | `singular.rs` | positions where constraints lose rank are passed, at every tolerance |
 //! | `masses.rs` | what joints decide does not depend on masses; light and heavy bodies side by side move as they should |
@@ -58,7 +58,7 @@
 //! | `speed_control.rs` | a closed loop of sensor, controller, actuator and machine |
 //! | `schema.rs` | the JSON schema takes the scenes, and refuses mistakes |
 //! | `book.rs` | the examples of the book run, its pages hold together, those that commands write are up to date |
-//! | `workshop.rs` | new crates for elements build, pass and run; faults of elements are told in words |
+//! | `workshop.rs` | new crates for elements build, pass and run; faults of elements are explained |
 //! | `rooms.rs` | who may use whom in the host, and that it knows no element |
 //!
 //! `support.rs` has the doors to scenes and results; `fixtures.rs` builds the libraries of `fixtures/`.

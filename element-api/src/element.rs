@@ -47,7 +47,7 @@ pub trait Element: Sized + Send + Sync + 'static {
     /// Names and units of internal unknowns y (a pressure between two orifices, the place of a contact on a curve), which follow from
     /// as many [`Element::conditions`] at every instant. At most eight. Not for opaque elements. Contract 1.2.
     const UNKNOWNS: &'static [ChannelSpec] = &[];
-    /// What a scene tells it.
+    /// Its parameters, as a scene gives them.
     type Parameters: Parameters;
 
     /// `[create]` Builds the element. The parameters are complete, in SI units and inside their ranges.
@@ -264,7 +264,7 @@ pub trait Force: Element {
     }
     /// `[record; hot when opaque]` Potential energy V, J, if the force (or its conservative part) has one.
     ///
-    /// An element that gives V or [`Force::dissipation`] D tells with them where all power of its wrench goes: along any motion,
+    /// An element that gives V or [`Force::dissipation`] D states with them where all power of its wrench goes: along any motion,
     /// with its own states moving at their [`Force::rates`] and time and signals held,
     ///
     /// power of the wrench = -dV/dt - D.

@@ -283,7 +283,7 @@ pub fn read<T: ParamType>(table: &Table, name: &str) -> Result<T, ParamError> {
 impl ParamType for f64 {
     const KIND: ParamKind = ParamKind::Number;
     fn read_value(value: &toml::Value) -> Option<Self> {
-        // TOML tells 1 and 1.0 apart; users don't.
+        // TOML distinguishes 1 and 1.0; users don't.
         value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
     }
     fn write(&self) -> toml::Value {

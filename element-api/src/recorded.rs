@@ -19,7 +19,7 @@ thread_local! {
 /// Operations between constants are carried out at once; everything else is written down as it stands, also `x + 0` and
 /// `1 x`, so that the list of operations does not depend on the values of an instance's parameters. The host simplifies.
 ///
-/// Comparison with `==` (which linear algebra libraries ask for) tells whether two are the same entry, not whether they
+/// Comparison with `==` (which linear algebra libraries ask for) says whether two are the same entry, not whether they
 /// have the same value; it can't be used to branch on the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Recorded {

@@ -9,7 +9,7 @@ pub use interpolation::Interpolation;
 
 /// A piecewise cubic function of one variable.
 ///
-/// How smooth it is depends on the [`Interpolation`] that made it; [`Table::kinks`] tells where it is not.
+/// How smooth it is depends on the [`Interpolation`] that made it; [`Table::kinks`] gives the places where it is not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// Break points, strictly increasing, n + 1 of them.

@@ -31,7 +31,7 @@
 //! | `workshop` | a name -> a crate for elements; a library -> what is wrong with its elements (feature `workshop`) | scenes that are run |
 //!
 //! # The way in
-//! A program opens a scene, prepares and starts it, and then has a [`session::Run`]: advanced as far as is wanted, told new
+//! A program opens a scene, prepares and starts it, and then has a [`session::Run`]: advanced as far as is wanted, given new
 //! values of its inputs, asked for its outputs, saved and brought back. The example there is run by the tests.
 //!
 //! ```text
@@ -39,7 +39,7 @@
 //! run.advance(t)?;  run.set_input("motor.torque", 3.0)?;  run.output("x_p")?;
 //! let saved = run.save()?;  run.restore(&saved)?;  run.samples();
 //! ```
-//! The command line, checkpoints and islands step their scenes by the same run: it has the one loop, and tells a
+//! The command line, checkpoints and islands step their scenes by the same run: it has the one loop, and informs a
 //! [`session::Sink`] what comes.
 //!
 //! # The crates

@@ -348,7 +348,7 @@ fn verify_goes_through_all_scenes_and_writes_the_manual() {
     {
         assert!(bad.out().contains(told), "`{told}` is not in {}", bad.out());
     }
-    // Scenes run side by side and are told as they end.
+    // Scenes run side by side and are reported as they end.
     assert!(bad.err().contains("/3 flight: ok") && bad.err().contains("3/3 "), "{}", bad.err());
     let manual = fs::read_to_string(scratch.0.join("manual/index.html")).unwrap();
     assert!(manual.contains("2 scenes failed"), "{manual}");

@@ -252,7 +252,7 @@ fn own_libraries_are_loaded_when_they_are_needed() {
     let cache = scratch.0.join("cache");
     let run = |options: &str| {
         let mut command = scratch.command(&format!("run {} -o out --quiet {options}", scene.display()));
-        // The system's loader tells what it loads.
+        // The system's loader reports what it loads.
         command.env("XDG_CACHE_HOME", &cache).env("HOME", &scratch.0).env("LD_DEBUG", "files");
         let ran = Ran(command.output().unwrap()).ends_with(0);
         (ran.err().contains("cache/odyn/plugins"), fs::read(scratch.0.join("out/results.csv")).unwrap())

@@ -30,7 +30,7 @@ fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     panic!("{what} did not happen");
 }
 
-/// Ends a process and gives what it told.
+/// Ends a process and gives what it printed.
 fn end_of(run: Child) -> (Option<i32>, String) {
     let output = run.wait_with_output().unwrap();
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
@@ -140,7 +140,7 @@ fn a_full_disk_is_told_and_what_is_there_stays() {
     let table = fs::read_to_string(scratch.0.join("small/results.csv")).unwrap();
     assert!(table.ends_with('\n') && table.lines().all(|line| line.split(',').count() == 2));
     assert!(rows(&scratch.0.join("small/results.csv")) > 300);
-    // With room again, the run goes on, and nothing shows.
+    // With room again, the run continues, and nothing shows.
     scratch.odyn("resume small -q").ends_with(0);
     scratch.odyn(&format!("{} -q", line.replace("small", "roomy"))).ends_with(0);
     let bytes = |folder: &str| fs::read(scratch.0.join(folder).join("results.csv")).unwrap();
@@ -222,7 +222,7 @@ fn a_verified_run_tells_how_far_off_it_is() {
     // Without the option nothing is said of it.
     scratch.odyn("run brick.toml -o out -q").ends_with(0);
     assert!(scratch.json("out/summary.json")["verified"].is_null());
-    // A second run that does not get there is told, and verifies nothing.
+    // A second run that does not get there is reported, and verifies nothing.
     let early =
         scratch.odyn("run brick.toml --t-end 20 --tol 1e-4 --set simulation.max_steps=53 --verify -o out").ends_with(7);
     assert!(early.out().contains("the second run ended early (the limit of 53 steps"), "{}", early.out());

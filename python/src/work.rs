@@ -91,7 +91,7 @@ pub(crate) fn beside<T: Send>(
     }
 }
 
-/// Looks at signals, and tells the progress. What `keeps` its results ends early at the first Ctrl-C, without an error.
+/// Looks at signals, and reports the progress. What `keeps` its results ends early at the first Ctrl-C, without an error.
 fn glance(desk: &Desk, progress: Option<&Py<PyAny>>, keeps: bool) -> PyResult<()> {
     Python::attach(|py| {
         let share = f64::from_bits(desk.share.load(Ordering::Relaxed));

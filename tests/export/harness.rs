@@ -130,7 +130,7 @@ impl Drop for Program {
     }
 }
 
-/// Whether a program can be called; what is left out for want of it is told.
+/// Whether a program can be called; what is left out for want of it is reported.
 fn is_there(program: &str) -> bool {
     let there = Command::new(program).arg("--version").output().is_ok();
     if !there {

@@ -31,7 +31,7 @@ const VIOLATION: f64 = 1e-8;
 const ENERGY: f64 = 1e-6;
 /// Methods of lower order.
 const IMPLICIT: [&str; 2] = ["method=radau5", "method=auto"];
-/// Seeds that are told of runs without a result.
+/// Seeds that are named for runs without a result.
 const MOST_SEEDS: usize = 8;
 /// A difference of at most so many times what is allowed is explained by the tolerance if it falls by a factor with a
 /// tolerance [`REFINED`] times as large.

@@ -304,7 +304,7 @@ fn a_panic_anywhere_becomes_a_fault_that_names_its_place() {
     expect("accept", with("accept").expect("a set").accept(1, &inputs[..37]).expect_err("a fault").message);
     expect("save", with("save").expect("a set").save(1).expect_err("a fault").message);
     expect("load", with("load").expect("a set").load(1, &[]).expect_err("a fault").message);
-    // Nobody is told of a destructor's panic, but the program lives.
+    // A destructor's panic is not reported, but the program lives.
     drop(with("drop").expect("a set"));
 }
 

@@ -163,7 +163,7 @@ fn dependence(x: &mut Examination<'_>) {
             _ => {}
         }
     }
-    // A row that depends on one frame tells the others.
+    // A row that depends on one frame gives the others.
     if x.report.failed().contains(&Check::Dependence) {
         return;
     }

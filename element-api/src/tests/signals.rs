@@ -1,4 +1,4 @@
-//! Signals and reactions: a force that is told what to do, and by how much joints are loaded.
+//! Signals and reactions: a force with a signal as its input, and by how much joints are loaded.
 
 use crate::adapt;
 use crate::descriptor::{Kind, Named, NamedInput};

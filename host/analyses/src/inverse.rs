@@ -48,7 +48,7 @@ pub struct Inverse {
     pub actuators: Vec<Port>,
     /// Their efforts, actuator by actuator, in their units.
     pub efforts: Vec<Vec<f64>>,
-    /// The outputs of the scene that a prescribed motion tells.
+    /// The outputs of the scene that a prescribed motion determines.
     pub outputs: Vec<Port>,
     /// Their values, output by output, in their units.
     pub values: Vec<Vec<f64>>,

@@ -1,7 +1,7 @@
 //! The last words of a program that a library breaks: [`tell_crashes`].
 //!
 //! An invalid access, a stack that overflows or `abort` in foreign code ends the process; nothing can be repaired then. But
-//! whose code it was can be told: each watched call leaves a pointer to its [`Post`] for its thread, and a handler of the
+//! whose code it was can be reported: each watched call leaves a pointer to its [`Post`] for its thread, and a handler of the
 //! signals that end a process reads it.
 //!
 //! The handler runs in the middle of anything, on the alternate stack that the standard library gives each of its threads. So
@@ -75,7 +75,7 @@ impl Drop for Here<'_> {
 }
 
 /// From now on, a crash of this process (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT) while a watched call into a library is under
-/// way is told on standard error, with library, element, instance and function. What happens then is what happened before: the
+/// way is reported on standard error, with library, element, instance and function. What happens then is what happened before: the
 /// process ends by that signal.
 ///
 /// An `exit` during such a call is reported, too, and ends the program with [`Exit::Plugin`], whatever the library asked for;
@@ -86,7 +86,7 @@ impl Drop for Here<'_> {
 pub fn tell_crashes() {
     static REGISTERED: Once = Once::new();
     REGISTERED.call_once(|| {
-        // SAFETY: a function without arguments that may be called at any time. Where it can't be registered, `exit` is not told.
+        // SAFETY: a function without arguments that may be called at any time. Where it can't be registered, `exit` is not reported.
         let _ = unsafe { libc::atexit(at_exit) };
     });
     for signal in &SIGNALS {

@@ -1,4 +1,4 @@
-//! SHA-256, by which contents are told apart.
+//! SHA-256, by which contents are distinguished.
 
 use std::path::Path;
 

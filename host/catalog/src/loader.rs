@@ -140,7 +140,7 @@ pub(super) fn load(
     Ok(Opened { info, offers, warnings })
 }
 
-/// What the manifest alone tells.
+/// What is known from the manifest alone.
 pub(super) fn check(path: &Path, manifest: &Manifest) -> Result<(), CatalogError> {
     let (path, package) = (path.to_path_buf(), manifest.package.clone());
     let (prefix, expected) = match manifest.table {

@@ -358,7 +358,7 @@ impl Choice {
     }
 }
 
-/// Whether a file was written after another; not if that cannot be told.
+/// Whether a file was written after another; not if that cannot be known.
 fn is_newer(file: &Path, other: &Path) -> bool {
     let written = |path: &Path| path.metadata().and_then(|data| data.modified());
     matches!((written(file), written(other)), (Ok(one), Ok(other)) if one > other)
@@ -475,7 +475,7 @@ fn folders_of(program: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// The folder with the user's installed libraries; `None` where the system tells no home.
+/// The folder with the user's installed libraries; `None` where the system knows no home.
 #[cfg_attr(not(feature = "abi"), allow(dead_code))]
 pub(super) fn user_folder() -> Option<PathBuf> {
     user_folders("XDG_DATA_HOME", "APPDATA", &[".local", "share"]).into_iter().next()

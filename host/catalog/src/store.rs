@@ -42,7 +42,7 @@ impl Store {
         Self { folder: folder.into() }
     }
 
-    /// The store of the user; `None` where the system tells no home.
+    /// The store of the user; `None` where the system knows no home.
     #[must_use]
     pub fn of_user() -> Option<Self> {
         user_folder().map(Self::new)

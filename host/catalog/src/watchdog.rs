@@ -1,8 +1,8 @@
-//! [`Watchdog`]: tells which call into a library does not come back.
+//! [`Watchdog`]: reports which call into a library does not return.
 //!
 //! A call can't be ended from outside: its thread runs foreign code, which may hold anything. So a thread of its own looks
-//! now and then whether a call that was under way still is, and tells whom it was made for. What follows is decided by
-//! whoever is told.
+//! now and then whether a call that was under way still is, and reports whom it was made for. What follows is decided by
+//! whoever receives the report.
 //!
 //! The calls themselves pay two atomic numbers, no clock.
 
@@ -18,7 +18,7 @@ use element_api::set::{Batch, CreateError, ElementClass, ElementSet, Fault};
 
 use super::float_control;
 
-/// Looks per patience: a call is told at most a tenth of it late.
+/// Looks per patience: a call is reported at most a tenth of it late.
 const LOOKS: u32 = 10;
 /// Longest time between two looks.
 const LONGEST_SLEEP: Duration = Duration::from_millis(500);
@@ -124,7 +124,7 @@ impl Watchdog {
         Self(Arc::new(Shared { posts: Mutex::new(Vec::new()) }))
     }
 
-    /// A place to tell what goes on.
+    /// A place to note what is under way.
     fn post(&self, library: &str, element: &str, progress: Option<Arc<AtomicU32>>) -> Arc<Post> {
         let post = Arc::new(Post {
             library: library.into(),
@@ -221,7 +221,7 @@ impl Post {
         (FUNCTIONS[function], instance as usize)
     }
 
-    /// The call under way, if it has been so for longer than anybody was told.
+    /// The call under way, if it has been so for longer than has been reported.
     fn look(&self, patience: Duration) -> Option<Late> {
         let calls = self.calls.load(Ordering::Acquire);
         let mut seen = lock(&self.seen);

@@ -6,7 +6,7 @@
 /// substitution, transposition) in three characters, or one word begins the other and at least three
 /// characters agree. Among equally near candidates the first one wins. At most 2000 candidates are looked at.
 pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    // A broken scene with thousands of names shall not take minutes to be told so.
+    // A broken scene with thousands of names shall not take minutes to be reported.
     const MOST: usize = 2000;
     let wanted = normalised(word);
     let mut best: Option<(usize, &str)> = None;

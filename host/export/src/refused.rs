@@ -77,7 +77,7 @@ pub(crate) fn no_joint_form(session: &Session) -> Diagnostic {
     } else {
         (
             "the equations cannot be written in the coordinates of joints",
-            "`odyn check --formulation joint` tells why: a particle that something may turn, or forces that depend on Euler parameters",
+            "`odyn check --formulation joint` says why: a particle that something may turn, or forces that depend on Euler parameters",
         )
     };
     Diagnostic::error(codes::CANNOT_EXPORT, message).help(help)

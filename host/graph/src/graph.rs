@@ -103,7 +103,7 @@ const NO_NODE: u32 = u32::MAX;
 /// A place in the table of known expressions.
 #[derive(Debug, Clone, Copy)]
 struct Known {
-    /// Of the expression: tells nearly all others apart without a look at the node.
+    /// Of the expression: distinguishes nearly all others without a look at the node.
     hash: u32,
     /// Its number, or [`NO_NODE`].
     node: u32,

@@ -226,7 +226,7 @@ fn read_frames(raw: &RawValue, record: &Record<'_>, reader: &mut Reader<'_>) -> 
     items.iter().enumerate().filter_map(|(index, item)| read_frame(item, what(index), expected, reader)).collect()
 }
 
-/// A frame in the frame of a body. `key` and `expected` are told where it is no table.
+/// A frame in the frame of a body. `key` and `expected` are reported where it is no table.
 pub(super) fn read_frame(
     raw: &RawValue,
     what: String,

@@ -174,7 +174,7 @@ impl Vocabulary<'_> {
     }
 }
 
-/// Parses a text without variables; `is_parameter` tells which names are parameters.
+/// Parses a text without variables; `is_parameter` says which names are parameters.
 pub(super) fn parse(text: &str, is_parameter: &dyn Fn(&str) -> bool) -> Result<Expression, ExpressionError> {
     parse_with(text, Vocabulary { is_parameter, is_variable: &|_| false, products: false })
 }

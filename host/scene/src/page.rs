@@ -18,10 +18,10 @@ key may stand that is not here.
 In the column *value*, a name of a physical quantity (length, time, moment of inertia) is a number in the scene's units, or a
 text with a unit or an expression: `0.4`, `\"40 cm\"`, `\"2 * crank.radius\"`. *Plain number* is the same without a unit,
 *quantity* one whose kind depends on the place, and `3 × length` a list of three. *Function*, *points* and *grid* are those of
-[Functions and signals](functions.md). [Units and expressions](units.md) tells more.
+[Functions and signals](functions.md). [Units and expressions](units.md) has more.
 ";
 
-/// Keys of an inner table that are told in one line.
+/// Keys of an inner table that are written in one line.
 const MOST_IN_LINE: usize = 6;
 
 /// The page for a schema of scenes: that of the records alone, or with the elements of libraries.
@@ -63,7 +63,7 @@ pub fn page(schema: &Value) -> String {
     page + &units() + &functions()
 }
 
-/// The keys of a table, in the order in which it tells them.
+/// The keys of a table, in the order in which it lists them.
 fn properties(table: &Value) -> impl Iterator<Item = (&str, &Value)> {
     let names = table[ORDER].as_array().into_iter().flatten().filter_map(Value::as_str);
     names.filter_map(|name| Some((name, table["properties"].get(name)?)))
@@ -93,7 +93,7 @@ fn sentence(value: &Value) -> &str {
     value["description"].as_str().unwrap_or_default()
 }
 
-/// Whether a table has all keys of another one. What a type of elements adds is told apart.
+/// Whether a table has all keys of another one. What a type of elements adds is distinguished.
 fn extends(table: &Value, other: &Value) -> bool {
     let same = |(key, value): (&str, &Value)| {
         table["properties"].get(key).is_some_and(|own| key == "type" || key == "params" || own == value)

@@ -1,4 +1,4 @@
-//! Typed access to tables: every mistake becomes a diagnostic and reading goes on.
+//! Typed access to tables: every mistake becomes a diagnostic and reading continues.
 
 use super::dimension::Dimension;
 use super::expression::{self, ExpressionError};

@@ -35,7 +35,7 @@ pub fn quantity() -> Value {
     json!({ "type": ["number", "string"] })
 }
 
-/// Under this key, a schema tells what a quantity is: `length`, `moment of inertia`.
+/// Under this key, a schema says what a quantity is: `length`, `moment of inertia`.
 pub(super) const DIMENSION: &str = "x-dimension";
 /// Under this key, a table has its keys in the order in which people read them; JSON sorts them by name.
 pub const ORDER: &str = "x-order";

@@ -9,7 +9,7 @@ use odyn::session::{requests, search_path};
 
 use super::terminal::{self, Stream};
 
-/// Tells each choice between different libraries of one name once. Scenes that can't be read are told elsewhere.
+/// Reports each choice between different libraries of one name once. Scenes that can't be read are reported elsewhere.
 pub(super) fn tell<'a>(scenes: impl IntoIterator<Item = &'a Path>, overrides: &[Override], plugins: &[PathBuf]) {
     let mut seen: Vec<(SearchPath, Request)> = Vec::new();
     let mut notes: Vec<Diagnostic> = Vec::new();

@@ -12,7 +12,7 @@ use odyn::session::SessionError;
 use super::exit;
 use super::terminal::{self, Stream};
 
-/// An exit code with what the user is told.
+/// An exit code with a message for the user.
 #[derive(Debug)]
 pub(super) struct Failure {
     /// Exit code of the program.
@@ -91,12 +91,12 @@ pub(super) fn cannot_write(path: &std::path::Path, error: &std::io::Error) -> Fa
     Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message))
 }
 
-/// A call into a library that has taken so long is told, s.
+/// A call into a library that has taken so long is reported, s.
 const TOLD_AFTER: f64 = 10.0;
 
 /// Watches the calls into libraries. With `limit` (s), one that takes longer ends the program: its thread cannot be ended, nor
-/// can results be completed while it may hold them, but those on disk are whole rows. Without, it is told and waited for: an
-/// element that computes for long is not broken, and only the user knows how long that may be. A call that crashes is told, too.
+/// can results be completed while it may hold them, but those on disk are whole rows. Without, it is reported and waited for: an
+/// element that computes for long is not broken, and only the user knows how long that may be. A call that crashes is reported, too.
 pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
     #[cfg(unix)]
     odyn::catalog::tell_crashes();
@@ -112,7 +112,7 @@ pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
     Watchdog::start(patience, told).ok()
 }
 
-/// What the user is told of a call that does not come back.
+/// What is reported of a call that does not return.
 pub(super) fn late_diagnostic(late: &Late, ends: bool) -> Diagnostic {
     if ends {
         return Diagnostic::error(codes::PLUGIN_HANGS, late.to_string())

@@ -19,7 +19,7 @@ use super::failure::{self, Failure};
 use super::terminal;
 use super::workshop_args::{CheckPluginArgs, NewPluginArgs};
 
-/// Makes a crate, and tells what to do next.
+/// Makes a crate, and says what to do next.
 pub(super) fn new(args: &NewPluginArgs) -> Result<u8, Failure> {
     let contract = match &args.api {
         Some(text) => Contract::of_text(text),

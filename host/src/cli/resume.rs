@@ -42,7 +42,7 @@ pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
     told.end(&result?, folder)
 }
 
-/// The status that the summary in a folder of results tells of a run that reached its end.
+/// The status that the summary in a folder of results gives to a run that reached its end.
 fn end_reached(folder: &Path) -> Option<String> {
     let text = fs::read_to_string(folder.join(SUMMARY_FILE)).ok()?;
     let summary: serde_json::Value = serde_json::from_str(&text).ok()?;

@@ -69,14 +69,14 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     Ok(code)
 }
 
-/// What the user wants to be told.
+/// What the user wants to have reported.
 pub(super) struct Told {
     pub(super) json: bool,
     pub(super) quiet: bool,
 }
 
 impl Told {
-    /// What is told while a run goes on.
+    /// What is reported during a run.
     fn listener(&self, progress: &Progress) -> Box<dyn FnMut(f64) + Send> {
         if self.quiet || self.json { Box::new(|_| ()) } else { progress.listener() }
     }
@@ -94,7 +94,7 @@ impl Told {
         } else if !self.quiet {
             terminal::print_as_it_is(&report(summary, Some(folder), terminal::color(Stream::Output)))?;
         } else if summary.status != Status::Completed {
-            // Errors are told even to those who want to hear nothing else.
+            // Errors are reported even to those who want to hear nothing else.
             eprintln!("error: {}: {}", summary.status.words(), shown(&summary.reason));
         } else if !summary.checks_passed() {
             let failed = summary.checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str());

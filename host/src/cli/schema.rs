@@ -46,7 +46,7 @@ pub(super) fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     Ok(exit::DONE)
 }
 
-/// All libraries that can be opened; of the others it is told that they are left out.
+/// All libraries that can be opened; of the others it is reported that they are left out.
 fn everything_found(args: &SchemaArgs) -> Catalog {
     let search = SearchPath::standard(&args.plugins, &[]);
     let (catalog, left_out) = Catalog::everything(&search);

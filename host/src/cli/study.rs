@@ -116,7 +116,7 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
         }
     }
     if silent {
-        // Errors are told even to those who want to hear nothing else.
+        // Errors are reported even to those who want to hear nothing else.
         let fine = |outcome: &Outcome| match outcome {
             Outcome::Ran(finished) => finished.exit_code == 0,
             Outcome::Kept(_) => true,

@@ -105,7 +105,7 @@ impl Progress {
         Self { bar }
     }
 
-    /// What is to be told the share of the run that is done, 0 to 1, after each step.
+    /// What receives the share of the run that is done, 0 to 1, after each step.
     pub(super) fn listener(&self) -> Box<dyn FnMut(f64) + Send> {
         let bar = self.bar.clone();
         let started = Instant::now();

@@ -20,7 +20,7 @@ const PAUSE: Duration = Duration::from_millis(300);
 pub(super) fn watch(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>) -> Result<u8, Failure> {
     let mut watched = Watched::new(&args.scene.scene, options);
     loop {
-        // What is wrong is told, and may be put right.
+        // What is wrong is reported, and may be put right.
         if let Err(failure) = once(args, options, stop) {
             failure.tell(args.scene.json);
         }

@@ -129,7 +129,7 @@ impl Constraint for Weld {
     const COORDINATES: &'static [ChannelSpec] = &[ChannelSpec::new("gap", "m", "along z, zero")];
     const MOBILITY: Option<usize> = Some(0);
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
-        // Held with a step and a quarter turn between the frames, which its mobility tells.
+        // Held with a step and a quarter turn between the frames, which its mobility gives.
         let (i, j) = (&at.frames[0], &at.frames[1]);
         let d = j.position - i.position;
         rows.push(i.x().dot(&d));
@@ -322,7 +322,7 @@ impl Force for Tally {
     }
 }
 
-/// Says back what it was told, one channel per number.
+/// Returns what it was given, one channel per number.
 pub struct Echo(EchoParameters);
 
 #[derive(Parameters)]
@@ -355,7 +355,7 @@ pub struct EchoParameters {
 
 impl Element for Echo {
     const NAME: &'static str = "echo";
-    const SUMMARY: &'static str = "says back what it was told";
+    const SUMMARY: &'static str = "returns what it was given";
     const FRAMES: &'static [FrameSpec] = SINGLE;
     type Parameters = EchoParameters;
     fn new(p: EchoParameters) -> Result<Self, ParamError> {

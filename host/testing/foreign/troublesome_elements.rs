@@ -15,7 +15,7 @@ pub struct RelayParameters {
     before: f64,
     /// Rate at zero.
     after: f64,
-    /// How the rate goes on from there.
+    /// How the rate continues from there.
     #[param(default = 0.0)]
     slope: f64,
 }

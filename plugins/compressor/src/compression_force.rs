@@ -77,7 +77,7 @@ pub struct CompressionForce {
     law: Law,
 }
 
-/// What a scene tells it: either the curve, or the Fourier coefficients.
+/// Its parameters: either the curve, or the Fourier coefficients.
 #[derive(Debug, Clone, Parameters)]
 pub struct CompressionForceParameters {
     /// Force over the crank angle, one turn; the last point repeats the first one.

@@ -65,7 +65,7 @@ pub struct MotorTorque {
     law: Law,
 }
 
-/// What a scene tells it: either the curve, or all three of the others.
+/// Its parameters: either the curve, or all three of the others.
 #[derive(Debug, Clone, Parameters)]
 pub struct MotorTorqueParameters {
     /// Torque over the speed of the rotor against the housing.

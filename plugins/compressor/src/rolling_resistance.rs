@@ -60,7 +60,7 @@ pub struct RollingResistance {
     damping: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RollingResistanceParameters {
     /// Torque per speed of the rotor against the housing.

@@ -76,7 +76,7 @@ pub struct DigitalPid {
     limits: Limits,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct DigitalPidParameters {
     /// Time from sample to sample, T.

@@ -59,7 +59,7 @@ pub struct Gain {
     limits: Limits,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct GainParameters {
     /// Factor of the signal.

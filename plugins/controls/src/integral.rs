@@ -58,7 +58,7 @@ pub struct Integral {
     limits: Limits,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct IntegralParameters {
     /// Factor of the signal.

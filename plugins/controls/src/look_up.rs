@@ -57,7 +57,7 @@ pub struct LookUp {
     function: Function,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct LookUpParameters {
     /// Output over input, both in SI units.

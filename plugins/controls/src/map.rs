@@ -77,7 +77,7 @@ pub struct Map {
     surface: Surface,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct MapParameters {
     /// The function on a grid: x is the first input, y the second. Numbers without units are in SI. Or `a`, `b` and `values`.

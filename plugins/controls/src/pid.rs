@@ -89,7 +89,7 @@ struct Derivative {
     filter_time: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct PidParameters {
     /// Output per error.

@@ -57,7 +57,7 @@ pub struct Product {
     gain: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ProductParameters {
     /// Factor of the product.

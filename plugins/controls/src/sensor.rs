@@ -62,7 +62,7 @@ pub struct Sensor {
     limits: Limits,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct SensorParameters {
     /// Factor of the measured value.

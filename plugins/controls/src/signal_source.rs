@@ -52,7 +52,7 @@ pub struct SignalSource {
     function: Function,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct SignalSourceParameters {
     /// The signal over time, in SI units.

@@ -59,7 +59,7 @@ pub struct StateSpace {
     initial: Vec<f64>,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct StateSpaceParameters {
     /// Matrix A, row after row, n times n numbers.

@@ -53,7 +53,7 @@ pub struct Sum {
     gains: [f64; 4],
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct SumParameters {
     /// Factor of a.

@@ -68,7 +68,7 @@ pub struct TransferFunction {
     direct: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct TransferFunctionParameters {
     /// Coefficients b_n .. b_0, highest power first.

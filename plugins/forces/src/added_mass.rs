@@ -70,7 +70,7 @@ pub struct AddedMass {
     inertia: [f64; 3],
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct AddedMassParameters {
     /// Mass that weighs.

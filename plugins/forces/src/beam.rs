@@ -93,7 +93,7 @@ pub struct Beam {
     damping_time: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct BeamParameters {
     /// Length without load, L.

@@ -1,5 +1,5 @@
 //! A rolling bearing in a joint: it acts on nothing, but takes the joint's reaction and speed and compares them with the ratings of a
-//! deep-groove ball bearing. It tells of loads beyond its static rating, beyond half its dynamic rating, and of too high a speed.
+//! deep-groove ball bearing. It warns of loads beyond its static rating, beyond half its dynamic rating, and of too high a speed.
 //!
 //! ## Equations
 //! F_r and F_a are the parts of the joint's reaction across its axis z_i and along it, w = z_i . (omega_j - omega_i):
@@ -85,7 +85,7 @@ pub struct BearingRating {
     axial: Table,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct BearingRatingParameters {
     /// Basic dynamic load rating, C.

@@ -71,7 +71,7 @@ use crate::contact::{Contact, Stops};
 #[derive(Debug, Clone, Copy)]
 pub struct BumpStop(Stops);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct BumpStopParameters {
     /// Displacement at which the lower stop is touched; none: there is no lower stop.

@@ -70,7 +70,7 @@ pub struct Bushing {
     damped: bool,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct BushingParameters {
     /// Force per displacement along x, y, z of frame i.

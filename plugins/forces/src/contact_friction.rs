@@ -70,7 +70,7 @@ const STILL: f64 = 1e-8;
 #[derive(Debug, Clone, Copy)]
 pub struct ContactFriction(ContactFrictionParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct ContactFrictionParameters {
     /// Radius of the ball; 0: a point.

@@ -61,7 +61,7 @@ pub struct Drag {
     wind: Option<[f64; 3]>,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct DragParameters {
     /// Density of the medium, rho; by default that of air at sea level.

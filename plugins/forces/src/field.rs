@@ -71,7 +71,7 @@ pub struct Field {
     offset: [f64; 3],
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct FieldParameters {
     /// Force per displacement: nine numbers, symmetric.

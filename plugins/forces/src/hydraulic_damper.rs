@@ -70,7 +70,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct HydraulicDamper(HydraulicDamperParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct HydraulicDamperParameters {
     /// Area of the piston, A.

@@ -69,7 +69,7 @@ pub struct Inerter {
     inertance: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct InerterParameters {
     /// Force per relative acceleration, b; of a flywheel on a screw J (2 pi / pitch)^2.

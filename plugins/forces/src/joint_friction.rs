@@ -76,7 +76,7 @@ pub struct JointFriction {
     radius: Option<f64>,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct JointFrictionParameters {
     /// Motion of the joint.

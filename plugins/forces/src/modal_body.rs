@@ -17,7 +17,7 @@
 //! momentum are those of (3) exactly. (Craig & Bampton, AIAA Journal 6, 1968; superelements carried by a frame: Cardona & Geradin,
 //! International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
-//! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` tells. What
+//! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` warns. What
 //! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is stiffening
 //! by axial forces, unless `geometric` gives it: a blade becomes stiffer as it turns, since its lines shorten as they bend, against the
 //! centrifugal force. With v and omega of frame 0 in its own axes, and the geometric stiffness G_k of the structure, held at frame 0, in a
@@ -108,7 +108,7 @@ pub struct ModalBody {
     amplitudes: Vec<f64>,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ModalBodyParameters {
     /// Entries of the matrices: row, column, mass, stiffness of each, SI; see the page of the element.

@@ -60,7 +60,7 @@ pub struct PointGravity {
     strength: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct PointGravityParameters {
     /// Gravitational parameter of the centre, mu = G times its mass.

@@ -65,7 +65,7 @@ use crate::value;
 #[derive(Debug, Clone)]
 pub struct RotationalActuator(RotationalActuatorParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct RotationalActuatorParameters {
     /// Torque over time.

@@ -65,7 +65,7 @@ pub struct RotationalInerter {
     inertance: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RotationalInerterParameters {
     /// Torque per relative angular acceleration, b; of a rotor J behind a gear of the ratio n: n^2 J.

@@ -69,7 +69,7 @@ use crate::value;
 #[derive(Debug, Clone)]
 pub struct RotationalSpringDamper(RotationalSpringDamperParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct RotationalSpringDamperParameters {
     /// Torque per angle.

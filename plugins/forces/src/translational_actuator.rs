@@ -69,7 +69,7 @@ use crate::value;
 #[derive(Debug, Clone)]
 pub struct TranslationalActuator(TranslationalActuatorParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct TranslationalActuatorParameters {
     /// Line of action: between the points, or the z axis of frame i.

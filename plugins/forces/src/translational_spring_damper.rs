@@ -63,7 +63,7 @@ use crate::value;
 #[derive(Debug, Clone)]
 pub struct TranslationalSpringDamper(TranslationalSpringDamperParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct TranslationalSpringDamperParameters {
     /// Tension per elongation.

@@ -59,7 +59,7 @@ pub struct UniformGravity {
     weight: [f64; 3],
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct UniformGravityParameters {
     /// Mass at the origin of frame j, m.

@@ -54,7 +54,7 @@ use crate::value;
 #[derive(Debug, Clone)]
 pub struct VectorForce(VectorForceParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct VectorForceParameters {
     /// Component along x over time.

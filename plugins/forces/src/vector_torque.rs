@@ -54,7 +54,7 @@ use crate::value;
 #[derive(Debug, Clone)]
 pub struct VectorTorque(VectorTorqueParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct VectorTorqueParameters {
     /// Component about x over time.

@@ -76,7 +76,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct BallContact(BallContactParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct BallContactParameters {
     /// Radius of the ball of the first body.

@@ -79,7 +79,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone)]
 pub struct Cam(CamParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct CamParameters {
     /// Radius over the angle about z; repeats after a turn.

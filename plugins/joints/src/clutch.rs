@@ -83,7 +83,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone)]
 pub struct Clutch(ClutchParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ClutchParameters {
     /// The largest torque that it transmits, over time.

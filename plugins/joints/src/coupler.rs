@@ -81,7 +81,7 @@ pub struct Coupler {
     offset: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct CouplerParameters {
     /// Kind of the first coordinate.

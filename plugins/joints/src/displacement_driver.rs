@@ -63,7 +63,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone)]
 pub struct DisplacementDriver(DisplacementDriverParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct DisplacementDriverParameters {
     /// Displacement over time.

@@ -55,7 +55,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct DistanceRod(DistanceRodParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct DistanceRodParameters {
     /// Distance of the two points.

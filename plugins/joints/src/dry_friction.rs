@@ -72,7 +72,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct DryFriction(DryFrictionParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct DryFrictionParameters {
     /// The largest force along the axis; not given: none.

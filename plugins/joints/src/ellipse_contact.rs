@@ -88,7 +88,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct EllipseContact(EllipseContactParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct EllipseContactParameters {
     /// Half axis of the first ellipse along x of its frame.

@@ -83,7 +83,7 @@ pub struct Gear {
     ratio: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct GearParameters {
     /// Radius of the first wheel's pitch circle.

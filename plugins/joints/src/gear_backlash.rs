@@ -94,7 +94,7 @@ pub struct GearBacklash {
     restitution: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct GearBacklashParameters {
     /// Radius of the first wheel's pitch circle.

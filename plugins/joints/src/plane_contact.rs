@@ -79,7 +79,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct PlaneContact(PlaneContactParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct PlaneContactParameters {
     /// Radius of the ball; 0: a point.

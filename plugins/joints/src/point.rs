@@ -60,7 +60,7 @@ pub struct Point {
     held: [bool; 3],
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct PointParameters {
     /// Directions of frame i in which the point is held.

@@ -57,7 +57,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct PointInPlane(PointInPlaneParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct PointInPlaneParameters {
     /// Distance of the point from the plane, along the normal.

@@ -59,7 +59,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone)]
 pub struct PointOnCurve(PointOnCurveParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct PointOnCurveParameters {
     /// Height over distance.

@@ -65,7 +65,7 @@ pub struct Position {
     angles: [Option<Function>; 3],
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct PositionParameters {
     /// Shift along x of frame i over time; free if left out.

@@ -102,7 +102,7 @@ pub struct ProfileContact {
     restitution: Option<f64>,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ProfileContactParameters {
     /// Radius of the profile over the angle about z; repeats after a turn.

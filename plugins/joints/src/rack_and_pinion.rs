@@ -79,7 +79,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct RackAndPinion(RackAndPinionParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RackAndPinionParameters {
     /// Radius of the pinion's pitch circle.

@@ -84,7 +84,7 @@ pub struct RailContact {
     restitution: Option<f64>,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct RailContactParameters {
     /// Height of the profile over the way along it.

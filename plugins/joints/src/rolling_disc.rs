@@ -63,7 +63,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct RollingDisc(RollingDiscParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RollingDiscParameters {
     /// Radius of the disc.

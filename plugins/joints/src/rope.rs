@@ -85,7 +85,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct Rope(RopeParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct RopeParameters {
     /// Length of all strands together.

@@ -69,7 +69,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone)]
 pub struct RotationDriver(RotationDriverParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct RotationDriverParameters {
     /// Angle over time.

@@ -63,7 +63,7 @@ pub struct Screw {
     lead: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct ScrewParameters {
     /// Displacement in one turn; positive for a right-hand thread.

@@ -81,7 +81,7 @@ pub struct ServoDisplacement {
     start: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ServoDisplacementParameters {
     /// Demand over time, to which the signal is added; not given: the signal alone.

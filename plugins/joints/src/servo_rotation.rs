@@ -82,7 +82,7 @@ pub struct ServoRotation {
     start: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ServoRotationParameters {
     /// Demand over time, to which the signal is added; not given: the signal alone.

@@ -84,7 +84,7 @@ pub struct StepperRotation {
     period: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct StepperRotationParameters {
     /// Demand over time, to which the signal is added; not given: the signal alone.

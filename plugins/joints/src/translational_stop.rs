@@ -68,7 +68,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct TranslationalStop(TranslationalStopParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct TranslationalStopParameters {
     /// The lower end; not given: none.

@@ -8,7 +8,7 @@
 //! | [`csv`] | a table of results, or a reference, read back |
 //! | [`table`] | points of a curve that an element is given |
 //! | [`recording`] | equations that a library sends, bit by bit, with a descriptor of any sizes |
-//! | [`state`] | `state.toml`, from which a run goes on |
+//! | [`state`] | `state.toml`, from which a run continues |
 //! | [`manifest`] | the text by which a library says what it is |
 //! | [`library`] | a file that is said to be a library |
 //! | [`elements`] | a file of elements as data |
@@ -137,7 +137,7 @@ pub fn table(data: &[u8]) {
 const SCENE: &str =
     "[simulation]\nt_end = 1\noutput_step = 0.5\n[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1, 1]\n";
 
-/// `state.toml` in a folder of results, and a scene that is to go on from it.
+/// `state.toml` in a folder of results, and a scene that is to continue from it.
 ///
 /// # Panics
 /// When a state is taken that is not one.

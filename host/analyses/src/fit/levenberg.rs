@@ -31,13 +31,13 @@ pub(crate) trait Problem {
     /// The residuals at these parameters; `None` where they cannot be computed.
     ///
     /// # Errors
-    /// There is no use in going on.
+    /// There is no use in continuing.
     fn residuals(&mut self, at: &[f64]) -> Result<Option<Vec<f64>>, Self::Error>;
 
     /// Their derivatives at the parameters of the last residuals that were accepted.
     ///
     /// # Errors
-    /// There is no use in going on.
+    /// There is no use in continuing.
     fn jacobian(&mut self, at: &[f64]) -> Result<DMatrix<f64>, Self::Error>;
 }
 

@@ -1,4 +1,4 @@
-//! [`Outputs`]: what of a scene's outputs a prescribed motion tells.
+//! [`Outputs`]: what of a scene's outputs a prescribed motion determines.
 
 use crate::analysis::Evaluator;
 use crate::driven::Driven;
@@ -6,7 +6,7 @@ use crate::linear::Port;
 use crate::model::Quantity;
 use crate::program::Node;
 
-/// The outputs that a prescribed motion tells.
+/// The outputs that a prescribed motion determines.
 pub(super) struct Outputs {
     pub(super) ports: Vec<Port>,
     values: Evaluator,

@@ -315,7 +315,7 @@ pub unsafe fn optional(text: *const c_char, what: &str) -> Result<Option<String>
     let mut bytes = Vec::new();
     // Not `CStr`: a text without its zero is given up somewhere.
     for k in 0..LONGEST {
-        // SAFETY: all bytes before were not zero, so the text goes on here.
+        // SAFETY: all bytes before were not zero, so the text continues here.
         match unsafe { text.add(k).read() }.cast_unsigned_byte() {
             0 => return String::from_utf8(bytes).map(Some).map_err(|_| format!("a text is not UTF-8: {what}")),
             byte => bytes.push(byte),

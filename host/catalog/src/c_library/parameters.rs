@@ -1,4 +1,4 @@
-//! What an instance is told by the scene: the functions behind `odyn_parameters`.
+//! What an instance is given by the scene: the functions behind `odyn_parameters`.
 
 // The functions get back, as a plain pointer, what `create` made for them.
 #![allow(unsafe_code)]

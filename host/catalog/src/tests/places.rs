@@ -6,7 +6,7 @@ use super::super::package::target;
 use super::super::store::Store;
 use super::*;
 
-/// The smallest file that passes for a library: an ELF header, a section with the manifest, no code. `build` tells builds of
+/// The smallest file that passes for a library: an ELF header, a section with the manifest, no code. `build` distinguishes builds of
 /// one version apart.
 fn library(package: &str, version: &str, build: &str) -> Vec<u8> {
     let manifest = format!(

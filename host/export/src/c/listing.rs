@@ -36,7 +36,7 @@ pub(super) struct Needs {
     pub(super) tables: Vec<element_api::Table>,
 }
 
-/// Writes `name(m, t, y)`, which puts the outputs into the array `out`. `input` tells what an input slot is in C.
+/// Writes `name(m, t, y)`, which puts the outputs into the array `out`. `input` gives what an input slot is in C.
 pub(super) fn write(
     text: &mut String,
     listing: &Listing,

@@ -2,7 +2,7 @@
 
 use super::super::tape::{Instruction, NO_REGISTER, Program};
 
-/// Walks through the lists of a program from the last to the first, and tells for each its number, its instructions, and by
+/// Walks through the lists of a program from the last to the first, and gives for each its number, its instructions, and by
 /// register whether it is read after them; `told` may split the list if it keeps that up to date, as Cranelift does.
 ///
 /// # Errors

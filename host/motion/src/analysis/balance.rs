@@ -22,7 +22,7 @@ pub struct Imbalance {
 }
 
 impl Imbalance {
-    /// Whether it tells more of a run than another; not-a-number tells most.
+    /// Whether it says more of a run than another; not-a-number says most.
     fn exceeds(&self, other: &Self) -> bool {
         !other.share.is_nan() && (self.share.is_nan() || self.share > other.share)
     }

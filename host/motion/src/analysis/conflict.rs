@@ -171,7 +171,7 @@ pub(super) fn conflict(
     load(layout, t, &state, inputs);
     rows.evaluate(inputs, &model.sets)?;
     let worst = weighted(rows).iter().fold(0.0_f64, |most, gap| most.max(gap.abs()));
-    // Not a number, too, is nothing that could be told.
+    // Not a number, too, is nothing that could be reported.
     if worst > NO_GAP * length { Ok(measure.gaps(rows, model, layout, length)) } else { Ok(Vec::new()) }
 }
 

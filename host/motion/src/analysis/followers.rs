@@ -190,7 +190,7 @@ fn rounded(factor: f64) -> f64 {
     if (factor - factor.round()).abs() <= WHOLE { factor.round() } else { factor }
 }
 
-/// Whether a pose that tells the others but for whole turns tells the coordinate that a relation is solved for.
+/// Whether a pose that gives the others but for whole turns gives the coordinate that a relation is solved for.
 fn is_determined(relation: &Relation, measure: impl Fn(usize) -> Measure) -> bool {
     let turns = |line: usize| measure(line) == Measure::Angle;
     !turns(relation[0].0) || relation[1..].iter().all(|(line, factor)| !turns(*line) || factor.fract() == 0.0)

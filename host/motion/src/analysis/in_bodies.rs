@@ -1,6 +1,6 @@
 //! [`InBodies`]: a scene in coordinates of bodies, beside its form in those of joints.
 //!
-//! Where bodies are and how they move is told at once. Accelerations and multipliers are found along the tree of the joints;
+//! Where bodies are and how they move is known at once. Accelerations and multipliers are found along the tree of the joints;
 //! what remains, next to singular positions, is solved by [`WorkingForm`], which is made when it is first asked for.
 
 use element_api::ElementSet;

@@ -171,7 +171,7 @@ impl JointForm {
             let y = &mut self.body_state[BODY_STATES * body..BODY_STATES * (body + 1)];
             y[..3].copy_from_slice(&found[..3]);
             let mut p = euler_parameters(&Matrix3::from_row_slice(&found[3..12]));
-            // Of the two sets of parameters the one that goes on from the last.
+            // Of the two sets of parameters the one that continues from the last.
             if p.iter().zip(&y[3..7]).map(|(new, old)| new * old).sum::<f64>() < 0.0 {
                 p.iter_mut().for_each(|e| *e = -*e);
             }
@@ -221,7 +221,7 @@ impl Formulation for JointForm {
             velocity += velocities.len();
         }
         state[self.motion.coordinates.motion..].copy_from_slice(&working[BODY_STATES * self.motion.layout.bodies..]);
-        // Of the two sets of Euler parameters of a rotation, bodies go on from these.
+        // Of the two sets of Euler parameters of a rotation, bodies continue from these.
         self.body_state.copy_from_slice(working);
     }
 

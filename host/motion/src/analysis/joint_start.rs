@@ -144,7 +144,7 @@ fn find_pose(
     length: f64,
 ) -> Option<Vec<f64>> {
     let n = joint.coordinates;
-    // Where a coordinate moves the frame, the position alone tells it, but for what the others do.
+    // Where a coordinate moves the frame, the position alone gives it, but for what the others do.
     let start = pose.at(&vec![0.0; n]).to_vec();
     let mut slopes = DMatrix::zeros(3, n);
     for k in 0..n {

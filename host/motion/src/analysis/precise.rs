@@ -66,7 +66,7 @@ pub struct PreciseMotion {
 }
 
 impl PreciseMotion {
-    /// The motion of a planned scene by series of an order. The outputs of the model are told by [`PreciseMotion::read`].
+    /// The motion of a planned scene by series of an order. The outputs of the model are given by [`PreciseMotion::read`].
     ///
     /// # Errors
     /// Why its equations cannot be evaluated so.

@@ -77,7 +77,7 @@ impl PreciseOutputs {
         self.program.uses_inputs(slots)
     }
 
-    /// Lets attitudes follow the motion: of the two sets of Euler parameters of a rotation, the one that goes on from the last.
+    /// Lets attitudes follow the motion: of the two sets of Euler parameters of a rotation, the one that continues from the last.
     pub(super) fn follow(&mut self, inputs: &[DoubleDouble]) {
         self.turns.run(0, inputs);
         let entries: Vec<DoubleDouble> = self.turns.values().collect();

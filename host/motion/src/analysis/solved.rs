@@ -12,7 +12,7 @@ const BALANCED: f64 = 1e-10;
 /// See the module documentation.
 pub struct SolvedProgram {
     pub(super) evaluator: Evaluator,
-    /// Number of quantities; what follows tells how well they are known.
+    /// Number of quantities; what follows says how well they are known.
     wanted: usize,
     /// What the terms of the bodies' equations add up to, six per body.
     sizes: Vec<f64>,

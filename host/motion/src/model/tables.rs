@@ -10,7 +10,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::{ElementRecord, Scene};
 
 /// A curve may leave the values of two neighbouring points by this part of the range of all its values without a word: the
-/// crest of a sine that is given by 16 points, or more, of each period is not told of.
+/// crest of a sine that is given by 16 points, or more, of each period is not reported.
 const TOLERATED: f64 = 0.01;
 
 /// What is to be said of the tables of an instance; `params` is what it was given.
@@ -51,7 +51,7 @@ struct Subject<'a> {
     params: &'a Params,
 }
 
-/// The parameter that a table was made of, as far as can be told: the one whose arguments it has.
+/// The parameter that a table was made of, as far as can be known: the one whose arguments it has.
 struct Curve<'a> {
     spec: Option<&'a ParamSpec>,
     points: Vec<[f64; 2]>,

@@ -96,7 +96,7 @@ pub struct Plan {
 impl Plan {
     /// Decides from the model and its Jacobian at the assembled position.
     ///
-    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and tells how well that went.
+    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and reports how well that went.
     /// `no_choice`: why all rows are for the rank-safe engine whatever that finds, if they are.
     ///
     /// # Errors

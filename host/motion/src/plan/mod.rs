@@ -1,4 +1,4 @@
-//! What has to be computed, and what not: decided once, stored as data, told to the user.
+//! What has to be computed, and what not: decided once, stored as data, shown to the user.
 //!
 //! - **Takes**: a [`crate::model::Model`]; the constraint Jacobian at the assembled position.
 //! - **Gives**: [`Layout`] (where every number lies) and [`Plan`] (independent rows, unique reactions, what depends on others, engine, what is

@@ -103,7 +103,7 @@ fn named(quantity: &Quantity, bodies: usize) -> Option<Vec<usize>> {
         Quantity::EulerParameter { body, .. } | Quantity::Balance { body, .. } => vec![*body],
         Quantity::Coordinate { element, .. } | Quantity::Value { element, .. } => vec![bodies + element],
         Quantity::Load { element, axes, .. } => with(bodies + element, axes),
-        // Of no island: the first one tells it.
+        // Of no island: the first one reports it.
         Quantity::Given { .. } => vec![0],
         Quantity::KineticEnergy | Quantity::PotentialEnergy | Quantity::TotalEnergy => return None,
     })

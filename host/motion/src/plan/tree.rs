@@ -45,7 +45,7 @@ pub struct SpanningTree {
 }
 
 impl SpanningTree {
-    /// Chooses joints. `usable` tells which of those that offer coordinates may be used.
+    /// Chooses joints. `usable` says which of those that offer coordinates may be used.
     ///
     /// The tree grows from the ground, next by the joint with the fewest coordinates, for it leaves most of the rows of
     /// others to be solved for; among equals by the one nearest to the ground, which keeps paths short. A part that nothing

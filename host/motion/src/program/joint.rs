@@ -1,6 +1,6 @@
 //! [`JointEquations`]: the equations of motion in the coordinates of joints.
 //!
-//! Bodies hang on the joints of a spanning tree; each joint tells the pose of its second frame in its first for its own
+//! Bodies hang on the joints of a spanning tree; each joint gives the pose of its second frame in its first for its own
 //! coordinates q. So positions, rotations and velocities of all bodies are functions of q and q', and with the partial
 //! velocities T (Kane) per body, [v; omega'] = T u and [v'; omega''] = T u' + b,
 //!
@@ -342,7 +342,7 @@ pub struct JointPose {
 }
 
 impl JointPose {
-    /// The pose that an element's mobility with so many coordinates tells.
+    /// The pose that an element's mobility with so many coordinates gives.
     #[must_use]
     pub fn new(model: &Model, element: usize, coordinates: usize) -> Self {
         let mut g = Graph::default();

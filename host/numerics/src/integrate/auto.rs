@@ -13,7 +13,7 @@ const PATIENCE: u32 = 4;
 /// [`super::dop853()`] where it is cheaper, [`Radau5`] where that is.
 ///
 /// Steps that are short for what the solution does make the explicit method suspect (`Suspicion`); the implicit one then
-/// has to prove that it gets on at less cost, and goes on having to (`Defender`). Cost is counted, not timed, so that runs
+/// has to prove that it gets on at less cost, and keeps having to (`Defender`). Cost is counted, not timed, so that runs
 /// are reproducible. [`super::Counters::stiff_from`] says when the implicit method first took over,
 /// [`super::Counters::switches`] how often the methods changed.
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@
 //!
 //! 1. the switch is located roughly, on the parabola through the start, its derivative and the end of the rejected step, and
 //!    the step is tried again so that it ends somewhat short of it;
-//! 2. no stage of that step has seen the other side, so that its interpolation, continued a little, tells exactly where the
+//! 2. no stage of that step has seen the other side, so that its interpolation, continued a little, shows exactly where the
 //!    switch is, and the state there;
 //! 3. this state, projected, becomes an accepted one, just beyond the switch, and the method starts anew from it.
 //!
@@ -52,7 +52,7 @@ const MOST_CLOSE: u32 = 8;
 /// A switch that a step is aimed at.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
-    /// Size of the step that was tried first: to go on with.
+    /// Size of the step that was tried first: to continue with.
     resume: f64,
     /// By this time conditions have changed.
     until: f64,
@@ -287,7 +287,7 @@ impl Events {
         if !run.switching(t_new, y_new, &mut self.high)? {
             return Ok(None);
         }
-        // The end of a rejected step may be anywhere: it tells of sizes only while nothing else does.
+        // The end of a rejected step may be anywhere: it is used for step sizes only while nothing else does.
         for (size, (start, end)) in self.sizes.iter_mut().zip(self.before.iter().zip(&self.high)) {
             *size = size.max(if *start == 0.0 && *size == 0.0 { end.abs() } else { start.abs() });
         }

@@ -41,7 +41,7 @@ pub struct Explicit {
     error: Vec<f64>,
     stiffness: Stiffness,
     control: StepControl,
-    /// Watches the steps where an implicit method may go on instead, and why it had better.
+    /// Watches the steps where an implicit method may continue instead, and why it had better.
     suspicion: Option<Suspicion>,
     suspect: Option<Suspect>,
     signs: Signs,

@@ -7,7 +7,7 @@
 //!
 //! y_new = y + h (b_0 f(t_0, Y_0) + ... + b_5 f(t_5, Y_5)), then projected.
 //!
-//! The move of that projection is the error of the rule in what is known anyway: it tells how good the sums are, whether a
+//! The move of that projection is the error of the rule in what is known anyway: it shows how good the sums are, whether a
 //! node jumped to another branch of the motion, and how long the next step may be. Errors do not add up over steps, other
 //! than those of the sums.
 
@@ -42,7 +42,7 @@ const ROUGH_ALLOWED: f64 = 1e-5;
 const ROUGH_OF_RESOLUTION: f64 = 1e5;
 /// The error of a step goes with this power of its size.
 const ERROR_ORDER: f64 = 11.0;
-/// Share of the interval that is tried first, unless told.
+/// Share of the interval that is tried first, unless given.
 const FIRST_SHARE: f64 = 0.01;
 
 /// See the module documentation. Steps are looked at from node to node and do not end at switches, so that their loop is not

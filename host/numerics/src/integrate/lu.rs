@@ -164,7 +164,7 @@ impl<T: Number> Lu<T> {
     }
 
     /// Factors `shift I - J` with the `J` that `fill` took. False if that is singular, or not finite, or has a small pivot in the
-    /// head. `is_new` tells that the order is not that of the last call.
+    /// head. `is_new` says that the order is not that of the last call.
     pub(super) fn factor(&mut self, shift: T, fill: &Fill, is_new: bool) -> bool {
         if is_new || self.row.len() != fill.order.len() {
             self.resize(fill);

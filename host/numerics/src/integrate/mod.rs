@@ -165,7 +165,7 @@ pub struct Options {
     pub max_step: Option<f64>,
     /// Steps tried, accepted or not, before the run is stopped.
     pub max_steps: usize,
-    /// Steps of these that were tried before this interval, where it goes on from another.
+    /// Steps of these that were tried before this interval, where it continues from another.
     pub steps_before: usize,
     /// Steps of this size without error control, made a little smaller so that a whole number
     /// of them fills the interval. `first_step`, `max_step` and hints are not looked at.

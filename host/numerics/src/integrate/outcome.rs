@@ -115,7 +115,7 @@ pub struct Counters {
 }
 
 impl std::ops::AddAssign for Counters {
-    /// The work of an integration that goes on from where the other ended.
+    /// The work of an integration that continues from where the other ended.
     fn add_assign(&mut self, next: Self) {
         self.h_min = match (self.steps, next.steps) {
             (0, _) => next.h_min,

@@ -62,7 +62,7 @@ pub struct Radau<const S: usize> {
     argument: Vec<f64>,
     error: Vec<f64>,
     control: Control,
-    /// Watches the steps where an explicit method may go on instead, and the step with which it had better.
+    /// Watches the steps where an explicit method may continue instead, and the step with which it had better.
     defender: Option<Defender>,
     explicit_step: Option<f64>,
 }

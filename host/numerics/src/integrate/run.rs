@@ -11,7 +11,7 @@ const LAST_STEP_STRETCH: f64 = 1.01;
 const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
 
 /// A run in progress: the system, and the bookkeeping around it. Methods call the system through it where it has a way to,
-/// so that work is counted and failures are told apart the same way everywhere.
+/// so that work is counted and failures are distinguished the same way everywhere.
 pub struct Run<'a> {
     /// What is integrated.
     pub system: &'a mut dyn System,
@@ -167,7 +167,7 @@ impl<'a> Run<'a> {
     /// The values of all conditions; false where they are not to be had, or not finite.
     ///
     /// # Errors
-    /// [`Trouble::Abort`], where the system can't go on at all.
+    /// [`Trouble::Abort`], where the system can't continue at all.
     pub fn switching(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<bool, Trouble> {
         match self.system.switching(t, y, values) {
             Ok(()) => Ok(all_finite(values)),
@@ -187,7 +187,7 @@ impl<'a> Run<'a> {
     /// The values of all guards; false where they are not to be had.
     ///
     /// # Errors
-    /// [`Trouble::Abort`], where the system can't go on at all.
+    /// [`Trouble::Abort`], where the system can't continue at all.
     pub fn look(&mut self, of: Watched, t: f64, y: &[f64], values: &mut [f64]) -> Result<bool, Trouble> {
         match self.system.look(of, t, y, values) {
             Ok(()) => Ok(all_finite(values)),

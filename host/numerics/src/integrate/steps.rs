@@ -91,7 +91,7 @@ pub(super) trait Adaptive: Stepper {
         false
     }
 
-    /// Whether another method had better go on from here. Asked for after every accepted step.
+    /// Whether another method had better continue from here. Asked for after every accepted step.
     fn gives_way(&mut self, _run: &mut Run<'_>) -> bool {
         false
     }

@@ -119,7 +119,7 @@ impl Stops {
             let end = step.start + share * step.h;
             return Ok(Verdict::Again(Again { h: end - step.start, end_at: Some(end) }));
         }
-        // As near as can be told.
+        // As near as can be known.
         let mut ends = self.values.iter().zip(&self.first);
         if self.tries > 0 && ends.any(|(value, first)| *value <= ZERO && first > value) {
             return Ok(Verdict::End);

@@ -235,7 +235,7 @@ pub enum Accepted {
     Changed,
 }
 
-/// Whether to go on after a step.
+/// Whether to continue after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
     /// On with the next step.

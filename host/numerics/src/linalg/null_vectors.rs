@@ -77,7 +77,7 @@ impl<'a> Search<'a> {
         Ok(Self { rank, structure, mass, jacobian, solver, own })
     }
 
-    /// The null vectors of dependent rows, by one solution for the sum of them. `None` for those whose vectors cannot be told
+    /// The null vectors of dependent rows, by one solution for the sum of them. `None` for those whose vectors cannot be found
     /// apart; for all of them where something is left of the sum.
     ///
     /// # Errors

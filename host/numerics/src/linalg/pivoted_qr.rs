@@ -256,7 +256,7 @@ impl PivotedQr {
     }
 
     /// Basis of `A y = 0`: `columns x (columns - rank)`, column-major. Vector `k` has a one on
-    /// dependent column `k`, and zeros on the other dependent columns, so it tells how that
+    /// dependent column `k`, and zeros on the other dependent columns, so it shows how that
     /// column follows from the independent ones. `[report]`, allocates.
     ///
     /// # Errors

@@ -46,7 +46,7 @@ struct Front {
 
 impl SparseRank {
     /// Eliminates cluster after cluster in the order of [`constraint_order`], with pivoting inside each cluster of rows. Rows
-    /// of which nothing is left depend on those before them. Those of which that cannot be told from round-off are left out, and
+    /// of which nothing is left depend on those before them. Those that cannot be distinguished from round-off are left out, and
     /// looked at without squares against all that are beyond doubt. `None` where that does not tell either, or a cluster has to be
     /// eliminated too early: the dense engine then decides. Costs as much as a factorisation of [`SparseLdl`], and two
     /// solutions with it for each row in doubt.

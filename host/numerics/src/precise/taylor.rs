@@ -77,11 +77,11 @@ pub struct Taylor {
 }
 
 impl Taylor {
-    /// Solves from a state at time `t` through all of `times`, ascending and not before it, and tells the states there. `go_on` is
-    /// asked before each step, and told its time. Gives the number of steps.
+    /// Solves from a state at time `t` through all of `times`, ascending and not before it, and reports the states there. `go_on` is
+    /// asked before each step, and given its time. Gives the number of steps.
     ///
     /// # Errors
-    /// Where the solution cannot go on, or is not wanted any more.
+    /// Where the solution cannot continue, or is not wanted any more.
     pub fn solve<S: Expansion>(
         &self,
         system: &mut S,

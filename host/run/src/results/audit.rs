@@ -146,7 +146,7 @@ fn integral(points: &[[f64; 2]], from: f64, to: f64) -> f64 {
     NODES.iter().map(|[node, weight]| weight * value(*node)).sum::<f64>() * half / 9.0
 }
 
-/// All of an [`Audit`], so that it can go on in another process.
+/// All of an [`Audit`], so that it can continue in another process.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AuditRecord {
     violations: [f64; 2],

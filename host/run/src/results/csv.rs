@@ -1,4 +1,4 @@
-//! [`CsvWriter`]: the table of results, written while a run goes on.
+//! [`CsvWriter`]: the table of results, written during a run.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};

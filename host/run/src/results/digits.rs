@@ -19,7 +19,7 @@ const NOTHING: f64 = 1e-12;
 pub struct Digits {
     /// The second computation, in words: `power series of order 32 and 26 in numbers of 31 digits`.
     pub how: String,
-    /// Whether that has more digits than doubles. If not, what is told is an estimate.
+    /// Whether that has more digits than doubles. If not, what is reported is an estimate.
     pub precise: bool,
     /// Why it has not, or why it ended early; else empty.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -55,7 +55,7 @@ pub struct OutputDigits {
 
 impl OutputDigits {
     /// Of an output with these largest errors at these times, a peak and what is natural for it. Where redundant joints leave it
-    /// open, nothing is told.
+    /// open, nothing is reported.
     #[must_use]
     pub fn new(name: &str, unique: bool, errors: &[f64], times: &[f64], (peak, natural): (f64, f64)) -> Self {
         let size = if peak > NOTHING * natural { peak } else { natural };
@@ -86,7 +86,7 @@ impl Digits {
         (nothing || !self.reason.is_empty()).then_some(codes::NO_DIGITS)
     }
 
-    /// As told at the end of a run. `unit` is that of the times.
+    /// As reported at the end of a run. `unit` is that of the times.
     pub(super) fn report(&self, unit: &str) -> String {
         let certain = if self.precise { "certain digits" } else { "digits, estimated" };
         let mut out = format!("{certain}, by {}", self.how);

@@ -102,7 +102,7 @@ impl Events {
         Ok(())
     }
 
-    /// Puts all in the order of their times: those of islands come as these go on.
+    /// Puts all in the order of their times: those of islands come as these continue.
     ///
     /// # Errors
     /// [`ResultsError::Write`].

@@ -12,7 +12,7 @@ pub const RESULTS_FILE: &str = "results.csv";
 pub const CHANNELS_FILE: &str = "channels.json";
 /// Name of the summary.
 pub const SUMMARY_FILE: &str = "summary.json";
-/// Name of the state at the end of a run, from which another goes on.
+/// Name of the state at the end of a run, from which another continues.
 pub const STATE_FILE: &str = "state.toml";
 /// Name of what a run that was killed is resumed from.
 pub const CHECKPOINT_FILE: &str = "checkpoint.toml";
@@ -22,7 +22,7 @@ pub const DIGITS_FILE: &str = "digits.csv";
 /// Where all bodies were at the samples, where that is asked for.
 pub const MOTION_FILE: &str = "motion.bin";
 
-/// The folder of results of a run that goes on. Files of former results with the same names are replaced, all others are
+/// The folder of results of a run that continues. Files of former results with the same names are replaced, all others are
 /// left alone.
 #[derive(Debug)]
 pub struct Folder {

@@ -1,4 +1,4 @@
-//! Results: channels, files, figures, the audit, and what is told at the end of a run.
+//! Results: channels, files, figures, the audit, and what is reported at the end of a run.
 //!
 //! - **Takes**: numbers at sample times with the names, units and places of their channels; counters and times; paths of
 //!   tables to compare, or to check against.

@@ -41,7 +41,7 @@ pub enum Remedy {
     EarlyEnd,
 }
 
-/// What is told of a remedy.
+/// What is reported of a remedy.
 struct Words {
     name: &'static str,
     counted: &'static str,
@@ -50,7 +50,7 @@ struct Words {
 }
 
 impl Remedy {
-    /// All of them, in the order in which they are told.
+    /// All of them, in the order in which they are reported.
     pub const ALL: [Self; 16] = [
         Self::SmallerStep,
         Self::NotFinite,

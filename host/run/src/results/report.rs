@@ -87,7 +87,7 @@ fn outcome(summary: &Summary) -> String {
     line
 }
 
-/// `audit: constraints 2e-16, rates 3e-15, energy 4e-11; mobility 1; 2 redundant rows (...)`. The energy at the samples is told
+/// `audit: constraints 2e-16, rates 3e-15, energy 4e-11; mobility 1; 2 redundant rows (...)`. The energy at the samples is reported
 /// where it is beyond its limit and that of the steps is not.
 fn audit(summary: &Summary) -> String {
     let audit = &summary.audit;

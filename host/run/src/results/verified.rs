@@ -66,7 +66,7 @@ impl Verified {
         self.outputs.iter().find(|output| output.name == *worst)
     }
 
-    /// As told at the end of a run. `unit` is that of the times.
+    /// As reported at the end of a run. `unit` is that of the times.
     pub(super) fn report(&self, unit: &str) -> String {
         let head = format!("verified with {}; largest differences, which estimate the errors of this run:\n", self.how);
         let titles = ["output", "difference", "of its peak", "at t", ""];

@@ -14,7 +14,7 @@ use super::outcome::RunReport;
 use crate::results::Status;
 
 impl Session {
-    /// Runs the scene. With a folder, results are written there as they come; `progress` is told the share done; `stop`
+    /// Runs the scene. With a folder, results are written there as they come; `progress` receives the share done; `stop`
     /// ends the run after the step under way, with valid results. With checkpoints (`checkpoint_every` in `[simulation]`), a
     /// run into a folder can be resumed if it is killed: [`super::Checkpoint`].
     ///

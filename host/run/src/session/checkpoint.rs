@@ -33,7 +33,7 @@ pub struct Checkpoint {
     /// The part of the motion that belongs to it, where that is written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) motion: Option<Written>,
-    /// What the run is made of; another one cannot go on.
+    /// What the run is made of; another one cannot continue.
     pub(super) identity: Identity,
     /// How the scene was opened.
     pub(super) origin: Option<Origin>,
@@ -117,7 +117,7 @@ pub struct Carried {
     /// Contacts that were closed.
     #[serde(default)]
     pub(super) closed: Vec<usize>,
-    /// Reactions of contacts that were told to be indeterminate.
+    /// Reactions of contacts that were reported as indeterminate.
     #[serde(default)]
     pub(super) open_loads: Vec<usize>,
     /// What was seen of what elements want looked at.

@@ -12,7 +12,7 @@ const EARLY: f64 = 1e-9;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Clocks {
     list: Vec<Clock>,
-    /// The run goes on from another one.
+    /// The run continues from another one.
     carried: bool,
 }
 
@@ -64,7 +64,7 @@ impl Clocks {
         (t >= (clock.next - EARLY) * clock.period).then(|| (t / clock.period + EARLY).floor() * clock.period)
     }
 
-    /// Whether the element with these discrete states has sampled at this time, which was told to [`Clocks::hold`].
+    /// Whether the element with these discrete states has sampled at this time, which was given to [`Clocks::hold`].
     pub(super) fn has_sampled(&self, memory: &Range<usize>, t: f64) -> bool {
         let clock = self.list.iter().find(|clock| clock.memory == *memory);
         clock.is_some_and(|clock| (t - (clock.next - 1.0) * clock.period).abs() <= EARLY * clock.period)

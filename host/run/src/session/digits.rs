@@ -46,7 +46,7 @@ impl Session {
 }
 
 impl Second {
-    /// Computes it, and tells which digits of a run are certain in its summary.
+    /// Computes it, and reports which digits of a run are certain in its summary.
     pub fn judge(self, run: &mut RunReport, stop: &Arc<AtomicBool>) {
         let natural = self.sizes.of(run.summary.audit.largest_energy());
         let digits = match self.way {

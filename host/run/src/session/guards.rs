@@ -237,7 +237,7 @@ impl Bank {
         self.take(Ranges::new(&graph, &nodes), layout, |slot| formulation.entry_of(slot))
     }
 
-    /// Takes ranges, the entries of whose inputs are told by slot; gives these, or `None` where an input is none.
+    /// Takes ranges, the entries of whose inputs are given by slot; gives these, or `None` where an input is none.
     fn take(
         &mut self,
         ranges: Ranges,

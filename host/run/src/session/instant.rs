@@ -32,7 +32,7 @@ impl Run<'_> {
     /// Accelerations or reactions that have no solution here.
     pub fn instant(&mut self) -> Result<Instant, SessionError> {
         if self.system.has_contacts() {
-            // Which contacts are closed is found when time goes on.
+            // Which contacts are closed is found when time advances.
             let met = self.meet_contacts().map_err(|error| self.session.integration_error(&error))?;
             if let Some(status) = met {
                 self.outcome = Ok(status);

@@ -217,7 +217,7 @@ pub(super) fn islands_leg(
     Ok(LegEnd { session: whole, summary, failed, state, carried: None, islands })
 }
 
-/// A lock; what a thread that panicked left behind is as good as before, since nobody goes on after a panic.
+/// A lock; what a thread that panicked left behind is as good as before, since nobody continues after a panic.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -231,7 +231,7 @@ impl Session {
     /// The islands as sessions of their own, from the start of this one.
     ///
     /// # Errors
-    /// As for [`Session::open`]; whatever is wrong with an island is wrong with the whole scene, and told there first.
+    /// As for [`Session::open`]; whatever is wrong with an island is wrong with the whole scene, and reported there first.
     pub(super) fn islands(&self) -> Result<Vec<Session>, SessionError> {
         let open = |island| self.island(island).map_err(|error| self.in_island(island, error));
         self.plan.topology.islands.iter().map(open).collect()

@@ -1,6 +1,6 @@
 //! [`Keeper`]: the checkpoints of a run. Its legs go from each to the next.
 //!
-//! At each checkpoint a step ends, all rows up to there and then the checkpoint are brought to the disk, and the run goes on as
+//! At each checkpoint a step ends, all rows up to there and then the checkpoint are brought to the disk, and the run continues as
 //! if it had been read back: from the text just written, with everything made anew. So a leg depends on the checkpoint
 //! before it and on the scene alone, and a run that is resumed gives the same bytes as one that never was killed.
 //! What methods remember from step to step is not carried on, other than the size of the steps: each leg costs a start.

@@ -21,7 +21,7 @@ pub(super) struct Leg {
     pub(super) carried: Option<Carried>,
 }
 
-/// Those who hear of a run while it goes on.
+/// Those who hear of a run while it is under way.
 pub(super) struct Told<'t> {
     /// Takes the rows.
     pub(super) samplings: &'t mut Samplings,
@@ -58,7 +58,7 @@ impl Told<'_> {
         (t - from) / (to - from)
     }
 
-    /// Whether to go on.
+    /// Whether to continue.
     pub(super) fn flow(&self) -> Flow {
         if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
     }

@@ -36,9 +36,9 @@
 //! | `batch.rs` | a scene by itself, from its start to results |
 //! | `crew.rs`, `islands.rs` | what is integrated side by side: the whole, or parts that share nothing |
 //! | `leg.rs` | a part of a run, from one time to another |
-//! | `keeper.rs` | keeps a run at its checkpoints, and goes on from them |
+//! | `keeper.rs` | keeps a run at its checkpoints, and continues from them |
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
-//! | `restart.rs` | the state at the end of a run, from which another goes on |
+//! | `restart.rs` | the state at the end of a run, from which another continues |
 //! | `summary.rs` | what is known before a run, what was done, and how it ended |
 //! | `figures.rs`, `checks.rs` | the figures and checks of a scene on its samples |
 //! | `judge.rs` | whether the audit lets the results pass |

@@ -58,7 +58,7 @@ pub(super) struct Beginning {
     pub(super) time: f64,
     /// The time from which samples are counted, s: of a run in legs, the start of the first.
     pub(super) sampled_from: f64,
-    /// The state that it goes on from; none at the start of the scene.
+    /// The state that it continues from; none at the start of the scene.
     pub(super) state: Option<Restart>,
     /// The checkpoint that it is resumed from.
     pub(super) checkpoint: Option<Checkpoint>,

@@ -77,7 +77,7 @@ impl Session {
         sha256(format!("{:?}", Identity::of(&self.scene.source, &self.libraries)).as_bytes())
     }
 
-    /// Makes [`Session::run`] go on from a checkpoint, in the folder that it is from.
+    /// Makes [`Session::run`] continue from a checkpoint, in the folder that it is from.
     ///
     /// # Errors
     /// A checkpoint of another scene, library or program: what differs.
@@ -104,7 +104,7 @@ impl Session {
             if let (Some(_), Some(work), Some(was)) =
                 (&point.carried, self.assembly.working.last_mut(), state.working.last())
             {
-                // The audit goes on.
+                // The audit continues.
                 *work = *was;
             }
         }

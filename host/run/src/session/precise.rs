@@ -6,7 +6,7 @@ use crate::pool;
 use crate::precise::{DoubleDouble, Ended, Taylor};
 use crate::results::ChannelInfo;
 
-/// Order and tolerance of the computation, of a second one that tells how well it is known, and of one that starts elsewhere.
+/// Order and tolerance of the computation, of a second one that shows how well it is known, and of one that starts elsewhere.
 const COMPUTATIONS: [(usize, f64); 3] = [(32, 1e-28), (26, 1e-26), (26, 1e-24)];
 /// Products of coefficients that a computation may take: half a minute.
 const MOST_PRODUCTS: f64 = 2e9;

@@ -71,7 +71,7 @@ pub struct Decision {
     pub without: Option<&'static str>,
 }
 
-/// What `odyn plan` tells.
+/// What `odyn plan` reports.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlanReport {
     /// Bodies, elements and loops of each island.
@@ -288,7 +288,7 @@ impl Session {
         skips
     }
 
-    /// What `odyn plan` tells.
+    /// What `odyn plan` reports.
     #[must_use]
     pub fn plan_report(&self) -> PlanReport {
         let islands = self.plan.topology.islands.iter().map(|island| {

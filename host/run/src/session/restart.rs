@@ -1,4 +1,4 @@
-//! [`Restart`]: the state at the end of a run, as a file from which another run goes on.
+//! [`Restart`]: the state at the end of a run, as a file from which another run continues.
 
 use std::fs;
 use std::path::Path;

@@ -22,7 +22,7 @@ const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 /// How many times the step tried last is gone along the motion to see what is not finite there.
 const FURTHER: [f64; 3] = [1.0, 1e3, 1e6];
 
-/// A scene in motion: advanced as far as is wanted, told new values of its inputs, asked for its outputs, saved and brought back.
+/// A scene in motion: advanced as far as is wanted, given new values of its inputs, asked for its outputs, saved and brought back.
 ///
 /// Times, inputs and outputs are in the units of the scene; the unit of an input is that of its `[[input]]`.
 ///
@@ -128,7 +128,7 @@ pub struct Run<'a> {
     pub(super) counters: integrate::Counters,
     /// How the last one ended.
     pub(super) outcome: Result<Status, IntegrateError>,
-    /// The method does not go on from the start, or something has changed since.
+    /// The method does not continue from the start, or something has changed since.
     pub(super) interrupted: bool,
     /// The outputs at this time, SI, if they are known.
     outputs: Option<Vec<f64>>,
@@ -195,7 +195,7 @@ impl<'a> Run<'a> {
     /// the time advanced to is taken before anything can change there.
     ///
     /// # Errors
-    /// A time that has passed or is beyond the scene's end. A motion that cannot go on: the run then is at the last time that is
+    /// A time that has passed or is beyond the scene's end. A motion that cannot continue: the run then is at the last time that is
     /// good, and can be brought back.
     pub fn advance(&mut self, t: f64) -> Result<(), SessionError> {
         let (unit, last) = (self.unit_of_time(), self.session.scene.simulation.t_end);
@@ -347,7 +347,7 @@ impl<'a> Run<'a> {
     }
 
     /// Brings the run back to what was saved of it, or of another run of the same scene. Samples behind it are dropped; where
-    /// those before it were not taken by this run, its samples begin there. Counters of work go on.
+    /// those before it were not taken by this run, its samples begin there. Counters of work continue.
     ///
     /// # Errors
     /// What was saved of another scene, or with other libraries; an opaque element that refuses its memory.
@@ -374,7 +374,7 @@ impl<'a> Run<'a> {
     }
 
     /// Ends the run: its samples with a summary, audit, figures and checks, as of a run by itself. One that has not reached the
-    /// scene's end is told as interrupted.
+    /// scene's end is reported as interrupted.
     ///
     /// # Errors
     /// An element that failed.

@@ -79,7 +79,7 @@ impl Samplings {
         })
     }
 
-    /// Completes the files, if there are any: the table, the summary, and the state from which another run goes on.
+    /// Completes the files, if there are any: the table, the summary, and the state from which another run continues.
     pub(super) fn close(
         &mut self,
         path: Option<&Path>,

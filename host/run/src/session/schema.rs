@@ -12,7 +12,7 @@ use crate::scene::schema::{one_of, schema as of_records};
 
 /// The schema (JSON Schema, draft 2020-12) of scenes that use the elements of a catalog and these methods of integration.
 ///
-/// It tells keys, kinds of values, words, and of each element type the parameters with description, unit, range and default.
+/// It lists keys, kinds of values, words, and of each element type the parameters with description, unit, range and default.
 /// It cannot tell what follows from the values: units of texts, names that refer to others, mobility. A scene that it accepts
 /// may still be refused; one that it refuses has a mistake.
 #[must_use]

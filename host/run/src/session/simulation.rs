@@ -99,7 +99,7 @@ fn is_driven(equations: &Equations) -> bool {
     equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
 }
 
-/// An opaque instance that is told about accepted steps.
+/// An opaque instance that is notified of accepted steps.
 struct Told {
     set: usize,
     instance: usize,

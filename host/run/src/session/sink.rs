@@ -5,7 +5,7 @@ use std::io;
 use crate::integrate::Flow;
 use crate::results::Event;
 
-/// Takes the results of a run as they come. The one stepping loop, that of [`super::Run`], tells its sink and nobody else.
+/// Takes the results of a run as they come. The one stepping loop, that of [`super::Run`], reports to its sink and nobody else.
 pub trait Sink: Send {
     /// The channels at one of the sample times of the scene, counted from 0, in SI units and in the order of the model. They
     /// come in order, each after the last step that it depends on was found good.
@@ -19,7 +19,7 @@ pub trait Sink: Send {
         false
     }
 
-    /// What a picture of the motion shows at that sample, which was told just before, SI units and ground axes: per body of the
+    /// What a picture of the motion shows at that sample, which was reported just before, SI units and ground axes: per body of the
     /// model the position of the origin of its frame and its Euler parameters, body -> ground, scalar first; then force and torque
     /// of each load (`Model::shown_loads`).
     ///
@@ -39,7 +39,7 @@ pub trait Sink: Send {
         Ok(())
     }
 
-    /// A step was accepted that ends at a time, s. Tells whether to go on.
+    /// A step was accepted that ends at a time, s. Returns whether to continue.
     fn step(&mut self, t: f64) -> Flow {
         let _ = t;
         Flow::Continue

@@ -2,7 +2,7 @@
 //!
 //! What every step runs is made at once, where that is quick. The rest starts interpreted: when the work still to come,
 //! predicted from the work done so far and known from the samples to be taken, pays for making machine code, it is made, between
-//! two steps where that is quick, else by another thread while the run goes on. Both give the same results bit for bit, so that
+//! two steps where that is quick, else by another thread while the run continues. Both give the same results bit for bit, so that
 //! nothing depends on when that happens.
 
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::time::Instant;
 use crate::program::{MachineCode, MachineError, Maker, Program, SharedCode, Used};
 
 /// Predicted savings over the cost of compiling from which on it is done. Compiling takes a processor that the run itself
-/// might have had, the run goes on interpreted meanwhile, and predictions err.
+/// might have had, the run continues interpreted meanwhile, and predictions err.
 const MARGIN: f64 = 2.0;
 /// Share of the runs that pay for compiling that must have been done before anything is predicted from them: the first
 /// steps are short and say little about those to come, and a wrong guess costs no multiple of what was spent already.
@@ -180,7 +180,7 @@ impl Tier {
         let paying = programs.iter_mut().filter(|used| is_open(used) && pays(maker, used, to_come, samples));
         if maker == Maker::Assembler {
             if self.make_together(t, paying.collect()).is_err() {
-                // A reason to go on without.
+                // A reason to continue without.
                 self.span = None;
             }
             return;
@@ -213,7 +213,7 @@ impl Tier {
         let (codes, seconds) = job.codes();
         self.made.seconds += seconds;
         if codes.is_empty() {
-            // A compiler that fails is a reason to go on without it.
+            // A compiler that fails is a reason to continue without it.
             self.span = None;
         }
         for (id, code) in codes {

@@ -110,7 +110,7 @@ impl Watched {
     }
 
     fn read_scene(&mut self) {
-        // A scene that can't be read leaves the libraries as they were; the run tells what is wrong with it.
+        // A scene that can't be read leaves the libraries as they were; the run reports what is wrong with it.
         if let Ok((scene, _)) = read(&self.scene, &self.options.overrides) {
             self.search = search_path(&scene, &self.scene, &self.options.plugins);
             self.libraries = requests(&scene);

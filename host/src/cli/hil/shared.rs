@@ -9,7 +9,7 @@
 //! An area is a counter (8 bytes) and behind it a packet. Who writes makes the counter odd, writes the packet, and makes it even; who
 //! reads takes a packet only if the counter was the same even number before and after. A counter that has not changed: no new packet.
 
-// Memory that two programs share is read and written through pointers; each word that tells about it is atomic.
+// Memory that two programs share is read and written through pointers; each word that synchronizes it is atomic.
 #![allow(unsafe_code)]
 
 use std::io;

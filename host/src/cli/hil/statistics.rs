@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::ser::{SerializeStruct as _, Serializer};
 
-/// Microseconds that are told apart; longer ones are counted together.
+/// Microseconds that are distinguished; longer ones are counted together.
 const BINS: usize = 20_000;
 
 /// See the module documentation.

@@ -3,7 +3,7 @@
 /// The machine and the program.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Machine {
-    /// Model of the processor; `unknown` where the system doesn't tell.
+    /// Model of the processor; `unknown` where the system does not say.
     pub processor: String,
     /// Threads that can run at the same time.
     pub cores: usize,
@@ -36,7 +36,7 @@ impl Machine {
     }
 }
 
-/// As Linux tells it.
+/// As Linux reports it.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

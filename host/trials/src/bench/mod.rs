@@ -11,7 +11,7 @@
 //! The error of a run is the largest difference, at any sample, of a measured coordinate from its reference, absolute, in
 //! the coordinate's unit. Measured coordinates are the checks of kind `position` and `orientation`, or all checks where
 //! there are none of these; in a scene without checks all outputs, as shares of their sizes, against a reference that is
-//! computed. The error belongs to the very run that is timed: no figure of speed stands without it. What fails is told as failed.
+//! computed. The error belongs to the very run that is timed: no figure of speed stands without it. What fails is reported as failed.
 //!
 //! | file | content |
 //! |---|---|

@@ -2,7 +2,7 @@
 //!
 //! Power series of two orders in numbers of 31 digits; where they cannot be had, two computations in doubles with different
 //! coordinates and tolerances, both much tighter than what is measured. How far they are apart is how well the reference is known;
-//! errors below that are not told apart. The reference is kept as a table beside the results and
+//! errors below that are not distinguished. The reference is kept as a table beside the results and
 //! used again as long as scene, libraries and program are the same.
 
 use std::fs;

@@ -7,7 +7,7 @@ use super::Machine;
 pub struct Report {
     /// Where.
     pub machine: Machine,
-    /// When, as the user put it; empty if not told.
+    /// When, as the user put it; empty if not given.
     pub date: String,
     /// The problems, in the order of the scenes.
     pub problems: Vec<Problem>,
@@ -44,13 +44,13 @@ pub struct Point {
     pub solver: String,
     /// The method of integration.
     pub method: String,
-    /// How accurate it was told to be.
+    /// How accurate it was asked to be.
     pub setting: Setting,
     /// What came out, or why nothing did.
     pub outcome: Result<Measured, String>,
 }
 
-/// How accurate a method is told to be.
+/// How accurate a method is asked to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Setting {
     /// Relative tolerance of a method that controls its error.

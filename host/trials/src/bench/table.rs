@@ -5,7 +5,7 @@ use std::path::Path;
 use super::report::{Measured, Point, Report, Setting, Times, Work};
 
 /// The columns. `setting` says whether `value` is a tolerance or a step (s); times are in s. Fields of what is not known are
-/// empty; `status` is `ok` or tells why there are no numbers.
+/// empty; `status` is `ok` or says why there are no numbers.
 pub const HEADER: [&str; 19] = [
     "problem",
     "solver",

@@ -259,7 +259,7 @@ fn programs_are_compared_at_equal_errors() {
 fn the_page_has_curves_numbers_and_failures() {
     let page = report().page();
     assert!(page.contains("Swing &lt;1&gt;") && !page.contains("Swing <1>"));
-    // Two drawings of our one point, one of the peer's, which tells no evaluations.
+    // Two drawings of our one point, one of the peer's, which has no evaluations.
     assert_eq!(page.matches("<circle").count(), 3);
     for text in [
         "odyn one",

@@ -3,7 +3,7 @@
 //! - **Takes**: cases, elements and outcomes of the stress suite as plain data.
 //! - **Gives**: a [`Manual`]: an overview and a page per element; a [`StressPage`]. HTML that needs nothing but itself; the
 //!   same data gives the same bytes on every machine.
-//! - **May touch**: the folder it is told to write to.
+//! - **May touch**: the folder it is asked to write to.
 //! - **Must not know**: how cases and trials were run.
 //!
 //! | file | content |

@@ -7,7 +7,7 @@
 //! - **Must not know**: scenes or elements by name, how outcomes are shown.
 //!
 //! A trial that goes wrong is an outcome with the reason, never the end of the suite. Outcomes do not depend on how many trials
-//! go on at the same time.
+//! run at the same time.
 //!
 //! | file | content |
 //! |---|---|

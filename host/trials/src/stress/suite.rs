@@ -162,7 +162,7 @@ impl Suite {
     /// Reads a suite.
     ///
     /// # Errors
-    /// The file cannot be read, or what is written is no suite; all contradictions between trials are told at once.
+    /// The file cannot be read, or what is written is no suite; all contradictions between trials are reported at once.
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|cause| {

@@ -7,8 +7,8 @@
 //! - **Must not know**: how a scene is run.
 //!
 //! Each run is the one that `odyn run` would do with the same `--set`s, alone with its session, so that nothing depends on
-//! how many of them go on at the same time or in which order they end; what they share ([`crate::session::Common`]) is no
-//! part of what comes out. A run that fails is told as failed; the others stay.
+//! how many of them run at the same time or in which order they end; what they share ([`crate::session::Common`]) is no
+//! part of what comes out. A run that fails is reported as failed; the others stay.
 //! In a folder, the row of a run is on the disk as soon as the run has ended: a study that is killed is resumed with the runs
 //! that are missing, and its table has the same bytes.
 //!

@@ -250,7 +250,7 @@ fn a_scene_that_goes_wrong_is_a_failed_case_with_the_reason() {
     assert!(missing.outcome.unwrap_err().contains("missing.toml"));
 }
 
-/// Cases do not depend on how many are run at the same time, and each is told of once.
+/// Cases do not depend on how many are run at the same time, and each is reported once.
 #[test]
 fn cases_are_the_same_however_many_run_at_the_same_time() {
     let scratch = Scratch::new("jobs");

@@ -231,7 +231,7 @@ fn open_with(
     Session::with_catalog(scene.clone(), Vec::new(), catalog, &options).map_err(|error| error.render(false))
 }
 
-/// Runs to the end, or tells why not.
+/// Runs to the end, or says why not.
 fn run(session: Session) -> Result<RunReport, String> {
     let report = session.run(None, Box::new(|_| ()), &Arc::default()).map_err(|error| error.render(false))?;
     let summary = &report.summary;

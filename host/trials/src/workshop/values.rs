@@ -35,7 +35,7 @@ pub struct Value {
     pub origin: Origin,
 }
 
-/// Parameters that cannot be had: what is wrong, and the text in which places are told.
+/// Parameters that cannot be had: what is wrong, and the text that places refer to.
 #[derive(Debug)]
 pub struct BadValues {
     /// All mistakes.

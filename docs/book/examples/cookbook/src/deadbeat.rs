@@ -1,6 +1,6 @@
 //! A position controller that stands for a program written elsewhere, which knows numbers only and keeps a memory.
 //!
-//! After each step it is told position and speed, and answers with a force that is held during the next step. At steps of
+//! After each step it receives position and speed, and answers with a force that is held during the next step. At steps of
 //! size h its law brings a mass m to rest at the origin in two steps: F = -m (x / h^2 + 3 v / (2 h)).
 
 use element_api::prelude::*;
@@ -13,7 +13,7 @@ pub struct Deadbeat {
     force: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct DeadbeatParameters {
     /// The mass that it moves.

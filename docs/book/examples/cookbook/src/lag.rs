@@ -5,7 +5,7 @@ use element_api::prelude::*;
 /// The control element.
 pub struct Lag(LagParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct LagParameters {
     /// T.

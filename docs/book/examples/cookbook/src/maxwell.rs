@@ -8,7 +8,7 @@ use element_api::prelude::*;
 /// The force.
 pub struct Maxwell(MaxwellParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct MaxwellParameters {
     /// Tension per elongation of the spring.

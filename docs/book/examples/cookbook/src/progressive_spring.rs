@@ -11,7 +11,7 @@ pub struct ProgressiveSpring {
     free_length: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct ProgressiveSpringParameters {
     /// Tension over the elongation.

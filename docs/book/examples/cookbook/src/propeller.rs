@@ -16,7 +16,7 @@ pub struct Propeller {
 }
 
 // ANCHOR: parameters
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct PropellerParameters {
     /// Diameter.

@@ -7,7 +7,7 @@ use element_api::prelude::*;
 /// The force.
 pub struct Rope(RopeParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct RopeParameters {
     /// Tension per elongation.

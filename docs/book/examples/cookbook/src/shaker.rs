@@ -12,7 +12,7 @@ pub struct Shaker {
     omega: f64,
 }
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct ShakerParameters {
     /// Largest displacement.

@@ -8,7 +8,7 @@ use element_api::prelude::*;
 /// The joint.
 pub struct Tether(TetherParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct TetherParameters {
     /// Largest distance of the two points.

@@ -8,7 +8,7 @@ use element_api::prelude::*;
 /// The control element.
 pub struct Thermostat(ThermostatParameters);
 
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct ThermostatParameters {
     /// Switches on below.

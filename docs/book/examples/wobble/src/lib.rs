@@ -21,7 +21,7 @@ use element_api::prelude::*;
 element_api::export_plugin! { about: "A wobble plate", joints: [Wobble] }
 
 // ANCHOR: parameters
-/// What a scene tells it.
+/// Its parameters, as a scene gives them.
 #[derive(Parameters)]
 pub struct WobbleParameters {
     /// Half of the stroke.

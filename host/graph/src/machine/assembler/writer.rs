@@ -311,7 +311,7 @@ impl<'l> Writer<'l> {
         result
     }
 
-    /// Calls a function; the result is in vector register 0, which is told, a second one in 1. No vector register survives a call.
+    /// Calls a function; the result is in vector register 0, which is given, a second one in 1. No vector register survives a call.
     fn call(&mut self, called: &Called, reads: &[Read]) -> u8 {
         let mut at = [Place::Vector(SCRATCH); 2];
         at.iter_mut().zip(reads).for_each(|(place, read)| *place = self.anywhere(*read));

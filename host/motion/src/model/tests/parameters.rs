@@ -1,4 +1,4 @@
-//! What a scene writes is what the element is told, in SI units.
+//! What a scene writes is what the element is given, in SI units.
 
 use element_api::params::{ParamSpec, ParamType};
 use element_api::recording::{Op, Role};
@@ -7,7 +7,7 @@ use element_api::{Function, Kind};
 use super::*;
 use crate::diagnostics::Code;
 
-/// The numbers that an `echo` was told, in the order of its channels: number, angle, count, on, letters, vector, list, curve.
+/// The numbers that an `echo` was given, in the order of its channels: number, angle, count, on, letters, vector, list, curve.
 #[track_caller]
 fn told(units: &str, params: &str) -> Vec<f64> {
     let text = format!(

@@ -1,4 +1,4 @@
-//! [`Control`]: step sizes, and when Newton's method goes on, is given up, or needs a new matrix.
+//! [`Control`]: step sizes, and when Newton's method continues, is given up, or needs a new matrix.
 
 use super::super::Price;
 use super::super::steps::Fault;
@@ -115,7 +115,7 @@ impl Control {
         self.keep_jacobian = if jacobian > EXPENSIVE * iteration { KEEP_EXPENSIVE_JACOBIAN } else { KEEP_JACOBIAN };
     }
 
-    /// Without an error test, the iterations go on nearly to round-off.
+    /// Without an error test, the iterations continue nearly to round-off.
     pub(super) fn iterate_to_round_off(&mut self, tolerance: Option<f64>) {
         self.newton = tolerance.map_or(1e-6, |tol| (FIXED_ACCURACY / tol).min(1e-2)) / self.test;
         self.most_iterations = MOST_ITERATIONS_FIXED;

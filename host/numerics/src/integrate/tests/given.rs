@@ -30,7 +30,7 @@ fn a_run_by_its_own_steps_is_itself() {
         assert_eq!(steps, same, "{}", method.name());
         assert_eq!(outcome.counters.rejected, 0);
         assert_eq!(outcome.counters.steps, first.counters.steps);
-        // Iterations of the implicit method go on to round-off here.
+        // Iterations of the implicit method continue to round-off here.
         let close = if method.name() == "radau5" { 1e-6 } else { 0.0 };
         assert!((own - again).abs() <= close, "{} {own} {again}", method.name());
     }

@@ -225,7 +225,7 @@ fn null_vectors_of_many_rows_are_those_of_each_alone() {
             assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-12 * b.1.abs(), "{vector:?} {alone:?}");
         }
     }
-    // Two of the same rows are not told apart; neighbours are.
+    // Two of the same rows are not distinguished; neighbours are.
     assert_eq!(search.together(&rank.dependent[..2]).unwrap(), [None, None]);
     assert!(search.together(&rank.dependent[1..3]).unwrap().iter().all(Option::is_some));
 }

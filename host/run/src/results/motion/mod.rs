@@ -118,7 +118,7 @@ pub struct ShownLoad {
     pub frame: usize,
     /// `reaction` of a joint, or `force` of a force element.
     pub kind: String,
-    /// Whether there is only one such load; of redundant joints one is told of many.
+    /// Whether there is only one such load; of redundant joints one is named for many.
     pub unique: bool,
 }
 

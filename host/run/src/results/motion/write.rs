@@ -1,4 +1,4 @@
-//! [`MotionWriter`]: the motion, written while a run goes on.
+//! [`MotionWriter`]: the motion, written during a run.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};

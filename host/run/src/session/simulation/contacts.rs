@@ -21,7 +21,7 @@ const DEEP: f64 = 1e-9;
 const PASSED: f64 = 1e-6;
 /// Rounds of impacts and contacts that close at one instant.
 const MOST_ROUNDS: usize = 50;
-/// Instants with events that follow each other without time going on.
+/// Instants with events that follow each other without time advancing.
 const MOST_AT_ONCE: u32 = 50;
 
 /// The equations with a choice of closed contacts.
@@ -39,9 +39,9 @@ pub(super) struct Touch {
     names: Vec<(String, String)>,
     /// Those that are closed now, ascending.
     pub(super) closed: Vec<usize>,
-    /// Those that were closed when events were told last.
+    /// Those that were closed when events were reported last.
     told: Vec<usize>,
-    /// Loads that were told to be open: see [`Simulation::open_loads`].
+    /// Loads that were reported as open: see [`Simulation::open_loads`].
     pub(super) open_loads: Vec<usize>,
     /// Equations that were in use, and are not now, each with the values of its rows.
     others: Vec<(Mode, Option<RowValues>)>,

@@ -4,7 +4,7 @@ use super::Simulation;
 use crate::analysis::{AnalysisError, Holder, Indeterminate};
 use crate::results::{Event, EventKind};
 
-/// What is told: components of the force, ground directions; the torque; that the motion depends on it.
+/// What is reported: components of the force, ground directions; the torque; that the motion depends on it.
 const WORDS: [&str; 5] = ["force x", "force y", "force z", "torque", ""];
 
 impl Simulation<'_> {
@@ -39,12 +39,12 @@ impl Simulation<'_> {
         self.send(&events)
     }
 
-    /// What was told of it.
+    /// What was reported of it.
     pub(in crate::session) fn open_loads(&self) -> &[usize] {
         self.touch.as_ref().map_or(&[], |touch| &touch.open_loads)
     }
 
-    /// What was told where the run was left.
+    /// What was reported where the run was left.
     pub(in crate::session) fn open_loads_were(&mut self, told: &[usize]) {
         if let Some(touch) = &mut self.touch {
             touch.open_loads = told.to_vec();

@@ -26,7 +26,7 @@ impl<'a> Simulation<'a> {
     /// See [`Simulation::carry_on`].
     pub(in crate::session) fn carried(&self) -> Carried {
         let Scales { length, speed, spin, energy } = self.scales;
-        // The last step may have been cut to end where it had to; the one before it then tells more.
+        // The last step may have been cut to end where it had to; the one before it then says more.
         let step = self.last_steps[0].max(self.last_steps[1]);
         Carried {
             scales: [length, speed, spin, energy],

@@ -82,7 +82,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Starts them, where the run does not go on from another one, and passes values on until those at the start fit each other.
+    /// Starts them, where the run does not continue from another one, and passes values on until those at the start fit each other.
     ///
     /// # Errors
     /// One of them failed, or there are no such values.

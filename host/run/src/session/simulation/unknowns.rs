@@ -16,7 +16,7 @@ const ROUND_OFF: f64 = 1e-15;
 const STAGNANT: f64 = 1e-12;
 /// Values that a further Newton step changes by more than this share of the tolerance were not found within the step.
 const WITHIN: f64 = 0.1;
-/// A determinant below this share of the largest so far is told of where a run ends.
+/// A determinant below this share of the largest so far is reported where a run ends.
 const NEARLY_SINGULAR: f64 = 1e-2;
 
 /// The unknowns of one element.
@@ -166,7 +166,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Which unknown may be why a run does not go on: one that was not found, or nearly was not determined at the last state.
+    /// Which unknown may be why a run does not continue: one that was not found, or nearly was not determined at the last state.
     pub(in crate::session) fn lost_unknown(&self) -> Option<String> {
         let tracked = self.unknowns.as_ref()?;
         let named = |element: &str, unknown: &str| {

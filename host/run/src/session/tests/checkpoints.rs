@@ -250,7 +250,7 @@ fn a_run_is_verified_by_a_sharper_one() {
     );
     let names: Vec<&str> = rough.outputs.iter().map(|output| output.name.as_str()).collect();
     assert_eq!(names, ["phi", "psi", "steps", "lagging", "load"]);
-    // What it tells is the error: against a run that is sharper by far.
+    // What it reports is the error: against a run that is sharper by far.
     let exact = column(&run(&machine("tolerance = 1e-12")), "psi").to_vec();
     let own = run(&machine("tolerance = 1e-5"));
     let error = column(&own, "psi").iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -213,7 +213,7 @@ fn drives_at_different_speeds_are_refused() {
     );
 }
 
-/// Energy turned into heat is told apart from work that is done otherwise.
+/// Energy turned into heat is distinguished from work that is done otherwise.
 #[test]
 fn heat_is_told_apart_from_work() {
     let settings = "t_end = 2; output_step = 0.1; tolerance = 1e-9";
@@ -223,7 +223,7 @@ fn heat_is_told_apart_from_work() {
     assert!(lost > 1.0 && (audit.dissipated - lost).abs() < 1e-7 && audit.work_in == 0.0, "{audit:?}");
     let audit = run(&oscillator(settings, 50.0, 0.0)).summary.audit;
     assert_eq!((audit.dissipated, audit.work_in), (0.0, 0.0));
-    // Friction that does not tell what it is counts as work; both go on at the same time.
+    // Friction that does not say what it is counts as work; both act at the same time.
     let both = oscillator(settings, 50.0, 2.0)
         + "[[body]]\nname = \"rotor\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nangular_velocity = [0, 0, 5]\n\
            [[force]]\nname = \"rubbing\"\ntype = \"friction\"\nbodies = [\"ground\", \"rotor\"]\n";
@@ -285,7 +285,7 @@ fn velocities_that_are_determined_were_not_chosen() {
     }
 }
 
-/// Masses have no say in what is determined: the metric that tells has none.
+/// Masses have no influence on what is determined: the metric that decides has none.
 #[test]
 fn light_and_heavy_links_are_told_apart_from_determined_ones() {
     for mass in ["1e-9", "1e9"] {

@@ -33,7 +33,7 @@ fn a_run_in_two_parts_ends_where_one_run_ends() {
         second.go_on_from(state).unwrap();
         let second = second.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
         assert_eq!((second.times[0], *second.times.last().unwrap()), (2.0, 4.0));
-        // 2 s with 30 rad/s are 9.5 turns: the angle goes on, it does not start anew.
+        // 2 s with 30 rad/s are 9.5 turns: the angle continues, it does not start anew.
         let joined = column(&second, "phi")[0];
         assert!((joined - column(&first, "phi").last().unwrap()).abs() < 1e-12 && joined > 59.9, "{joined}");
         // Samples at the end of a step are taken before it is counted.

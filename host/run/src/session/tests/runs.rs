@@ -1,4 +1,4 @@
-//! Runs that are advanced, told, asked, saved and brought back.
+//! Runs that are advanced, given values, asked, saved and brought back.
 
 use super::*;
 use crate::diagnostics::codes;

@@ -46,7 +46,7 @@ fn weld(name: &str, bodies: [&str; 2], frames: [&Isometry3<f64>; 2]) -> String {
     )
 }
 
-/// Outputs of everything that is told of a body and of the joint that holds it.
+/// Outputs of everything that is reported of a body and of the joint that holds it.
 fn told(body: &str, weld: &str) -> String {
     let mut text = output(&format!("gap_{weld}"), &format!("quantity = \"coordinate\"; of = \"{weld}\""));
     for (quantity, of, more) in [
