@@ -71,6 +71,7 @@ pub mod function;
 pub mod geometry;
 pub mod jet;
 pub mod manifest;
+mod motion;
 pub mod params;
 pub mod recorded;
 pub mod recording;
