@@ -114,6 +114,8 @@ pub(super) struct Simulation<'a> {
     references: Vec<f64>,
     /// Those of them that anything depends on ([`Equations::counted_angles`]): only they follow the motion.
     counted: Vec<usize>,
+    /// Whether the motion depends on any of them.
+    turns_act: bool,
     discrete: Vec<f64>,
     accept: Part,
     told: Vec<Told>,
@@ -258,6 +260,7 @@ impl<'a> Simulation<'a> {
             state_sizes: vec![0.0; layout.states],
             floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
+            turns_act: !counted.is_empty() && equations.turns_act(layout),
             counted,
             clocks: Clocks::of(model, layout),
             held: Vec::new(),
