@@ -8,7 +8,7 @@ use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, RECOVERY_FACTOR, Stepper};
 use super::stiffness::Stiffness;
-use super::sums::{LANES, combine, interpolate, whole_lanes};
+use super::sums::{combine, interpolate, whole_lanes};
 use super::{Integrator, Options, StopReason};
 
 /// Least error that the PI control remembers.
@@ -250,20 +250,16 @@ impl Explicit {
             run.rhs(t + self.pair.c[i] * h, &self.argument[..self.n], &mut self.stages[stage], h)?;
         }
         let (first, rest) = self.polynomial.split_at_mut(n);
-        first.copy_from_slice(&self.start);
         let (rises, rest) = rest.split_at_mut(n);
-        let (bends, lasts) = rest.split_at_mut(n);
-        // Whole lanes at a time.
-        let [start, new] = [&self.start, &self.y_new].map(|y| y.as_chunks::<LANES>().0);
-        let [rate, new_rate] = [0, end].map(|stage| self.stages[stage * n..][..n].as_chunks::<LANES>().0);
-        let found = [rises, bends, &mut lasts[..n]].map(|list| list.as_chunks_mut::<LANES>().0);
-        let [rises, bends, lasts] = found;
-        for (at, ((rise, bend), last)) in rises.iter_mut().zip(bends).zip(lasts).enumerate() {
-            for k in 0..LANES {
-                rise[k] = new[at][k] - start[at][k];
-                bend[k] = h * rate[at][k] - rise[k];
-                last[k] = rise[k] - h * new_rate[at][k] - bend[k];
-            }
+        let (bends, rest) = rest.split_at_mut(n);
+        first.copy_from_slice(&self.start);
+        let ends = self.start.iter().zip(&self.y_new);
+        let rates = self.stages[..n].iter().zip(&self.stages[end * n..][..n]);
+        let found = rises.iter_mut().zip(bends).zip(rest);
+        for (((start, new), (rate, new_rate)), ((rise, bend), last)) in ends.zip(rates).zip(found) {
+            *rise = new - start;
+            *bend = h * rate - *rise;
+            *last = *rise - h * new_rate - *bend;
         }
         for (k, row) in self.pair.d.iter().enumerate() {
             let coefficient = &mut self.polynomial[(4 + k) * n..(5 + k) * n];

@@ -8,7 +8,7 @@
 use super::pair::Row;
 
 /// Lengths of vectors are made up to a multiple of this, with entries that are zero: whole vectors of the widest unit in use.
-pub(super) const LANES: usize = 4;
+const LANES: usize = 4;
 
 /// The length of a vector of so many entries, made up to whole lanes.
 pub(super) fn whole_lanes(entries: usize) -> usize {
@@ -17,7 +17,6 @@ pub(super) fn whole_lanes(entries: usize) -> usize {
 
 /// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. All vectors have whole lanes ([`whole_lanes`]). Each entry has its
 /// terms added in the order of the row, however many entries are summed side by side.
-#[inline(always)]
 pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
@@ -140,7 +139,7 @@ mod wide {
         __m256d, _mm256_add_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd,
     };
 
-    use super::{LANES, Row, whole_lanes};
+    use super::{LANES, Row, interpolate_in_lanes, whole_lanes};
 
     #[inline]
     #[target_feature(enable = "avx2")]
@@ -237,35 +236,20 @@ mod wide {
         }
     }
 
-    #[inline]
+    /// Longer ones lose more at each vector than the compiler does at the last.
     #[target_feature(enable = "avx2")]
     pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
         let n = whole_lanes(out.len());
-        let polynomial = &polynomial[..coefficients * n];
-        if n == LANES {
-            return interpolate_lanes(polynomial.as_chunks().0.iter(), s, out);
+        if n != LANES {
+            return interpolate_in_lanes(polynomial, coefficients, s, out);
         }
-        for at in (0..n).step_by(LANES) {
-            let lines = polynomial.chunks_exact(n);
-            interpolate_lanes(lines.map(|line| line[at..].first_chunk().expect("whole lanes")), s, &mut out[at..]);
-        }
-    }
-
-    /// For the first lanes; the coefficients of these in their order.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn interpolate_lanes<'p>(
-        mut coefficients: impl DoubleEndedIterator<Item = &'p [f64; LANES]> + ExactSizeIterator,
-        s: f64,
-        out: &mut [f64],
-    ) {
+        let Some((first, rest)) = polynomial.as_chunks().0[..coefficients].split_first() else { return };
         let (s, other) = (_mm256_set1_pd(s), _mm256_set1_pd(1.0 - s));
         // As in `interpolate_block`.
-        let (mut factor, mut next) = if coefficients.len().is_multiple_of(2) { (s, other) } else { (other, s) };
-        let Some(first) = coefficients.next() else { return };
+        let (mut factor, mut next) = if coefficients.is_multiple_of(2) { (s, other) } else { (other, s) };
         let mut sums = _mm256_setzero_pd();
-        for coefficient in coefficients.rev() {
-            sums = _mm256_mul_pd(factor, _mm256_add_pd(load(coefficient), sums));
+        for line in rest.iter().rev() {
+            sums = _mm256_mul_pd(factor, _mm256_add_pd(load(line), sums));
             (factor, next) = (next, factor);
         }
         sums = _mm256_add_pd(sums, load(first));
