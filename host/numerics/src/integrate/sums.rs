@@ -17,6 +17,7 @@ pub(super) fn whole_lanes(entries: usize) -> usize {
 
 /// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. All vectors have whole lanes ([`whole_lanes`]). Each entry has its
 /// terms added in the order of the row, however many entries are summed side by side.
+#[inline(always)]
 pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
