@@ -106,8 +106,10 @@ fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
     first
 }
 
-/// Numbers side by side that are copied one by one where there are fewer.
+/// Outputs that get registers side by side, in their order.
 const MANY: usize = 8;
+/// Inputs side by side that are copied one by one where there are fewer: machine code does so itself, two at a time.
+const MANY_INPUTS: usize = 32;
 
 /// An input: its slot and its register.
 pub(super) type Loaded = (u32, Register);
@@ -118,7 +120,7 @@ pub(super) type LoadedRange = (u32, Register, u32);
 /// Inputs (ascending) as ranges that lie side by side in slots and registers; and those of short ranges.
 pub(super) fn in_ranges(inputs: &[Loaded]) -> (Vec<LoadedRange>, Vec<Loaded>) {
     let beside = |a: &Loaded, b: &Loaded| a.0 + 1 == b.0 && a.1 + 1 == b.1;
-    let (long, short): (Vec<_>, Vec<_>) = inputs.chunk_by(beside).partition(|range| range.len() >= MANY);
+    let (long, short): (Vec<_>, Vec<_>) = inputs.chunk_by(beside).partition(|range| range.len() >= MANY_INPUTS);
     (long.into_iter().map(|range| (range[0].0, range[0].1, range.len() as u32)).collect(), short.concat())
 }
 

@@ -372,7 +372,7 @@ impl Program {
     ///
     /// # Errors
     /// What an opaque element did wrong, with the set it belongs to.
-    #[inline]
+    #[inline(always)]
     pub fn run(
         &self,
         inputs: &[f64],
@@ -381,18 +381,19 @@ impl Program {
         outputs: &mut [f64],
     ) -> Result<(), (usize, Fault)> {
         workspace.runs += 1;
-        if let Some(code) = &self.code
-            && code.copied().whole
-        {
-            self.load_ranges(inputs, &mut workspace.numbers);
-            code.run(0, &self.tables, inputs, &mut workspace.numbers, outputs);
-            return Ok(());
+        if let Some(code) = &self.code {
+            if !self.input_ranges.is_empty() {
+                self.load_ranges(inputs, &mut workspace.numbers);
+            }
+            if code.run_whole(&self.tables, inputs, &mut workspace.numbers, outputs) {
+                return Ok(());
+            }
         }
         self.run_in_parts(inputs, sets, workspace, outputs)
     }
 
     /// Copies inputs that lie side by side to their registers.
-    #[inline]
+    #[inline(never)]
     fn load_ranges(&self, inputs: &[f64], numbers: &mut [f64]) {
         for &(slot, register, length) in &self.input_ranges {
             let given = &inputs[slot as usize..][..length as usize];

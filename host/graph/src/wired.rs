@@ -1,5 +1,7 @@
 //! [`Wired`]: a program whose caller has the inputs and wants the outputs in an order of its own.
 
+use std::ops::Range;
+
 use super::compile::in_ranges;
 use super::tape::{NO_REGISTER, Program, Register, Sets, Used, Workspace};
 use element_api::set::Fault;
@@ -22,12 +24,14 @@ pub struct Wired {
     program: Program,
     /// Inputs that are in no entry: slot and register.
     given: Vec<(u32, Register)>,
+    /// Registers of the outputs that are kept, in their order.
+    kept: Vec<Range<usize>>,
 }
 
 impl From<Program> for Wired {
     /// All inputs are entries, by their slots, and the outputs are those of the program.
     fn from(program: Program) -> Self {
-        Self { program, given: Vec::new() }
+        Self { program, given: Vec::new(), kept: Vec::new() }
     }
 }
 
@@ -72,7 +76,9 @@ impl Wired {
         }
         wired.inputs.sort_unstable();
         (wired.input_ranges, wired.single_inputs) = in_ranges(&wired.inputs);
-        Some(Self { program: wired, given })
+        let beside = |a: &Register, b: &Register| a + 1 == *b;
+        let pieces = wired.kept.chunk_by(beside).map(|piece| piece[0] as usize..piece[0] as usize + piece.len());
+        Some(Self { kept: pieces.collect(), program: wired, given })
     }
 
     /// The program, for its counts.
@@ -111,9 +117,9 @@ impl Wired {
         self.program.run(entries, sets, workspace, outputs)
     }
 
-    /// The outputs that were kept at the last run, in their order.
+    /// The outputs that were kept at the last run, in their order: as many as lie side by side at a time.
     #[inline]
-    pub fn kept<'w>(&'w self, workspace: &'w Workspace) -> impl Iterator<Item = f64> + 'w {
-        self.program.kept.iter().map(|register| workspace.numbers[*register as usize])
+    pub fn kept<'w>(&'w self, workspace: &'w Workspace) -> impl Iterator<Item = &'w [f64]> + 'w {
+        self.kept.iter().map(|pieces| &workspace.numbers[pieces.clone()])
     }
 }

@@ -40,6 +40,9 @@ impl Operation {
     pub(super) const LOAD: Self = Self::of_numbers(0x10);
     /// Writes `to` to memory; `first` is 0.
     pub(super) const STORE: Self = Self::of_numbers(0x11);
+    /// The same for two numbers side by side.
+    pub(super) const LOAD_TWO: Self = Self { page: 1, prefix: 1, wide: false, opcode: 0x10 };
+    pub(super) const STORE_TWO: Self = Self { page: 1, prefix: 1, wide: false, opcode: 0x11 };
     /// All bits where the predicate holds; a byte with the predicate follows.
     pub(super) const COMPARE: Self = Self::of_numbers(0xC2);
     pub(super) const XOR: Self = Self { page: 1, prefix: 1, wide: false, opcode: 0x57 };

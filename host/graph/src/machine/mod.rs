@@ -45,6 +45,8 @@ pub(super) struct Copied {
 pub struct MachineCode {
     /// For each list (one per stage, then the one after all calls) its functions in running order; or one for all of them.
     lists: Vec<Vec<Piece>>,
+    /// The function that does what all lists do, where there is one.
+    whole: Option<Piece>,
     registers: usize,
     tables: usize,
     /// The least lengths of the slices of inputs and outputs.
@@ -114,6 +116,7 @@ impl MachineCode {
 
     fn new(program: &Program, lists: Vec<Vec<Piece>>, bytes: usize, memory: Memory, copied: Copied) -> Self {
         Self {
+            whole: lists.first().and_then(|list| list.first()).copied().filter(|_| copied.whole),
             lists,
             registers: program.registers,
             tables: program.tables.len(),
@@ -139,15 +142,28 @@ impl MachineCode {
     /// Runs list number `list` of the program that this was made from. `[hot, no allocation]`
     #[inline]
     pub(super) fn run(&self, list: usize, tables: &[Table], inputs: &[f64], x: &mut [f64], outputs: &mut [f64]) {
-        assert!(x.len() >= self.registers && tables.len() >= self.tables, "registers and tables of another program");
-        assert!(inputs.len() >= self.inputs && outputs.len() >= self.outputs, "inputs and outputs of another program");
-        for piece in &self.lists[list] {
-            // SAFETY: the functions read and write registers below `self.registers`, pass table numbers below
-            // `self.tables`, read inputs below `self.inputs` and write outputs below `self.outputs`, which the makers found
-            // for every instruction and copy, and the assertions above find within the slices; `x` and `outputs` are borrowed
-            // mutably, and nothing keeps the pointers.
-            unsafe { piece(x.as_mut_ptr(), tables.as_ptr(), inputs.as_ptr(), outputs.as_mut_ptr()) };
+        self.lists[list].iter().for_each(|piece| self.call(*piece, tables, inputs, x, outputs));
+    }
+
+    /// Runs all lists by one function; `false` where there is none. `[hot, no allocation]`
+    #[inline]
+    pub(super) fn run_whole(&self, tables: &[Table], inputs: &[f64], x: &mut [f64], outputs: &mut [f64]) -> bool {
+        if let Some(piece) = self.whole {
+            self.call(piece, tables, inputs, x, outputs);
         }
+        self.whole.is_some()
+    }
+
+    #[inline]
+    fn call(&self, piece: Piece, tables: &[Table], inputs: &[f64], x: &mut [f64], outputs: &mut [f64]) {
+        let of_this = (x.len() >= self.registers) & (tables.len() >= self.tables);
+        let given = (inputs.len() >= self.inputs) & (outputs.len() >= self.outputs);
+        assert!(of_this & given, "registers, tables, inputs or outputs of another program");
+        // SAFETY: the functions read and write registers below `self.registers`, pass table numbers below
+        // `self.tables`, read inputs below `self.inputs` and write outputs below `self.outputs`, which the makers found
+        // for every instruction and copy, and the assertion above finds within the slices; `x` and `outputs` are borrowed
+        // mutably, and nothing keeps the pointers.
+        unsafe { piece(x.as_mut_ptr(), tables.as_ptr(), inputs.as_ptr(), outputs.as_mut_ptr()) };
     }
 }
 

@@ -79,10 +79,16 @@ impl Direct {
             rates[*position..][..4].copy_from_slice(&turn);
         }
         // Without ways out. What is no number is not above anything, and no product of it with zero is zero.
-        let pivots = self.wired.kept(&self.workspace).zip(&self.floors);
-        let sound = pivots.fold(true, |sound, (pivot, floor)| sound & (pivot > *floor));
-        let zero = rates.iter().fold(0.0, |zero, rate| zero + 0.0 * rate);
-        Ok(sound && zero == 0.0)
+        let (mut sound, mut floors) = (true, &self.floors[..]);
+        for pivots in self.wired.kept(&self.workspace) {
+            let (own, rest) = floors.split_at(pivots.len());
+            sound &= pivots.iter().zip(own).fold(true, |sound, (pivot, floor)| sound & (pivot > floor));
+            floors = rest;
+        }
+        let (pairs, last) = rates.as_chunks::<2>();
+        let zeros = pairs.iter().fold([0.0; 2], |zeros, rates| [zeros[0] + 0.0 * rates[0], zeros[1] + 0.0 * rates[1]]);
+        let zero = last.iter().fold(0.0, |zero, rate| zero + 0.0 * rate);
+        Ok(sound & (zeros == [0.0; 2]) & (zero == 0.0))
     }
 
     /// The program, with how often it was run.

@@ -34,7 +34,7 @@ use crate::plan::{Layout, SpanningTree};
 use crate::program::{Equations, Graph, JointEquations, Node, Used as Compiled, Working};
 
 /// Accepted states from one look at the violation of all rows to the next: see [`Formulation::states_per_audit`].
-pub const STATES_PER_AUDIT: u64 = 8;
+pub const STATES_PER_AUDIT: u64 = 32;
 
 /// See the module documentation.
 pub struct JointForm {

@@ -78,29 +78,47 @@ impl Equations {
         let mut roots: Vec<Node> =
             model.channels.iter().map(|channel| self.observe(&channel.quantity, model, layout)).collect();
         roots.extend(model.watched().iter().map(|watched| self.watched(watched)));
-        roots.extend([self.kinetic, self.potential, self.power]);
-        let lists = [&self.loads, &self.state_rates, &self.next_discrete, &self.dissipation, &self.supplied];
+        roots.extend([self.kinetic, self.potential]);
+        let lists = [&self.next_discrete, &self.dissipation, &self.supplied];
         roots.extend(lists.into_iter().flatten());
-        for row in &self.rows {
-            roots.extend([row.value, row.time, row.gamma]);
-            roots.extend(row.jacobian.iter().map(|(_, node)| *node));
-        }
         for element in &self.elements {
             roots.extend(element.loads.iter().flat_map(|load| load.force.into_iter().chain(load.torque)));
         }
-        roots.extend(self.graph.calls.iter().flat_map(|call| &call.arguments));
+        roots.extend(self.nodes_of_motion());
+        self.references_below(&roots, layout)
+    }
+
+    /// Whether the motion depends on how often angles have turned; otherwise only memories and what is reported may.
+    #[must_use]
+    pub fn turns_act(&self, layout: &Layout) -> bool {
+        layout.references > 0 && !self.references_below(&self.nodes_of_motion(), layout).is_empty()
+    }
+
+    /// What the rates of a state are made of.
+    fn nodes_of_motion(&self) -> Vec<Node> {
+        let mut nodes = [&self.loads[..], &self.state_rates, &[self.power]].concat();
+        for row in &self.rows {
+            nodes.extend([row.value, row.time, row.gamma]);
+            nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
+        }
+        nodes.extend(self.graph.calls.iter().flat_map(|call| &call.arguments));
+        nodes
+    }
+
+    /// The angle references that nodes depend on, ascending.
+    fn references_below(&self, nodes: &[Node], layout: &Layout) -> Vec<usize> {
         let slots = layout.reference_slot()..layout.discrete_slot();
-        let mut counted: Vec<usize> = self
+        let mut references: Vec<usize> = self
             .graph
-            .live(&roots)
+            .live(nodes)
             .into_iter()
             .filter_map(|node| match self.graph.expr(node) {
                 Expr::Input(slot) if slots.contains(&(slot as usize)) => Some(slot as usize - slots.start),
                 _ => None,
             })
             .collect();
-        counted.sort_unstable();
-        counted
+        references.sort_unstable();
+        references
     }
 
     /// What a picture of the motion shows of the bodies, SI, ground axes: per body the position of the origin of its frame, then

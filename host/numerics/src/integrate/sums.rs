@@ -17,18 +17,13 @@ pub(super) fn whole_lanes(entries: usize) -> usize {
 
 /// `out := y + h sum_j a_j k_j`; without `y`, the sum alone. All vectors have whole lanes ([`whole_lanes`]). Each entry has its
 /// terms added in the order of the row, however many entries are summed side by side.
+#[inline(always)]
 pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: this machine has what the function was compiled for.
-        return unsafe { combine_in_wide_lanes(row, stages, h, y, out) };
+        return unsafe { wide::combine(row, stages, h, y, out) };
     }
-    combine_in_lanes(row, stages, h, y, out);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn combine_in_wide_lanes(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
     combine_in_lanes(row, stages, h, y, out);
 }
 
@@ -68,7 +63,7 @@ fn combine_block<const N: usize>(
     out: &mut [f64],
     at: usize,
 ) {
-    // One load of whole lanes; at four entries the compiler splits them all the same.
+    // One load of whole lanes.
     let start = y.map_or(&ZEROS[..], |y| &y[at..]);
     let mut sums: [f64; N] = *start.first_chunk().expect("as many as there are sums");
     let stages = &stages[at..];
@@ -88,14 +83,8 @@ pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: 
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: this machine has what the function was compiled for.
-        return unsafe { interpolate_in_wide_lanes(polynomial, coefficients, s, out) };
+        return unsafe { wide::interpolate(polynomial, coefficients, s, out) };
     }
-    interpolate_in_lanes(polynomial, coefficients, s, out);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn interpolate_in_wide_lanes(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
     interpolate_in_lanes(polynomial, coefficients, s, out);
 }
 
@@ -141,6 +130,138 @@ fn interpolate_block<const N: usize>(
     match out.first_chunk_mut::<N>() {
         Some(out) => *out = sums,
         None => out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum),
+    }
+}
+
+/// The same in vectors of four numbers, whole ones throughout: of what is written for any processor the compiler splits some.
+#[cfg(target_arch = "x86_64")]
+mod wide {
+    use std::arch::x86_64::{
+        __m256d, _mm256_add_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd,
+    };
+
+    use super::{LANES, Row, interpolate_in_lanes, whole_lanes};
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn load(numbers: &[f64; LANES]) -> __m256d {
+        // SAFETY: as many numbers are read as a vector has.
+        unsafe { _mm256_loadu_pd(numbers.as_ptr()) }
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn store(vector: __m256d, numbers: &mut [f64; LANES]) {
+        // SAFETY: as many numbers are written as a vector has.
+        unsafe { _mm256_storeu_pd(numbers.as_mut_ptr(), vector) };
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    pub(super) fn combine(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
+        match out.len() {
+            4 => combine_all::<4, 1>(row, stages, h, y, out),
+            8 => combine_all::<8, 2>(row, stages, h, y, out),
+            12 => combine_all::<12, 3>(row, stages, h, y, out),
+            16 => combine_all::<16, 4>(row, stages, h, y, out),
+            20 => combine_all::<20, 5>(row, stages, h, y, out),
+            24 => combine_all::<24, 6>(row, stages, h, y, out),
+            _ => combine_parts(row, stages, h, y, out),
+        }
+    }
+
+    /// Sixteen entries at a time, then the rest.
+    #[inline(never)]
+    #[target_feature(enable = "avx2")]
+    fn combine_parts(row: Row, stages: &[f64], h: f64, y: Option<&[f64]>, out: &mut [f64]) {
+        let n = out.len();
+        for at in (0..n).step_by(16) {
+            let (y, out) = (y.map(|y| &y[at..]), &mut out[at..]);
+            let stage = |j: usize| &stages[j * n + at..];
+            match n - at {
+                4 => combine_block::<4, 1>(row, first(stage), h, y, out),
+                8 => combine_block::<8, 2>(row, first(stage), h, y, out),
+                12 => combine_block::<12, 3>(row, first(stage), h, y, out),
+                _ => combine_block::<16, 4>(row, first(stage), h, y, out),
+            }
+        }
+    }
+
+    /// The first N entries of what is given.
+    #[inline(always)]
+    fn first<'s, const N: usize>(from: impl Fn(usize) -> &'s [f64]) -> impl Fn(usize) -> &'s [f64; N] {
+        move |j| from(j).first_chunk().expect("stages have the entries of the state")
+    }
+
+    /// For N entries in all, in V vectors.
+    #[inline(never)]
+    #[target_feature(enable = "avx2")]
+    fn combine_all<const N: usize, const V: usize>(
+        row: Row,
+        stages: &[f64],
+        h: f64,
+        y: Option<&[f64]>,
+        out: &mut [f64],
+    ) {
+        let stages = stages.as_chunks::<N>().0;
+        combine_block::<N, V>(row, |j| &stages[j], h, y, out);
+    }
+
+    /// For the first N entries, in V vectors.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn combine_block<'s, const N: usize, const V: usize>(
+        row: Row,
+        stage: impl Fn(usize) -> &'s [f64; N],
+        h: f64,
+        y: Option<&[f64]>,
+        out: &mut [f64],
+    ) {
+        const { assert!(N == LANES * V) };
+        let mut sums = [_mm256_setzero_pd(); V];
+        if let Some(y) = y {
+            let y: &[f64; N] = y.first_chunk().expect("as many as there are sums");
+            for (sum, y) in sums.iter_mut().zip(y.as_chunks().0) {
+                *sum = load(y);
+            }
+        }
+        for &(j, coefficient) in row {
+            let factor = _mm256_set1_pd(h * coefficient);
+            for (sum, stage) in sums.iter_mut().zip(stage(j).as_chunks().0) {
+                *sum = _mm256_add_pd(*sum, _mm256_mul_pd(factor, load(stage)));
+            }
+        }
+        let out: &mut [f64; N] = out.first_chunk_mut().expect("as many as there are sums");
+        for (out, sum) in out.as_chunks_mut().0.iter_mut().zip(sums) {
+            store(sum, out);
+        }
+    }
+
+    /// Longer ones lose more at each vector than the compiler does at the last.
+    #[target_feature(enable = "avx2")]
+    pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+        let n = whole_lanes(out.len());
+        if n != LANES {
+            return interpolate_in_lanes(polynomial, coefficients, s, out);
+        }
+        let Some((first, rest)) = polynomial.as_chunks().0[..coefficients].split_first() else { return };
+        let (s, other) = (_mm256_set1_pd(s), _mm256_set1_pd(1.0 - s));
+        // As in `interpolate_block`.
+        let (mut factor, mut next) = if coefficients.is_multiple_of(2) { (s, other) } else { (other, s) };
+        let mut sums = _mm256_setzero_pd();
+        for line in rest.iter().rev() {
+            sums = _mm256_mul_pd(factor, _mm256_add_pd(load(line), sums));
+            (factor, next) = (next, factor);
+        }
+        sums = _mm256_add_pd(sums, load(first));
+        match out.first_chunk_mut() {
+            Some(out) => store(sums, out),
+            None => {
+                let mut numbers = [0.0; LANES];
+                store(sums, &mut numbers);
+                out.iter_mut().zip(numbers).for_each(|(out, sum)| *out = sum);
+            }
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 const RESOLVED: f64 = 1e-6;
 
 /// Largest violations and the energy balance over the accepted steps. Energies belong to all of them; violations to all in
-/// Cartesian coordinates, to every eighth and the last in joint coordinates (all `--without audit`).
+/// Cartesian coordinates, to every 32nd and the last in joint coordinates (all `--without audit`).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Audit {
     /// Largest violation of any constraint row, as a displacement over the size of the scene.

@@ -1,6 +1,7 @@
 //! [`Simulation`]: the equations of motion as the integrators see them, with samples, audit and memory between steps.
 
 mod contacts;
+mod entry_sizes;
 mod floor;
 mod frictions;
 mod indeterminate;
@@ -14,10 +15,9 @@ mod system;
 mod unknowns;
 mod watch;
 
-use std::ops::Range;
-
 pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
+use self::entry_sizes::EntrySizes;
 use self::floor::Floor;
 pub(super) use self::margins::Extremes;
 use self::margins::Margins;
@@ -30,7 +30,7 @@ use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
 use super::tier::Tier;
-use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Group, Scales};
+use crate::analysis::{AnalysisError, Assembly, Constraints, Counters, Formulation, Scales};
 use crate::model::{Model, Thin};
 use crate::plan::Layout;
 use crate::program::{Equations, MachineError, Node, Used};
@@ -84,16 +84,6 @@ fn own_view(formulation: &dyn Formulation, equations: &Equations, heat: &Heat) -
     formulation.own_program(equations, &nodes).map(|evaluator| Part::of(evaluator, true))
 }
 
-/// Groups of the same kind that follow each other.
-fn group_runs(groups: &[Group]) -> Vec<(Group, Range<usize>)> {
-    let mut at = 0;
-    let runs = groups.chunk_by(|a, b| a == b).map(|run| {
-        at += run.len();
-        (run[0], at - run.len()..at)
-    });
-    runs.collect()
-}
-
 /// Whether constraints depend on time and do work.
 fn is_driven(equations: &Equations) -> bool {
     equations.rows.iter().any(|row| !equations.graph.is_zero(row.time))
@@ -112,8 +102,8 @@ const NEAR_REST: f64 = 1e3;
 /// See the module documentation.
 pub(super) struct Simulation<'a> {
     formulation: Box<dyn Formulation>,
-    /// What entries of the state are, as many as are alike at a time.
-    group_runs: Vec<(Group, Range<usize>)>,
+    /// What errors of entries of the state before those of elements are compared with.
+    sizes: EntrySizes,
     layout: Layout,
     tolerance: f64,
     scales: Scales,
@@ -124,6 +114,8 @@ pub(super) struct Simulation<'a> {
     references: Vec<f64>,
     /// Those of them that anything depends on ([`Equations::counted_angles`]): only they follow the motion.
     counted: Vec<usize>,
+    /// Whether the motion depends on any of them.
+    turns_act: bool,
     discrete: Vec<f64>,
     accept: Part,
     told: Vec<Told>,
@@ -261,13 +253,14 @@ impl<'a> Simulation<'a> {
                 .collect(),
             period: formulation.states_per_audit(),
             channels: model.channels.len(),
-            group_runs: group_runs(formulation.groups()),
+            sizes: EntrySizes::of(&formulation.groups()[..formulation.groups().len() - layout.states - 1]),
             formulation,
             tolerance,
             scales: assembly.scales,
             state_sizes: vec![0.0; layout.states],
             floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
+            turns_act: !counted.is_empty() && equations.turns_act(layout),
             counted,
             clocks: Clocks::of(model, layout),
             held: Vec::new(),

@@ -102,12 +102,8 @@ impl<'l> Writer<'l> {
         self.until = [NOW; HOLDERS];
         (self.free, self.unsaved) = (ALL_HOLDERS, 0);
         self.ends = !copies.outputs.is_empty();
-        for (slot, register) in copies.inputs {
-            self.copy((RDX, offset(*slot)), self.home(*register));
-        }
-        for (slot, output) in copies.passed {
-            self.copy((RDX, offset(*slot)), (self.outputs, offset(*output)));
-        }
+        self.copy_inputs(copies.inputs, self.base);
+        self.copy_inputs(copies.passed, self.outputs);
         for (instruction, uses) in list.iter().zip(uses) {
             self.code.make_room();
             self.instruction(instruction, uses);
@@ -145,15 +141,36 @@ impl<'l> Writer<'l> {
         }
     }
 
+    /// Copies inputs to their places behind a base, two at a time where they lie side by side.
+    fn copy_inputs(&mut self, mut inputs: &[(u32, u32)], base: u8) {
+        while let [(slot, place), rest @ ..] = inputs {
+            let (from, to) = ((RDX, offset(*slot)), (base, offset(*place)));
+            match rest {
+                [next, others @ ..] if *next == (slot + 1, place + 1) => {
+                    self.copy_by([Operation::LOAD_TWO, Operation::STORE_TWO], from, to);
+                    inputs = others;
+                }
+                _ => {
+                    self.copy(from, to);
+                    inputs = rest;
+                }
+            }
+        }
+    }
+
     /// Copies a number from memory to memory.
     fn copy(&mut self, from: (u8, i32), to: (u8, i32)) {
+        self.copy_by([Operation::LOAD, Operation::STORE], from, to);
+    }
+
+    fn copy_by(&mut self, [load, store]: [Operation; 2], from: (u8, i32), to: (u8, i32)) {
         self.code.make_room();
-        self.code.of_memory(Operation::LOAD, SCRATCH, 0, from);
-        self.code.of_memory(Operation::STORE, SCRATCH, 0, to);
+        self.code.of_memory(load, SCRATCH, 0, from);
+        self.code.of_memory(store, SCRATCH, 0, to);
     }
 
     /// One operation.
-    #[inline]
+    #[inline(always)]
     fn instruction(&mut self, instruction: &Instruction, uses: &Uses) {
         match *instruction {
             Instruction::Add(to, i, j) => self.symmetric::<ADD>(to, [i, j], uses),

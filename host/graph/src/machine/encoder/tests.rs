@@ -83,6 +83,8 @@ fn moves() {
                 XmmMem::Mem(at) => {
                     assert_eq!(written(Operation::LOAD), encoded! { vmovsd_d(to, at); });
                     assert_eq!(written(Operation::STORE), encoded! { vmovsd_c_m(at, to); });
+                    assert_eq!(written(Operation::LOAD_TWO), encoded! { vmovupd_a(to, location(place)); });
+                    assert_eq!(written(Operation::STORE_TWO), encoded! { vmovupd_b(location(place), to); });
                 }
             }
         }

@@ -33,26 +33,8 @@ impl Simulation<'_> {
         let length = self.scales.length;
         let [slow, calm] = self.floor.of_speeds().map(|least| least / self.allowed());
         let (speed, spin) = (self.scales.speed_scale().max(slow), self.scales.spin_scale().max(calm));
-        let mut worst = 0.0_f64;
-        for (group, range) in &self.group_runs {
-            let size = match group {
-                Group::Position => length,
-                Group::Parameter => 1.0,
-                Group::Velocity => speed,
-                Group::AngularVelocity => spin,
-                Group::State | Group::Work => continue,
-            };
-            let most = error[range.clone()].iter().fold(0.0_f64, |most, error| {
-                let error = error.abs();
-                // What is no number stays.
-                if error > most || error.is_nan() { error } else { most }
-            });
-            let share = most / size;
-            if share.is_nan() || share > worst {
-                worst = share;
-            }
-        }
         let states_at = y0.len() - self.state_sizes.len() - 1;
+        let mut worst = self.sizes.largest_share([length, speed, spin], &error[..states_at]);
         for k in 0..self.state_sizes.len() {
             let [y0, y1, error] = [y0, y1, error].map(|list| list[states_at + k].abs());
             self.state_sizes[k] = self.state_sizes[k].max(y0).max(y1);

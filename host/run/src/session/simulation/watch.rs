@@ -268,7 +268,7 @@ impl Simulation<'_> {
 
     /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
     pub(super) fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
-        let mut changed = Accepted::Unchanged;
+        let (mut changed, mut turned) = (Accepted::Unchanged, false);
         let communicated = self.communicate(t)?;
         if !self.accept.evaluator.outputs().is_empty() {
             let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
@@ -281,8 +281,11 @@ impl Simulation<'_> {
                 let reference = &mut self.references[*number];
                 if (angle - *reference).abs() > NEW_REFERENCE {
                     *reference = *angle;
-                    changed = Accepted::Changed;
+                    turned = true;
                 }
+            }
+            if turned && self.turns_act {
+                changed = Accepted::Changed;
             }
             if self.discrete != held {
                 self.discrete.copy_from_slice(&held);
@@ -305,7 +308,7 @@ impl Simulation<'_> {
             }
             changed = Accepted::Changed;
         }
-        if changed == Accepted::Changed {
+        if turned || changed == Accepted::Changed {
             self.tell_discrete();
         }
         Ok(changed)
