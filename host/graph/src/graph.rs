@@ -268,6 +268,12 @@ impl Graph {
         self.exprs.shrink_to_fit();
     }
 
+    /// Forgets the nodes from this number on, which were added for a while, and [rests](Graph::rest). Nodes that are shared stay.
+    pub fn cut(&mut self, nodes: usize) {
+        self.exprs.truncate(nodes.saturating_sub(self.shared.len()).min(self.exprs.len()));
+        self.rest();
+    }
+
     /// From now on copies have the nodes so far in common: they cost no time and no memory. To be called where no more than a few
     /// are to come.
     pub fn share(&mut self) {
