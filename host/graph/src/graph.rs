@@ -183,10 +183,18 @@ impl Expr {
 
 impl Graph {
     /// An empty graph with room for so many nodes.
-    pub(super) fn with_room(nodes: usize) -> Self {
+    #[must_use]
+    pub fn with_room(nodes: usize) -> Self {
         let mut graph = Self::default();
         graph.enlarge(2 * nodes);
         graph
+    }
+
+    /// Makes room for so many nodes in all, so that known ones are not entered into larger and larger tables on the way.
+    pub fn reserve(&mut self, nodes: usize) {
+        if 4 * (nodes + 1) > 3 * self.known.len() {
+            self.enlarge(4 * (nodes + 1) / 3 + 1);
+        }
     }
 
     /// The number of distinct nodes.

@@ -17,7 +17,9 @@ use super::constraints::mass_entries;
 use super::coupling::Coupling;
 use super::direct::Direct;
 use super::evaluator::Evaluator;
-use super::formulation::{AnalysisError, Counters, Entries, Formulation, Group, Observed, Price, Traces, angular_velocities};
+use super::formulation::{
+    AnalysisError, Counters, Entries, Formulation, Group, Observed, Price, Traces, angular_velocities,
+};
 use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, motion_nodes, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};

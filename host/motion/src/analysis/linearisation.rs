@@ -79,7 +79,8 @@ impl Linearisation {
             .map(|direction| seeds(graph, coordinates, rotations, layout, direction))
             .collect();
         let solved = coordinates.columns + rows.unwrap_or(0);
-        let mut row_of: Vec<usize> = (0..functions.len()).map(|k| (coordinates.motion + k).saturating_sub(solved)).collect();
+        let mut row_of: Vec<usize> =
+            (0..functions.len()).map(|k| (coordinates.motion + k).saturating_sub(solved)).collect();
         coordinates.lines.iter().for_each(|line| row_of[line.column] = line.velocity);
         for rotation in &coordinates.rotations {
             (0..3).for_each(|k| row_of[rotation.column + k] = rotation.velocity + k);

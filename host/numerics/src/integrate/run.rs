@@ -1,7 +1,8 @@
 //! What all methods share: checks, counting, sampling, and the protocol at the end of a step.
 
 use super::{
-    Accepted, Counters, Entries, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System, Watched,
+    Accepted, Counters, Entries, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System,
+    Watched,
 };
 
 /// A stretch longer than the step by this much is taken as one step.
