@@ -138,7 +138,7 @@ fn a_long_chain_between_two_supports_hangs_as_a_catenary_of_rods() {
     let (n, length, span) = (60, 0.05, 2.0);
     let session = open(&hanging(n, length, span), &[]);
     let found = equilibrium(&session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(found.stability, Stability::Stable);
+    assert_eq!(found.stability, Stability::Undamped);
     let slope = |pull: f64, k: usize| 9.81 * (k as f64 + 0.5 - 0.5 * n as f64) / pull;
     let along = |pull: f64, k: usize| length / slope(pull, k).hypot(1.0);
     let pull = bisected(1e-3, 1e6, |pull| span - (0..n).map(|k| along(pull, k)).sum::<f64>());
@@ -207,7 +207,8 @@ fn entries(text: &str) -> usize {
 #[test]
 fn derivatives_of_many_beams_grow_like_their_number() {
     let [few, more, many] = [10, 20, 40].map(|n| entries(&cantilever(n, 0.0, "t_end = 1")));
-    assert_eq!(many - more, 2 * (more - few), "{few} {more} {many}");
+    // Some are zero for a beam that is straight.
+    assert!((many - more).abs_diff(2 * (more - few)) * 50 <= many - more, "{few} {more} {many}");
 }
 
 /// Released from straight, the tip swings with the first frequency of the beam, 3.516 / s, and higher ones that are known, too. With the
