@@ -241,11 +241,11 @@ impl Fill {
                 let at = |column: usize| place(&self.pattern, &self.first, kept[row], column).map(|at| at as u32);
                 let own = at(kept[column]);
                 let mut source = Source { column: place_of[column] as u32, own, through: None };
-                if let Some((pair, position)) = position_of[kept[column]] {
-                    if let Some(through) = at(position) {
-                        source.through = Some((through, pair));
-                        self.through.push((place_of[row] as u32, position as u32, 0.0));
-                    }
+                if let Some((pair, position)) = position_of[kept[column]]
+                    && let Some(through) = at(position)
+                {
+                    source.through = Some((through, pair));
+                    self.through.push((place_of[row] as u32, position as u32, 0.0));
                 }
                 self.entries[place_of[row]].push(source);
             }
