@@ -178,7 +178,8 @@ impl Linearisation {
                 let unit: [f64; 4] = std::array::from_fn(|i| f64::from(u8::from(i == e)));
                 let rates = parameter_rates(unit, w);
                 rates.into_iter().enumerate().for_each(|(i, rate)| found(at + i, at + e, rate));
-                let parts: [(usize, f64); 3] = std::array::from_fn(|k| (rotation.column + k, 4.0 * turns[k][e]));
+                let factors = turns.map(|turn| 4.0 * turn[e]);
+                let parts: [(usize, f64); 3] = std::array::from_fn(|k| (rotation.column + k, factors[k]));
                 self.column(at + e, &parts, found);
             }
             for (k, turn) in turns.into_iter().enumerate() {
