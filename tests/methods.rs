@@ -155,7 +155,7 @@ impl GeneralizedAlpha {
         let n = y.len();
         let mut jacobian = DMatrix::zeros(n, n);
         run.counters.jacobians += 1;
-        run.jacobian(run.t, y, jacobian.as_mut_slice())?;
+        run.jacobian(run.t, y, &mut |row, column, value| jacobian[(row, column)] = value)?;
         run.counters.factorisations += 1;
         let matrix = (DMatrix::identity(n, n) * A_M - jacobian * (A_F * GAMMA * h)).lu();
         self.rates_new.copy_from_slice(&self.rates);

@@ -49,6 +49,7 @@
 //! | `rough.rs` | contacts that cannot slide, where a run begins |
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
+//! | `large.rs` | scenes of many alike parts: closed forms, each as the single one, work that grows like their number |
 //! | `interleaved.rs` | models share nothing |
 //! | `export.rs`, `export/` | scenes as C and as FMUs: the bits of the interpreter, the results of runs, other compilers and processors |
 //! | `fmu.rs`, `fmu/` | FMUs of other tools inside scenes move machines as elements do; what they return ends runs in words |
@@ -94,6 +95,7 @@ mod interleaved;
 mod inverse;
 mod joint_memory;
 mod judged;
+mod large;
 mod limit;
 mod margins;
 mod masses;

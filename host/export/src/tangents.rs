@@ -60,6 +60,6 @@ fn tangent(machine: &Machine, program: &Program, outputs: usize) -> Option<Progr
     }
     let wanted: Vec<Node> = listing.outputs[..outputs].iter().map(|value| nodes[*value as usize]).collect();
     let found = derivatives(&mut graph, &wanted, &seeds);
-    let (graph, found) = condense(&graph, &found);
+    let (graph, found) = condense(&graph, &found).unwrap_or((graph, found));
     Some(Program::compile(&graph, &found))
 }

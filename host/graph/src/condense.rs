@@ -19,9 +19,9 @@ const MOST_TERMS: usize = 64;
 /// Times that pairs are looked for in what came out; later ones find next to nothing.
 const ROUNDS: usize = 2;
 
-/// A graph with the same outputs by fewer operations, and these outputs in it.
+/// A graph with the same outputs by fewer operations, and these outputs in it; `None` where none are saved.
 #[must_use]
-pub fn condense(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
+pub fn condense(graph: &Graph, outputs: &[Node]) -> Option<(Graph, Vec<Node>)> {
     let mut best = None;
     let mut least = graph.live(outputs).len();
     if least <= LARGEST {
@@ -35,9 +35,9 @@ pub fn condense(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
             }
         }
     }
-    let (mut condensed, nodes) = best.unwrap_or_else(|| (graph.clone(), outputs.to_vec()));
+    let (mut condensed, nodes) = best?;
     condensed.requested = graph.requested;
-    (condensed, nodes)
+    Some((condensed, nodes))
 }
 
 /// The parts of a whole. Nearly all wholes have few.

@@ -183,10 +183,18 @@ impl Expr {
 
 impl Graph {
     /// An empty graph with room for so many nodes.
-    pub(super) fn with_room(nodes: usize) -> Self {
+    #[must_use]
+    pub fn with_room(nodes: usize) -> Self {
         let mut graph = Self::default();
         graph.enlarge(2 * nodes);
         graph
+    }
+
+    /// Makes room for so many nodes in all, so that known ones are not entered into larger and larger tables on the way.
+    pub fn reserve(&mut self, nodes: usize) {
+        if 4 * (nodes + 1) > 3 * self.known.len() {
+            self.enlarge(4 * (nodes + 1) / 3 + 1);
+        }
     }
 
     /// The number of distinct nodes.
@@ -266,6 +274,12 @@ impl Graph {
     pub fn rest(&mut self) {
         self.known = Vec::new();
         self.exprs.shrink_to_fit();
+    }
+
+    /// Forgets the nodes from this number on, which were added for a while, and [rests](Graph::rest). Nodes that are shared stay.
+    pub fn cut(&mut self, nodes: usize) {
+        self.exprs.truncate(nodes.saturating_sub(self.shared.len()).min(self.exprs.len()));
+        self.rest();
     }
 
     /// From now on copies have the nodes so far in common: they cost no time and no memory. To be called where no more than a few

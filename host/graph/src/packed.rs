@@ -226,6 +226,15 @@ impl Exprs {
         self.list.iter().map(|packed| packed.expr(&self.wide))
     }
 
+    /// Keeps so many.
+    pub(super) fn truncate(&mut self, len: usize) {
+        let is_wide = |packed: &&Packed| matches!(packed.kind, Kind::Powf | Kind::Select);
+        if let Some(first) = self.list[len..].iter().find(is_wide) {
+            self.wide.truncate(first.numbers[0] as usize);
+        }
+        self.list.truncate(len);
+    }
+
     /// Room for more.
     pub(super) fn reserve(&mut self, more: usize) {
         self.list.reserve(more);
@@ -284,5 +293,10 @@ mod tests {
             assert!((0..all.len()).all(|other| list.is(other, &key, expr) == (other == at)));
         }
         assert_eq!(size_of::<Packed>(), 12);
+        for len in (0..=all.len()).rev() {
+            list.truncate(len);
+            let wide = all[..len].iter().filter(|expr| matches!(expr, Expr::Powf(..) | Expr::Select(..))).count();
+            assert_eq!((list.iter().collect::<Vec<_>>(), list.wide.len()), (all[..len].to_vec(), wide));
+        }
     }
 }

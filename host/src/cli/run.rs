@@ -12,7 +12,7 @@ use super::exit;
 use super::failure::Failure;
 use super::inspect::refuse_warnings;
 use super::scene_args::RunArgs;
-use super::terminal::{self, Progress, Stream};
+use super::terminal::{self, Preparing, Progress, Stream};
 use super::watch;
 
 /// Integrates a scene and writes its results; again and again with `--watch`.
@@ -24,7 +24,10 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
 
 /// One run.
 pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>) -> Result<u8, Failure> {
+    let told = Told { json: args.scene.json, quiet: args.quiet };
+    let preparing = told.preparing("opening the scene");
     let mut session = Session::open(&args.scene.scene, options)?;
+    drop(preparing);
     let folder = args.output.clone().unwrap_or_else(|| args.scene.default_output());
     if let Some(from) = &args.from {
         if same_folder(from, &folder) {
@@ -37,7 +40,6 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     if args.strict {
         refuse_warnings(&session)?;
     }
-    let told = Told { json: args.scene.json, quiet: args.quiet };
     warn(&session, &told);
     if args.verbose {
         eprintln!("{}", shown(&session.plan_report().to_string()));
@@ -76,9 +78,21 @@ pub(super) struct Told {
 }
 
 impl Told {
-    /// What is reported during a run.
+    /// What is shown while a run is made ready and while it lasts.
     fn listener(&self, progress: &Progress) -> Box<dyn FnMut(f64) + Send> {
-        if self.quiet || self.json { Box::new(|_| ()) } else { progress.listener() }
+        if self.quiet || self.json {
+            return Box::new(|_| ());
+        }
+        let (mut listener, mut preparing) = (progress.listener(), self.preparing("writing the equations of motion"));
+        Box::new(move |share| {
+            drop(preparing.take());
+            listener(share);
+        })
+    }
+
+    /// What is shown while something is prepared, until it is dropped.
+    fn preparing(&self, what: &'static str) -> Option<Preparing> {
+        (!self.quiet && !self.json).then(|| Preparing::new(what))
     }
 
     /// A last line for people.

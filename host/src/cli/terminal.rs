@@ -1,8 +1,10 @@
-//! Colours, printing, the progress bar.
+//! Colours, printing, the progress bar and what stands in its place before there is progress to show.
 
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -90,6 +92,44 @@ pub(super) fn json<T: Serialize>(value: &T) -> String {
     let mut text = serde_json::to_string_pretty(value).expect("plain structs with text keys have a JSON form");
     text.push('\n');
     text
+}
+
+/// A line on standard error that says what is being prepared and for how long, until it is dropped; nothing where that is soon, or
+/// standard error is no terminal.
+pub(super) struct Preparing {
+    /// Its end wakes the thread that shows the line.
+    end: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+impl Preparing {
+    pub(super) fn new(what: &'static str) -> Self {
+        if !io::stderr().is_terminal() {
+            return Self { end: None };
+        }
+        let (end, ended) = mpsc::channel();
+        let show = move || {
+            if ended.recv_timeout(PATIENCE) != Err(RecvTimeoutError::Timeout) {
+                return;
+            }
+            let style = ProgressStyle::with_template("{spinner} {msg}: {elapsed}");
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr())
+                .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+                .with_message(what);
+            bar.enable_steady_tick(PATIENCE);
+            let _ = ended.recv();
+            bar.finish_and_clear();
+        };
+        Self { end: Some((end, thread::spawn(show))) }
+    }
+}
+
+impl Drop for Preparing {
+    fn drop(&mut self) {
+        if let Some((end, thread)) = self.end.take() {
+            drop(end);
+            let _ = thread.join();
+        }
+    }
 }
 
 /// A bar on standard error, once a run has taken a while; nothing where that is no terminal.

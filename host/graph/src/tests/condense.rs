@@ -4,7 +4,7 @@ use super::*;
 
 /// Operations before and after, and the largest difference of the outputs, as a share of their size.
 fn compared(graph: &Graph, outputs: &[Node], inputs: &[f64]) -> (usize, usize, f64) {
-    let (shorter, nodes) = condense(graph, outputs);
+    let (shorter, nodes) = condense(graph, outputs).unwrap_or_else(|| (graph.clone(), outputs.to_vec()));
     let (before, after) = (values(graph, outputs, inputs), values(&shorter, &nodes, inputs));
     let off = before.iter().zip(&after).map(|(a, b)| (a - b).abs() / (1.0 + a.abs())).fold(0.0, f64::max);
     (Program::compile(graph, outputs).operations(), Program::compile(&shorter, &nodes).operations(), off)
@@ -106,6 +106,6 @@ fn numbers_that_are_none_are_no_common_factor() {
     let none = g.constant(f64::NAN);
     let (left, right) = (g.mul(none, a), g.mul(none, b));
     let sum = g.add(left, right);
-    let (shorter, nodes) = condense(&g, &[sum]);
+    let (shorter, nodes) = condense(&g, &[sum]).unwrap_or_else(|| (g.clone(), vec![sum]));
     assert!(value(&shorter, nodes[0], &[1.0, 2.0]).is_nan());
 }

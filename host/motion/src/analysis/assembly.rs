@@ -434,16 +434,19 @@ pub fn idle_axes(
     let all: Vec<usize> = (0..layout.rows).collect();
     let mut rows = Constraints::new(equations, &all, &[], &[])?;
     rows.evaluate(&start_inputs(layout, t, assembly), &model.sets)?;
-    for (index, body) in model.bodies.iter().enumerate() {
+    // By body: its rotation's share in each row that it has one in.
+    let mut slopes: Vec<Vec<(usize, nalgebra::Vector3<f64>)>> = vec![Vec::new(); model.bodies.len()];
+    for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()).filter(|((_, k), _)| k % 6 >= 3) {
+        let own = &mut slopes[column / 6];
+        if own.last().is_none_or(|(last, _)| last != row) {
+            own.push((*row, nalgebra::Vector3::zeros()));
+        }
+        own.iter_mut().last().expect("just pushed").1[column % 6 - 3] = *slope;
+    }
+    for (index, (body, slopes)) in model.bodies.iter().zip(&slopes).enumerate() {
         let spin = nalgebra::Vector3::from_column_slice(&assembly.working[13 * index + 10..13 * index + 13]);
         for (number, thin) in body.thin.iter().enumerate() {
-            let mut slopes = vec![nalgebra::Vector3::zeros(); layout.rows];
-            for ((row, column), slope) in rows.structure.jacobian.iter().zip(rows.jacobian()) {
-                if column / 6 == index && column % 6 >= 3 {
-                    slopes[*row][column % 6 - 3] = *slope;
-                }
-            }
-            let held = slopes.iter().any(|slope| slope.dot(&thin.axis).abs() > IDLE * slope.norm());
+            let held = slopes.iter().any(|(_, slope)| slope.dot(&thin.axis).abs() > IDLE * slope.norm());
             if !held && spin.dot(&thin.axis).abs() <= IDLE * spin.norm() {
                 idle.push((index, number));
             }

@@ -33,8 +33,10 @@ impl Evaluator {
     /// Prepares the evaluation of nodes by as few operations as can be found.
     #[must_use]
     pub fn condensed(graph: &Graph, nodes: &[Node]) -> Self {
-        let (graph, nodes) = condense(graph, nodes);
-        Self::new(&graph, &nodes)
+        match condense(graph, nodes) {
+            Some((graph, nodes)) => Self::new(&graph, &nodes),
+            None => Self::new(graph, nodes),
+        }
     }
 
     /// Evaluates. `[hot, no allocation]`

@@ -9,6 +9,9 @@ use super::solved::SolvedProgram;
 use crate::linalg::LinalgError;
 use crate::program::{Equations, Graph, Node, Used};
 
+/// Takes the entries of a matrix one by one: row, column, value.
+pub(super) type Entries<'a> = &'a mut dyn FnMut(usize, usize, f64);
+
 /// What one entry of the state vector is; error control scales each group by its own size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Group {
@@ -394,13 +397,13 @@ pub trait Formulation: Send {
     fn offer_jacobian(&mut self, equations: &Equations) {
         let _ = equations;
     }
-    /// The exact derivatives of the rates with respect to the state, column by column. `false` where there are none to be
-    /// had.
+    /// The exact derivatives of the rates with respect to the state: row, column and value of every entry that is not zero,
+    /// column after column. `false` where there are none to be had.
     ///
     /// # Errors
     /// See [`AnalysisError`].
-    fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
-        let _ = (t, state, matrix);
+    fn jacobian(&mut self, t: f64, state: &[f64], found: Entries<'_>) -> Result<bool, AnalysisError> {
+        let _ = (t, state, found);
         Ok(false)
     }
     /// Roughly what work costs.

@@ -17,7 +17,9 @@ use super::constraints::mass_entries;
 use super::coupling::Coupling;
 use super::direct::Direct;
 use super::evaluator::Evaluator;
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces, angular_velocities};
+use super::formulation::{
+    AnalysisError, Counters, Entries, Formulation, Group, Observed, Price, Traces, angular_velocities,
+};
 use super::in_bodies::InBodies;
 use super::joint_engines::{Function, Look, Safe, Unrolled, motion_nodes, pivot_ratio};
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
@@ -331,7 +333,7 @@ impl Formulation for JointForm {
         own.run_at((&self.motion.inputs, state), &self.bodies.sets)
     }
 
-    fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
+    fn jacobian(&mut self, t: f64, state: &[f64], found: Entries<'_>) -> Result<bool, AnalysisError> {
         let Some(regular) = self.regular.as_ref().filter(|_| !self.motion.careful) else { return Ok(false) };
         self.derivatives_are_paid = true;
         if matches!(self.derivatives, Derivatives::Possible) {
@@ -348,7 +350,7 @@ impl Formulation for JointForm {
             return Ok(false);
         }
         let Derivatives::Known(known) = &mut self.derivatives else { return Ok(false) };
-        known.fill(&self.motion.inputs, &self.bodies.sets, state, &[], &mut |_, _, _, _| Ok(()), matrix)?;
+        known.fill(&self.motion.inputs, &self.bodies.sets, state, &[], &mut |_, _, _, _| Ok(()), found)?;
         Ok(true)
     }
 

@@ -70,7 +70,7 @@ impl Unrolled {
         let tree = if rows.is_empty() && how != Solving::Eliminated { joint.articulated(&mut g) } else { None };
         if let Some(solved) = tree {
             if how == Solving::Articulated || joint.long_to_eliminate() {
-                return Self::of_tree(joint, g, solved);
+                return Self::of_tree(joint, &mut g, solved);
             }
             open = Some(solved);
         }
@@ -84,7 +84,7 @@ impl Unrolled {
             let rates = [&joint.state_rates[..], &[joint.power]].concat();
             let cost = |found: &[Node], pivots: &[Node]| g.live(&[found, &rates, pivots].concat()).len();
             if cost(&solved.accelerations, &solved.pivots) < cost(&accelerations, &pivots) {
-                return Self::of_tree(joint, g, solved);
+                return Self::of_tree(joint, &mut g, solved);
             }
         }
         let outputs = motion_outputs(joint, &mut g, accelerations, (rows, multipliers), &pivots);
@@ -108,11 +108,22 @@ impl Unrolled {
         Self { motion, position, velocity, rows: rows.to_vec(), squares, square_sizes, by_bodies: false }
     }
 
+    /// A tree that no rows close, solved body by body, without a copy of its graph; `None` where coordinates follow others.
+    pub(super) fn by_bodies(joint: &mut JointEquations) -> Option<Self> {
+        let mut g = std::mem::take(&mut joint.graph);
+        let before = g.len();
+        let solved = joint.articulated(&mut g);
+        let unrolled = solved.map(|solved| Self::of_tree(joint, &mut g, solved));
+        g.cut(before);
+        joint.graph = g;
+        unrolled
+    }
+
     /// Trees that no rows close: nothing is to be corrected, and nothing is solved for that.
-    fn of_tree(joint: &JointEquations, mut g: Graph, solved: Articulated) -> Self {
+    fn of_tree(joint: &JointEquations, g: &mut Graph, solved: Articulated) -> Self {
         let Articulated { accelerations, pivots } = solved;
-        let outputs = motion_outputs(joint, &mut g, accelerations, (&[], Vec::new()), &pivots);
-        let motion = Evaluator::condensed(&g, &outputs);
+        let outputs = motion_outputs(joint, g, accelerations, (&[], Vec::new()), &pivots);
+        let motion = Evaluator::condensed(g, &outputs);
         let mut nothing = Graph::default();
         let mut outputs = vec![nothing.constant(0.0); joint.coordinates.columns];
         outputs.extend(vec![nothing.constant(1.0); joint.coordinates.columns]);

@@ -205,8 +205,9 @@ impl Chosen {
         let length = assembly.scales.length;
         let enforced: Vec<usize> = equations.enforced().collect();
         let inputs = inputs_at_start(&joint, model, layout, tree, assembly, t);
-        if !joint.mass_is_written() {
-            let mut regular = Unrolled::new(&joint, &[], Default::default(), length, Solving::Articulated);
+        if !joint.mass_is_written()
+            && let Some(mut regular) = Unrolled::by_bodies(&mut joint)
+        {
             let outputs = regular.motion.run(&inputs, &model.sets)?;
             if pivot_ratio(outputs, joint.coordinates.columns, &regular.squares) >= LEAST_HEALTH {
                 let (rows, independent, sizes, lengths) = Default::default();
@@ -225,8 +226,9 @@ impl Chosen {
                     length,
                 });
             }
-            joint.write_mass();
         }
+        // If it is for later, that is now.
+        joint.write_mass();
         let candidates: Vec<usize> = equations.enforced().filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
         let share = shares(&joint, model, &candidates, &sizes, &inputs, length)?;

@@ -11,7 +11,7 @@
 //!
 //! the matrix of the equations of motion once more, so that its factorisation is used again.
 
-use super::formulation::AnalysisError;
+use super::formulation::{AnalysisError, Entries};
 use super::motion::parameter_rates;
 use crate::plan::{Coordinates, Layout};
 use crate::program::{Equations, Graph, JointEquations, Node, Row, Seeds, Sets, Tangents, Used};
@@ -34,11 +34,20 @@ pub(super) struct Linearisation {
     /// Rows whose residuals follow those of the velocities, where these are to be solved for.
     rows: Option<usize>,
     tangents: Tangents,
-    /// Derivatives along all directions, column by column: accelerations, multipliers, state rates, power.
-    columns: Vec<f64>,
+    /// Derivatives along each direction, those that are zero left out: of accelerations, multipliers, state rates, power by number.
+    along: Vec<Vec<Slope>>,
+    /// By function: the entry of the state whose rate it is.
+    row_of: Vec<usize>,
+    /// A column of the matrix, zero between uses, and its entries that were touched.
+    column: Vec<f64>,
+    touched: Vec<usize>,
     right: Vec<f64>,
+    accelerations: Vec<f64>,
     multipliers: Vec<f64>,
 }
+
+/// A function's number, and its derivative.
+type Slope = (u32, f64);
 
 impl Linearisation {
     /// Of accelerations, rates of states and power as they are written in joint coordinates: these nodes of a graph.
@@ -69,12 +78,23 @@ impl Linearisation {
         let directions: Vec<Seeds> = (0..coordinates.directions(layout))
             .map(|direction| seeds(graph, coordinates, rotations, layout, direction))
             .collect();
+        let solved = coordinates.columns + rows.unwrap_or(0);
+        let mut row_of: Vec<usize> =
+            (0..functions.len()).map(|k| (coordinates.motion + k).saturating_sub(solved)).collect();
+        coordinates.lines.iter().for_each(|line| row_of[line.column] = line.velocity);
+        for rotation in &coordinates.rotations {
+            (0..3).for_each(|k| row_of[rotation.column + k] = rotation.velocity + k);
+        }
         Self {
             rows,
             states: layout.states,
-            columns: vec![0.0; functions.len() * directions.len()],
+            along: vec![Vec::new(); directions.len()],
+            row_of,
+            column: vec![0.0; coordinates.motion + layout.states + 1],
+            touched: Vec::new(),
             tangents: Tangents::new(graph, functions, &directions),
-            right: vec![0.0; coordinates.columns + rows.unwrap_or(0)],
+            right: vec![0.0; solved],
+            accelerations: vec![0.0; coordinates.columns],
             multipliers: vec![0.0; rows.unwrap_or(0)],
             coordinates: coordinates.clone(),
         }
@@ -85,9 +105,9 @@ impl Linearisation {
         self.tangents.used()
     }
 
-    /// Fills `matrix` (column by column) with the derivatives of the rates at `state`. `inputs` holds the state; where residuals
-    /// are solved for also its accelerations and multipliers, `times` Phi_t of the rows in use, and `solve` uses the
-    /// factorisation at `state`.
+    /// Gives the derivatives of the rates at `state`: row, column, value of all entries that are not zero, column after column.
+    /// `inputs` holds the state; where residuals are solved for also its accelerations and multipliers, `times` Phi_t of the rows
+    /// in use, and `solve` uses the factorisation at `state`.
     pub(super) fn fill(
         &mut self,
         inputs: &[f64],
@@ -95,89 +115,98 @@ impl Linearisation {
         state: &[f64],
         times: &[f64],
         solve: &mut SolveMotion<'_>,
-        matrix: &mut [f64],
+        found: Entries<'_>,
     ) -> Result<(), AnalysisError> {
-        let height = self.height();
-        self.columns.fill(0.0);
-        let columns = &mut self.columns;
+        self.along.iter_mut().for_each(Vec::clear);
+        let along = &mut self.along;
         self.tangents
-            .run(inputs, sets, |direction, function, value| columns[height * direction + function] = value)
+            .run(inputs, sets, |direction, function, value| along[direction].push((function as u32, value)))
             .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
         if let Some(rows) = self.rows {
-            let velocities = self.coordinates.columns;
-            let solved = velocities + rows;
-            for column in self.columns.chunks_exact_mut(height) {
-                if column[..solved].iter().all(|value| *value == 0.0) {
-                    continue;
-                }
-                self.right.copy_from_slice(&column[..solved]);
-                let (loads, gammas) = self.right.split_at(velocities);
-                solve(loads, gammas, &mut column[..velocities], &mut self.multipliers)?;
-                // The power of constraints that depend on time: lambda . Phi_t.
-                let driven: f64 = times.iter().zip(&self.multipliers).map(|(time, change)| time * change).sum();
-                column[height - 1] += driven;
-            }
+            self.solve(self.coordinates.columns + rows, times, solve)?;
         }
-        self.assemble(state, height, matrix);
+        self.assemble(state, found);
         Ok(())
     }
 
-    /// Functions along each direction.
-    fn height(&self) -> usize {
-        self.coordinates.columns + self.rows.unwrap_or(0) + self.states + 1
+    /// Residuals along each direction, of which there are so many, become accelerations.
+    fn solve(&mut self, residuals: usize, times: &[f64], solve: &mut SolveMotion<'_>) -> Result<(), AnalysisError> {
+        let power = residuals + self.states;
+        let mut solved: Vec<Slope> = Vec::new();
+        for along in &mut self.along {
+            let is_residual = |(function, _): &&Slope| (*function as usize) < residuals;
+            if along.iter().filter(is_residual).all(|(_, value)| *value == 0.0) {
+                continue;
+            }
+            self.right.fill(0.0);
+            along.iter().filter(is_residual).for_each(|(function, value)| self.right[*function as usize] = *value);
+            let (loads, gammas) = self.right.split_at(self.accelerations.len());
+            solve(loads, gammas, &mut self.accelerations, &mut self.multipliers)?;
+            solved.clear();
+            let accelerations = self.accelerations.iter().enumerate().map(|(k, value)| (k as u32, *value));
+            solved.extend(accelerations.filter(|(_, value)| *value != 0.0));
+            let others = along.iter().filter(|slope| !is_residual(slope));
+            solved.extend(others.filter(|(function, _)| (*function as usize) < power));
+            // The power of constraints that depend on time: lambda . Phi_t.
+            let driven: f64 = times.iter().zip(&self.multipliers).map(|(time, change)| time * change).sum();
+            let own = along.last().filter(|(function, _)| *function as usize == power).map_or(0.0, |(_, value)| *value);
+            solved.push((power as u32, own + driven));
+            std::mem::swap(along, &mut solved);
+        }
+        Ok(())
     }
 
     /// From directions to the entries of the state.
-    fn assemble(&self, state: &[f64], height: usize, matrix: &mut [f64]) {
+    fn assemble(&mut self, state: &[f64], found: Entries<'_>) {
         let motion = self.coordinates.motion;
-        let n = motion + self.states + 1;
         let velocities = self.coordinates.columns;
-        let direction = |k: usize| &self.columns[height * k..][..height];
-        matrix.fill(0.0);
-        for line in &self.coordinates.lines {
-            self.add(direction(line.column), 1.0, &mut matrix[n * line.position..][..n]);
-            let column = &mut matrix[n * line.velocity..][..n];
-            self.add(direction(velocities + line.column), 1.0, column);
-            column[line.position] = 1.0;
+        for number in 0..self.coordinates.lines.len() {
+            let line = self.coordinates.lines[number];
+            self.column(line.position, &[(line.column, 1.0)], found);
+            found(line.position, line.velocity, 1.0);
+            self.column(line.velocity, &[(velocities + line.column, 1.0)], found);
         }
-        for rotation in &self.coordinates.rotations {
+        for number in 0..self.coordinates.rotations.len() {
+            let rotation = self.coordinates.rotations[number];
             let (at, spin_at) = (rotation.position, rotation.velocity);
             let p = [state[at], state[at + 1], state[at + 2], state[at + 3]];
             let w = [state[spin_at], state[spin_at + 1], state[spin_at + 2]];
-            for k in 0..3 {
-                let axis = std::array::from_fn(|i| f64::from(u8::from(i == k)));
-                // p' = G^T omega' / 2, dpi' = 2 G dp.
-                let turn = parameter_rates(p, axis);
-                for (e, factor) in turn.iter().enumerate() {
-                    self.add(direction(rotation.column + k), 4.0 * factor, &mut matrix[n * (at + e)..][..n]);
-                }
-                let column = &mut matrix[n * (spin_at + k)..][..n];
-                self.add(direction(velocities + rotation.column + k), 1.0, column);
-                column[at..at + 4].copy_from_slice(&turn);
-            }
+            let unit = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k)));
+            // p' = G^T omega' / 2, dpi' = 2 G dp.
+            let turns: [[f64; 4]; 3] = std::array::from_fn(|k| parameter_rates(p, unit(k)));
             for e in 0..4 {
-                let axis = std::array::from_fn(|i| f64::from(u8::from(i == e)));
-                matrix[n * (at + e)..][..n][at..at + 4].copy_from_slice(&parameter_rates(axis, w));
+                let unit: [f64; 4] = std::array::from_fn(|i| f64::from(u8::from(i == e)));
+                let rates = parameter_rates(unit, w);
+                rates.into_iter().enumerate().for_each(|(i, rate)| found(at + i, at + e, rate));
+                let factors = turns.map(|turn| 4.0 * turn[e]);
+                let parts: [(usize, f64); 3] = std::array::from_fn(|k| (rotation.column + k, factors[k]));
+                self.column(at + e, &parts, found);
+            }
+            for (k, turn) in turns.into_iter().enumerate() {
+                turn.into_iter().enumerate().for_each(|(i, rate)| found(at + i, spin_at + k, rate));
+                self.column(spin_at + k, &[(velocities + rotation.column + k, 1.0)], found);
             }
         }
         for k in 0..self.states {
-            self.add(direction(2 * velocities + k), 1.0, &mut matrix[n * (motion + k)..][..n]);
+            self.column(motion + k, &[(2 * velocities + k, 1.0)], found);
         }
     }
 
-    /// Adds a direction's derivatives to a column of the matrix.
-    fn add(&self, direction: &[f64], factor: f64, column: &mut [f64]) {
-        for line in &self.coordinates.lines {
-            column[line.velocity] += factor * direction[line.column];
-        }
-        for rotation in &self.coordinates.rotations {
-            for k in 0..3 {
-                column[rotation.velocity + k] += factor * direction[rotation.column + k];
+    /// Gives the entries of a column that are derivatives along directions, each with a factor.
+    fn column(&mut self, number: usize, parts: &[(usize, f64)], found: &mut dyn FnMut(usize, usize, f64)) {
+        for (direction, factor) in parts {
+            for (function, value) in &self.along[*direction] {
+                let row = self.row_of[*function as usize];
+                self.touched.push(row);
+                self.column[row] += factor * value;
             }
         }
-        let rates = &direction[self.coordinates.columns + self.rows.unwrap_or(0)..];
-        let from = self.coordinates.motion;
-        column[from..].iter_mut().zip(rates).for_each(|(entry, value)| *entry += factor * value);
+        for row in self.touched.drain(..) {
+            let value = std::mem::take(&mut self.column[row]);
+            if value != 0.0 {
+                found(row, number, value);
+            }
+        }
     }
 }
 

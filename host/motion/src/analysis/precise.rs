@@ -256,6 +256,9 @@ impl Expansion for PreciseMotion {
 }
 
 pub(super) fn series(graph: &Graph, nodes: &[Node], order: usize) -> Result<Series, NotPrecise> {
-    let (graph, nodes) = condense(graph, nodes);
-    Series::new(&graph, &nodes, order).ok_or(NotPrecise::Opaque)
+    let series = match condense(graph, nodes) {
+        Some((graph, nodes)) => Series::new(&graph, &nodes, order),
+        None => Series::new(graph, nodes, order),
+    };
+    series.ok_or(NotPrecise::Opaque)
 }

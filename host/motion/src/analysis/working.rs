@@ -17,7 +17,7 @@ use element_api::ElementSet;
 use super::balance::{Balance, Imbalance, Trial};
 use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{BodyCoupling, Solve};
-use super::formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
+use super::formulation::{AnalysisError, Counters, Entries, Formulation, Group, Observed, Price, Traces};
 use super::linearisation::{Linearisation, PREPARATION};
 use super::motion::{APPROACH, Engines, Independence, Motion, NEAR_SINGULAR, Used, next_step};
 use super::newton::{ROUND_OFF, project_plainly};
@@ -290,7 +290,7 @@ impl Formulation for WorkingForm {
         self.watch == Watch::Rows
     }
 
-    fn jacobian(&mut self, t: f64, state: &[f64], matrix: &mut [f64]) -> Result<bool, AnalysisError> {
+    fn jacobian(&mut self, t: f64, state: &[f64], found: Entries<'_>) -> Result<bool, AnalysisError> {
         let Some(engine) = self.regular.as_ref().filter(|_| !self.motion.careful) else { return Ok(false) };
         self.derivatives_are_paid = true;
         if let Derivatives::Possible(equations) = &self.derivatives {
@@ -313,7 +313,7 @@ impl Formulation for WorkingForm {
         let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
             Ok(solver.solve(loads, gammas, accelerations, multipliers)?)
         };
-        known.fill(&self.motion.inputs, &self.sets, state, engine.dynamics.function(1), &mut solve, matrix)?;
+        known.fill(&self.motion.inputs, &self.sets, state, engine.dynamics.function(1), &mut solve, found)?;
         Ok(true)
     }
 

@@ -230,7 +230,7 @@ impl Words<'_> {
     fn element(&self, record: &OutputRecord, kind: Kind) -> Found<(usize, &Instance)> {
         let of = required(record, record.of.as_ref(), "of", &format!("the name of a {}", kind.word()))?;
         let instances = &self.elements.instances;
-        if let Some(index) = instances.iter().position(|e| e.name == of.value && e.class.kind == kind) {
+        if let Some(index) = self.elements.find(&of.value, kind) {
             return Ok((index, &instances[index]));
         }
         let names: Vec<&str> = instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
@@ -240,9 +240,7 @@ impl Words<'_> {
 
     /// The force or control element that `of` names.
     fn element_with_values(&self, record: &OutputRecord) -> Found<(usize, &Instance)> {
-        let named = |of: &Spanned<String>, kind: Kind| {
-            self.elements.instances.iter().any(|e| e.name == of.value && e.class.kind == kind)
-        };
+        let named = |of: &Spanned<String>, kind: Kind| self.elements.find(&of.value, kind).is_some();
         let kinds = [Kind::Control, Kind::Joint];
         let kind = kinds.into_iter().find(|kind| record.of.as_ref().is_some_and(|of| named(of, *kind)));
         self.element(record, kind.unwrap_or(Kind::Force))

@@ -7,6 +7,7 @@ use element_api::recording::{Op, Role};
 use element_api::set::{CreateError, ElementSet};
 use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Vector3};
+use rustc_hash::FxHashMap;
 
 use super::bodies::{Bodies, Target, quoted};
 use super::types::{Body, Instance, Marker};
@@ -25,6 +26,10 @@ pub(super) struct Elements {
     set_names: Vec<String>,
     /// Class of each set.
     classes: Vec<Arc<Descriptor>>,
+    /// What was recorded last of each set.
+    recordings: Vec<Arc<Recording>>,
+    /// The instances of each name.
+    named: FxHashMap<String, Vec<usize>>,
 }
 
 pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: &mut Vec<Diagnostic>) -> Elements {
@@ -34,6 +39,8 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         fmus: Vec::new(),
         set_names: Vec::new(),
         classes: Vec::new(),
+        recordings: Vec::new(),
+        named: FxHashMap::default(),
     };
     for record in scene.elements.iter().filter(|record| record.enabled) {
         let before = found.len();
@@ -84,7 +91,7 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         match elements.create(record, &handle, &table, markers, (joints, &bodies.movable)) {
             Ok(instance) => {
                 found.extend(tables::check(scene, record, class, &table, &instance.recording));
-                elements.instances.push(instance);
+                elements.push(instance);
             }
             Err(diagnostic) => found.push(*diagnostic),
         }
@@ -273,6 +280,17 @@ pub(super) fn triad(axis: Option<[f64; 3]>, hint: Option<[f64; 3]>) -> Option<Ma
 }
 
 impl Elements {
+    fn push(&mut self, instance: Instance) {
+        self.named.entry(instance.name.clone()).or_default().push(self.instances.len());
+        self.instances.push(instance);
+    }
+
+    /// The element of a kind with a name.
+    pub(super) fn find(&self, name: &str, kind: Kind) -> Option<usize> {
+        let mut named = self.named.get(name)?.iter().copied();
+        named.find(|index| self.instances[*index].class.kind == kind)
+    }
+
     /// The joints whose reactions an element takes. They come before it, as all joints come before all forces.
     fn joints_of(&self, record: &ElementRecord, handle: &ElementHandle, found: &mut Vec<Diagnostic>) -> Vec<usize> {
         let class = handle.descriptor();
@@ -296,8 +314,7 @@ impl Elements {
         }
         let mut joints = Vec::with_capacity(record.joints.len());
         for name in &record.joints {
-            let is_it = |e: &Instance| e.class.kind == Kind::Joint && e.name == name.value;
-            if let Some(index) = self.instances.iter().position(is_it) {
+            if let Some(index) = self.find(&name.value, Kind::Joint) {
                 joints.push(index);
                 continue;
             }
@@ -354,6 +371,7 @@ impl Elements {
             }
             self.sets.push(set);
             self.classes.push(Arc::new(handle.descriptor().clone()));
+            self.recordings.push(Arc::default());
             self.sets.len() - 1
         });
         let shared = &self.classes[set];
@@ -403,6 +421,11 @@ impl Elements {
             return Err(misbehaved("it has no constraint row".into()));
         }
         let grids = margins::grids(&class, table, &recording);
+        let last = &mut self.recordings[set];
+        if **last != recording {
+            *last = Arc::new(recording);
+        }
+        let recording = Arc::clone(last);
         Ok(Instance {
             name: record.name.value.clone(),
             class,

@@ -144,8 +144,8 @@ pub struct Instance {
     pub index: u32,
     /// Where it is attached, one marker per frame of the class.
     pub markers: Vec<Marker>,
-    /// Its equations, checked.
-    pub recording: Recording,
+    /// Its equations, checked; instances that are alike have them in common.
+    pub recording: Arc<Recording>,
     /// Constraint rows in use, by their number in the class.
     pub rows: Vec<usize>,
     /// What is connected to each signal that the class takes.

@@ -55,7 +55,7 @@ pub struct Coordinates {
     pub columns: usize,
     /// Entries of the state before the states of elements.
     pub motion: usize,
-    /// Parts of the state and where they lie among the inputs of programs.
+    /// Parts of the state and where they lie among the inputs of programs, both ascending.
     pub inputs: Vec<(Range<usize>, usize)>,
     /// Input slot of each velocity, by column.
     pub velocity_slots: Vec<usize>,
@@ -171,10 +171,9 @@ impl Coordinates {
         if (states..states + layout.states).contains(&slot) {
             return Some(self.motion + slot - states);
         }
-        let mut parts = self.inputs.iter();
-        parts.find_map(|(range, first)| {
-            (*first..first + range.len()).contains(&slot).then(|| range.start + slot - first)
-        })
+        let before = self.inputs.partition_point(|(_, first)| *first <= slot);
+        let (range, first) = self.inputs[..before].last()?;
+        Some(range.start + slot - first).filter(|entry| range.contains(entry))
     }
 
     /// By velocity: the reciprocal of the speed, m/s, that a unit of it gives things in a scene of a size, m. Slopes of joint
@@ -191,7 +190,8 @@ impl Coordinates {
     /// For a state of an element.
     #[must_use]
     pub fn slot_of(&self, entry: usize) -> usize {
-        let part = self.inputs.iter().find(|(range, _)| range.contains(&entry));
+        let before = self.inputs.partition_point(|(range, _)| range.start <= entry);
+        let part = self.inputs[..before].last().filter(|(range, _)| range.contains(&entry));
         part.map(|(range, slot)| slot + entry - range.start).expect("an entry of the motion")
     }
 }

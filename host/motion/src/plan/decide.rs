@@ -83,7 +83,7 @@ pub struct Plan {
     pub independence: f64,
     /// Degrees of freedom at the assembled position.
     pub mobility: usize,
-    /// Per joint and frame on a body or ground: which components are unique.
+    /// Per joint and frame on a body or ground, ascending: which components are unique.
     pub reactions: Vec<Reaction>,
     /// Elements whose results depend on components that are not unique.
     pub undetermined: Vec<Undetermined>,
@@ -168,9 +168,8 @@ impl Plan {
     /// Whether a component of a reaction is unique; `true` for elements without rows.
     #[must_use]
     pub fn is_unique(&self, element: usize, frame: usize, torque: bool, component: Option<usize>) -> bool {
-        let Some(reaction) = self.reactions.iter().find(|r| r.element == element && r.frame == frame) else {
-            return true;
-        };
+        let found = self.reactions.binary_search_by_key(&(element, frame), |r| (r.element, r.frame));
+        let Some(reaction) = found.ok().map(|at| &self.reactions[at]) else { return true };
         let list = if torque { &reaction.torque } else { &reaction.force };
         component.map_or_else(|| list.iter().all(|u| *u), |k| list[k])
     }
@@ -264,7 +263,8 @@ pub(super) fn unique_reactions(
     probe: &Probe<'_>,
     null_space: &[NullVector],
 ) -> (Vec<Reaction>, Vec<NullLoads>) {
-    let taken: Vec<usize> = model.elements.iter().flat_map(|element| &element.joints).copied().collect();
+    let mut taken = vec![false; model.elements.len()];
+    model.elements.iter().flat_map(|element| &element.joints).for_each(|joint| taken[*joint] = true);
     let mut null_loads = Vec::new();
     let mut reactions = Vec::new();
     let mut first_of = vec![0; model.elements.len()];
@@ -299,7 +299,7 @@ pub(super) fn unique_reactions(
                 reaction.torque[k] &= !shows(torque[k] / probe.length);
             }
         }
-        let taken = touched.iter().zip(loads).filter(|(k, _)| taken.contains(&reactions[**k].element));
+        let taken = touched.iter().zip(loads).filter(|(k, _)| taken[reactions[**k].element]);
         let of_frames: NullLoads =
             taken.map(|(k, load)| ((reactions[*k].element, reactions[*k].frame), load)).collect();
         null_loads.push(of_frames);

@@ -59,14 +59,14 @@ impl Topology {
         // What touches no body, such as a signal that nobody takes, goes with the first one. The root of a group is the
         // smallest of its numbers: a body, if it has one.
         for element in bodies..parent.len() {
-            if root(&parent, element) >= bodies {
+            if root(&mut parent, element) >= bodies {
                 join(&mut parent, element, 0);
             }
         }
         let mut islands: Vec<Island> = Vec::new();
         let mut island_of_root = vec![0; bodies];
         for node in 0..parent.len() {
-            let top = root(&parent, node);
+            let top = root(&mut parent, node);
             if top == node {
                 island_of_root[top] = islands.len();
                 islands.push(Island { bodies: Vec::new(), elements: Vec::new(), channels: Vec::new(), loops: 0 });
@@ -80,12 +80,15 @@ impl Topology {
         }
         for (number, channel) in model.channels.iter().enumerate() {
             match named(&channel.quantity, bodies) {
-                Some(nodes) => islands[island_of_root[root(&parent, nodes[0])]].channels.push(number),
+                Some(nodes) => islands[island_of_root[root(&mut parent, nodes[0])]].channels.push(number),
                 None => islands.iter_mut().for_each(|island| island.channels.push(number)),
             }
         }
+        // Bodies, then the ground of the island at hand.
+        let mut parent: Vec<usize> = (0..=bodies).collect();
         for island in &mut islands {
-            island.loops = count_loops(model, island);
+            parent[bodies] = bodies;
+            island.loops = count_loops(model, island, &mut parent);
         }
         Self { islands }
     }
@@ -114,17 +117,19 @@ fn join(parent: &mut [usize], one: usize, other: usize) {
     parent[a.max(b)] = a.min(b);
 }
 
-fn root(parent: &[usize], mut body: usize) -> usize {
+/// Paths are halved on the way (Tarjan & van Leeuwen 1984): chains listed from their tip are as long.
+fn root(parent: &mut [usize], mut body: usize) -> usize {
     while parent[body] != body {
+        parent[body] = parent[parent[body]];
         body = parent[body];
     }
     body
 }
 
-/// Joints beyond a spanning forest over the island's bodies and ground close loops.
-fn count_loops(model: &Model, island: &Island) -> usize {
+/// Joints beyond a spanning forest over the island's bodies and ground close loops. `parent`: of its bodies and the ground, each
+/// by itself as yet.
+fn count_loops(model: &Model, island: &Island, parent: &mut [usize]) -> usize {
     let ground = model.bodies.len();
-    let mut parent: Vec<usize> = (0..=ground).collect();
     let mut loops = 0;
     for index in &island.elements {
         let element = &model.elements[*index];
@@ -135,7 +140,7 @@ fn count_loops(model: &Model, island: &Island) -> usize {
         bodies.sort_unstable();
         bodies.dedup();
         for pair in bodies.windows(2) {
-            let (a, b) = (root(&parent, pair[0]), root(&parent, pair[1]));
+            let (a, b) = (root(parent, pair[0]), root(parent, pair[1]));
             if a == b {
                 loops += 1;
             } else {

@@ -5,8 +5,11 @@ use rustc_hash::FxHashMap;
 
 use super::equations::Equations;
 use super::joint::JointEquations;
-use super::kinematics::entries;
+use super::kinematics::{BodyNodes, entries};
 use crate::plan::Layout;
+
+/// Nodes from which on room is made for what is carried over.
+const LARGE: usize = 100_000;
 
 impl JointEquations {
     /// Whether the equations depend on what the coordinates of joints do not tell of bodies: on Euler parameters.
@@ -26,12 +29,22 @@ impl JointEquations {
         inputs.into_iter().any(|slot| of_bodies.contains(&slot))
     }
 
+    /// An empty graph; for large scenes with room for positions, rotations and velocities of the bodies.
+    pub(super) fn room_for_bodies(&self) -> Graph {
+        if self.graph.len() < LARGE {
+            return Graph::default();
+        }
+        let of = |body: &BodyNodes| body.r.into_iter().chain(entries(&body.a)).chain(body.v).chain(body.w);
+        let nodes: Vec<Node> = self.bodies.iter().flat_map(of).collect();
+        Graph::with_room(self.graph.live(&nodes).len())
+    }
+
     /// Nodes of the working form in a graph of their own, which takes the inputs of this form. `None` where one of them
     /// depends on more than positions, rotation matrices and velocities of bodies: on Euler parameters, accelerations or
     /// multipliers, or on an opaque element.
     #[must_use]
     pub fn carry(&self, working: &Equations, layout: &Layout, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
-        let mut g = Graph::default();
+        let mut g = self.room_for_bodies();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
         let replaced = carried_bodies(&mut g, &mut own, working, self);
         let mut rewriting = Rewriting::new(&working.graph, &mut g, replaced);

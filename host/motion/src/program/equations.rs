@@ -20,6 +20,10 @@ use super::sliding::Friction;
 use crate::model::{Body, Instance, Marker, Model};
 use crate::plan::Layout;
 
+/// Joints in a scene beyond which room is made for all of them by what the first so many take.
+const MANY: usize = 500;
+const SAMPLED: usize = 50;
+
 /// Which coordinates the equations are written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
@@ -127,6 +131,8 @@ pub struct Equations {
     pub(super) free_inertia: FreeInertia,
     /// The inputs that are accelerations or multipliers which rates of states or the power depend on, ascending.
     pub solved_in_rates: Vec<usize>,
+    /// See [`Equations::channels`].
+    pub(super) channels: Vec<Node>,
     /// See [`Equations::program_of_rows`].
     pub(super) of_rows: OnceLock<Program>,
 }
@@ -159,6 +165,7 @@ impl Equations {
             inertial: false,
             free_inertia: FreeInertia::default(),
             solved_in_rates: Vec::new(),
+            channels: Vec::new(),
             of_rows: OnceLock::new(),
             graph,
             form,
@@ -171,10 +178,14 @@ impl Equations {
             equations.add_body(b, body, model);
             equations.take_back(b, body, layout);
         }
-        for (index, element) in model.elements.iter().enumerate() {
-            if element.class.kind == Kind::Joint {
-                equations.add_joint(index, element, layout);
+        let joints = || model.elements.iter().enumerate().filter(|(_, element)| element.class.kind == Kind::Joint);
+        let (count, before) = (joints().count(), equations.graph.len());
+        for (number, (index, element)) in joints().enumerate() {
+            if number == SAMPLED && count > MANY {
+                let own = equations.graph.len() - before;
+                equations.graph.reserve(before + own * count / SAMPLED);
             }
+            equations.add_joint(index, element, layout);
         }
         // Force and control elements may ask for reactions and for each other's results.
         let stored = equations.add_acting_elements(model, layout);
@@ -223,6 +234,7 @@ impl Equations {
             inertial: self.inertial,
             free_inertia: self.free_inertia.clone(),
             solved_in_rates: self.solved_in_rates.clone(),
+            channels: self.channels.clone(),
             of_rows: OnceLock::new(),
         }
     }

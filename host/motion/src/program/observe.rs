@@ -11,6 +11,15 @@ use crate::model::{Axes, Level, Model, Quantity, Shown, Watched, WatchedValue};
 use crate::plan::Layout;
 
 impl Equations {
+    /// The nodes of all channels of the model, SI; written down when they are first asked for.
+    pub fn channels(&mut self, model: &Model, layout: &Layout) -> Vec<Node> {
+        if self.channels.len() != model.channels.len() {
+            let channels = model.channels.iter();
+            self.channels = channels.map(|channel| self.observe(&channel.quantity, model, layout)).collect();
+        }
+        self.channels.clone()
+    }
+
     /// The node of a requested quantity, SI.
     pub fn observe(&mut self, quantity: &Quantity, model: &Model, layout: &Layout) -> Node {
         match quantity {
@@ -75,8 +84,7 @@ impl Equations {
         if layout.references == 0 {
             return Vec::new();
         }
-        let mut roots: Vec<Node> =
-            model.channels.iter().map(|channel| self.observe(&channel.quantity, model, layout)).collect();
+        let mut roots: Vec<Node> = self.channels(model, layout);
         roots.extend(model.watched().iter().map(|watched| self.watched(watched)));
         roots.extend([self.kinetic, self.potential]);
         let lists = [&self.next_discrete, &self.dissipation, &self.supplied];

@@ -74,7 +74,7 @@ impl JointEquations {
             // The rows that followers make up for have reactions, too.
             return None;
         }
-        let mut g = Graph::default();
+        let mut g = self.room_for_bodies();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
         let replaced = carried_bodies(&mut g, &mut own, equations, self);
         let accelerations = self.accelerations(&mut g, &mut own, layout.bodies);
@@ -184,7 +184,7 @@ impl JointEquations {
     /// [`crate::plan::Coordinates::acceleration_slot`] among them.
     #[must_use]
     pub fn body_accelerations(&self) -> (Graph, Vec<Node>) {
-        let mut g = Graph::default();
+        let mut g = self.room_for_bodies();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
         let nodes = self.accelerations(&mut g, &mut own, self.bodies.len());
         (g, nodes)

@@ -1,6 +1,7 @@
 //! [`Fill`]: in which order the matrices of implicit steps are eliminated, and which entries they have then.
 
 use super::halves::Halves;
+use super::jacobian::Columns;
 
 /// What an operation on scattered entries takes, in operations on entries side by side. Measured.
 const SCATTERED: usize = 4;
@@ -15,6 +16,12 @@ pub(super) struct Fill {
     n: usize,
     /// Entries of `J` that were not zero at some time: by columns, a bit each.
     pattern: Vec<u64>,
+    /// By column: where its entries begin among [`Fill::known`]; then where the last ends.
+    first: Vec<usize>,
+    /// These entries, by columns, then rows.
+    known: Vec<f64>,
+    /// One column of `J`; zero between uses.
+    column: Vec<f64>,
     pub(super) halves: Halves,
     /// The unknown at each place of the matrix that is kept.
     pub(super) order: Vec<usize>,
@@ -43,24 +50,30 @@ pub(super) struct Entry {
     pub(super) through: f64,
 }
 
-/// Where an entry comes from: places in `J`, and the pair of the second.
+/// Where an entry comes from: places among [`Fill::known`], and the pair of the second.
 #[derive(Debug, Clone, Copy)]
 struct Source {
     column: u32,
-    own: u32,
+    own: Option<u32>,
     through: Option<(u32, u32)>,
 }
 
 impl Fill {
     /// For `n` unknowns; no entry is known yet.
     pub(super) fn resize(&mut self, n: usize) {
-        *self = Self { n, pattern: vec![0; n * n.div_ceil(64)], ..Self::default() };
+        *self = Self {
+            n,
+            pattern: vec![0; n * n.div_ceil(64)],
+            first: vec![0; n + 1],
+            column: vec![0.0; n],
+            ..Self::default()
+        };
         self.halves = Halves::none(n, &self.pattern);
         self.arrange(Vec::new(), &[]);
     }
 
     /// All of `jacobian`, which was taken last, in one dense matrix, in its own order.
-    pub(super) fn leave_dense(&mut self, jacobian: &[f64]) {
+    pub(super) fn leave_dense(&mut self, jacobian: &Columns) {
         self.halves = Halves::none(self.n, &self.pattern);
         self.arrange(Vec::new(), &[]);
         self.take(jacobian);
@@ -71,35 +84,60 @@ impl Fill {
         self.halves.saved() + self.head
     }
 
-    /// Takes `jacobian`, column by column. True if it has entries that were zero up to now.
-    pub(super) fn take(&mut self, jacobian: &[f64]) -> bool {
+    /// Takes `jacobian`. True if it has entries that were zero up to now.
+    pub(super) fn take(&mut self, jacobian: &Columns) -> bool {
         let words = self.n.div_ceil(64);
         let mut grown = false;
-        for (column, known) in jacobian.chunks_exact(self.n.max(1)).zip(self.pattern.chunks_exact_mut(words.max(1))) {
-            for (values, known) in column.chunks(64).zip(known) {
-                let found = values.iter().rev().fold(0, |bits, value| bits << 1 | u64::from(*value != 0.0));
-                grown |= found & !*known != 0;
-                *known |= found;
+        for (column, known) in self.pattern.chunks_exact_mut(words.max(1)).enumerate() {
+            for (row, _) in jacobian.column(column) {
+                let bit = 1 << (row % 64);
+                grown |= known[row / 64] & bit == 0;
+                known[row / 64] |= bit;
             }
         }
         if grown {
+            self.count();
             self.halves = Halves::of(self.n, &self.pattern);
             let (head, fill) = self.choose();
             self.arrange(head, &fill);
         }
-        self.halves.take(jacobian, self.n);
+        self.gather(jacobian);
+        let Self { pattern, first, known, halves, .. } = self;
+        let entry = |row: usize, column: usize| place(pattern, first, row, column).map_or(0.0, |place| known[place]);
+        halves.take(entry);
         for (values, sources) in self.values.iter_mut().zip(&self.entries) {
             for (entry, source) in values.iter_mut().zip(sources) {
-                entry.own = jacobian[source.own as usize];
+                entry.own = source.own.map_or(0.0, |at| known[at as usize]);
                 if let Some((at, pair)) = source.through {
-                    entry.through = jacobian[at as usize] * self.halves.pairs[pair as usize].slope;
+                    entry.through = known[at as usize] * halves.pairs[pair as usize].slope;
                 }
             }
         }
         for (place, position, value) in &mut self.through {
-            *value = jacobian[self.order[*place as usize] + self.n * *position as usize];
+            *value = entry(self.order[*place as usize], *position as usize);
         }
         grown
+    }
+
+    /// Counts the entries of the pattern.
+    fn count(&mut self) {
+        let words = self.n.div_ceil(64).max(1);
+        for (column, entries) in self.pattern.chunks_exact(words).enumerate() {
+            let count: u32 = entries.iter().map(|word| word.count_ones()).sum();
+            self.first[column + 1] = self.first[column] + count as usize;
+        }
+        self.known = vec![0.0; self.first[self.n]];
+    }
+
+    /// Takes the values of the entries of the pattern.
+    fn gather(&mut self, jacobian: &Columns) {
+        let words = self.n.div_ceil(64).max(1);
+        for (column, entries) in self.pattern.chunks_exact(words).enumerate() {
+            jacobian.column(column).for_each(|(row, value)| self.column[row] = value);
+            for (row, value) in bits(entries).zip(&mut self.known[self.first[column]..]) {
+                *value = std::mem::take(&mut self.column[row]);
+            }
+        }
     }
 
     /// Which of the unknowns that are kept are eliminated ahead, in their order, and the rows with what they then have: a bit for
@@ -200,14 +238,14 @@ impl Fill {
         let words = kept.len().div_ceil(64);
         for (column, rows) in self.halves.pattern.chunks_exact(words.max(1)).enumerate() {
             for row in bits(rows) {
-                let own = (kept[row] + n * kept[column]) as u32;
+                let at = |column: usize| place(&self.pattern, &self.first, kept[row], column).map(|at| at as u32);
+                let own = at(kept[column]);
                 let mut source = Source { column: place_of[column] as u32, own, through: None };
-                if let Some((pair, position)) = position_of[kept[column]] {
-                    let has = &self.pattern[n.div_ceil(64) * position..];
-                    if has[kept[row] / 64] >> (kept[row] % 64) & 1 == 1 {
-                        source.through = Some(((kept[row] + n * position) as u32, pair));
-                        self.through.push((place_of[row] as u32, position as u32, 0.0));
-                    }
+                if let Some((pair, position)) = position_of[kept[column]]
+                    && let Some(through) = at(position)
+                {
+                    source.through = Some((through, pair));
+                    self.through.push((place_of[row] as u32, position as u32, 0.0));
                 }
                 self.entries[place_of[row]].push(source);
             }
@@ -215,6 +253,16 @@ impl Fill {
         let value = |source: &Source| Entry { column: source.column, own: 0.0, through: 0.0 };
         self.values = self.entries.iter().map(|sources| sources.iter().map(value).collect()).collect();
     }
+}
+
+/// The place of an entry among those of a pattern, the columns of which begin at `first`.
+fn place(pattern: &[u64], first: &[usize], row: usize, column: usize) -> Option<usize> {
+    let words = (first.len() - 1).div_ceil(64);
+    let entries = &pattern[words * column..words * (column + 1)];
+    let (before, own) = (&entries[..row / 64], entries[row / 64]);
+    let ones = |word: u64| word.count_ones() as usize;
+    let below = before.iter().map(|word| ones(*word)).sum::<usize>() + ones(own & ((1 << (row % 64)) - 1));
+    (own >> (row % 64) & 1 == 1).then(|| first[column] + below)
 }
 
 /// The places of the bits that are set, ascending.

@@ -88,13 +88,13 @@ impl Halves {
         self.pairs.len() + self.sums.len()
     }
 
-    /// Takes the entries of `jacobian`, column by column.
-    pub(super) fn take(&mut self, jacobian: &[f64], n: usize) {
+    /// Takes the entries of `J`, by row and column.
+    pub(super) fn take(&mut self, jacobian: impl Fn(usize, usize) -> f64) {
         for Pair { position, velocity, slope } in &mut self.pairs {
-            *slope = jacobian[*position + n * *velocity];
+            *slope = jacobian(*position, *velocity);
         }
         for Quadrature { unknown, row } in &mut self.sums {
-            row.iter_mut().for_each(|(column, entry)| *entry = jacobian[*unknown + n * *column as usize]);
+            row.iter_mut().for_each(|(column, entry)| *entry = jacobian(*unknown, *column as usize));
         }
     }
 }

@@ -1,14 +1,63 @@
 //! [`Jacobian`]: the derivatives that implicit methods need, exact where the system knows them.
 
+use std::ops::Range;
+
 use super::StopReason;
 use super::fill::Fill;
 use super::run::{Run, Trouble, all_finite};
 
+/// A matrix by columns; entries that are zero are left out.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Columns {
+    /// Where the entries of each column lie.
+    places: Vec<Range<usize>>,
+    rows: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Columns {
+    /// All entries of a matrix with `n` columns are zero.
+    pub(super) fn clear(&mut self, n: usize) {
+        self.places.clear();
+        self.places.resize(n, 0..0);
+        self.rows.clear();
+        self.values.clear();
+    }
+
+    /// Puts an entry.
+    ///
+    /// # Panics
+    /// Where entries of another column came between those of its own.
+    pub(super) fn put(&mut self, row: usize, column: usize, value: f64) {
+        if value == 0.0 {
+            return;
+        }
+        let end = self.rows.len();
+        let place = &mut self.places[column];
+        if place.start == place.end {
+            *place = end..end;
+        }
+        assert_eq!(place.end, end, "entries of a column come one after the other");
+        place.end += 1;
+        self.rows.push(row as u32);
+        self.values.push(value);
+    }
+
+    /// Row and value of the entries of a column.
+    pub(super) fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let place = self.places[column].clone();
+        self.rows[place.clone()].iter().map(|row| *row as usize).zip(self.values[place].iter().copied())
+    }
+
+    fn is_finite(&self) -> bool {
+        all_finite(&self.values)
+    }
+}
+
 /// `f_y` at the start of a step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Jacobian {
-    /// `f_y`, column by column.
-    pub(super) matrix: Vec<f64>,
+    pub(super) matrix: Columns,
     /// How `shift I - f_y` is eliminated.
     pub(super) fill: Fill,
     /// Whether that has changed since it was last eliminated.
@@ -20,8 +69,7 @@ pub(super) struct Jacobian {
 impl Jacobian {
     /// Room for `n` entries of the state.
     pub(super) fn resize(&mut self, n: usize) {
-        self.matrix.clear();
-        self.matrix.resize(n * n, 0.0);
+        self.matrix.clear(n);
         self.fill.resize(n);
         self.fill_is_new = true;
         for work in [&mut self.argument, &mut self.rates] {
@@ -39,31 +87,27 @@ impl Jacobian {
     /// `f_y` at the accepted state `y`, where `f` is `start`: the system's own, or differences of its right side.
     pub(super) fn take(&mut self, run: &mut Run<'_>, y: &[f64], start: &[f64]) -> Result<(), Trouble> {
         run.counters.jacobians += 1;
-        if !run.jacobian(run.t, y, &mut self.matrix)? {
-            let n = y.len();
-            self.argument.copy_from_slice(y);
+        let Self { matrix, argument, rates, .. } = self;
+        matrix.clear(y.len());
+        if !run.jacobian(run.t, y, &mut |row, column, value| matrix.put(row, column, value))? {
+            matrix.clear(y.len());
+            argument.copy_from_slice(y);
             for (j, value) in y.iter().enumerate() {
                 // Along the motion: away from a switch that was just passed.
                 let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt().copysign(start[j]);
-                self.argument[j] = value + step;
-                let step = self.argument[j] - value;
-                run.rhs(run.t, &self.argument, &mut self.rates, step.abs())?;
-                self.argument[j] = *value;
-                let column = &mut self.matrix[n * j..n * (j + 1)];
-                for ((entry, rate), start) in column.iter_mut().zip(&self.rates).zip(start) {
-                    *entry = (rate - start) / step;
+                argument[j] = value + step;
+                let step = argument[j] - value;
+                run.rhs(run.t, argument, rates, step.abs())?;
+                argument[j] = *value;
+                for (row, (rate, start)) in rates.iter().zip(start).enumerate() {
+                    matrix.put(row, j, (rate - start) / step);
                 }
             }
         }
-        finite_or_retry(&self.matrix)?;
+        if !self.matrix.is_finite() {
+            return Err(Trouble::Retry(StopReason::NotFinite { step: 0.0 }));
+        }
         self.fill_is_new |= self.fill.take(&self.matrix);
         Ok(())
     }
-}
-
-fn finite_or_retry(x: &[f64]) -> Result<(), Trouble> {
-    if all_finite(x) {
-        return Ok(());
-    }
-    Err(Trouble::Retry(StopReason::NotFinite { step: 0.0 }))
 }

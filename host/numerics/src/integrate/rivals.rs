@@ -1,5 +1,6 @@
 //! When an explicit method gives way to an implicit one, and when that gives way again.
 
+use super::jacobian::Columns;
 use super::run::Run;
 use super::{Counters, Price};
 
@@ -179,9 +180,9 @@ impl Defender {
         }
     }
 
-    /// Takes an accepted step, after which the Jacobian (column by column) is `matrix`. The step with which the explicit
-    /// method had better continue, if it had.
-    pub(super) fn see(&mut self, run: &Run<'_>, matrix: &[f64]) -> Option<f64> {
+    /// Takes an accepted step, after which the Jacobian is `matrix`. The step with which the explicit
+    /// method had better go on, if it had.
+    pub(super) fn see(&mut self, run: &Run<'_>, matrix: &Columns) -> Option<f64> {
         if self.jacobians != run.counters.jacobians {
             self.jacobians = run.counters.jacobians;
             let now = self.largest_eigenvalue(matrix);
@@ -205,15 +206,14 @@ impl Defender {
 
     /// By powers of the matrix, from a vector without symmetries; pairs of complex ones make the growth vary, so that its mean
     /// is taken.
-    fn largest_eigenvalue(&mut self, matrix: &[f64]) -> f64 {
+    fn largest_eigenvalue(&mut self, matrix: &Columns) -> f64 {
         let [x, product] = &mut self.vectors;
-        let n = x.len();
         x.iter_mut().enumerate().for_each(|(k, value)| *value = 1.0 + 0.37 * (k % 7) as f64);
         let mut growth = 0.0;
         for power in 0..2 * POWERS {
             product.fill(0.0);
-            for (column, factor) in matrix.chunks_exact(n).zip(x.iter()) {
-                product.iter_mut().zip(column).for_each(|(sum, entry)| *sum += entry * factor);
+            for (column, factor) in x.iter().enumerate() {
+                matrix.column(column).for_each(|(row, entry)| product[row] += entry * factor);
             }
             let length = |vector: &[f64]| vector.iter().map(|value| value * value).sum::<f64>().sqrt();
             let (before, after) = (length(x), length(product));

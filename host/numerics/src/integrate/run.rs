@@ -1,7 +1,8 @@
 //! What all methods share: checks, counting, sampling, and the protocol at the end of a step.
 
 use super::{
-    Accepted, Counters, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System, Watched,
+    Accepted, Counters, Entries, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System,
+    Watched,
 };
 
 /// A stretch longer than the step by this much is taken as one step.
@@ -160,8 +161,8 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`Trouble`], as the system says.
-    pub fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Trouble> {
-        self.system.jacobian(t, y, matrix).map_err(|failure| trouble_of(failure, t, 0.0))
+    pub fn jacobian(&mut self, t: f64, y: &[f64], found: Entries<'_>) -> Result<bool, Trouble> {
+        self.system.jacobian(t, y, found).map_err(|failure| trouble_of(failure, t, 0.0))
     }
 
     /// The values of all conditions; false where they are not to be had, or not finite.

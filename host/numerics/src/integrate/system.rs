@@ -1,8 +1,11 @@
-//! [`System`]: what is integrated, and what it says of itself.
+//! [`System`]: what is integrated, and what it states about itself.
 
 use std::error::Error;
 
 use crate::interval::Range;
+
+/// Takes the entries of a matrix one by one: row, column, value.
+pub type Entries<'a> = &'a mut dyn FnMut(usize, usize, f64);
 
 /// What is integrated, with the hooks that watch it. Only `dim`, `rhs` and `error_norm` are
 /// required. The order of calls is in the room's documentation.
@@ -43,13 +46,13 @@ pub trait System {
         Price { evaluation: 100.0 * self.dim() as f64, jacobian: None, preparation: 0.0 }
     }
 
-    /// The exact derivatives of `rhs` with respect to `y`, column by column: entry `(i, j)` at `i + dim * j`, every entry.
-    /// `false` if there are none; implicit methods then take differences of `rhs`. Need not be the derivative of what
-    /// projections inside `rhs` do.
+    /// The exact derivatives of `rhs` with respect to `y`: calls `found(i, j, value)` for every entry that is not zero, each
+    /// once, those of a column one after the other, columns in any order. `false` if there are none; implicit methods then take
+    /// differences of `rhs`. Need not be the derivative of what projections inside `rhs` do.
     ///
     /// # Errors
     /// See [`Failure`].
-    fn jacobian(&mut self, _t: f64, _y: &[f64], _matrix: &mut [f64]) -> Result<bool, Failure> {
+    fn jacobian(&mut self, _t: f64, _y: &[f64], _found: Entries<'_>) -> Result<bool, Failure> {
         Ok(false)
     }
 

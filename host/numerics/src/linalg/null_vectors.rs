@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
 }
 
 /// The representative of a set (Tarjan 1975).
-fn root(above: &mut [usize], of: usize) -> usize {
+pub(super) fn root(above: &mut [usize], of: usize) -> usize {
     let mut at = of;
     while above[at] != at {
         above[at] = above[above[at]];

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::null_vectors::root;
 use super::{
     BlockCholesky, Clusters, KktSolver, KktStructure, LinalgError, SparseLdl, TRUSTED, add_scaled, check_length,
     constraint_order, dot, two_norm,
@@ -14,7 +15,7 @@ const NOTHING_LEFT: f64 = 1e-13;
 /// them, and up to which it depends on them. Chains of loops have rows with sines like one by the number of loops.
 const APART: f64 = 1e-7;
 const WITHIN: f64 = 1e-9;
-/// Rows in doubt beyond which none is looked at.
+/// Rows in doubt, of a part of the system that has nothing in common with the others, beyond which none is looked at.
 const MOST_DOUBTS: usize = 64;
 
 /// A vector `lambda` with `J^T lambda = 0`, as rows and values.
@@ -44,12 +45,45 @@ struct Front {
     later: BTreeMap<usize, Vec<f64>>,
 }
 
+/// Unknowns that have nothing in common with the others, and the rows of them that are in doubt.
+#[derive(Default)]
+struct Part {
+    columns: Vec<usize>,
+    rows: Vec<usize>,
+    open: Vec<Doubt>,
+}
+
+/// A row in doubt: its length, and what is left of it, in the metric of M^-1.
+struct Doubt {
+    row: usize,
+    length: f64,
+    left: Vec<f64>,
+}
+
+impl Doubt {
+    fn sine(&self) -> f64 {
+        if self.length > 0.0 { two_norm(&self.left) / self.length } else { 0.0 }
+    }
+}
+
+/// By unknown: the part of the system that it belongs to.
+fn parts(structure: &KktStructure) -> Vec<usize> {
+    let mut above: Vec<usize> = (0..structure.n).collect();
+    let of_rows =
+        structure.jacobian.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| (pair[0].1, pair[1].1));
+    for (a, b) in of_rows.chain(structure.mass.iter().copied()) {
+        let (a, b) = (root(&mut above, a), root(&mut above, b));
+        above[a.max(b)] = a.min(b);
+    }
+    (0..structure.n).map(|column| root(&mut above, column)).collect()
+}
+
 impl SparseRank {
     /// Eliminates cluster after cluster in the order of [`constraint_order`], with pivoting inside each cluster of rows. Rows
     /// of which nothing is left depend on those before them. Those that cannot be distinguished from round-off are left out, and
     /// looked at without squares against all that are beyond doubt. `None` where that does not tell either, or a cluster has to be
     /// eliminated too early: the dense engine then decides. Costs as much as a factorisation of [`SparseLdl`], and two
-    /// solutions with it for each row in doubt.
+    /// solutions with it for each row in doubt of the part of the system that has most of them.
     ///
     /// # Errors
     /// [`LinalgError::Pattern`], a slice of the wrong length.
@@ -93,7 +127,7 @@ impl SparseRank {
     }
 
     /// Sorts out rows in doubt by what projection leaves of them: off the span of the independent rows, then off each other. `false`
-    /// where that does not tell.
+    /// where that does not tell. One solution serves one row of each part of the system that has nothing in common with the others.
     fn settle(
         &mut self,
         doubtful: Vec<usize>,
@@ -101,18 +135,36 @@ impl SparseRank {
         clusters: &Clusters,
         (mass, jacobian): (&[f64], &[f64]),
     ) -> Result<bool, LinalgError> {
-        if doubtful.len() > MOST_DOUBTS {
+        let part_of = parts(structure);
+        let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
+        for row in doubtful {
+            let first = structure.jacobian[structure.row(row)].first().map(|(_, column)| part_of[*column]);
+            // A row without entries depends on any others.
+            let Some(part) = first else {
+                self.dependent.push(row);
+                continue;
+            };
+            parts.entry(part).or_default().rows.push(row);
+        }
+        if parts.values().any(|part| part.rows.len() > MOST_DOUBTS) {
             return Ok(false);
+        }
+        for (column, part) in part_of.iter().enumerate() {
+            if let Some(part) = parts.get_mut(part) {
+                part.columns.push(column);
+            }
         }
         let (mut solver, own) = self.engine(structure, clusters, mass, jacobian)?;
         solver.set_refinement(true);
         let mut metric = BlockCholesky::new(structure.n, &structure.mass);
         metric.factor(mass)?;
         let (mut a, mut lambda, g) = (vec![0.0; own.n], vec![0.0; own.m], vec![0.0; own.m]);
-        // Row, its length, what is left of it; in the metric of M^-1.
-        let mut open: Vec<(usize, f64, Vec<f64>)> = Vec::new();
-        for row in doubtful {
-            let mut left = gradient(structure, jacobian, row);
+        let rounds = parts.values().map(|part| part.rows.len()).max().unwrap_or(0);
+        for round in 0..rounds {
+            let mut left = vec![0.0; structure.n];
+            for row in parts.values().filter_map(|part| part.rows.get(round)) {
+                structure.row(*row).for_each(|entry| left[structure.jacobian[entry].1] = jacobian[entry]);
+            }
             let mut whole = left.clone();
             metric.solve_lower(&mut whole);
             // M a + J^T lambda = j with J a = 0: M a is what is left. Once more, since what is left may be small against j.
@@ -121,26 +173,38 @@ impl SparseRank {
                 left = times_mass(structure, mass, &a);
             }
             metric.solve_lower(&mut left);
-            open.push((row, two_norm(&whole), left));
-        }
-        let sine =
-            |(_, length, left): &(usize, f64, Vec<f64>)| if *length > 0.0 { two_norm(left) / length } else { 0.0 };
-        loop {
-            let best = (0..open.len()).max_by(|a, b| sine(&open[*a]).total_cmp(&sine(&open[*b])));
-            let Some(best) = best else { return Ok(true) };
-            let largest = sine(&open[best]);
-            if largest <= WITHIN {
-                self.dependent.extend(open.iter().map(|(row, ..)| *row));
-                return Ok(true);
+            for part in parts.values_mut().filter(|part| part.rows.len() > round) {
+                let own = |vector: &[f64]| part.columns.iter().map(|column| vector[*column]).collect::<Vec<f64>>();
+                let doubt = Doubt { row: part.rows[round], length: two_norm(&own(&whole)), left: own(&left) };
+                part.open.push(doubt);
             }
-            if largest.is_nan() || largest < APART {
+        }
+        for part in parts.into_values() {
+            if !self.settle_part(part.open) {
                 return Ok(false);
             }
+        }
+        Ok(true)
+    }
+
+    /// The same for the rows of one part.
+    fn settle_part(&mut self, mut open: Vec<Doubt>) -> bool {
+        loop {
+            let best = (0..open.len()).max_by(|a, b| open[*a].sine().total_cmp(&open[*b].sine()));
+            let Some(best) = best else { return true };
+            let largest = open[best].sine();
+            if largest <= WITHIN {
+                self.dependent.extend(open.iter().map(|doubt| doubt.row));
+                return true;
+            }
+            if largest.is_nan() || largest < APART {
+                return false;
+            }
             self.smallest_sine = self.smallest_sine.min(largest);
-            let (row, _, taken) = open.swap_remove(best);
+            let Doubt { row, left: taken, .. } = open.swap_remove(best);
             self.independent.push(row);
             let square = dot(&taken, &taken);
-            for (_, _, left) in &mut open {
+            for Doubt { left, .. } in &mut open {
                 let along = dot(left, &taken) / square;
                 add_scaled(left, -along, &taken);
             }

@@ -24,6 +24,8 @@ use crate::scene::{Document, Rejected, Scene, parse, read};
 const NEAR: f64 = 0.01;
 /// They are if the ratio is below this share of what it is where the motion goes.
 const NEAR_SHARE: f64 = 0.5;
+/// Nodes from which on a graph does not keep the table that nodes are looked up in.
+const LARGE: usize = 100_000;
 /// Numbers that results may have, all columns together: they stay in memory during the run, 8 bytes each.
 const MOST_NUMBERS: usize = 100_000_000;
 
@@ -183,6 +185,11 @@ impl Session {
         let there = there.filter(better);
         let ahead = ahead.filter(|_| there.is_some());
         let plan = there.unwrap_or(at_start);
+        if equations.graph.len() > LARGE {
+            // With the channels all is there that most runs ask for: they do without the table of known nodes.
+            equations.channels(&model, &layout);
+            equations.graph.rest();
+        }
         let determined = is_determined(&scene, &model, &equations, &plan, pruning);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let mut session = Self {

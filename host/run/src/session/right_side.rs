@@ -94,8 +94,9 @@ impl RightSide {
     /// As [`RightSide::rates`].
     pub fn jacobian(&mut self, t: f64, y: &[f64]) -> Result<Option<Vec<f64>>, SessionError> {
         self.follow(t, y)?;
-        let mut matrix = vec![0.0; y.len() * y.len()];
-        let found = self.run.system.jacobian(t, y, &mut matrix);
+        let n = y.len();
+        let mut matrix = vec![0.0; n * n];
+        let found = self.run.system.jacobian(t, y, &mut |row, column, value| matrix[row + n * column] = value);
         let exact = found.map_err(|failure| self.failed(t, failure))?;
         Ok(exact.then_some(matrix))
     }

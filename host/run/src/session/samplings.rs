@@ -162,7 +162,7 @@ impl Session {
     /// Where the samples go, without files.
     pub(super) fn no_samplings(&self) -> Samplings {
         let times = self.sample_times();
-        let channels: Vec<ChannelInfo> = self.model.channels.iter().map(|c| self.channel_info(c)).collect();
+        let channels: Vec<ChannelInfo> = self.model.channels.iter().enumerate().map(|c| self.channel_info(c)).collect();
         Samplings {
             columns: vec![Vec::with_capacity(times.len()); channels.len()],
             taken: Vec::with_capacity(times.len()),

@@ -203,8 +203,7 @@ impl<'a> Simulation<'a> {
         tolerance: f64,
         mut rows_taken: Rows<'a>,
     ) -> Result<Self, AnalysisError> {
-        let mut nodes: Vec<Node> =
-            model.channels.iter().map(|channel| equations.observe(&channel.quantity, model, layout)).collect();
+        let mut nodes: Vec<Node> = equations.channels(model, layout);
         let is_driven = is_driven(equations);
         if !is_driven {
             nodes.extend([equations.kinetic, equations.potential]);

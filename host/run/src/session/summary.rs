@@ -11,7 +11,7 @@ use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity};
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
-use crate::scene::Dimension;
+use crate::scene::{Dimension, OutputRecord};
 
 /// What an integration leaves behind.
 pub(super) struct Ended {
@@ -57,7 +57,7 @@ impl Session {
         note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
     }
 
-    pub(super) fn channel_info(&self, channel: &Channel) -> ChannelInfo {
+    pub(super) fn channel_info(&self, (number, channel): (usize, &Channel)) -> ChannelInfo {
         let unique = match &channel.quantity {
             Quantity::Load { element, frame, torque, axes, component } => {
                 let component = matches!(axes, crate::model::Axes::Ground).then_some(*component);
@@ -68,7 +68,10 @@ impl Session {
             }
             _ => true,
         };
-        let record = self.scene.outputs.iter().find(|record| record.name.value == channel.name);
+        // They are those of the scene, in its order; then what is taken besides.
+        let is_it = |record: &&OutputRecord| record.name.value == channel.name;
+        let outputs = &self.scene.outputs;
+        let record = outputs.get(number).filter(is_it).or_else(|| outputs.iter().find(is_it));
         ChannelInfo {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
@@ -102,6 +105,7 @@ impl Session {
                 .model
                 .channels
                 .iter()
+                .enumerate()
                 .map(|channel| self.channel_info(channel))
                 .filter(|info| !info.unique)
                 .map(|info| info.name)

@@ -255,8 +255,8 @@ fn derivatives_of_the_rates_are_what_differences_say() {
         for _ in 0..5 {
             let working = stand.consistent(&mut random, 0.05);
             let state = in_joints(&mut form, &working);
-            let mut matrix = vec![f64::NAN; n * n];
-            assert!(form.jacobian(TIME, &state, &mut matrix).unwrap());
+            let mut matrix = vec![0.0; n * n];
+            assert!(form.jacobian(TIME, &state, &mut |i, j, value| matrix[i + n * j] += value).unwrap());
             for _ in 0..5 {
                 let direction: Vec<f64> = (0..n).map(|_| random.next()).collect();
                 let step = 1e-5;

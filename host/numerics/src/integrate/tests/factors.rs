@@ -3,8 +3,17 @@
 use nalgebra::Complex;
 
 use crate::integrate::fill::Fill;
+use crate::integrate::jacobian::Columns;
 use crate::integrate::lu::{Lu, Number};
 use crate::random::Random;
+
+/// A matrix given column by column.
+fn columns(matrix: &[f64], n: usize) -> Columns {
+    let mut found = Columns::default();
+    found.clear(n);
+    matrix.iter().enumerate().for_each(|(at, value)| found.put(at % n, at / n, *value));
+    found
+}
 
 /// What `shift - J` leaves of a right side, as a share of it, with the solution by its factors; `None` where these are refused.
 fn left<T: Number + Default>(jacobian: &[f64], n: usize, shift: T, fill: &Fill) -> Option<f64> {
@@ -28,14 +37,14 @@ fn left<T: Number + Default>(jacobian: &[f64], n: usize, shift: T, fill: &Fill) 
 fn solved(jacobian: &[f64], n: usize) -> usize {
     let mut fill = Fill::default();
     fill.resize(n);
-    assert!(fill.take(jacobian));
-    assert!(!fill.take(jacobian), "nothing new");
+    assert!(fill.take(&columns(jacobian, n)));
+    assert!(!fill.take(&columns(jacobian, n)), "nothing new");
     let ahead = fill.ahead();
     for _ in 0..2 {
         let real = left(jacobian, n, 30.0, &fill).unwrap();
         let complex = left(jacobian, n, Complex::new(25.0, 30.0), &fill).unwrap();
         assert!(real < 1e-11 && complex < 1e-11, "{real:e} {complex:e}");
-        fill.leave_dense(jacobian);
+        fill.leave_dense(&columns(jacobian, n));
     }
     ahead
 }
@@ -73,7 +82,7 @@ fn halves_give_what_the_whole_matrix_gives() {
     (jacobian[5 + n * 5], jacobian[5 + n]) = (-3.0, 0.25);
     let mut fill = Fill::default();
     fill.resize(n);
-    fill.take(&jacobian);
+    fill.take(&columns(&jacobian, n));
     assert_eq!((fill.halves.pairs.len(), fill.halves.sums.len(), fill.order.len()), (6, 1, 8));
     let solution = |fill: &Fill, shift: Complex<f64>| {
         let mut lu = Lu::default();
@@ -85,7 +94,7 @@ fn halves_give_what_the_whole_matrix_gives() {
     for shift in [Complex::new(25.0, 30.0), Complex::new(3e3, -4e3), Complex::new(0.0, 7.0)] {
         let halved = solution(&fill, shift);
         let mut whole = fill.clone();
-        whole.leave_dense(&jacobian);
+        whole.leave_dense(&columns(&jacobian, n));
         assert_eq!(whole.ahead(), 0);
         for (a, b) in halved.iter().zip(solution(&whole, shift)) {
             assert!((a - b).norm() < 1e-12 * (1.0 + b.norm()), "{a} {b}");
@@ -106,11 +115,11 @@ fn full_matrices_are_dense() {
     let jacobian = [2.0, -1.0, 0.5, 3.0, 0.25, -2.0, 1.0, 4.0, -1.5];
     let mut fill = Fill::default();
     fill.resize(3);
-    fill.take(&jacobian);
+    fill.take(&columns(&jacobian, 3));
     assert_eq!(fill.ahead(), 0);
     assert!(left(&jacobian, 3, 2.0, &fill).unwrap() < 1e-14);
     assert!(left(&jacobian, 3, Complex::new(2.0, 0.75), &fill).unwrap() < 1e-14);
-    fill.take(&[0.0; 9]);
+    fill.take(&columns(&[0.0; 9], 3));
     assert!(left(&[0.0; 9], 3, 0.0, &fill).is_none(), "singular");
 }
 
@@ -124,10 +133,10 @@ fn a_diagonal_without_pivots_is_refused_and_left_to_pivoting() {
     (jacobian[3 + n * 3], jacobian[3 + n * 103], jacobian[103 + n * 3]) = (30.0, 1.0, 1.0);
     let mut fill = Fill::default();
     fill.resize(n);
-    fill.take(&jacobian);
+    fill.take(&columns(&jacobian, n));
     assert!(fill.head > 20);
     assert!(left(&jacobian, n, 30.0, &fill).is_none());
-    fill.leave_dense(&jacobian);
+    fill.leave_dense(&columns(&jacobian, n));
     assert!(left(&jacobian, n, 30.0, &fill).unwrap() < 1e-10);
 }
 
@@ -136,10 +145,10 @@ fn entries_that_come_later_change_the_order() {
     let (jacobian, n) = mechanism(30, |i, j| i.abs_diff(j) < 2);
     let mut fill = Fill::default();
     fill.resize(n);
-    fill.take(&jacobian);
+    fill.take(&columns(&jacobian, n));
     let (more, _) = mechanism(30, |i, j| i.abs_diff(j) < 9);
-    assert!(fill.take(&more));
+    assert!(fill.take(&columns(&more, n)));
     assert!(left(&more, n, 30.0, &fill).unwrap() < 1e-11);
-    assert!(!fill.take(&jacobian));
+    assert!(!fill.take(&columns(&jacobian, n)));
     assert!(left(&jacobian, n, 30.0, &fill).unwrap() < 1e-11);
 }

@@ -1,6 +1,6 @@
 //! Problems with known solutions, and a system that records every hook.
 
-use crate::integrate::{Accepted, Failure, Flow, System};
+use crate::integrate::{Accepted, Entries, Failure, Flow, System};
 
 pub type Rhs = fn(f64, &[f64], &mut [f64]);
 
@@ -19,7 +19,7 @@ pub struct Probe {
     pub samples: Vec<(f64, Vec<f64>)>,
     pub steps: Vec<(f64, f64, Vec<f64>)>,
     pub accepts: usize,
-    /// The exact Jacobian, if it is known.
+    /// The exact Jacobian, column by column, if it is known.
     pub jacobian: Option<Rhs>,
     /// Absolute tolerance as a share of the relative one.
     pub absolute: f64,
@@ -80,9 +80,12 @@ impl System for Probe {
         Some(self.tolerance)
     }
 
-    fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Failure> {
+    fn jacobian(&mut self, t: f64, y: &[f64], found: Entries<'_>) -> Result<bool, Failure> {
         let Some(jacobian) = self.jacobian else { return Ok(false) };
-        jacobian(t, y, matrix);
+        let n = y.len();
+        let mut matrix = vec![0.0; n * n];
+        jacobian(t, y, &mut matrix);
+        matrix.into_iter().enumerate().for_each(|(at, value)| found(at % n, at / n, value));
         Ok(true)
     }
 

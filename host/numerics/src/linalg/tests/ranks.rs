@@ -229,3 +229,35 @@ fn null_vectors_of_many_rows_are_those_of_each_alone() {
     assert_eq!(search.together(&rank.dependent[..2]).unwrap(), [None, None]);
     assert!(search.together(&rank.dependent[1..3]).unwrap().iter().all(Option::is_some));
 }
+
+/// Parts that have nothing in common, in each of which a row is independent or not by less than squares tell: as many as there may be,
+/// and what is found of each is what is found of it alone.
+#[test]
+fn rows_in_doubt_of_many_parts_are_sorted_out_as_those_of_each_alone() {
+    let found = |count: usize, from: usize| {
+        let (mut jacobian, mut values) = (Vec::new(), Vec::new());
+        for k in 0..count {
+            let offset = if (from + k).is_multiple_of(3) { 0.0 } else { 1e-5 * (1 + k % 4) as f64 };
+            // The third is the first and twice the second, and what these cannot give.
+            let rows = [[1.0, 2.0, 0.0], [0.0, -1.0, 0.7], [1.0 + offset, 0.0, 1.4 - offset]];
+            for (row, entries) in rows.into_iter().enumerate() {
+                for (column, value) in entries.into_iter().enumerate().filter(|(_, value)| *value != 0.0) {
+                    jacobian.push((3 * k + row, 3 * k + column));
+                    values.push(value);
+                }
+            }
+        }
+        let n = 3 * count;
+        let structure = KktStructure::new(n, n, (0..n).map(|k| (k, k)).collect(), jacobian).unwrap();
+        let clusters = Clusters { velocities: (0..n).collect(), rows: (0..n).collect() };
+        SparseRank::find(&structure, &clusters, &vec![1.0; n], &values).unwrap().unwrap()
+    };
+    let count = 120;
+    let all = found(count, 0);
+    assert_eq!((all.independent.len(), all.dependent.len()), (2 * count + 2 * count / 3, count / 3));
+    assert!(all.dependent.iter().all(|row| (row / 3).is_multiple_of(3)), "{:?}", all.dependent);
+    let one = found(1, 1);
+    assert_eq!(one.independent.len(), 3);
+    // The smallest of them is that of the parts with the smallest offset.
+    assert!((all.smallest_sine / one.smallest_sine - 1.0).abs() < 1e-6, "{} {}", all.smallest_sine, one.smallest_sine);
+}

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::analysis::{AnalysisError, Group, Imbalance};
-use crate::integrate::{Accepted, Failure, Flow, Guards, IntegrateError, Price, System, Watched};
+use crate::integrate::{Accepted, Entries, Failure, Flow, Guards, IntegrateError, Price, System, Watched};
 use crate::interval::Range;
 use crate::linalg::LinalgError;
 
@@ -124,8 +124,8 @@ impl System for Simulation<'_> {
         self.largest_share(y, y, difference)
     }
 
-    fn jacobian(&mut self, t: f64, y: &[f64], matrix: &mut [f64]) -> Result<bool, Failure> {
-        self.formulation.jacobian(t, y, matrix).map_err(failure)
+    fn jacobian(&mut self, t: f64, y: &[f64], found: Entries<'_>) -> Result<bool, Failure> {
+        self.formulation.jacobian(t, y, found).map_err(failure)
     }
 
     fn price(&self) -> Price {

@@ -1,0 +1,236 @@
+//! Scenes of many alike parts: closed forms, each part as the single one, and work that grows like their number.
+
+use std::fmt::Write;
+
+use odyn::analyses::modes::Stability;
+use odyn::analyses::statics::equilibrium;
+use odyn::session::{RunReport, Session};
+
+use crate::support::{Scratch, column, options};
+
+fn open(text: &str, sets: &[&str]) -> Session {
+    let scratch = Scratch::new();
+    let file = scratch.file("scene.toml", text);
+    Session::open(&file, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[track_caller]
+fn run(text: &str, sets: &[&str]) -> RunReport {
+    let report = open(text, sets).run(None, Box::new(|_| ()), &Default::default());
+    let report = report.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(report.exit_code(), 0, "{} {:?}", report.summary.reason, report.summary.audit);
+    report
+}
+
+fn scene(libraries: &str, gravity: f64, settings: &str) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"{libraries}\"]\n[simulation]\ngravity = [0, {:?}, 0]\noutput_step = 0.1\n{settings}\n",
+        -gravity
+    )
+}
+
+fn body(name: &str, place: [f64; 2], angle: f64, mass: f64, moments: [f64; 2]) -> String {
+    format!(
+        "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [{:?}, {:?}, {:?}]\nposition = [{:?}, {:?}, 0]\n\
+         orientation = {{ axis = [0, 0, 1], angle = {angle:?} }}\n",
+        moments[0], moments[1], moments[1], place[0], place[1]
+    )
+}
+
+fn pin(name: &str, bodies: [&str; 2], place: [f64; 2]) -> String {
+    format!(
+        "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nbodies = [\"{}\", \"{}\"]\npoint = [{:?}, {:?}, 0]\naxis = [0, 0, 1]\n",
+        bodies[0], bodies[1], place[0], place[1]
+    )
+}
+
+fn output(name: &str, body: &str, point: f64, component: &str) -> String {
+    format!(
+        "[[output]]\nname = \"{name}\"\nquantity = \"position\"\nof = \"{body}\"\npoint = [{point:?}, 0, 0]\n\
+         component = \"{component}\"\n"
+    )
+}
+
+/// So many four-bars in a row: rods of 1 m and 1 kg, half of it where only one four-bar has the rod, the upper ends at 1 m/s. The
+/// outputs are where the upper ends are.
+fn four_bars(n: usize) -> String {
+    let mut text = scene("joints", 9.81, "t_end = 2\ntolerance = 1e-11");
+    let moments = [1e-3, 1.0 / 12.0];
+    for k in 0..=n {
+        let link = format!("link{k}");
+        let share = if k == 0 || k == n { 0.5 } else { 1.0 };
+        let own = moments.map(|moment| share * moment);
+        text += &body(&link, [k as f64, 0.5], std::f64::consts::FRAC_PI_2, share, own);
+        text += "velocity = [0.5, 0, 0]\nangular_velocity = [0, 0, -1]\n";
+    }
+    for k in 1..=n {
+        text += &body(&format!("coupler{k}"), [k as f64 - 0.5, 1.0], 0.0, 1.0, moments);
+        text += "velocity = [1, 0, 0]\nangular_velocity = [0, 0, 0]\n";
+    }
+    for k in 0..=n {
+        let (link, x) = (format!("link{k}"), k as f64);
+        text += &pin(&format!("A{k}"), ["ground", &link], [x, 0.0]);
+        if k > 0 {
+            text += &pin(&format!("left{k}"), [&format!("coupler{k}"), &link], [x, 1.0]);
+        }
+        if k < n {
+            text += &pin(&format!("right{k}"), [&link, &format!("coupler{}", k + 1)], [x, 1.0]);
+        }
+        text += &output(&format!("x{k}"), &link, 0.5, "x");
+        text += &output(&format!("y{k}"), &link, 0.5, "y");
+    }
+    text
+}
+
+/// All of them pass the horizontal at once, where the rank falls by their number.
+#[test]
+fn each_of_many_four_bars_moves_as_a_single_one() {
+    let single = run(&four_bars(1), &[]);
+    for (n, formulation) in [(40, "auto"), (8, "cartesian")] {
+        let many = run(&four_bars(n), &[&format!("simulation.formulation={formulation}")]);
+        assert_eq!(many.times, single.times);
+        for k in 0..=n {
+            for (name, shift) in [("x", k as f64), ("y", 0.0)] {
+                let (ours, theirs) = (column(&many, &format!("{name}{k}")), column(&single, &format!("{name}0")));
+                for ((t, ours), theirs) in many.times.iter().zip(ours).zip(theirs) {
+                    let off = (ours - shift - theirs).abs();
+                    assert!(off < 1e-9, "{formulation}, {name}{k} at {t}: off by {off:e}");
+                }
+            }
+        }
+    }
+}
+
+/// A chain of rods of 1 kg between two supports, its ends pinned: on an arc of a circle at first.
+fn hanging(n: usize, length: f64, span: f64) -> String {
+    let mut text = scene("joints", 9.81, "t_end = 1");
+    // n chords of a circle, one turned against the next by `turn`.
+    let reach = |turn: f64| length * (0.5 * n as f64 * turn).sin() / (0.5 * turn).sin();
+    let turn = bisected(1e-6, std::f64::consts::TAU / n as f64, |turn| reach(turn) - span);
+    let angle = |k: usize| (k as f64 - 0.5 * (n - 1) as f64) * turn;
+    let (mut x, mut y) = (0.0, 0.0);
+    for k in 0..n {
+        let along = [0.5 * length * angle(k).cos(), 0.5 * length * angle(k).sin()];
+        let name = format!("rod{k}");
+        let moment = length * length / 12.0;
+        text += &body(&name, [x + along[0], y + along[1]], angle(k), 1.0, [0.1 * moment, moment]);
+        let before = if k == 0 { "ground".to_string() } else { format!("rod{}", k - 1) };
+        text += &pin(&format!("pin{k}"), [&before, &name], [x, y]);
+        text += &output(&format!("x{k}"), &name, 0.0, "x");
+        text += &output(&format!("y{k}"), &name, 0.0, "y");
+        (x, y) = (x + 2.0 * along[0], y + 2.0 * along[1]);
+    }
+    text + &pin("end", [&format!("rod{}", n - 1), "ground"], [x, y])
+}
+
+fn bisected(mut low: f64, mut high: f64, falls: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if falls(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// With the horizontal pull H and the weight w of a rod, the moments about the ends of rod k give tan = (V_k + V_{k+1}) / 2 H with
+/// V_k = w (k - n / 2): a catenary of rods.
+#[test]
+fn a_long_chain_between_two_supports_hangs_as_a_catenary_of_rods() {
+    let (n, length, span) = (60, 0.05, 2.0);
+    let session = open(&hanging(n, length, span), &[]);
+    let found = equilibrium(&session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(found.stability, Stability::Undamped);
+    let slope = |pull: f64, k: usize| 9.81 * (k as f64 + 0.5 - 0.5 * n as f64) / pull;
+    let along = |pull: f64, k: usize| length / slope(pull, k).hypot(1.0);
+    let pull = bisected(1e-3, 1e6, |pull| span - (0..n).map(|k| along(pull, k)).sum::<f64>());
+    let (mut x, mut y) = (0.0, 0.0);
+    for k in 0..n {
+        let step = [along(pull, k), along(pull, k) * slope(pull, k)];
+        for (name, exact) in [("x", x + 0.5 * step[0]), ("y", y + 0.5 * step[1])] {
+            let value = found.outputs.iter().find(|one| one.name == format!("{name}{k}")).unwrap().value;
+            assert!((value - exact).abs() < 1e-9, "{name}{k}: {value} is not {exact}");
+        }
+        (x, y) = (x + step[0], y + step[1]);
+    }
+}
+
+/// A cantilever of 1 m, 1 kg and E I = 1 N m^2 along x: so many beams with the mass at their ends.
+fn cantilever(n: usize, gravity: f64, settings: &str) -> String {
+    let mut text = scene("forces", gravity, settings);
+    let length = 1.0 / n as f64;
+    for k in 1..=n {
+        let mass = if k < n { length } else { 0.5 * length };
+        let moment = mass * length * length / 12.0;
+        text += &body(&format!("b{k}"), [k as f64 * length, 0.0], 0.0, mass, [moment, moment]);
+        let before = if k == 1 { "ground".to_string() } else { format!("b{}", k - 1) };
+        let _ = write!(
+            text,
+            "[[force]]\nname = \"beam{k}\"\ntype = \"beam\"\nbodies = [\"{before}\", \"b{k}\"]\n\
+             frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]\n\
+             params = {{ length = {length:?}, young = 1e3, shear = 400, area = 1, iy = 1e-3, iz = 1e-3, torsion = 1e-3, \
+             damping_time = 1e-5 }}\n"
+        );
+    }
+    text + &output("tip", &format!("b{n}"), 0.0, "y")
+}
+
+/// Weights P at x bend the tip by P x^2 (3 L - x) / 6 E I; beams between them are exact.
+#[test]
+fn a_cantilever_of_many_beams_bends_under_its_weight_as_it_should() {
+    let (n, gravity) = (30, 1e-4);
+    let session = open(&cantilever(n, gravity, "t_end = 1"), &[]);
+    let found = equilibrium(&session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let bent = |k: usize| {
+        let (x, weight) = (k as f64 / n as f64, if k < n { gravity / n as f64 } else { 0.5 * gravity / n as f64 });
+        weight * x * x * (3.0 - x) / 6.0
+    };
+    let exact = -(1..=n).map(bent).sum::<f64>();
+    let tip = found.outputs[0].value;
+    assert!((tip / exact - 1.0).abs() < 1e-7, "{tip:e} is not {exact:e}");
+    // Under the same load the continuous beam bends by w L^4 / 8 E I.
+    assert!((tip / (-gravity / 8.0) - 1.0).abs() < 1.0 / (n * n) as f64, "{tip:e}");
+}
+
+/// Entries of the exact Jacobian at the start, in coordinates that are chosen.
+fn entries(text: &str) -> usize {
+    let mut session = open(text, &[]);
+    let mut form = session.formulation("interpreted").unwrap_or_else(|error| panic!("{error}"));
+    form.offer_jacobian(&session.equations);
+    form.set_discrete(&session.assembly.references, &session.assembly.discrete);
+    let mut state = vec![0.0; form.groups().len()];
+    form.state_of(&session.assembly.working, &mut state);
+    let mut count = 0;
+    assert!(form.jacobian(0.0, &state, &mut |_, _, _| count += 1).unwrap());
+    count
+}
+
+/// What implicit methods take of a beam does not grow with the number of others.
+#[test]
+fn derivatives_of_many_beams_grow_like_their_number() {
+    let [few, more, many] = [10, 20, 40].map(|n| entries(&cantilever(n, 0.0, "t_end = 1")));
+    // Some are zero for a beam that is straight.
+    assert!((many - more).abs_diff(2 * (more - few)) * 50 <= many - more, "{few} {more} {many}");
+}
+
+/// Released from straight, the tip swings with the first frequency of the beam, 3.516 / s, and higher ones that are known, too. With the
+/// mass at the nodes it is slower, by an error of order 1 / n^2.
+#[test]
+fn a_cantilever_of_many_beams_swings_as_the_continuous_one() {
+    // Modes of the continuous beam: b with cos b cosh b = -1, frequency b^2, and the share of each in the deflection.
+    let roots = [1.875_104_068_711_961, 4.694_091_132_974_175, 7.854_757_438_237_613, 10.995_540_734_875_467];
+    let swing = |t: f64| {
+        let part = |(k, b): (i32, &f64)| {
+            // The shape of unit norm is 2 (-1)^k at the tip, and its integral is 2 r / b.
+            let r = (b.cosh() + b.cos()) / (b.sinh() + b.sin());
+            (-1.0_f64).powi(k) * 4.0 * r / b.powi(5) * (1.0 - (b * b * t).cos())
+        };
+        -1e-4 * (0..).zip(&roots).map(part).sum::<f64>()
+    };
+    for n in [10, 20] {
+        let settings = "t_end = 1.8\ntolerance = 1e-6\nmethod = \"radau5\"";
+        let report = run(&cantilever(n, 1e-4, settings), &[]);
+        for (t, tip) in report.times.iter().zip(column(&report, "tip")) {
+            let off = (tip - swing(*t)).abs() / 2.5e-5 * (n * n) as f64;
+            assert!(off < 2.6, "{n} beams at {t}: off by {off} / n^2 of the peak");
+        }
+    }
+}
