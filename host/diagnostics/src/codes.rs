@@ -348,4 +348,6 @@ table! {
         "`odyn hil` takes steps of a fixed size at the times of a clock. It needs a port or a name for shared memory that is free, a rate whose period is a whole number of steps, and inputs and outputs that the scene has. The message says which of these is missing.";
     HIL_ENDED = "ODY0855", Integration, "real-time run ended early",
         "A step of `odyn hil` could not be computed: the method did not converge, a value was not finite, an element failed. The report has the time and what was measured up to there.";
+    NO_LATER_SAMPLE = "ODY0860", Scene, "no results after the start",
+        "Results are written at the start and then every `output_step`; a step longer than the run leaves the row at the start alone, and figures such as `final` and `max` are those of the start. The run itself is computed up to its end. Give a shorter `output_step`, or the times that are wanted as `output_times`.";
 }
