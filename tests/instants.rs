@@ -382,3 +382,13 @@ fn a_library_of_the_command_line_that_is_not_there_is_an_error() {
     let error = odyn::session::Session::open(&path, &options).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("nowhere"), "{error}");
 }
+
+#[test]
+fn times_that_are_known_less_well_than_the_tolerance_asks_are_pointed_out() {
+    let warns = |start: f64| {
+        let sets = [format!("simulation.t_start={start:e}"), format!("simulation.t_end={:e}", start + 3.0)];
+        let report = try_run(BALL, &[&sets[0], &sets[1], "simulation.output_step=1"], None).unwrap();
+        report.summary.warnings.iter().any(|warning| warning.contains("ODY0861"))
+    };
+    assert!(!warns(1e6) && warns(1e7) && warns(-1e9));
+}
