@@ -35,6 +35,7 @@
 //! | `verification.rs` | the scenes of the verification manual pass, and cover every element |
 //! | `enclosures.rs` | nothing is stepped over: contacts, pulses, barriers, turns, contradictions |
 //! | `judged.rs` | results that are not to be believed are suspect |
+//! | `instants.rs` | decisions where there is little to compare with: no accelerations, times far from zero, limits of zero |
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
@@ -91,6 +92,7 @@ mod hostile;
 mod import;
 mod inertia;
 mod inertia_contacts;
+mod instants;
 mod interleaved;
 mod inverse;
 mod joint_memory;

@@ -30,7 +30,7 @@ impl Source {
     /// # Errors
     /// Files that are missing, damaged, or do not belong together.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
-        let folder = if path.is_dir() { path } else { path.parent().unwrap_or(path) };
+        let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
         let summary = json(&folder.join(SUMMARY_FILE))?;
         let channels_path = folder.join(CHANNELS_FILE);
         let channels = json(&channels_path)?;

@@ -348,4 +348,8 @@ table! {
         "`odyn hil` takes steps of a fixed size at the times of a clock. It needs a port or a name for shared memory that is free, a rate whose period is a whole number of steps, and inputs and outputs that the scene has. The message says which of these is missing.";
     HIL_ENDED = "ODY0855", Integration, "real-time run ended early",
         "A step of `odyn hil` could not be computed: the method did not converge, a value was not finite, an element failed. The report has the time and what was measured up to there.";
+    NO_LATER_SAMPLE = "ODY0860", Scene, "no results after the start",
+        "Results are written at the start and then every `output_step`; a step longer than the run leaves the row at the start alone, and figures such as `final` and `max` are those of the start. The run itself is computed up to its end. Give a shorter `output_step`, or the times that are wanted as `output_times`.";
+    FAR_FROM_TIME_ZERO = "ODY0861", Assembly, "far from t = 0",
+        "Numbers have 16 digits. A run of 3 s that begins at t = 1e9 s has times that are 1e-7 s apart: events and samples are no better known, and smaller steps are not possible. Let times count from the start of the run, `t - 1e9` in functions of time, or raise the tolerance.";
 }

@@ -265,6 +265,14 @@ fn read_output_times(record: &Record<'_>, span: &std::ops::Range<f64>, reader: &
         );
         return None;
     }
+    if span.end > span.start && step > span.end - span.start {
+        let message = "`output_step` is longer than the run";
+        reader.diagnostics.push(
+            Diagnostic::warning(codes::NO_LATER_SAMPLE, message)
+                .at(raw.span.clone(), "results at the start only")
+                .help("give a shorter step, or times: `output_times = [0.5, 1]`"),
+        );
+    }
     Some(OutputTimes::Step(step))
 }
 

@@ -24,7 +24,7 @@ pub(super) struct ReportArgs {
 /// Writes the report of runs.
 pub(super) fn report(args: &ReportArgs) -> Result<u8, Failure> {
     let first = &args.folders[0];
-    let folder = if first.is_dir() { first.as_path() } else { first.parent().unwrap_or(first) };
+    let folder = if first.is_file() { first.parent().unwrap_or(first) } else { first.as_path() };
     let output = args.output.clone().unwrap_or_else(|| folder.join(REPORT_FILE));
     odyn::desk::write(&args.folders, &output)?;
     terminal::print(&format!("report: {}\n", output.display()))?;

@@ -76,6 +76,12 @@ impl Gap {
         if self.of_velocities { 0.0 } else { self.value / self.size }
     }
 
+    /// Whether it touches: it is no further apart than `near`, m, or than it moves within `instant`, s.
+    #[must_use]
+    pub fn touches(&self, near: f64, instant: f64) -> bool {
+        self.of_velocities || self.apart() <= near.max(self.rate.abs() / self.size * instant)
+    }
+
     /// Whether it closes, where speeds are of this size.
     #[must_use]
     pub fn approaches(&self, speed: f64) -> bool {
@@ -178,6 +184,16 @@ impl Contacts {
             Gap { value: self.rows.function(0)[row], rate, slip, size, of_velocities: contact.of_velocities }
         };
         Ok(self.contacts.iter().map(gap).collect())
+    }
+
+    /// Length of the gradient of each contact where [`Contacts::look`] looked last, then of each friction, the longest of its rows.
+    /// Rotations are taken on the length of the scene: a value over it is a distance, whether the row is one or an angle.
+    #[must_use]
+    pub fn sizes(&self) -> Vec<f64> {
+        let size = |row: &usize| self.size(&self.row(*row));
+        let of_contacts = self.contacts.iter().map(|contact| size(&contact.row));
+        let of_frictions = self.frictions.iter().map(|friction| friction.rows.iter().map(size).fold(0.0, f64::max));
+        of_contacts.chain(of_frictions).collect()
     }
 
     /// The gammas of all rows at a state.
@@ -329,6 +345,16 @@ impl Meeting {
     /// How small an acceleration of the k-th of them is none, where accelerations are of this size.
     fn no_acceleration(&self, k: usize, acceleration: f64) -> f64 {
         NO_ACCELERATION * acceleration * self.sizes[self.first[k]]
+    }
+
+    /// The largest acceleration that touching contacts would give, each with a reaction of this size, m/s^2.
+    #[must_use]
+    pub fn acceleration_by(&self, reaction: impl Fn(usize) -> f64) -> f64 {
+        let given = self.touching.iter().zip(&self.first).map(|(contact, row)| {
+            let size = self.sizes[*row];
+            if size > 0.0 { reaction(*contact) * self.delassus[(*row, *row)] / size } else { 0.0 }
+        });
+        given.fold(0.0, f64::max)
     }
 
     /// Whether anything gives way to the k-th of them: not where other rows determine how it moves.

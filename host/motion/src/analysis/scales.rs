@@ -35,7 +35,10 @@ impl Scales {
         };
         for (index, body) in model.bodies.iter().enumerate() {
             points.push(pose(index).0);
-            length = length.max((body.inertia.trace() / body.mass).sqrt());
+            // The inertia that stands in for that of a particle says nothing of its size.
+            if !body.particle {
+                length = length.max((body.inertia.trace() / body.mass).sqrt());
+            }
         }
         for marker in model.elements.iter().flat_map(|e| &e.markers) {
             points.push(match marker.body {

@@ -64,8 +64,49 @@ pub(super) fn resolve(
     channels
 }
 
+/// The keys that have a meaning with a quantity, besides its name; those of a quantity that is not known.
+fn keys_of(quantity: &str) -> &'static [&'static str] {
+    match quantity {
+        "position" | "velocity" | "acceleration" => &["of", "component", "point", "frame"],
+        "angular_velocity" | "angular_acceleration" => &["of", "component", "frame"],
+        "reaction_force" | "reaction_torque" | "force" | "torque" => &["of", "component", "on", "frame"],
+        "coordinate" | "coordinate_rate" | "coordinate_acceleration" | "value" => &["of", "channel"],
+        "orientation" | "balance_force" | "balance_torque" => &["of", "component"],
+        "input" => &["of"],
+        "kinetic_energy" | "potential_energy" | "total_energy" => &[],
+        _ => &["of", "component", "on", "point", "frame", "channel"],
+    }
+}
+
+/// Refuses a key that would change nothing: the column would not be what the scene asks for.
+fn without_meaning(record: &OutputRecord) -> Found<()> {
+    let known = keys_of(&record.quantity.value);
+    let words = [
+        ("of", &record.of),
+        ("component", &record.component),
+        ("on", &record.on),
+        ("frame", &record.frame),
+        ("channel", &record.channel),
+    ];
+    let written = words.into_iter().filter_map(|(key, word)| Some((key, &word.as_ref()?.span)));
+    let point = record.point.as_ref().map(|point| ("point", &point.span));
+    let Some((key, span)) = written.chain(point).find(|(key, _)| !known.contains(key)) else { return Ok(()) };
+    let quantity = &record.quantity.value;
+    let message = format!("`{key}` has no meaning for `{quantity}`, output `{}`", record.name.value);
+    let help = match (known, quantity.as_str(), key) {
+        ([], ..) => format!("`{quantity}` is that of the whole scene"),
+        (_, "reaction_torque" | "torque", "point") => "torques are about the origin of the element's frame".into(),
+        (_, "orientation", "frame") => "orientations are against the ground; a joint has angles (`coordinate`)".into(),
+        _ => format!("with `{quantity}` go {}", quoted(known)),
+    };
+    Err(Box::new(
+        Diagnostic::error(codes::CONFLICTING_KEYS, message).at(span.clone(), "would change nothing").help(help),
+    ))
+}
+
 impl Words<'_> {
     fn channel(&self, record: &OutputRecord) -> Found<Channel> {
+        without_meaning(record)?;
         let (quantity, dimension, place) = match record.quantity.value.as_str() {
             "position" => self.point(record, Level::Position, Dimension::LENGTH)?,
             "velocity" => self.point(record, Level::Velocity, Dimension::VELOCITY)?,

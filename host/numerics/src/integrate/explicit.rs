@@ -151,19 +151,21 @@ impl Explicit {
     /// Error of the step, 1 = tolerance. With two estimates (program DOP853): that of order 5, damped by its ratio to that
     /// of order 3, `e5^2 / sqrt(e5^2 + 0.01 e3^2)`.
     fn error_of_step(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<f64, Trouble> {
-        let mut norm_of = |row: Row| {
+        let mut norms_of = |row: Row| {
             combine(row, &self.stages, h, None, &mut self.error);
-            run.system.error_norm(y, &self.y_new[..y.len()], &self.error[..y.len()])
+            let (y_new, error) = (&self.y_new[..y.len()], &self.error[..y.len()]);
+            [run.system.error_norm(y, y_new, error), run.sums_norm(y, y_new, error, h)]
         };
         let (error, size) = match self.pair.error {
             Estimate::Single(row) => {
-                let error = norm_of(row);
-                (error, error)
+                let [error, sums] = norms_of(row);
+                (error.max(sums), error)
             }
             Estimate::FiveAndThree(row5, row3) => {
-                let (e5, e3) = (norm_of(row5), norm_of(row3));
-                let size = (e5 * e5 + 0.01 * e3 * e3).sqrt();
-                (if size == 0.0 { 0.0 } else { e5 * (e5 / size) }, size)
+                let (e5, e3) = (norms_of(row5), norms_of(row3));
+                let [size, of_sums] = [0, 1].map(|k| (e5[k] * e5[k] + 0.01 * e3[k] * e3[k]).sqrt());
+                let damped = |e5: f64, size: f64| if size == 0.0 { 0.0 } else { e5 * (e5 / size) };
+                (damped(e5[0], size).max(damped(e5[1], of_sums)), size)
             }
         };
         if size.is_finite() {

@@ -330,7 +330,7 @@ impl<const S: usize> Radau<S> {
             size = run.system.error_norm(y, &self.y_new, &self.error) / self.control.test;
         }
         if size.is_finite() && all_finite(&self.y_new) {
-            return Ok(size);
+            return Ok(size.max(run.sums_norm(y, &self.y_new, &self.error, h)));
         }
         Err(Trouble::Retry(StopReason::NotFinite { step: h }))
     }

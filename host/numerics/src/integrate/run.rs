@@ -10,6 +10,9 @@ const LAST_STEP_STRETCH: f64 = 1.01;
 
 /// A step this many times the spacing of floating-point times is too small.
 const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
+/// Share of the interval below which a step is short enough for sums: where a motion begins, or is none but for round-off, all of a
+/// sum is that of a step, and none would be short enough to know it well.
+const SHORT_FOR_SUMS: f64 = 1e-3;
 
 /// A run in progress: the system, and the bookkeeping around it. Methods call the system through it where it has a way to,
 /// so that work is counted and failures are distinguished the same way everywhere.
@@ -43,6 +46,12 @@ pub enum Trouble {
 }
 
 impl<'a> Run<'a> {
+    /// [`System::sums_norm`] of a step of size `h`, unless it is short enough in any case.
+    pub(super) fn sums_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64], h: f64) -> f64 {
+        let short = SHORT_FOR_SUMS * (self.span.t_end - self.span.t_start);
+        if h > short { self.system.sums_norm(y0, y1, error) } else { 0.0 }
+    }
+
     /// Checks everything that a caller may have got wrong.
     ///
     /// # Errors

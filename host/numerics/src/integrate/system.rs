@@ -56,7 +56,15 @@ pub trait System {
         Ok(false)
     }
 
-    /// Entries of the state from here on are sums that nothing depends on and error control does not look at (work done).
+    /// Size of the errors of the sums ([`System::sums_from`]) among those of a step, such that 1 is as much as may be. They are
+    /// allowed far more than the tolerance; where all else is found exactly (by polynomials in time, by drivers), they alone limit
+    /// the step. `[hot]`
+    fn sums_norm(&mut self, _y0: &[f64], _y1: &[f64], _error: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Entries of the state from here on are sums that nothing depends on (work done), and that [`System::error_norm`] does not
+    /// look at.
     fn sums_from(&self) -> usize {
         self.dim()
     }

@@ -7,12 +7,14 @@ use crate::plan::Layout;
 
 /// Share of a period by which a step may end before a sampling instant and still be at it.
 const EARLY: f64 = 1e-9;
+/// The same as a share of the time: steps end at the number before the instant, and far from zero that is further away.
+const BEFORE: f64 = 4.0 * f64::EPSILON;
 
 /// The elements that sample at whole multiples of their periods.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Clocks {
     list: Vec<Clock>,
-    /// The run continues from another one.
+    /// The run continues another one.
     carried: bool,
 }
 
@@ -24,6 +26,23 @@ struct Clock {
     memory: Range<usize>,
     /// Which multiple of the period is next.
     next: f64,
+}
+
+impl Clock {
+    /// The last multiple of the period that this time is at or after, or is only just before.
+    fn count(&self, t: f64) -> f64 {
+        ((t + self.early(t)) / self.period).floor()
+    }
+
+    /// Whether the next multiple is reached.
+    fn is_due(&self, t: f64) -> bool {
+        t >= self.next * self.period - self.early(t)
+    }
+
+    /// Time by which a step may end before a sampling instant and still be at it, s.
+    fn early(&self, t: f64) -> f64 {
+        (EARLY * self.period).max(BEFORE * t.abs())
+    }
 }
 
 impl Clocks {
@@ -48,8 +67,8 @@ impl Clocks {
     pub(super) fn set(&mut self, t: f64, carried: bool) {
         self.carried = carried;
         for clock in &mut self.list {
-            let periods = t / clock.period;
-            clock.next = if carried { (periods + EARLY).floor() + 1.0 } else { (periods - EARLY).ceil() };
+            let after = ((t - clock.early(t)) / clock.period).ceil();
+            clock.next = if carried { clock.count(t) + 1.0 } else { after };
         }
     }
 
@@ -61,21 +80,21 @@ impl Clocks {
     /// The whole multiple of its period at which the element with these discrete states samples now, s, if it does.
     pub(super) fn instant(&self, memory: &Range<usize>, t: f64) -> Option<f64> {
         let clock = self.list.iter().find(|clock| clock.memory == *memory)?;
-        (t >= (clock.next - EARLY) * clock.period).then(|| (t / clock.period + EARLY).floor() * clock.period)
+        clock.is_due(t).then(|| clock.count(t) * clock.period)
     }
 
-    /// Whether the element with these discrete states has sampled at this time, which was given to [`Clocks::hold`].
+    /// Whether the element with these discrete states has sampled at this time, passed to [`Clocks::hold`].
     pub(super) fn has_sampled(&self, memory: &Range<usize>, t: f64) -> bool {
         let clock = self.list.iter().find(|clock| clock.memory == *memory);
-        clock.is_some_and(|clock| (t - (clock.next - 1.0) * clock.period).abs() <= EARLY * clock.period)
+        clock.is_some_and(|clock| (t - (clock.next - 1.0) * clock.period).abs() <= clock.early(t))
     }
 
     /// At the end of a step: what is to become of the discrete states, `new` after it and `old` before. Elements that do not sample
     /// now keep theirs.
     pub(super) fn hold(&mut self, t: f64, old: &[f64], new: &mut [f64]) {
         for clock in &mut self.list {
-            if t >= (clock.next - EARLY) * clock.period {
-                clock.next = (t / clock.period + EARLY).floor() + 1.0;
+            if clock.is_due(t) {
+                clock.next = clock.count(t) + 1.0;
             } else {
                 new[clock.memory.clone()].copy_from_slice(&old[clock.memory.clone()]);
             }
@@ -84,7 +103,7 @@ impl Clocks {
 
     /// The discrete states of elements that sample at the time that the clocks are set to.
     pub(super) fn due(&self, t: f64) -> impl Iterator<Item = Range<usize>> {
-        let due = self.list.iter().filter(move |clock| t >= (clock.next - EARLY) * clock.period);
+        let due = self.list.iter().filter(move |clock| clock.is_due(t));
         due.map(|clock| clock.memory.clone())
     }
 }
@@ -95,10 +114,11 @@ pub(super) fn around(periods: &[f64], end: f64, t: f64) -> (f64, f64) {
     let mut found = (f64::NEG_INFINITY, f64::INFINITY);
     for period in periods {
         let mut k = (t / period).floor();
-        while (k + 1.0) * period <= t {
+        // Times so late that neighbouring multiples are the same number have none between them.
+        while k + 1.0 > k && (k + 1.0) * period <= t {
             k += 1.0;
         }
-        while k * period > t {
+        while k - 1.0 < k && k * period > t {
             k -= 1.0;
         }
         found = (found.0.max(k * period), found.1.min((k + 1.0) * period));

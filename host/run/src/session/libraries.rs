@@ -63,8 +63,8 @@ fn load(
             diagnostics.push(error.diagnostic().at(library.span.clone(), "asked for here"));
         }
     }
-    // A file named on the command line is wanted even if the scene does not name its library.
-    for file in options.plugins.iter().filter(|path| path.is_file()) {
+    // A library named on the command line is wanted even if the scene does not name it; one that is not there is an error.
+    for file in options.plugins.iter().filter(|path| !path.is_dir()) {
         if let Err(error) = catalog.add(&file.display().to_string(), search) {
             diagnostics.push(error.diagnostic());
         }

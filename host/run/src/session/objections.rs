@@ -176,6 +176,22 @@ pub(super) fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model
     Some(diagnostic.help(help))
 }
 
+/// A run whose times are known less exactly than the tolerance asks for.
+pub(super) fn time_warning(scene: &Scene) -> Option<Diagnostic> {
+    let simulation = &scene.simulation;
+    let (length, far) = (simulation.t_end - simulation.t_start, simulation.t_start.abs().max(simulation.t_end.abs()));
+    let (tolerance, unknown) = (tolerance(scene), far * f64::EPSILON);
+    if unknown <= tolerance * length {
+        return None;
+    }
+    let number = |value: f64| significant(value / scene.units.factor(Dimension::TIME), 3);
+    let label = scene.units.label(Dimension::TIME);
+    let message = format!("the run is too far from t = 0 for a tolerance of {tolerance:e}");
+    let text = format!("times are {} {label} apart there; the run lasts {} {label}", number(unknown), number(length));
+    let help = format!("count times from the start of the run, or raise `tolerance` to {:.0e}", unknown / length * 2.0);
+    Some(Diagnostic::warning(codes::FAR_FROM_TIME_ZERO, message).at(simulation.span.clone(), text).help(help))
+}
+
 /// Elements that depend on reactions which redundant rows leave open.
 pub(super) fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
     let warning = |open: &Undetermined| {

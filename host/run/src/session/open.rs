@@ -7,7 +7,7 @@ use super::checkpoint::Origin;
 use super::decide::decide;
 use super::error::SessionError;
 use super::libraries::load_libraries;
-use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings};
+use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings, time_warning};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
 use super::picture::check_meshes;
@@ -160,6 +160,7 @@ impl Session {
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
+        warnings.extend(time_warning(&scene));
         let at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
         // Whether a row on velocities that is left out holds is not seen by positions.
         let blind = at_start.redundant_rows.iter().any(|row| equations.rows[row.row].of_velocities);

@@ -166,6 +166,8 @@ pub(super) struct Simulation<'a> {
     thin: Vec<(usize, String, Thin)>,
     /// Largest kinetic energy so far, J.
     largest_kinetic: f64,
+    /// Energies below this are round-off, J.
+    least_energy: f64,
     sample_state: Vec<f64>,
     /// What is shown of a state besides, where somebody takes it.
     picture: Option<Picture>,
@@ -272,6 +274,7 @@ impl<'a> Simulation<'a> {
             particles: particles(model),
             thin: thin(model),
             largest_kinetic: 0.0,
+            least_energy: 0.0,
             sample_state: Vec::new(),
             picture,
             observed: Vec::with_capacity(layout.inputs()),
@@ -341,7 +344,8 @@ impl<'a> Simulation<'a> {
         }
         self.scales.anticipate_rest(duration);
         let lightest = model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
-        self.audit.count_from(0.5 * lightest * slowest.powi(2));
+        self.least_energy = 0.5 * lightest * slowest.powi(2);
+        self.audit.count_from(self.least_energy);
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! Unilateral rows during a run: where steps must end, what happens there, and which rows are enforced from then on.
 
 use super::frictions::Sliding;
+use super::levels::{Pressed, TOUCHING};
 use super::watch::RowValues;
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Group};
@@ -9,10 +10,8 @@ use crate::plan::Layout;
 use crate::program::{Equations, Node};
 use crate::results::{Event, EventKind};
 
-/// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
-const TOUCHING: f64 = 1e-3;
-/// The same where the tolerance is smaller: round-off of positions.
-pub(super) const LEAST_TOUCHING: f64 = 1e-12;
+/// How exactly times are known, as a share of them: what moves fast is not located to round-off of its position.
+const INSTANT: f64 = 64.0 * f64::EPSILON;
 /// Height below which bouncing is none, as a share of the size of the scene, where the tolerance is smaller.
 const LOW: f64 = 1e-10;
 /// How deep a contact may be at the start, as a share of the size of the scene.
@@ -36,7 +35,7 @@ pub(in crate::session) struct Mode {
 pub(super) struct Touch {
     pub(super) contacts: Contacts,
     /// Element and row of each; then of each friction.
-    names: Vec<(String, String)>,
+    pub(super) names: Vec<(String, String)>,
     /// Those that are closed now, ascending.
     pub(super) closed: Vec<usize>,
     /// Those that were closed when events were reported last.
@@ -55,9 +54,13 @@ pub(super) struct Touch {
     pub(super) rates: Part,
     /// Those that neither stick nor slide, since others determine how they move.
     pub(super) idle: Vec<usize>,
+    /// See [`Contacts::sizes`]; those at the last event.
+    pub(super) gradients: Vec<f64>,
     /// What each of these may not fall below, and what it is typically like.
     pub(super) levels: Vec<f64>,
     pub(super) sizes: Vec<f64>,
+    /// What contacts have pressed with.
+    pressed: Pressed,
     /// Size of gravity, m/s^2.
     gravity: f64,
     /// Time of the last event, and how many there were before it at the same time.
@@ -105,9 +108,11 @@ impl Touch {
             limits: Part::near(formulation, equations, &limits, layout),
             rates: Part::near(formulation, equations, &rates, layout),
             idle: Vec::new(),
+            gradients: vec![1.0; values.len()],
             levels: vec![0.0; values.len()],
             sizes: vec![1.0; values.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
+            pressed: Pressed::default(),
             gravity: model.gravity.norm(),
             met_at: f64::NAN,
             at_once: 0,
@@ -155,6 +160,7 @@ impl Simulation<'_> {
         if !touch.closed.is_empty() {
             let found = touch.pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
             touch.closed.iter().for_each(|k| values[*k] = found[*k]);
+            touch.pressed.note(&touch.closed, touch.contacts.contacts().len(), found);
         }
         for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {
             *value = (*value - level) / size;
@@ -169,17 +175,9 @@ impl Simulation<'_> {
     pub(super) fn watch_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let values = touch.open.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
-        let (length, speed) = (self.scales.length, self.scales.speed_scale());
-        for (k, (value, contact)) in values.iter().zip(touch.contacts.contacts()).enumerate() {
-            let size = if contact.of_velocities { speed } else { length };
-            let value = *value;
-            if value < -PASSED * size && !touch.closed.contains(&k) {
-                return Err(AnalysisError::Passed { row: touch.name(k), value });
-            }
-        }
-        let first = touch.first_friction();
-        let passed = (first..values.len()).find(|k| values[*k] < -PASSED * speed && !touch.closed.contains(k));
-        if let Some(k) = passed {
+        let sizes = [self.scales.length, self.scales.speed_scale()];
+        let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && !touch.closed.contains(k);
+        if let Some(k) = (0..values.len()).find(is_passed) {
             return Err(AnalysisError::Passed { row: touch.name(k), value: values[k] });
         }
         self.limits(t, state)?;
@@ -216,23 +214,10 @@ impl Simulation<'_> {
     /// See [`AnalysisError`].
     pub(in crate::session) fn strikes_at(&mut self, t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
         let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
-        let (near, speed) = (self.near(), self.speed());
+        let (near, instant, speed) = (self.near(), INSTANT * t.abs(), self.speed());
         let Some(touch) = &mut self.touch else { return Ok(false) };
         let gaps = touch.contacts.look(&inputs, &self.layout.velocities_in(&inputs), self.formulation.sets())?;
-        Ok(gaps.iter().any(|gap| {
-            let touches = gap.of_velocities || gap.apart() <= near;
-            touches && (gap.approaches(speed) || gap.grips(speed))
-        }))
-    }
-
-    /// How far contacts may be apart and touch, m.
-    fn near(&self) -> f64 {
-        (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length
-    }
-
-    /// The size of speeds, m/s.
-    pub(super) fn speed(&self) -> f64 {
-        self.scales.speed_scale().max(self.scales.spin_scale() * self.scales.length)
+        Ok(gaps.iter().any(|gap| gap.touches(near, instant) && (gap.approaches(speed) || gap.grips(speed))))
     }
 
     /// What happens to the contacts at an accepted state: impacts change its velocities. Gives those that are closed from here on.
@@ -241,16 +226,12 @@ impl Simulation<'_> {
     /// [`AnalysisError::NotSettled`]; see [`AnalysisError`].
     pub(in crate::session) fn meet(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
-        if touch.met_at == t {
-            touch.at_once += 1
-        } else {
-            touch.at_once = 0
-        }
+        touch.at_once = if touch.met_at == t { touch.at_once + 1 } else { 0 };
         touch.met_at = t;
+        touch.pressed.meet(touch.at_once > 0);
         let before = touch.closed.clone();
         if touch.at_once > MOST_AT_ONCE {
-            let rows = (0..touch.names.len()).map(|k| touch.name(k)).collect::<Vec<_>>().join(", ");
-            return Err(AnalysisError::NotSettled { rows });
+            return Err(self.not_settled(t, state));
         }
         // Everything is said from where all contacts are open, and nothing slides.
         let slid = self.sliding();
@@ -275,8 +256,8 @@ impl Simulation<'_> {
             let limits = self.limits(t, state)?;
             let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
             let gaps = touch.contacts.look(&inputs, &v, self.formulation.sets())?;
-            let touching: Vec<usize> =
-                (0..gaps.len()).filter(|k| gaps[*k].of_velocities || gaps[*k].apart() <= near).collect();
+            touch.gradients = touch.contacts.sizes();
+            let touching: Vec<usize> = (0..gaps.len()).filter(|k| gaps[*k].touches(near, INSTANT * t.abs())).collect();
             let first = touch.first_friction();
             let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
             let mut meeting = touch.contacts.meeting(&touching, limit, &v)?;
@@ -302,6 +283,7 @@ impl Simulation<'_> {
             let accelerations = meeting.accelerations(found, gammas);
             let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
             let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
+            let largest = largest.max(meeting.acceleration_by(|contact| touch.pressed.of(contact)));
             let height = self.tolerance.max(LOW) * length;
             if let Some(k) = meeting.paradox(speed) {
                 return Err(AnalysisError::Paradox { row: touch.name(touching[k]) });
@@ -345,10 +327,7 @@ impl Simulation<'_> {
                 return Ok(closed);
             }
         }
-        let rows = self.touch.as_ref().map_or_else(String::new, |touch| {
-            (0..touch.names.len()).map(|k| touch.name(k)).collect::<Vec<_>>().join(", ")
-        });
-        Err(AnalysisError::NotSettled { rows })
+        Err(self.not_settled(t, state))
     }
 
     /// Gives a state other velocities, six per body, that meet the rows that always hold; `change` is what is new of them, which

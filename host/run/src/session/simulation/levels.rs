@@ -1,15 +1,86 @@
 //! What the contacts may not fall below: zero, or what of it is round-off.
 
 use super::Simulation;
-use super::contacts::LEAST_TOUCHING;
+use super::contacts::Touch;
 use crate::analysis::AnalysisError;
 
+/// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
+pub(super) const TOUCHING: f64 = 1e-3;
+/// The same where the tolerance is smaller: round-off of positions.
+const LEAST_TOUCHING: f64 = 1e-12;
+/// How long after an instant, as a share of the time, a limit is looked at that may be falling through zero there.
+const SOON: f64 = 1e-9;
 /// Share of the reactions of closed contacts below which one is none.
 const NO_REACTION: f64 = 1e-9;
 /// The same above which a closed contact that pulls is open.
 const PULLS: f64 = 1e-6;
 
+/// The largest reaction that each contact has given between meetings. Where a reaction passes through zero, everything in a scene
+/// may be without acceleration at that instant (a driver at the middle of its stroke), and what is there leaves no size to
+/// compare with.
+#[derive(Default)]
+pub(super) struct Pressed {
+    /// Since the last meeting, by contact.
+    now: Vec<f64>,
+    /// Between the two meetings before it that were at different times.
+    before: Vec<f64>,
+}
+
+impl Pressed {
+    /// Takes in the reactions of closed contacts, of which there are `count` in all; what is behind them are frictions.
+    pub(super) fn note(&mut self, closed: &[usize], count: usize, reactions: &[f64]) {
+        self.now.resize(count, 0.0);
+        for k in closed.iter().copied().filter(|k| *k < count && reactions[*k].is_finite()) {
+            self.now[k] = self.now[k].max(reactions[k].abs());
+        }
+    }
+
+    /// A meeting; `at_once`: at the time of the last one.
+    pub(super) fn meet(&mut self, at_once: bool) {
+        if !at_once {
+            self.before = std::mem::take(&mut self.now);
+        }
+    }
+
+    /// The largest reaction of a contact until the last meeting; zero if it was open.
+    pub(super) fn of(&self, contact: usize) -> f64 {
+        self.before.get(contact).copied().unwrap_or(0.0)
+    }
+}
+
+impl Touch {
+    /// What the value of an open contact, or the speed of a friction behind them, is typically like where places are of the size
+    /// `length`, m, and velocities of the size `speed`, m/s: in m and m/s, or rad and rad/s.
+    pub(super) fn size_of(&self, k: usize, [length, speed]: [f64; 2]) -> f64 {
+        self.gradients[k] * if self.is_place(k) { length } else { speed }
+    }
+
+    /// Whether it is a contact whose value is a distance or an angle, not a velocity.
+    fn is_place(&self, k: usize) -> bool {
+        k < self.first_friction() && !self.contacts.contacts()[k].of_velocities
+    }
+}
+
 impl Simulation<'_> {
+    /// How far contacts may be apart and touch, m.
+    pub(super) fn near(&self) -> f64 {
+        (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length
+    }
+
+    /// The size of speeds, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.scales.speed_scale().max(self.scales.spin_scale() * self.scales.length)
+    }
+
+    /// Why contacts have no end of events at an instant: where a limit becomes negative then, that.
+    pub(super) fn not_settled(&mut self, t: f64, state: &[f64]) -> AnalysisError {
+        if let Err(limit @ AnalysisError::Limit { .. }) = self.limits(t + SOON * t.abs(), state) {
+            return limit;
+        }
+        let names = self.touch.iter().flat_map(|touch| (0..touch.names.len()).map(|k| touch.name(k)));
+        AnalysisError::NotSettled { rows: names.collect::<Vec<_>>().join(", ") }
+    }
+
     /// Sets what the contacts may not fall below from here on. Gives closed ones that pull, and frictions that hold more than they
     /// can, the worst first.
     ///
@@ -22,19 +93,19 @@ impl Simulation<'_> {
             touch.sizes.fill(1.0);
         }
         self.stop_values(t, state, &mut values)?;
-        let (length, speed) = (self.scales.length, self.scales.speed_scale());
+        let sizes = [self.scales.length, self.scales.speed_scale()];
         let Some(touch) = &mut self.touch else { return Ok(None) };
-        let reactions = touch.closed.iter().map(|k| values[*k].abs());
-        let largest = reactions.fold(0.0, f64::max);
-        let first = touch.first_friction();
-        let pulls = touch.closed.iter().copied().filter(|k| values[*k] < -PULLS * largest);
-        let worst = pulls.min_by(|a, b| values[*a].total_cmp(&values[*b]));
+        // Reactions in N: a torque over the gradient of an angle.
+        let force = |k: &usize| values[*k] * touch.gradients[*k];
+        let largest = touch.closed.iter().map(|k| force(k).abs()).fold(0.0, f64::max);
+        let pulls = touch.closed.iter().copied().filter(|k| force(k) < -PULLS * largest);
+        let worst = pulls.min_by(|a, b| force(a).total_cmp(&force(b)));
         for (k, value) in values.into_iter().enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
-                true => (if largest > 0.0 { largest } else { 1.0 }, NO_REACTION),
-                false if k >= first || touch.contacts.contacts()[k].of_velocities => (speed, LEAST_TOUCHING),
+                true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION),
                 // Wherever it starts, it may not get deeper.
-                false => (length, f64::NEG_INFINITY),
+                false if touch.is_place(k) => (touch.size_of(k, sizes), f64::NEG_INFINITY),
+                false => (touch.size_of(k, sizes), LEAST_TOUCHING),
             };
             touch.sizes[k] = size;
             touch.levels[k] = if value > noise * size { 0.0 } else { value.min(0.0) - noise * size };

@@ -26,6 +26,12 @@ pub(super) fn failure(error: AnalysisError) -> Failure {
     }
 }
 
+/// Error of the work done in a step that is allowed, as a share of the largest energy so far: a tenth of what the audit lets
+/// pass ([`crate::results::AuditLimits`]).
+const WORK: f64 = 1e-7;
+/// The same over the tolerance, where that is more.
+const WORK_OVER_TOLERANCE: f64 = 1e3;
+
 impl Simulation<'_> {
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
     /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
@@ -145,6 +151,12 @@ impl System for Simulation<'_> {
         }
         self.certify(t, y).map_err(failure)?;
         self.formulation.next_step(t, y).map_err(failure)
+    }
+
+    fn sums_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let [from, to, error] = [y0, y1, error].map(|list| list.last().map_or(0.0, |work| work.abs()));
+        let energy = self.largest_kinetic.max(self.least_energy).max(from).max(to);
+        if energy > 0.0 { error / (energy * WORK.max(WORK_OVER_TOLERANCE * self.tolerance)) } else { 0.0 }
     }
 
     fn sums_from(&self) -> usize {
