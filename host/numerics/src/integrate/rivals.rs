@@ -181,7 +181,7 @@ impl Defender {
     }
 
     /// Takes an accepted step, after which the Jacobian is `matrix`. The step with which the explicit
-    /// method had better go on, if it had.
+    /// method had better continue, if it had.
     pub(super) fn see(&mut self, run: &Run<'_>, matrix: &Columns) -> Option<f64> {
         if self.jacobians != run.counters.jacobians {
             self.jacobians = run.counters.jacobians;
