@@ -8,6 +8,7 @@
 //! | file | content |
 //! |---|---|
 //! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
+//! | `deferred.rs` | arguments that are described only when their command is given |
 //! | `run.rs` | `run` |
 //! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
 //! | `campbell.rs` | `modes --over` |
@@ -38,6 +39,7 @@ mod bench;
 mod campbell;
 mod choices;
 mod compare;
+mod deferred;
 mod elements;
 mod explain;
 mod export;

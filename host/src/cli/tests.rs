@@ -7,9 +7,10 @@ use std::path::Path;
 use odyn::scene::AuditTolerance;
 
 use super::args::{Arguments, Command};
+use super::deferred::Deferred;
 use super::scene_args::RunArgs;
 
-fn run_args(line: &str) -> RunArgs {
+fn run_args(line: &str) -> Deferred<RunArgs> {
     let words = std::iter::once("odyn").chain(line.split(' '));
     match Arguments::try_parse_from(words).unwrap().command {
         Command::Run(args) => args,
@@ -34,7 +35,9 @@ fn every_command_has_examples() {
             }
         }
     }
-    check(&Arguments::command());
+    let mut all = Arguments::command();
+    all.build();
+    check(&all);
 }
 
 /// Commands that pages show, without what the shell does with them.
