@@ -146,10 +146,9 @@ impl LazySet {
         }
     }
 
-    /// The equations of instances with these parameters, if they are known and possible.
+    /// The equations of instances with these parameters, if they are known.
     fn known(&self, text: &str) -> Option<Arc<Recording>> {
-        let known = self.lazy.kept.recording(self.number, text)?;
-        known.check(&self.limits).is_ok().then_some(known)
+        self.lazy.kept.recording(self.number, text, &self.limits)
     }
 }
 
