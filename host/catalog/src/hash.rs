@@ -7,7 +7,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 /// Bytes of a file that are in memory at a time; about what stays in a processor's cache.
-const PIECE: usize = 128 * 1024;
+pub(super) const PIECE: usize = 128 * 1024;
 
 /// SHA-256 in hexadecimal digits.
 #[must_use]

@@ -6,12 +6,12 @@
 
 use std::env::consts::DLL_SUFFIX;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, SystemTime};
 
-use super::hash::{sha256_of, sha256_of_pieces};
+use super::hash::{PIECE, sha256_of_pieces};
 use super::search::user_folders;
 
 /// Copies that were not used for this long are removed.
@@ -55,14 +55,14 @@ pub(super) fn name(sha256: &str) -> String {
 /// only where a copy is likely to be there it is looked for first.
 pub(super) fn copy_into(folder: &Path, library: &Path, likely: Option<&str>) -> io::Result<PrivateCopy> {
     fs::create_dir_all(folder)?;
-    if let Some(found) = likely.and_then(|sha256| found(folder, sha256)) {
+    if let Some(found) = likely.and_then(|sha256| found(folder, sha256, library)) {
         return Ok(found);
     }
     let draft = draft_of(&folder.join(name("library")));
     let copied = File::create(&draft)
         .and_then(|mut file| sha256_of_pieces(library, |piece| file.write_all(piece)))
         .and_then(|sha256| {
-            if let Some(found) = found(folder, &sha256) {
+            if let Some(found) = found(folder, &sha256, &draft) {
                 fs::remove_file(&draft)?;
                 return Ok(found);
             }
@@ -77,10 +77,10 @@ pub(super) fn copy_into(folder: &Path, library: &Path, likely: Option<&str>) -> 
     copied
 }
 
-/// The copy of a content, if it is there and whole.
-fn found(folder: &Path, sha256: &str) -> Option<PrivateCopy> {
+/// The copy of the content that a file with this hash has, if it is there and whole.
+fn found(folder: &Path, sha256: &str, like: &Path) -> Option<PrivateCopy> {
     let path = folder.join(name(sha256));
-    if sha256_of(&path)? != sha256 {
+    if !same_bytes(&path, like).unwrap_or(false) {
         return None;
     }
     let now = SystemTime::now();
@@ -90,6 +90,24 @@ fn found(folder: &Path, sha256: &str) -> Option<PrivateCopy> {
         let _ = File::options().write(true).open(&path).and_then(|file| file.set_modified(now));
     }
     Some(PrivateCopy { path, sha256: sha256.into() })
+}
+
+/// Whether two files have exactly the same bytes.
+fn same_bytes(one: &Path, other: &Path) -> io::Result<bool> {
+    let (one, other) = (File::open(one)?, File::open(other)?);
+    if one.metadata()?.len() != other.metadata()?.len() {
+        return Ok(false);
+    }
+    let [mut one, mut other] = [one, other].map(|file| BufReader::with_capacity(PIECE, file));
+    loop {
+        let (a, b) = (one.fill_buf()?, other.fill_buf()?);
+        let length = a.len().min(b.len());
+        if length == 0 || a[..length] != b[..length] {
+            return Ok(a.is_empty() && b.is_empty());
+        }
+        one.consume(length);
+        other.consume(length);
+    }
 }
 
 /// A name beside a file that nobody else writes to.
