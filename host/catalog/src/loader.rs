@@ -26,6 +26,7 @@ use super::hash::sha256_of;
 use super::known::{self, Identity, Known};
 use super::offer::Offer;
 use super::private_copy::{PrivateCopy, private_copy};
+use super::watchdog::wake;
 use super::{CatalogError, LibraryInfo};
 use odyn_diagnostics::{Diagnostic, codes};
 
@@ -109,6 +110,8 @@ pub(super) fn load(
 
 /// Reads a library and makes its private copy, if what can be learned without running anything speaks for it.
 fn read(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Known, CatalogError> {
+    // Reading may take long, too.
+    wake();
     let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let before = Identity::of(path);
     let section = section_of(path)?;
@@ -217,6 +220,7 @@ fn open(
 
 /// What a library offers, loaded into this process, and whether it left the floating-point control register as it was.
 pub(super) fn enter(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    wake();
     let (entry, kept) = float_control::kept(|| entry(copy, &manifest.entry));
     let entry = match entry {
         Ok(entry) => entry,

@@ -16,6 +16,7 @@
 //! | `motions.rs`, `loads.rs`, `balance.rs`, `motion_args.rs` | `inverse`, `kinematics`; `loads`; `balance` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
+//! | `interrupt.rs` | Ctrl-C |
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `plugin.rs`, `workshop_args.rs` | `plugin new`, `plugin check` |
@@ -51,6 +52,7 @@ mod hil;
 mod hil_args;
 mod import;
 mod inspect;
+mod interrupt;
 mod loads;
 mod motion_args;
 mod motions;
