@@ -39,7 +39,7 @@ fn told(place: &str) -> Late {
             fs::write(&awaited, "").unwrap();
         }
     });
-    options.watchdog = Some(watchdog.unwrap());
+    options.watchdog = Some(watchdog);
     let session = Session::open(&path, &options).unwrap_or_else(|error| panic!("{error}"));
     session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
     drop(options);

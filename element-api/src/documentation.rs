@@ -26,12 +26,15 @@ pub const fn doc_of(source: &'static str) -> &'static str {
 /// A text as it is meant to be read: without the `//! ` of [`doc_of`], where there are any.
 #[must_use]
 pub fn manual_page(doc: &str) -> String {
-    let line = |line: &str| -> String {
+    let mut page = String::with_capacity(doc.len());
+    for line in doc.lines() {
         let text = line.strip_prefix("//!").map_or(line, |rest| rest.strip_prefix(' ').unwrap_or(rest));
-        text.trim_end().to_owned()
-    };
-    let lines: Vec<String> = doc.lines().map(line).collect();
-    lines.join("\n").trim().to_owned()
+        page.push_str(text.trim_end());
+        page.push('\n');
+    }
+    page.truncate(page.trim_end().len());
+    page.drain(..page.len() - page.trim_start().len());
+    page
 }
 
 /// The fenced blocks of a manual page that are marked `toml`: minimal scenes.

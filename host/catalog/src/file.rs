@@ -54,8 +54,18 @@ pub(super) fn manifest<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result
     own_manifest(path, manifest_section(path, data)?)
 }
 
+/// The section with the manifests of a library file. Only the parts of the file that say where it is are read.
+///
+/// # Errors
+/// [`CatalogError::NotALibrary`] or [`CatalogError::NoManifest`].
+pub(super) fn section_of(path: &Path) -> Result<Vec<u8>, CatalogError> {
+    let file = File::open(path).map_err(|error| not_a_library(path, error))?;
+    let cache = ReadCache::new(file);
+    manifest_section(path, &cache).map(<[u8]>::to_vec)
+}
+
 /// The section with the manifests of a library that is whole and for this machine.
-pub(super) fn manifest_section<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result<&'data [u8], CatalogError> {
+fn manifest_section<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result<&'data [u8], CatalogError> {
     let section = section(data).map_err(|reason| not_a_library(path, reason))?;
     section.ok_or_else(|| CatalogError::NoManifest { path: path.into() })
 }

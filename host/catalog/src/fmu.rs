@@ -54,7 +54,7 @@ impl Catalog {
             class = super::glass::fmu(&fmu, class, written);
         }
         let class = match &self.watchdog {
-            Some(watchdog) => watchdog.class(written, class),
+            Some(watchdog) => watchdog.class(written, class, false),
             None => class,
         };
         let description = &fmu.description;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use element_api::descriptor::Descriptor;
-use element_api::recording::Recording;
+use element_api::recording::{Limits, Recording};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -86,13 +86,15 @@ impl Kept {
         }
     }
 
-    /// The equations of an instance with these parameters, if they are known.
-    pub(super) fn recording(&self, class: u32, params: &str) -> Option<Arc<Recording>> {
+    /// The equations of an instance with these parameters, if they are known. What comes from the disk is within the `limits` of the
+    /// class.
+    pub(super) fn recording(&self, class: u32, params: &str, limits: &Limits) -> Option<Arc<Recording>> {
         let key = (class, params.to_string());
         if let Some(known) = self.recordings().get(&key) {
             return Some(Arc::clone(known));
         }
-        let recording = Arc::new(self.read(&slot(class, params), params)?);
+        let recording: Arc<Recording> = Arc::new(self.read(&slot(class, params), params)?);
+        recording.check(limits).ok()?;
         self.recordings().insert(key, Arc::clone(&recording));
         Some(recording)
     }

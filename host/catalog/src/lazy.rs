@@ -50,7 +50,9 @@ pub(super) fn enter(
     let lazy = Arc::new(Lazy { kept, load: Box::new(load), loaded });
     let offered = |(number, announced): (usize, &ManifestElement)| {
         let (lazy, element) = (Arc::clone(&lazy), announced.clone());
-        Arc::new(offer(announced, path, &manifest.package, move || lazy.class(number, &element)))
+        let mut offer = offer(announced, path, &manifest.package, move || lazy.class(number, &element));
+        offer.at_rest = true;
+        Arc::new(offer)
     };
     (Ok(manifest.elements.iter().enumerate().map(offered).collect()), true)
 }
@@ -146,10 +148,9 @@ impl LazySet {
         }
     }
 
-    /// The equations of instances with these parameters, if they are known and possible.
+    /// The equations of instances with these parameters, if they are known.
     fn known(&self, text: &str) -> Option<Arc<Recording>> {
-        let known = self.lazy.kept.recording(self.number, text)?;
-        known.check(&self.limits).is_ok().then_some(known)
+        self.lazy.kept.recording(self.number, text, &self.limits)
     }
 }
 

@@ -158,7 +158,7 @@ impl Type {
             (None, None) => self.offer.class()?,
             (None, Some(watchdog)) => {
                 let class = Arc::clone(watchdog.load(&library.origin(), || self.offer.class())?);
-                self.class.get_or_init(|| watchdog.class(&library.package, class))
+                self.class.get_or_init(|| watchdog.class(&library.package, class, self.offer.at_rest))
             }
         };
         Ok(ElementHandle { class: Arc::clone(class), library: Arc::clone(library) })

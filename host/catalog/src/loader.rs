@@ -1,6 +1,7 @@
 //! Loading a library: everything that can be checked before its code runs is checked before.
 //!
-//! Order: bytes (unless known from an earlier start) -> manifest -> interface, conventions, processor -> private copy -> system loader -> layout -> elements.
+//! Order: manifest -> interface, conventions, processor -> private copy (unless known from an earlier start) -> system loader -> layout
+//! -> elements.
 //! A library is never unloaded: what it once gave may still be in use anywhere.
 
 // Loading foreign code can't be expressed safely.
@@ -8,7 +9,6 @@
 
 use std::collections::HashMap;
 use std::ffi::OsStr;
-use std::fs;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -18,14 +18,15 @@ use element_api::set::ElementClass;
 
 use super::c_library;
 use super::element_file;
-use super::file::{manifest_section, own_manifest};
+use super::file::{own_manifest, section_of};
 use super::float_control;
 #[cfg(all(unix, feature = "glass"))]
 use super::glass::Glass;
-use super::hash::sha256;
+use super::hash::sha256_of;
 use super::known::{self, Identity, Known};
 use super::offer::Offer;
-use super::private_copy::private_copy;
+use super::private_copy::{PrivateCopy, private_copy};
+use super::watchdog::wake;
 use super::{CatalogError, LibraryInfo};
 use odyn_diagnostics::{Diagnostic, codes};
 
@@ -50,18 +51,6 @@ pub(super) enum Side {
 /// The libraries of this process by the hash of their content, and where their code runs; a second load gives the same classes.
 static LOADED: Mutex<Option<HashMap<(String, Side), Offers>>> = Mutex::new(None);
 
-/// What is in a file, or how that is known.
-enum Content<'a> {
-    Known(&'a Known),
-    /// Its bytes, and its identity before they were read.
-    Read {
-        bytes: &'a [u8],
-        /// Those of its section with manifests.
-        section: &'a [u8],
-        before: Option<Identity>,
-    },
-}
-
 pub(super) type Offers = Vec<Arc<Offer>>;
 
 /// Loads the library in a file; what is loaded is a private copy, in `copies` or the user's cache folder. With `expected`, only a
@@ -76,26 +65,14 @@ pub(super) fn load(
         // Data: there is no code to keep, to load or to keep away from.
         return element_file::load(path, expected);
     }
-    let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
     let known = if expected.is_none() { known::find(path, copies) } else { None };
-    let bytes: Vec<u8>;
-    let (manifest, content) = match &known {
-        Some(known) => (known.manifest.clone(), Content::Known(known)),
-        None => {
-            let before = Identity::of(path);
-            bytes = fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-            let section = manifest_section(path, bytes.as_slice())?;
-            (own_manifest(path, section)?, Content::Read { bytes: &bytes, section, before })
+    let Known { sha256, copy, manifest } = match known {
+        Some(known) => {
+            check(path, &known.manifest)?;
+            known
         }
+        None => read(path, copies, expected)?,
     };
-    check(path, &manifest)?;
-    let sha256 = match &content {
-        Content::Known(known) => known.sha256.clone(),
-        Content::Read { bytes, .. } => sha256(bytes),
-    };
-    if let Some(expected) = expected.filter(|expected| *expected != sha256) {
-        return Err(CatalogError::Changed { path: path.into(), found: sha256, expected: expected.into() });
-    }
     let mut warnings = Vec::new();
     if manifest.profile == Profile::Debug && Profile::OWN == Profile::Release {
         let text = format!("`{}` ({}) is a debug build", manifest.package, path.display());
@@ -109,15 +86,6 @@ pub(super) fn load(
     let offers = match loaded.get(&(sha256.clone(), side)) {
         Some(offers) => Offers::clone(offers),
         None => {
-            let copy = match &content {
-                Content::Known(known) => known.copy.clone(),
-                Content::Read { bytes, section, before } => {
-                    let copy = private_copy(bytes, &sha256, copies)
-                        .map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
-                    known::note(path, before.as_ref(), (&sha256, section), &copy);
-                    copy
-                }
-            };
             let offers = open(path, &copy, &manifest, side, &mut warnings)?;
             loaded.insert((sha256.clone(), side), offers.clone());
             offers
@@ -138,6 +106,36 @@ pub(super) fn load(
         elements: manifest.elements,
     };
     Ok(Opened { info, offers, warnings })
+}
+
+/// Reads a library and makes its private copy, if what can be learned without running anything speaks for it.
+fn read(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Known, CatalogError> {
+    // Reading may take long, too.
+    wake();
+    let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
+    let before = Identity::of(path);
+    let section = section_of(path)?;
+    let manifest = own_manifest(path, &section)?;
+    check(path, &manifest)?;
+    let is_wanted = |found: &str| match expected {
+        Some(expected) if expected != found => {
+            Err(CatalogError::Changed { path: path.into(), found: found.into(), expected: expected.into() })
+        }
+        _ => Ok(()),
+    };
+    // Where contents are looked at again at every start, the copy is likely to be there.
+    let likely = if expected.is_some() || before.is_none() { sha256_of(path) } else { None };
+    likely.as_deref().map_or(Ok(()), is_wanted)?;
+    let made = private_copy(path, copies, likely.as_deref());
+    let PrivateCopy { path: copy, sha256 } =
+        made.map_err(|error| unreadable(format!("no private copy of it can be written: {error}")))?;
+    is_wanted(&sha256)?;
+    // What was judged is what was copied.
+    if section_of(&copy).ok().as_ref() != Some(&section) {
+        return Err(unreadable("it was changed while it was read".into()));
+    }
+    known::note(path, before.as_ref(), (&sha256, &section), &copy);
+    Ok(Known { sha256, copy, manifest })
 }
 
 /// What is known from the manifest alone.
@@ -222,6 +220,7 @@ fn open(
 
 /// What a library offers, loaded into this process, and whether it left the floating-point control register as it was.
 pub(super) fn enter(path: &Path, copy: &Path, manifest: &Manifest) -> (Result<Offers, OpenError>, bool) {
+    wake();
     let (entry, kept) = float_control::kept(|| entry(copy, &manifest.entry));
     let entry = match entry {
         Ok(entry) => entry,

@@ -17,6 +17,8 @@ pub(super) struct Offer {
     announced: ManifestElement,
     class: OnceLock<Arc<dyn ElementClass>>,
     read: Box<Read>,
+    /// Whether its library is loaded only where an answer is not known.
+    pub(super) at_rest: bool,
 }
 
 impl Offer {
@@ -32,7 +34,7 @@ impl Offer {
         announced: ManifestElement,
         read: impl Fn() -> Result<Arc<dyn ElementClass>, CatalogError> + Send + Sync + 'static,
     ) -> Self {
-        Self { announced, class: OnceLock::new(), read: Box::new(read) }
+        Self { announced, class: OnceLock::new(), read: Box::new(read), at_rest: false }
     }
 
     /// Its short name.

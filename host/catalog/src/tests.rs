@@ -423,17 +423,32 @@ mod files {
         assert_eq!(error.help()[0], format!("did you mean `{short}`?"));
     }
 
+    /// Copies a library of these bytes in both ways: looked for first, and not.
+    fn copied(folder: &Path, bytes: &[u8]) -> PathBuf {
+        let own = Folder::new("original");
+        let library = own.0.join("library.so");
+        fs::write(&library, bytes).expect("writable");
+        let likely = crate::sha256(bytes);
+        let copy = copy_into(folder, &library, Some(&likely)).expect("a copy");
+        assert_eq!(copy_into(folder, &library, None).expect("a copy"), copy);
+        assert_eq!(copy.sha256, likely);
+        copy.path
+    }
+
     #[test]
     fn a_copy_is_made_once_and_repaired_when_it_was_changed() {
         let folder = Folder::new("copies");
         let made = |path: &Path| fs::metadata(path).and_then(|m| m.created().or(m.modified())).expect("it is there");
-        let first = copy_into(&folder.0, b"library", "0123").expect("a copy");
+        let first = copied(&folder.0, b"library");
         let time = made(&first);
-        assert_eq!(copy_into(&folder.0, b"library", "0123").expect("a copy"), first);
+        assert_eq!(copied(&folder.0, b"library"), first);
         assert_eq!(made(&first), time);
         fs::write(&first, b"exchanged").expect("writable");
-        copy_into(&folder.0, b"library", "0123").expect("a copy");
+        copied(&folder.0, b"library");
         assert_eq!(fs::read(&first).expect("it is there"), b"library");
+        assert_eq!(fs::read_dir(&folder.0).expect("a folder").count(), 1, "no drafts are left");
+        let gone = folder.0.join("gone.so");
+        copy_into(&folder.0, &gone, None).expect_err("there is no such library");
         assert_eq!(fs::read_dir(&folder.0).expect("a folder").count(), 1, "no drafts are left");
     }
 
@@ -441,19 +456,19 @@ mod files {
     fn every_byte_of_a_copy_counts() {
         let folder = Folder::new("long-copies");
         let library: Vec<u8> = (0..300_000_u32).map(|k| (k % 251) as u8).collect();
-        let copy = copy_into(&folder.0, &library, "0123").expect("a copy");
+        let copy = copied(&folder.0, &library);
         for place in [0, 131_071, 131_072, 299_999] {
             let mut exchanged = library.clone();
             exchanged[place] ^= 1;
             fs::write(&copy, &exchanged).expect("writable");
-            copy_into(&folder.0, &library, "0123").expect("a copy");
+            copied(&folder.0, &library);
             assert!(fs::read(&copy).expect("it is there") == library, "byte {place}");
         }
         for length in [0, 1, 131_072, 300_001] {
             let mut exchanged = library.clone();
             exchanged.resize(length, 0);
             fs::write(&copy, &exchanged).expect("writable");
-            copy_into(&folder.0, &library, "0123").expect("a copy");
+            copied(&folder.0, &library);
             assert!(fs::read(&copy).expect("it is there") == library, "{length} bytes");
         }
     }
@@ -461,7 +476,7 @@ mod files {
     #[test]
     fn copies_that_nobody_used_for_weeks_are_removed() {
         let folder = Folder::new("old");
-        let path = copy_into(&folder.0, b"library", "0123").expect("a copy");
+        let path = copied(&folder.0, b"library");
         remove_old(&folder.0, SystemTime::now() + Duration::from_secs(13 * 24 * 3600));
         assert!(path.exists());
         remove_old(&folder.0, SystemTime::now() + Duration::from_secs(15 * 24 * 3600));

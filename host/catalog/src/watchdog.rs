@@ -4,7 +4,8 @@
 //! now and then whether a call that was under way still is, and reports whom it was made for. What follows is decided by
 //! whoever receives the report.
 //!
-//! The calls themselves pay two atomic numbers, no clock.
+//! The calls themselves pay two atomic numbers, no clock. The thread is started with the first class whose code may run: a start in
+//! which all answers of libraries are known from before has none.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
@@ -86,8 +87,29 @@ impl std::fmt::Display for Late {
 #[derive(Clone)]
 pub struct Watchdog(Arc<Shared>);
 
+#[derive(Default)]
 struct Shared {
     posts: Mutex<Vec<Weak<Post>>>,
+    /// Starts the thread that looks; `None` once it has been called, and where there is nobody to report to.
+    asleep: Mutex<Option<Box<dyn FnOnce() + Send>>>,
+}
+
+/// Watchdogs whose threads wait for the first library that is loaded; `None` from then on.
+static SLEEPING: Mutex<Option<Vec<Weak<Shared>>>> = Mutex::new(Some(Vec::new()));
+
+/// From now on code of libraries may run in this process.
+#[cfg(feature = "abi")]
+pub(super) fn wake() {
+    let sleeping = lock(&SLEEPING).take();
+    sleeping.into_iter().flatten().filter_map(|shared| shared.upgrade()).for_each(|shared| shared.wake());
+}
+
+impl Shared {
+    fn wake(&self) {
+        if let Some(start) = lock(&self.asleep).take() {
+            start();
+        }
+    }
 }
 
 impl std::fmt::Debug for Watchdog {
@@ -99,14 +121,12 @@ impl std::fmt::Debug for Watchdog {
 impl Watchdog {
     /// Begins to watch: `told` hears of a call that has taken longer than `patience`, and again each time that has doubled.
     /// It is called from another thread.
-    ///
-    /// # Errors
-    /// When the system gives no thread.
-    pub fn start(patience: Duration, told: impl Fn(&Late) + Send + 'static) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared { posts: Mutex::new(Vec::new()) });
+    #[must_use]
+    pub fn start(patience: Duration, told: impl Fn(&Late) + Send + 'static) -> Self {
+        let shared = Arc::new(Shared::default());
         let watched = Arc::downgrade(&shared);
         let sleep = (patience / LOOKS).clamp(SHORTEST_SLEEP, LONGEST_SLEEP);
-        thread::Builder::new().name("odyn watchdog".into()).spawn(move || {
+        let look = move || {
             while let Some(shared) = watched.upgrade() {
                 let posts: Vec<Arc<Post>> = lock(&shared.posts).iter().filter_map(Weak::upgrade).collect();
                 drop(shared);
@@ -114,14 +134,21 @@ impl Watchdog {
                 drop(posts);
                 thread::sleep(sleep);
             }
-        })?;
-        Ok(Self(shared))
+        };
+        // A system without threads has no watchdog.
+        let start = move || drop(thread::Builder::new().name("odyn watchdog".into()).spawn(look));
+        *lock(&shared.asleep) = Some(Box::new(start));
+        match &mut *lock(&SLEEPING) {
+            Some(sleeping) => sleeping.push(Arc::downgrade(&shared)),
+            None => shared.wake(),
+        }
+        Self(shared)
     }
 
     /// One that nobody reports to: what remains is that calls leave the floating-point control register as it was.
     #[cfg(all(unix, feature = "glass"))]
     pub(super) fn alone() -> Self {
-        Self(Arc::new(Shared { posts: Mutex::new(Vec::new()) }))
+        Self(Arc::default())
     }
 
     /// A place to note what is under way.
@@ -147,8 +174,11 @@ impl Watchdog {
         self.post(file, "", None).during(LOADING, 0, body)
     }
 
-    /// The same class, its calls watched.
-    pub(super) fn class(&self, library: &str, inner: Arc<dyn ElementClass>) -> Arc<dyn ElementClass> {
+    /// The same class, its calls watched. One `at_rest` runs no code of a library before [`wake`] is called.
+    pub(super) fn class(&self, library: &str, inner: Arc<dyn ElementClass>, at_rest: bool) -> Arc<dyn ElementClass> {
+        if !at_rest {
+            self.0.wake();
+        }
         Arc::new(WatchedClass { library: library.into(), inner, watchdog: self.clone() })
     }
 }

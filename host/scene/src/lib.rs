@@ -179,7 +179,12 @@ impl Document {
             })
         };
         let mut bytes = Vec::new();
-        let file = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+        let file = std::fs::File::open(path).and_then(|file| {
+            // One more, so that the end of the file is seen without room for what follows.
+            let length = file.metadata().map_or(0, |data| data.len().min(LONGEST));
+            bytes.reserve(length as usize + 1);
+            file.take(LONGEST + 1).read_to_end(&mut bytes)
+        });
         file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
         if bytes.len() as u64 > LONGEST {
             return Err(unreadable(format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20)));

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::analyses_args::{LineariseArgs, ModesArgs, StaticsArgs};
+use super::deferred::Deferred;
 use super::export_args::ExportCommand;
 use super::fit_args::{FIT_HELP, FitArgs, SENSITIVITY_HELP, SensitivityArgs};
 use super::motion_args::{self, BalanceArgs, InverseArgs, KinematicsArgs, LoadsArgs};
@@ -54,7 +55,7 @@ Examples:
   odyn run pendulum.toml --watch
 
 Ctrl-C ends the run after the current step with valid results, a second one at once.")]
-    Run(RunArgs),
+    Run(Deferred<RunArgs>),
     /// Continue a run that was killed or interrupted, from its last checkpoint
     #[command(after_help = "\
 The run must have been started with --checkpoint. Scene, options and libraries are those that it was started with, as its folder
@@ -66,7 +67,7 @@ Examples:
   odyn resume results/long
 
 The exit codes are those of `odyn run`; 0 also where the run had reached its end, 7 where its results were suspect then.")]
-    Resume(ResumeArgs),
+    Resume(Deferred<ResumeArgs>),
     /// Run a scene with other values, again and again, and tabulate what comes out
     #[command(after_help = STUDY_HELP)]
     Study(StudyCommand),
@@ -82,7 +83,7 @@ Examples:
   odyn run car.toml --from results/car-rest
 
 The exit code is 5 where no equilibrium was found, with the cause.")]
-    Statics(StaticsArgs),
+    Statics(Deferred<StaticsArgs>),
     /// Eigenvalues of small motions: frequencies, damping, shapes, energies
     #[command(after_help = "\
 Derivatives are exact. Of a state that is not at rest, the linearisation is frozen in time, and this is said.
@@ -93,7 +94,7 @@ Examples:
   odyn modes rotor.toml --over rotor.speed=0rpm:6000rpm:31    (a Campbell diagram)
   odyn modes scenes/compressor.toml --at 20
   odyn modes car.toml --from results/car-rest")]
-    Modes(ModesArgs),
+    Modes(Deferred<ModesArgs>),
     /// A linear model for control: A, B, C, D from inputs of the scene to outputs
     #[command(after_help = "\
 z' = A z + B u, y = C z + D u for small changes; time in s, z in SI, u and y in the units of the scene's inputs and outputs. Written as
@@ -102,38 +103,38 @@ linear.npz (NumPy), A.csv, ..., linear.json.
 Examples:
   odyn linearise scene.toml --inputs motor.torque --outputs angle,speed
   odyn linearise scene.toml --at equilibrium -o results/model")]
-    Linearise(LineariseArgs),
+    Linearise(Deferred<LineariseArgs>),
     /// Derivatives of outputs and figures with respect to numbers of a scene
     #[command(after_help = SENSITIVITY_HELP)]
-    Sensitivity(SensitivityArgs),
+    Sensitivity(Deferred<SensitivityArgs>),
     /// Find numbers of a scene from measurements, with confidence intervals
     #[command(after_help = FIT_HELP)]
-    Fit(FitArgs),
+    Fit(Deferred<FitArgs>),
     /// The forces and torques of actuators that cause a prescribed motion
     #[command(after_help = motion_args::INVERSE)]
-    Inverse(InverseArgs),
+    Inverse(Deferred<InverseArgs>),
     /// Places, ratios, limits and dead points of a driven mechanism, whatever its masses
     #[command(after_help = motion_args::KINEMATICS)]
-    Kinematics(KinematicsArgs),
+    Kinematics(Deferred<KinematicsArgs>),
     /// All loads on one body at chosen times or at its peaks, in balance, as input for finite elements
     #[command(after_help = motion_args::LOADS)]
-    Loads(LoadsArgs),
+    Loads(Deferred<LoadsArgs>),
     /// Shaking force and moment on the ground by harmonics, and the counterweight that makes them least
     #[command(after_help = motion_args::BALANCE)]
-    Balance(BalanceArgs),
+    Balance(Deferred<BalanceArgs>),
     /// Check a scene: mobility, redundant joint equations, reactions that are not unique, warnings
     #[command(after_help = "\
 Examples:
   odyn check scenes/compressor.toml
   odyn check scenes/compressor.toml --strict
   odyn check scenes/compressor.toml --set rod.length=40mm --json")]
-    Check(CheckArgs),
+    Check(Deferred<CheckArgs>),
     /// Show how a scene would be computed: topology, what is skipped and why, operation counts
     #[command(after_help = "\
 Examples:
   odyn plan scenes/compressor.toml
   odyn plan scenes/compressor.toml --engine reference --json")]
-    Plan(SceneArgs),
+    Plan(Deferred<SceneArgs>),
     /// Show the element types that libraries provide
     Elements {
         #[command(subcommand)]
@@ -156,7 +157,7 @@ Examples:
   odyn verify scenes/verification/revolute.toml
 
 The exit code is 7 if a scene fails or an element has no scene.")]
-    Verify(VerifyArgs),
+    Verify(Deferred<VerifyArgs>),
     /// Run the numerical stress suite: scenes that are hard to compute, with bounds for what must come out
     #[command(after_help = "\
 The suite is a file of trials: scenes with changes, and what is expected of each: bounds on violations, energy and checks; a
@@ -171,7 +172,7 @@ Examples:
 
 The short form takes some seconds, the full one some minutes. The exit code is 7 if a bound is broken or anything else is
 not as expected.")]
-    Stress(StressArgs),
+    Stress(Deferred<StressArgs>),
     /// Measure error against time and work, for all methods and tolerances, and draw the curves
     #[command(after_help = "\
 The scenes' [[check]]s tell what is measured: the error of a run is the largest difference of a check of kind `position` or
@@ -189,7 +190,7 @@ Examples:
   odyn bench scenes/benchmarks/A04.toml --peers results/peers.csv -o results/a04
 
 Methods without error control get step sizes instead of tolerances. The exit code is 7 if no run of a scene reaches its end.")]
-    Bench(BenchArgs),
+    Bench(Deferred<BenchArgs>),
     /// Write one HTML file that shows runs: verdict, motion, plots, table, and how they were computed
     #[command(after_help = "\
 The file needs no network and no other file: it can be sent. Motion is shown where a run wrote it (`odyn run --motion`). Of several
@@ -199,14 +200,14 @@ Examples:
   odyn report results/compressor
   odyn report results/before results/after -o comparison.html
   odyn run scenes/compressor.toml --report     (at the end of a run)")]
-    Report(super::report::ReportArgs),
+    Report(Deferred<super::report::ReportArgs>),
     /// Edit a scene in the browser, with messages, mechanism and runs beside the text
     #[command(after_help = "\
 Prints an address for browsers on this machine; nothing is sent elsewhere, and only SCENE is written, when you save.
 
 Examples:
   odyn studio scenes/compressor.toml")]
-    Studio(super::studio::StudioArgs),
+    Studio(Deferred<super::studio::StudioArgs>),
     /// Compare two tables of results: largest difference in each common column
     #[command(after_help = "\
 Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
@@ -214,7 +215,7 @@ Rows are matched by time, columns by name. Differences are divided by the larges
 Examples:
   odyn compare results/compressor/results.csv scenes/reference/compressor.csv
   odyn compare before/results.csv after/results.csv --tol 1e-9")]
-    Compare(CompareArgs),
+    Compare(Deferred<CompareArgs>),
     /// Write the motion of a run in a form that other programs show, or a scene as a program for other places
     Export {
         #[command(subcommand)]
@@ -233,10 +234,10 @@ Examples:
   odyn hil scenes/hil/cart.toml --describe
   python3 scenes/hil/controller.py --udp 9000
   odyn hil scenes/hil/cart.toml --rate \"500 Hz\" --shm odyn --method dopri5 --substeps 2 --wait --endless")]
-    Hil(super::hil_args::HilArgs),
+    Hil(Deferred<super::hil_args::HilArgs>),
     /// Write a mechanism of another program (URDF, MJCF) as a scene
     #[command(after_help = super::import::HELP)]
-    Import(super::import::ImportArgs),
+    Import(Deferred<super::import::ImportArgs>),
     /// Explain a message by its code, or a remedy of a run's report by its name
     #[command(after_help = "\
 Examples:
@@ -244,7 +245,7 @@ Examples:
   odyn explain rank-safe
   odyn explain          (all codes and remedies)
   odyn explain --markdown > messages.md")]
-    Explain(ExplainArgs),
+    Explain(Deferred<ExplainArgs>),
     /// Write the JSON schema of scene files, with all elements that were found, for editors; or the same for people
     #[command(after_help = "\
 With a scene, the schema has the elements of the libraries that the scene names; without, those of all libraries that can be
@@ -260,7 +261,7 @@ Examples:
   odyn schema --plugin ../my-plugin/target/release -o odyn.schema.json
   odyn schema scenes/compressor.toml > odyn.schema.json
   odyn schema --markdown > scene.md")]
-    Schema(super::schema::SchemaArgs),
+    Schema(Deferred<super::schema::SchemaArgs>),
     /// Print the script with which a shell completes the command line
     #[command(after_help = "\
 Examples:
@@ -268,13 +269,13 @@ Examples:
   odyn completions zsh > ~/.zfunc/_odyn
   odyn completions fish > ~/.config/fish/completions/odyn.fish
   odyn completions powershell >> $PROFILE")]
-    Completions(CompletionsArgs),
+    Completions(Deferred<CompletionsArgs>),
     /// Print the manual page, or write it and those of all commands into a folder
     #[command(after_help = "\
 Examples:
   odyn man | man -l -
   odyn man -o ~/.local/share/man/man1")]
-    Man(ManArgs),
+    Man(Deferred<ManArgs>),
 }
 
 #[derive(Debug, Subcommand)]
@@ -284,13 +285,13 @@ pub(super) enum ElementsCommand {
 Examples:
   odyn elements list
   odyn elements list --plugin ../my-plugin/target/release --json")]
-    List(PlacesArgs),
+    List(Deferred<PlacesArgs>),
     /// Show frames, rows, channels and parameters of an element type
     #[command(after_help = "\
 Examples:
   odyn elements describe revolute
   odyn elements describe odyn-forces/translational-spring-damper --json")]
-    Describe(DescribeArgs),
+    Describe(Deferred<DescribeArgs>),
 }
 
 #[derive(Debug, Subcommand)]
@@ -307,7 +308,7 @@ Looked into are, in this order, --plugin, the project's .odyn/plugins (in the wo
 environment variable ODYN_PLUGIN_PATH, the user's installed libraries, and the folder of this program. A scene adds its own
 with `[plugins] path`, behind --plugin, and its project is the one that its own folder is in. --pins prints lines for `[plugins]`
 of a scene, with version and SHA-256.")]
-    List(ListArgs),
+    List(Deferred<ListArgs>),
     /// Put a library, the descriptions of its elements, documentation and licence into one file to give away
     #[command(after_help = "\
 The file is NAME-VERSION-TARGET.odynplugin, a tar.gz with a plugin.toml that has the SHA-256 of every other file. README.md and
@@ -317,7 +318,7 @@ same files give the same bytes.
 Examples:
   odyn plugin pack target/release/libacme_wobble.so
   odyn plugin pack target/release/libacme_wobble.so --docs docs --licence LICENSE-MIT -o wobble.odynplugin")]
-    Pack(PackArgs),
+    Pack(Deferred<PackArgs>),
     /// Install a library from the file that `odyn plugin pack` made
     #[command(after_help = "\
 Hashes, target and names of the files are checked, then the library is loaded for trial, in a process of its own.
@@ -326,13 +327,13 @@ Versions stay side by side; a version is never replaced by another build of it.
 Examples:
   odyn plugin add acme-wobble-1.2.0-x86_64-unknown-linux-gnu.odynplugin
   odyn plugin add wobble.odynplugin --project .")]
-    Add(AddArgs),
+    Add(Deferred<AddArgs>),
     /// Remove an installed library
     #[command(after_help = "\
 Examples:
   odyn plugin remove acme-wobble
   odyn plugin remove acme-wobble@1.2.0 --project .")]
-    Remove(RemoveArgs),
+    Remove(Deferred<RemoveArgs>),
     /// Compare the files of installed libraries with what was installed, without running them
     #[command(after_help = "\
 Looked into are the project that the working folder is in, and the user's installed libraries. The exit code is 4 if a file is
@@ -341,7 +342,7 @@ missing, changed or strange.
 Examples:
   odyn plugin verify
   odyn plugin verify acme-wobble --project .")]
-    Verify(VerifyInstalledArgs),
+    Verify(Deferred<VerifyInstalledArgs>),
     /// Make a crate for elements of one's own: sources, tests, a scene, a manifest
     #[command(after_help = "\
 Examples:
@@ -352,7 +353,7 @@ Examples:
 
 The crate builds, passes its tests and runs its scene as it is. NAME is a folder that does not exist yet; its last part becomes the
 name of the crate, and, but for a library, of its element.")]
-    New(NewPluginArgs),
+    New(Deferred<NewPluginArgs>),
     /// Examine the elements of a library with the test kit, through its binary interface
     #[command(after_help = "\
 Derivatives, invariance, action and reaction, power, NaN, states, determinism, threads, panics: what any element must fulfil, and
@@ -365,7 +366,7 @@ Examples:
   odyn plugin check target/release/libacme_field.so --except field.frame-invariance
 
 The exit code is 4 if the library cannot be loaded, 7 if an element lacks something.")]
-    Check(CheckPluginArgs),
+    Check(Deferred<CheckPluginArgs>),
 }
 
 /// Where to look for libraries.

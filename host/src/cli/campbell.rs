@@ -14,7 +14,7 @@ use super::analyses::{folder_of, write};
 use super::analyses_args::ModesArgs;
 use super::exit;
 use super::failure::Failure;
-use super::run::stop_on_interrupt;
+use super::interrupt::stop_on_interrupt;
 use super::terminal::{self, Progress};
 
 /// Orders of the speed that are drawn beside the frequencies.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::deferred::Deferred;
 use super::scene_args::positive;
 
 #[derive(Debug, Subcommand)]
@@ -17,7 +18,7 @@ Examples:
   odyn run scenes/compressor.toml --motion
   odyn export glb results/compressor
   odyn export glb results/compressor -o compressor.glb --speed 0.02")]
-    Glb(GlbArgs),
+    Glb(Deferred<GlbArgs>),
     /// As C99 with steps of a fixed size: one struct as memory, no allocation, no state of its own, the same number of operations
     /// in every step
     #[command(after_help = "\
@@ -31,7 +32,7 @@ Examples:
   odyn export c scenes/compressor.toml -o compressor-c --method dopri5 --step \"10 us\" --float
   odyn export c scenes/compressor.toml -o compressor-c --tolerance 1e-8
   odyn export c stiff.toml -o stiff-c --method rodas --parameters stiffness,damping")]
-    C(CArgs),
+    C(Deferred<CArgs>),
     /// As an FMU, of version 2.0 or 3.0 of the Functional Mock-up Interface: sources, and binaries where compilers are there
     #[command(after_help = "\
 Co-simulation takes the steps of `odyn export c`; a communication step is divided into equal ones of at most --step, or with --tolerance
@@ -46,7 +47,7 @@ Examples:
   odyn export fmu scenes/compressor.toml -o compressor.fmu --fmi 2 --cs --outputs theta,omega
   odyn export fmu machine.toml -o machine.fmu --me --inputs torque
   odyn export fmu machine.toml -o machine.fmu --cs --tolerance 1e-6")]
-    Fmu(FmuArgs),
+    Fmu(Deferred<FmuArgs>),
 }
 
 /// A scene as it is exported.

@@ -97,7 +97,7 @@ const TOLD_AFTER: f64 = 10.0;
 /// Watches the calls into libraries. With `limit` (s), one that takes longer ends the program: its thread cannot be ended, nor
 /// can results be completed while it may hold them, but those on disk are whole rows. Without, it is reported and waited for: an
 /// element that computes for long is not broken, and only the user knows how long that may be. A call that crashes is reported, too.
-pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
+pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Watchdog {
     #[cfg(unix)]
     odyn::catalog::tell_crashes();
     let patience = Duration::from_secs_f64(limit.unwrap_or(TOLD_AFTER));
@@ -108,8 +108,7 @@ pub(super) fn watchdog(limit: Option<f64>, json: bool) -> Option<Watchdog> {
         }
         Failure::new(late_diagnostic(late, false)).tell(false);
     };
-    // A system without threads has no watchdog.
-    Watchdog::start(patience, told).ok()
+    Watchdog::start(patience, told)
 }
 
 /// What is reported of a call that does not return.

@@ -11,7 +11,7 @@ use super::analyses::{folder_of, page, write};
 use super::exit;
 use super::failure::{Failure, cannot_write};
 use super::fit_args::FitArgs;
-use super::run::stop_on_interrupt;
+use super::interrupt::stop_on_interrupt;
 use super::sensitivity::listener;
 use super::terminal::{self, Progress};
 

@@ -8,6 +8,7 @@
 //! | file | content |
 //! |---|---|
 //! | `args.rs`, `scene_args.rs` | what can be written on the command line; behind the commands that run a scene |
+//! | `deferred.rs` | arguments that are described only when their command is given |
 //! | `run.rs` | `run` |
 //! | `analyses.rs`, `analyses_args.rs` | `modes`, `linearise`, `statics` |
 //! | `campbell.rs` | `modes --over` |
@@ -15,6 +16,7 @@
 //! | `motions.rs`, `loads.rs`, `balance.rs`, `motion_args.rs` | `inverse`, `kinematics`; `loads`; `balance` |
 //! | `inspect.rs` | `check`, `plan` |
 //! | `watch.rs` | `run --watch` |
+//! | `interrupt.rs` | Ctrl-C |
 //! | `elements.rs` | `elements list`, `elements describe` |
 //! | `store.rs`, `store_args.rs` | `plugin pack`, `add`, `remove`, `list`, `verify` |
 //! | `plugin.rs`, `workshop_args.rs` | `plugin new`, `plugin check` |
@@ -38,6 +40,7 @@ mod bench;
 mod campbell;
 mod choices;
 mod compare;
+mod deferred;
 mod elements;
 mod explain;
 mod export;
@@ -49,6 +52,7 @@ mod hil;
 mod hil_args;
 mod import;
 mod inspect;
+mod interrupt;
 mod loads;
 mod motion_args;
 mod motions;

@@ -6,7 +6,7 @@ use element_api::descriptor::{Descriptor, Kind};
 use element_api::manifest::{ABI, INTERFACE};
 use serde::Serialize;
 
-use odyn::catalog::{Catalog, ElementHandle, LibraryInfo, SearchPath, Watchdog};
+use odyn::catalog::{Catalog, ElementHandle, LibraryInfo, SearchPath};
 use odyn::diagnostics::{Diagnostic, codes, counted};
 use odyn::workshop::{
     BadValues, CheckVerdict, Contract, Cost, Created, Exemption, Given, NewPlugin, Origin, Outcome, Template, Value,
@@ -65,10 +65,7 @@ fn report(made: &Created, template: Template) -> String {
 /// Examines the elements of a library.
 pub(super) fn check(args: &CheckPluginArgs) -> Result<u8, Failure> {
     let watchdog = failure::watchdog(args.watchdog, args.json);
-    let new_catalog = || match &watchdog {
-        Some(watchdog) => Catalog::new().watched_by(Watchdog::clone(watchdog)),
-        None => Catalog::new(),
-    };
+    let new_catalog = || Catalog::new().watched_by(watchdog.clone());
     let mut catalog = new_catalog();
     let library = catalog.add(&args.library, &SearchPath::standard(&[], &[]))?;
     let elements = chosen(&catalog, &args.elements)?;

@@ -9,7 +9,8 @@ use odyn::session::{Checkpoint, Session};
 
 use super::exit;
 use super::failure::Failure;
-use super::run::{Told, integrate, stop_on_interrupt, warn};
+use super::interrupt::stop_on_interrupt;
+use super::run::{Told, integrate, warn};
 use super::scene_args::ResumeArgs;
 use super::terminal;
 

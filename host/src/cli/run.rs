@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use odyn::diagnostics::{Diagnostic, codes, render, shown};
 use odyn::results::{DIGITS_FILE, SUMMARY_FILE, Status, report};
@@ -11,6 +11,7 @@ use odyn::session::{Restart, RunOptions, RunReport, Session};
 use super::exit;
 use super::failure::Failure;
 use super::inspect::refuse_warnings;
+use super::interrupt::stop_on_interrupt;
 use super::scene_args::RunArgs;
 use super::terminal::{self, Preparing, Progress, Stream};
 use super::watch;
@@ -144,26 +145,4 @@ fn same_folder(a: &Path, b: &Path) -> bool {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,
     }
-}
-
-/// A flag that Ctrl-C raises, which ends a run after its step; a second Ctrl-C ends the program at once.
-pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
-    on_interrupt("interrupted: ending after this step; once more to end at once")
-}
-
-/// The same with other words for the user.
-pub(super) fn on_interrupt(words: &'static str) -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&stop);
-    let handler = move || {
-        if raised.swap(true, Ordering::Relaxed) {
-            super::end(exit::INTERRUPTED);
-        }
-        eprintln!("{words}");
-    };
-    // Without a handler Ctrl-C ends the program; results up to there are whole rows all the same.
-    if let Err(error) = ctrlc::set_handler(handler) {
-        eprintln!("note: Ctrl-C will end the program at once: {error}");
-    }
-    stop
 }

@@ -170,7 +170,7 @@ impl SceneArgs {
             overrides,
             plugins: self.plugins.clone(),
             audit_tolerance,
-            watchdog,
+            watchdog: Some(watchdog),
             equilibrium: Some(statics::start),
             ..RunOptions::default()
         }

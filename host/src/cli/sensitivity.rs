@@ -12,7 +12,7 @@ use super::analyses::{folder_of, page, write};
 use super::exit;
 use super::failure::Failure;
 use super::fit_args::SensitivityArgs;
-use super::run::stop_on_interrupt;
+use super::interrupt::stop_on_interrupt;
 use super::terminal::{self, Progress};
 
 /// A progress bar that any thread may move.

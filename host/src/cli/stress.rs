@@ -11,7 +11,7 @@ use super::args::StressArgs;
 use super::choices;
 use super::exit;
 use super::failure::Failure;
-use super::run::stop_on_interrupt;
+use super::interrupt::stop_on_interrupt;
 use super::terminal;
 
 /// Columns of the table.

@@ -10,7 +10,7 @@ use odyn::studio::{Settings, Studio};
 
 use super::exit;
 use super::failure::{Failure, watchdog};
-use super::run::on_interrupt;
+use super::interrupt::on_interrupt;
 use super::terminal;
 
 #[derive(Debug, Args)]
@@ -29,13 +29,13 @@ pub(super) struct StudioArgs {
 pub(super) fn studio(args: &StudioArgs) -> Result<u8, Failure> {
     let options = RunOptions {
         plugins: args.plugins.clone(),
-        watchdog: watchdog(None, false),
+        watchdog: Some(watchdog(None, false)),
         equilibrium: Some(statics::start),
         ..RunOptions::default()
     };
     let settings = Settings { scene: args.scene.clone(), port: args.port, options };
     let studio = Studio::start(settings).map_err(Failure::new)?;
-    let stop = on_interrupt("the studio ends");
+    let stop = on_interrupt("the studio ends\n");
     terminal::print(&format!("studio: {}\n", studio.address()))?;
     eprintln!("open this address in a browser on this machine; Ctrl-C ends");
     studio.serve(&stop);

@@ -9,7 +9,7 @@ use odyn::study::{Design, Outcome, Points, Run, Series, Span, Study, StudyOption
 use super::choices;
 use super::exit;
 use super::failure::Failure;
-use super::run::stop_on_interrupt;
+use super::interrupt::stop_on_interrupt;
 use super::study_args::{MergeArgs, StudyArgs, StudyCommand};
 use super::study_scripts::emit;
 use super::terminal;

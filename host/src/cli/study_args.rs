@@ -7,6 +7,7 @@ use clap::{ArgMatches, Args, Command, Error, FromArgMatches, Subcommand, ValueEn
 use odyn::scene::AuditTolerance;
 use odyn::study::{MOST_SHARDS, Shard};
 
+use super::deferred::Deferred;
 use super::scene_args::{SceneArgs, audit_tolerance};
 
 pub(super) const STUDY_HELP: &str = "\
@@ -53,7 +54,7 @@ The exit code is that of the first run that has one.")]
 // By hand, since a derived command with a subcommand has no arguments that must be there without it.
 impl Args for StudyCommand {
     fn augment_args(command: Command) -> Command {
-        let command = StudyPart::augment_subcommands(StudyArgs::augment_args(command));
+        let command = StudyPart::augment_subcommands(Deferred::<StudyArgs>::augment_args(command));
         command.args_conflicts_with_subcommands(true).subcommand_negates_reqs(true).subcommand_required(false)
     }
 

@@ -7,9 +7,10 @@ use std::path::Path;
 use odyn::scene::AuditTolerance;
 
 use super::args::{Arguments, Command};
+use super::deferred::Deferred;
 use super::scene_args::RunArgs;
 
-fn run_args(line: &str) -> RunArgs {
+fn run_args(line: &str) -> Deferred<RunArgs> {
     let words = std::iter::once("odyn").chain(line.split(' '));
     match Arguments::try_parse_from(words).unwrap().command {
         Command::Run(args) => args,

@@ -258,7 +258,8 @@ impl ElementSet for GlassSet {
         let text = toml::to_string(params)
             .map_err(|error| CreateError::Fault(format!("the parameters can't be written as TOML: {error}")))?;
         let count = self.params.len();
-        let known = !self.opaque && self.made.get().is_none() && self.glass.kept.recording(self.class, &text).is_some();
+        let kept = || self.glass.kept.recording(self.class, &text, &self.limits).is_some();
+        let known = !self.opaque && self.made.get().is_none() && kept();
         if !known {
             let asked = self.made().and_then(|(process, set)| {
                 process.ask::<Result<u32, CreateError>>(&Request::Add { set, params: Cow::Borrowed(&text) })
@@ -273,17 +274,14 @@ impl ElementSet for GlassSet {
     }
 
     fn record(&self, instance: usize) -> Result<Recording, Fault> {
-        let check =
-            |recording: &Recording| recording.check(&self.limits).map_err(|message| Fault { instance, message });
         let params = self.params.get(instance).map_or("", String::as_str);
         if !self.opaque
-            && let Some(known) = self.glass.kept.recording(self.class, params)
-            && check(&known).is_ok()
+            && let Some(known) = self.glass.kept.recording(self.class, params, &self.limits)
         {
             return Ok(Recording::clone(&known));
         }
         let recording: Recording = self.ask(instance, |set| Request::Record { set, instance: instance as u32 })?;
-        check(&recording)?;
+        recording.check(&self.limits).map_err(|message| Fault { instance, message })?;
         if !self.opaque {
             self.glass.kept.keep(self.class, params, &Arc::new(recording.clone()));
         }

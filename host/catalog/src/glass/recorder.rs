@@ -196,7 +196,7 @@ impl Library {
         }
         let offer = self.offers.get(number as usize).ok_or("there is no such class")?;
         let class = Arc::clone(offer.class().map_err(|error| error.to_string())?);
-        let class = self.watchdog.class(&self.package, class);
+        let class = self.watchdog.class(&self.package, class, false);
         self.classes.insert(number, Arc::clone(&class));
         Ok(class)
     }

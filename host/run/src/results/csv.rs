@@ -14,6 +14,8 @@ use super::{ChannelInfo, ResultsError};
 const LONGEST_DELAY: Duration = Duration::from_millis(200);
 /// Rows are collected up to this many bytes.
 const BUFFER: usize = 1 << 16;
+/// Bytes of the longest number, with its separator.
+const LONGEST_NUMBER: usize = 26;
 
 /// How far a table is written: what a checkpoint notes of it.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,7 +85,7 @@ impl CsvWriter {
         File::create(path).map_err(|cause| ResultsError::write(path, cause))?;
         let mut writer = Self::new(path, file, channels);
         writer.buffer = header_of(channels);
-        writer.buffer.reserve(BUFFER);
+        writer.make_room();
         writer.flush()?;
         Ok(writer)
     }
@@ -113,7 +115,7 @@ impl CsvWriter {
         let cut = file.set_len(kept.bytes).and_then(|()| file.seek(SeekFrom::Start(kept.bytes)));
         cut.map_err(|cause| ResultsError::write(path, cause))?;
         let mut writer = Self::new(path, file, channels);
-        writer.buffer.reserve(BUFFER);
+        writer.make_room();
         (writer.written, writer.rows, writer.checksum) = (kept.bytes, kept.rows, checksum);
         Ok(writer)
     }
@@ -131,7 +133,12 @@ impl CsvWriter {
         }
     }
 
-    /// Writes a row: the time in its column's unit, then one value per channel in SI. `[hot, no allocation once warm]`
+    /// Room for all rows that are collected: the last one may end behind the bytes up to which that is done.
+    fn make_room(&mut self) {
+        self.buffer.reserve(BUFFER + LONGEST_NUMBER * (self.factors.len() + 1));
+    }
+
+    /// Writes a row: the time in its column's unit, then one value per channel in SI. `[hot, no allocation]`
     ///
     /// # Errors
     /// [`ResultsError::Write`]; the file then still ends with a whole row.

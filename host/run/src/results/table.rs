@@ -1,6 +1,6 @@
 //! [`Table`]: a CSV table of numbers read back.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -82,8 +82,10 @@ impl Table {
             ));
         }
         let mut file = open().map_err(unreadable)?;
-        if file.get_ref().metadata().is_ok_and(|data| data.is_file() && data.len() < SHORT.min(longest)) {
-            let mut text = String::new();
+        let length = file.get_ref().metadata().ok().filter(fs::Metadata::is_file).map_or(u64::MAX, |data| data.len());
+        if length < SHORT.min(longest) {
+            // One more, so that the end of the file is seen without room for what follows.
+            let mut text = String::with_capacity(length as usize + 1);
             if file.read_to_string(&mut text).is_ok()
                 && let Some(table) = Self::of_plain(&text, most, wanted)
             {
@@ -112,14 +114,14 @@ impl Table {
             if kept > most {
                 return None;
             }
-            let mut rest = line.as_bytes();
+            let mut rest = line;
             for (k, column) in columns.iter_mut().enumerate() {
-                let end = rest.iter().position(|byte| *byte == b',').unwrap_or(rest.len());
+                let end = rest.find(',').unwrap_or(rest.len());
                 if takes[k] {
-                    column.push(std::str::from_utf8(&rest[..end]).ok()?.trim().parse::<f64>().ok()?);
+                    column.push(rest[..end].trim().parse::<f64>().ok()?);
                 }
                 match (end == rest.len(), k + 1 == takes.len()) {
-                    (true, true) => rest = &[],
+                    (true, true) => rest = "",
                     (false, false) => rest = &rest[end + 1..],
                     // A field is missing, or there is one too many.
                     _ => return None,

@@ -43,7 +43,7 @@ use super::exit;
 use super::export::tried;
 use super::failure::Failure;
 use super::hil_args::HilArgs;
-use super::{run, terminal};
+use super::{interrupt, terminal};
 
 /// Runs a scene in real time.
 pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
@@ -76,7 +76,7 @@ pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
     let folder = args.output.clone().unwrap_or_else(|| default_folder(&args.scene));
     // Before time matters.
     write(&folder, "hil.json", b"{}\n")?;
-    let stop = run::stop_on_interrupt();
+    let stop = interrupt::stop_on_interrupt();
     eprintln!(
         "{}: {} inputs, {} outputs, signature {:08x}; a tick each {} us; Ctrl-C ends it",
         link.place(),
