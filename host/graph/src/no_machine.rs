@@ -61,4 +61,8 @@ impl MachineCode {
     pub(super) fn run(&self, _: usize, _: &[Table], _: &[f64], _: &mut [f64], _: &mut [f64]) {
         match *self {}
     }
+
+    pub(super) fn run_whole(&self, _: &[Table], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
+        match *self {}
+    }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::options::RunOptions;
 use super::restart::{Format, Restart};
-use super::simulation::Extremes;
+use super::simulation::{Extremes, Pressed};
 use crate::catalog::{LibraryInfo, sha256};
 use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, Summary, Written, seal, unseal};
@@ -117,6 +117,9 @@ pub struct Carried {
     /// Contacts that were closed.
     #[serde(default)]
     pub(super) closed: Vec<usize>,
+    /// The largest reactions of contacts lately: see `levels.rs`.
+    #[serde(default)]
+    pub(super) pressed: Pressed,
     /// Reactions of contacts that were reported as indeterminate.
     #[serde(default)]
     pub(super) open_loads: Vec<usize>,

@@ -19,6 +19,7 @@ pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
 use self::entry_sizes::EntrySizes;
 use self::floor::Floor;
+pub(super) use self::levels::Pressed;
 pub(super) use self::margins::Extremes;
 use self::margins::Margins;
 use self::part::Part;

@@ -389,10 +389,16 @@ impl Simulation<'_> {
         self.touch.as_ref().map_or(&[], |touch| &touch.told)
     }
 
-    /// Those that were closed where the run was left.
-    pub(in crate::session) fn contacts_were(&mut self, closed: &[usize]) {
+    /// The largest reactions that they have given lately.
+    pub(super) fn pressed(&self) -> Pressed {
+        self.touch.as_ref().map_or_else(Pressed::default, |touch| touch.pressed.clone())
+    }
+
+    /// Those that were closed where the run was left, and what they had pressed with.
+    pub(in crate::session) fn contacts_were(&mut self, closed: &[usize], pressed: &Pressed) {
         if let Some(touch) = &mut self.touch {
             touch.told = closed.to_vec();
+            touch.pressed = pressed.clone();
         }
     }
 

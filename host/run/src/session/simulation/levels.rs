@@ -1,5 +1,7 @@
 //! What the contacts may not fall below: zero, or what of it is round-off.
 
+use serde::{Deserialize, Serialize};
+
 use super::Simulation;
 use super::contacts::Touch;
 use crate::analysis::AnalysisError;
@@ -18,8 +20,8 @@ const PULLS: f64 = 1e-6;
 /// The largest reaction that each contact has given between meetings. Where a reaction passes through zero, everything in a scene
 /// may be without acceleration at that instant (a driver at the middle of its stroke), and what is there leaves no size to
 /// compare with.
-#[derive(Default)]
-pub(super) struct Pressed {
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(in crate::session) struct Pressed {
     /// Since the last meeting, by contact.
     now: Vec<f64>,
     /// Between the two meetings before it that were at different times.

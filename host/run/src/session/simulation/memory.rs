@@ -16,7 +16,7 @@ impl<'a> Simulation<'a> {
         self.scales.widen(&Scales { length, speed, spin, energy });
         self.state_sizes.copy_from_slice(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
-        self.contacts_were(&carried.closed);
+        self.contacts_were(&carried.closed, &carried.pressed);
         self.open_loads_were(&carried.open_loads);
         if let Some(margins) = &mut self.margins {
             margins.carry_on(&carried.margins);
@@ -35,6 +35,7 @@ impl<'a> Simulation<'a> {
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
+            pressed: self.pressed(),
             open_loads: self.open_loads().to_vec(),
             margins: self.margins.as_ref().map(|margins| margins.found().to_vec()).unwrap_or_default(),
         }
@@ -109,7 +110,7 @@ impl<'a> Simulation<'a> {
         self.scales = Scales { length, speed, spin, energy };
         self.state_sizes.copy_from_slice(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
-        self.contacts_were(&saved.carried.closed);
+        self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
         self.open_loads_were(&saved.carried.open_loads);
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
