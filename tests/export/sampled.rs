@@ -129,6 +129,17 @@ fn what_samples_gives_the_results_of_runs() {
     assert!(twin.located > 0, "the wall was met");
 }
 
+/// Neighbouring times are further apart than the share of a period by which samples may be early.
+#[test]
+fn far_from_time_zero_every_instant_is_sampled_once() {
+    let late = || of_text(&HELD.replace("t_end = 1", "t_start = 1e7\nt_end = 10000001"));
+    let mut twin = Twin::new(machine(late(), None, "dopri5"));
+    let off = off_from_run(late(), &mut twin, 40);
+    println!("a pendulum that is held, 1e7 s from zero: {off:.1e}");
+    assert!(off < 1e-5, "{off:e}");
+    compare(&machine(late(), Some(3.7e-3), "rk4"), Scratch::new().path(), 30);
+}
+
 /// What is set before the first step is seen by what samples at the start.
 #[test]
 fn samples_at_the_start_take_what_was_set() {

@@ -90,7 +90,10 @@ impl Twin {
         for clock in 0..clocks {
             if self.is_due(clock) {
                 let Clock { period, memory } = self.machine.sampled.clocks[clock].clone();
-                self.next_samples[clock] = (self.time[0] / period + EARLY[0]).floor() + 1.0;
+                let after = (self.time[0] / period + EARLY[0]).floor() + 1.0;
+                let next = self.next_samples[clock] + 1.0;
+                // Far from zero the quotient is not known to a whole number.
+                self.next_samples[clock] = if after > next { after } else { next };
                 self.memory[memory.clone()].copy_from_slice(&found[memory]);
             }
         }

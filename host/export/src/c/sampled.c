@@ -18,7 +18,9 @@ int @n@_sample(@n@_machine *m) {
     run__samples(m, m->time, m->state);
     for (clock = 0; clock < CLOCKS; ++clock) {
         if (is_due(m, clock)) {
-            m->next_sample[clock] = F(floor)(m->time / periods[clock] + EARLY) + R(1.0);
+            const real after = F(floor)(m->time / periods[clock] + EARLY) + R(1.0), next = m->next_sample[clock] + R(1.0);
+            /* Far from zero the quotient is not known to a whole number. */
+            m->next_sample[clock] = after > next ? after : next;
             for (k = memory_from[clock]; k < memory_from[clock + 1]; ++k) {
                 m->memory[k] = m->samples[k];
             }
