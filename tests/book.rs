@@ -132,8 +132,8 @@ fn the_vocabulary_is_complete() {
         names.filter_map(|rest| rest.split(['(', '<']).next()).map(|name| format!("{name}(")).collect()
     };
     let mut words = functions(&source("scalar.rs"), "pub trait Scalar:", "\n}\n", "    fn ");
-    words.extend(functions(&source("element.rs"), "impl<S: Scalar> ", "\n}\n", "    pub fn "));
-    words.extend(functions(&source("element.rs"), "impl<'a, S: Scalar> Values", "\n}\n", "    pub fn "));
+    words.extend(functions(&source("motion.rs"), "impl<S: Scalar> ", "\n}\n", "    pub fn "));
+    words.extend(functions(&source("motion.rs"), "impl<'a, S: Scalar> Values", "\n}\n", "    pub fn "));
     words.extend(functions(&source("geometry.rs"), "impl<S: Scalar> Frame<S>", "\n}\n", "    pub fn "));
     let blocks = source("blocks.rs");
     words.extend(

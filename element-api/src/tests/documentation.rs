@@ -49,6 +49,6 @@ fn descriptors_carry_the_page() {
     let descriptor = crate::adapt::force::<crate::tests::signals::Governor>().descriptor().clone();
     assert_eq!(
         descriptor.doc,
-        "Signals and reactions: a force that is told what to do, and by how much joints are loaded."
+        "Signals and reactions: a force with a signal as its input, and by how much joints are loaded."
     );
 }
