@@ -12,7 +12,6 @@ use super::tape::Program;
 pub(super) struct Copied {
     pub(super) inputs: bool,
     pub(super) outputs: bool,
-    pub(super) whole: bool,
 }
 
 /// There is none of these.
