@@ -7,7 +7,7 @@ use odyn::analyses::prescribed::{Motion, quantity, values_at_start};
 use odyn::scene::Dimension;
 use odyn::session::Session;
 
-use crate::support::{Scratch, column, options};
+use crate::support::{column, open_text};
 
 /// A coordinate with the actuator that drives it: joint.channel, bodies, axis, how far it goes, and how fast steadily.
 pub(crate) struct Drive {
@@ -48,11 +48,6 @@ fn driven(text: &str, drives: &[Drive], tables: Option<&[String]>) -> String {
         }
     }
     text
-}
-
-pub(crate) fn open(text: &str, sets: &[&str]) -> Session {
-    let scratch = Scratch::new();
-    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Values of the outputs `c0`, ... where a scene starts, SI.
@@ -127,7 +122,7 @@ pub(crate) fn fed_back(
     begin: Begin,
 ) -> f64 {
     let plain = driven(text, drives, None);
-    let session = open(&plain, sets);
+    let session = open_text(&plain, sets);
     let start = at_start(&session, drives.len());
     // Beyond the ends, so that those of the spline do not count.
     let steps = (end / h).round() as i32;
@@ -155,7 +150,7 @@ pub(crate) fn fed_back(
     let mut sets = sets.to_vec();
     sets.extend(ends.iter().map(String::as_str));
     sets.extend(["simulation.tolerance=1e-12"]);
-    let mut again = open(&driven(text, drives, Some(&tables)), &sets);
+    let mut again = open_text(&driven(text, drives, Some(&tables)), &sets);
     again.go_on_from(begins).unwrap_or_else(|error| panic!("{name}: {error}"));
     let run = again.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
     let mut worst = 0.0_f64;

@@ -6,7 +6,7 @@ use odyn::results::EventKind;
 use odyn::session::RunReport;
 
 use crate::contacts::{every_way_agrees, run, try_run};
-use crate::support::column;
+use crate::support::{bisected, column, difference};
 
 /// A block between two plastic stops of a carriage that is moved by 0.1 sin 9 t; nothing else acts.
 const CARRIAGE: &str = r#"
@@ -79,25 +79,14 @@ fn carried(times: &[f64]) -> Vec<f64> {
         while apart(low + 1e-4) < 0.0 {
             low += 1e-4;
         }
-        let mut high = low + 1e-4;
-        while high - low > 1e-15 {
-            let middle = 0.5 * (low + high);
-            if apart(middle) < 0.0 {
-                low = middle
-            } else {
-                high = middle
-            }
-            if middle <= low && middle >= high {
-                break;
-            }
-        }
-        while let Some(t) = next.next_if(|t| *t <= low) {
+        let met = bisected(low, low + 1e-4, |t| -apart(t));
+        while let Some(t) = next.next_if(|t| *t <= met) {
             found.push(fly(from, t));
         }
-        let side = (fly(from, low) - place(low)).signum();
+        let side = (fly(from, met) - place(met)).signum();
         // The stop gives it the speed of the carriage, and pushes while that accelerates away from the stop.
         let pushes = |t: f64| side * (9.0 * t).sin() > 0.0;
-        let leaves = if pushes(low) { (9.0 * low / PI).ceil() * PI / 9.0 } else { low };
+        let leaves = if pushes(met) { (9.0 * met / PI).ceil() * PI / 9.0 } else { met };
         while let Some(t) = next.next_if(|t| *t <= leaves) {
             found.push(place(t) + side * 0.05);
         }
@@ -113,7 +102,7 @@ fn a_contact_opens_where_nothing_in_the_scene_accelerates() {
         report.events.iter().filter(|event| event.kind == EventKind::Opens).map(|event| event.time).collect();
     assert!(opens.len() > 2);
     assert!(opens.iter().all(|t| (9.0 * t / PI - (9.0 * t / PI).round()).abs() < 1e-9), "{opens:?}");
-    let off = |report: &RunReport| crate::support::difference(column(report, "x"), &carried(&report.times));
+    let off = |report: &RunReport| difference(column(report, "x"), &carried(&report.times));
     assert!(off(&report) < 1e-9, "{:.1e}", off(&report));
 }
 
@@ -337,7 +326,7 @@ fn particles_have_no_size_of_their_own() {
     };
     let metre = orbit(1.0);
     for length in [1e-9, 1e-6, 1e6] {
-        let off = crate::support::difference(&orbit(length), &metre);
+        let off = difference(&orbit(length), &metre);
         assert!(off < 1e-8, "{length}: {off:.1e}");
     }
 }

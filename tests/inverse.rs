@@ -9,8 +9,8 @@ use odyn::analysis::Evaluator;
 use odyn::model::{Axes, Level, Quantity};
 use odyn::session::Session;
 
-use crate::fed_back::{Begin, Drive, PENDULUM, fed_back, open, turn, wish};
-use crate::support::{Scratch, options, root};
+use crate::fed_back::{Begin, Drive, PENDULUM, fed_back, turn, wish};
+use crate::support::{Scratch, open_text, options, root};
 
 fn benchmark(name: &str) -> String {
     fs::read_to_string(root().join(format!("scenes/benchmarks/{name}.toml"))).unwrap()
@@ -189,7 +189,7 @@ fn held(session: &Session, name: &str, value: f64) -> Motion {
 #[test]
 fn more_actuators_than_freedoms_share_by_least_norm() {
     let drives = [turn("P1.angle", ["ground", "rod1"], [0, 1, 0], 0.3)];
-    let session = open(&benchmark("A04"), &[]);
+    let session = open_text(&benchmark("A04"), &[]);
     let motion = Motion::through(
         vec![quantity(&session, "P1.angle").unwrap()],
         vec![0.3, 0.4],
@@ -216,7 +216,7 @@ fn more_actuators_than_freedoms_share_by_least_norm() {
 #[test]
 fn what_no_actuator_moves_is_named() {
     // The elbow's weight without a torque there.
-    let session = open(&benchmark("dpend"), &[]);
+    let session = open_text(&benchmark("dpend"), &[]);
     let wanted: Vec<_> = ["shoulder.angle", "elbow.angle"].map(|name| quantity(&session, name).unwrap()).into();
     let motion = Motion::through(wanted, vec![0.0], vec![vec![[0.3, 0.0, 0.0]], vec![[0.4, 0.0, 0.0]]]);
     let message = refused(&session, &motion, &["shoulder.angle"]);
@@ -225,7 +225,7 @@ fn what_no_actuator_moves_is_named() {
     assert!(message.contains("leave this free: `lower`"), "{message}");
     // At its dead centre the piston does not move the crank; elsewhere it does.
     let slider_crank = SLIDER_CRANK.replace("gravity = [0, -9.81, 0]", "gravity = [-1, -9.81, 0]");
-    let session = open(&slider_crank, &[]);
+    let session = open_text(&slider_crank, &[]);
     let message = refused(&session, &held(&session, "bearing.angle", 0.0), &["guide.displacement"]);
     assert!(message.contains("no actuator moves this: `"), "{message}");
     let by = ["guide.displacement".to_owned()];
@@ -237,7 +237,7 @@ fn what_no_actuator_moves_is_named() {
 
 #[test]
 fn motion_files_have_units_and_derivatives() {
-    let session = open(&benchmark("A04"), &[]);
+    let session = open_text(&benchmark("A04"), &[]);
     let scratch = Scratch::new();
     let read = |text: &str| Motion::read(&session, &scratch.file("motion.csv", text), None);
     let motion = read("t [ms],P1.angle [deg],P1.angle' [deg/s]\n0,0,0\n100,9,180\n200,36,360\n300,81,540\n").unwrap();

@@ -8,13 +8,11 @@ use odyn::results::{Status, Table};
 use odyn::scene::AuditTolerance;
 use odyn::session::{Checkpoint, RunOptions, RunReport, Session};
 
-use crate::support::{Scratch, column, difference, options, root};
+use crate::support::{Scratch, column, difference, open_text, options, root};
 
 #[track_caller]
 fn run(text: &str, sets: &[&str]) -> RunReport {
-    let scratch = Scratch::new();
-    let scene = scratch.file("scene.toml", text);
-    let session = Session::open(&scene, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+    let session = open_text(text, sets);
     session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -4,23 +4,9 @@ use std::fmt::Write;
 
 use odyn::analyses::modes::Stability;
 use odyn::analyses::statics::equilibrium;
-use odyn::session::{RunReport, Session};
 
-use crate::support::{Scratch, column, options};
-
-fn open(text: &str, sets: &[&str]) -> Session {
-    let scratch = Scratch::new();
-    let file = scratch.file("scene.toml", text);
-    Session::open(&file, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
-}
-
-#[track_caller]
-fn run(text: &str, sets: &[&str]) -> RunReport {
-    let report = open(text, sets).run(None, Box::new(|_| ()), &Default::default());
-    let report = report.unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(report.exit_code(), 0, "{} {:?}", report.summary.reason, report.summary.audit);
-    report
-}
+use crate::contacts::run;
+use crate::support::{bisected, column, open_text};
 
 fn scene(libraries: &str, gravity: f64, settings: &str) -> String {
     format!(
@@ -123,20 +109,12 @@ fn hanging(n: usize, length: f64, span: f64) -> String {
     text + &pin("end", [&format!("rod{}", n - 1), "ground"], [x, y])
 }
 
-fn bisected(mut low: f64, mut high: f64, falls: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..200 {
-        let middle = 0.5 * (low + high);
-        if falls(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
-}
-
 /// With the horizontal pull H and the weight w of a rod, the moments about the ends of rod k give tan = (V_k + V_{k+1}) / 2 H with
 /// V_k = w (k - n / 2): a catenary of rods.
 #[test]
 fn a_long_chain_between_two_supports_hangs_as_a_catenary_of_rods() {
     let (n, length, span) = (60, 0.05, 2.0);
-    let session = open(&hanging(n, length, span), &[]);
+    let session = open_text(&hanging(n, length, span), &[]);
     let found = equilibrium(&session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(found.stability, Stability::Undamped);
     let slope = |pull: f64, k: usize| 9.81 * (k as f64 + 0.5 - 0.5 * n as f64) / pull;
@@ -177,7 +155,7 @@ fn cantilever(n: usize, gravity: f64, settings: &str) -> String {
 #[test]
 fn a_cantilever_of_many_beams_bends_under_its_weight_as_it_should() {
     let (n, gravity) = (30, 1e-4);
-    let session = open(&cantilever(n, gravity, "t_end = 1"), &[]);
+    let session = open_text(&cantilever(n, gravity, "t_end = 1"), &[]);
     let found = equilibrium(&session, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
     let bent = |k: usize| {
         let (x, weight) = (k as f64 / n as f64, if k < n { gravity / n as f64 } else { 0.5 * gravity / n as f64 });
@@ -192,7 +170,7 @@ fn a_cantilever_of_many_beams_bends_under_its_weight_as_it_should() {
 
 /// Entries of the exact Jacobian at the start, in coordinates that are chosen.
 fn entries(text: &str) -> usize {
-    let mut session = open(text, &[]);
+    let mut session = open_text(text, &[]);
     let mut form = session.formulation("interpreted").unwrap_or_else(|error| panic!("{error}"));
     form.offer_jacobian(&session.equations);
     form.set_discrete(&session.assembly.references, &session.assembly.discrete);

@@ -10,12 +10,7 @@ use odyn::analyses::loads::{Case, Consistent, Loads, Watch};
 use odyn::analyses::prescribed::quantity;
 use odyn::session::Session;
 
-use crate::support::{Scratch, options, root};
-
-fn open(text: &str, sets: &[&str]) -> Session {
-    let scratch = Scratch::new();
-    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::support::{Scratch, open_text, options, root};
 
 /// Crank 0.2 m, rod 0.5 m, piston along x; it starts at its outer dead centre.
 const SLIDER_CRANK: &str = r#"
@@ -101,7 +96,7 @@ fn column<'a>(found: &'a Kinematics, name: &str) -> &'a [f64] {
 
 #[test]
 fn a_slider_crank_moves_as_its_closed_form() {
-    let session = open(SLIDER_CRANK, &[]);
+    let session = open_text(SLIDER_CRANK, &[]);
     let angle = quantity(&session, "bearing.angle").unwrap();
     for range in [[0.0, 4.0 * PI], [2.0 * PI, 0.3]] {
         let over = found(&session, &Drive::Over(angle.clone(), range, 73));
@@ -114,7 +109,7 @@ fn a_slider_crank_moves_as_its_closed_form() {
         }
     }
     // Its own driver, over time.
-    let session = open(&format!("{SLIDER_CRANK}{DRIVER}"), &[]);
+    let session = open_text(&format!("{SLIDER_CRANK}{DRIVER}"), &[]);
     let over = found(&session, &Drive::Time);
     for (k, t) in over.places.iter().enumerate() {
         let ([x, slope, bend], speed) = (piston(3.0 * t + 2.0 * t * t), 3.0 + 4.0 * t);
@@ -126,7 +121,7 @@ fn a_slider_crank_moves_as_its_closed_form() {
 
 #[test]
 fn all_its_motion_has_the_dead_centres() {
-    let session = open(SLIDER_CRANK, &[]);
+    let session = open_text(SLIDER_CRANK, &[]);
     let whole = found(&session, &Drive::Whole(quantity(&session, "bearing.angle").unwrap()));
     assert!(whole.closed, "{:?}", whole.notes);
     let x = whole.extents.iter().find(|one| one.name == "x").unwrap();
@@ -176,7 +171,7 @@ fn four_bar() -> String {
 
 #[test]
 fn a_rocker_swings_between_its_limits() {
-    let session = open(&four_bar(), &[]);
+    let session = open_text(&four_bar(), &[]);
     let whole = found(&session, &Drive::Whole(quantity(&session, "A.angle").unwrap()));
     assert!(whole.closed, "{:?}", whole.notes);
     // Crank and coupler in line: law of cosines at D. Angles of the rocker are from its start.
@@ -197,7 +192,7 @@ fn a_rocker_swings_between_its_limits() {
 
 #[test]
 fn mechanisms_without_a_drive_are_refused() {
-    let session = open(SLIDER_CRANK, &[]);
+    let session = open_text(SLIDER_CRANK, &[]);
     let error = kinematics(&session, &Drive::Time, &mut |_| ()).unwrap_err();
     assert!(error.to_string().contains("--drive"), "{error}");
 }
@@ -261,7 +256,7 @@ fn loads_on_each_body_are_in_balance() {
             assert!(most > 0.0, "{body}");
         }
     }
-    let found = loads_of(&|| open(BARS, &[]), "upper", &[0.0, 0.4, 1.0]);
+    let found = loads_of(&|| open_text(BARS, &[]), "upper", &[0.0, 0.4, 1.0]);
     assert!(found.cases.iter().all(|case| case.left.iter().all(|left| *left < 1e-12)), "{:?}", found.cases);
 }
 
@@ -275,7 +270,7 @@ fn lines<'a>(step: &'a str, keyword: &str) -> Vec<Vec<&'a str>> {
 /// What is read back from the deck is in balance with the inertia of a box of 10 x 1 x 1 elements, by CalculiX where it is there.
 #[test]
 fn decks_for_finite_elements_are_in_balance() {
-    let found = loads_of(&|| open(BARS, &[]), "upper", &[0.4, 1.0]);
+    let found = loads_of(&|| open_text(BARS, &[]), "upper", &[0.4, 1.0]);
     let (head, steps) = found.calculix(Consistent::Metres, "EALL", 900_001);
     for (case, step) in found.cases.iter().zip(&steps) {
         let mut force = [0.0; 3];

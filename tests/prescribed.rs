@@ -9,12 +9,7 @@ use odyn::analyses::prescribed::{Motion, quantity};
 use odyn::session::{Session, SessionError};
 
 use crate::fed_back::{Begin, PENDULUM, fed_back, turn};
-use crate::support::{Scratch, column, options, root};
-
-fn open(text: &str, sets: &[&str]) -> Session {
-    let scratch = Scratch::new();
-    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::support::{column, open_text, options, root};
 
 /// What kinematics says over time of a scene that drives itself is what its run does: servos, cams, profiles, drivers, whatever it is.
 #[test]
@@ -156,7 +151,7 @@ fn what_efforts_given_back_along_states_miss_is_due_to_their_table() {
         assert!((order - 3.0).abs() < 0.03, "{coarse:e} {fine:e}: {order}");
     }
     let swing = |t: f64| [0.4 * (1.0 - (2.0 * t).cos()), 0.8 * (2.0 * t).sin(), 1.6 * (2.0 * t).cos()];
-    let session = open(ON_A_SERVO, &[]);
+    let session = open_text(ON_A_SERVO, &[]);
     let efforts = |h: f64| {
         let times: Vec<f64> = (0..=(0.4 / h).round() as i32).map(|k| f64::from(k) * h).collect();
         let found = asked(&session, &[("elbow.angle", &swing)], &["elbow.angle"], &times);
@@ -214,7 +209,8 @@ fn a_block_pushed_over_a_table_leans_on_it() {
     let normal = |t: f64| 2.0 * (g + 0.45 * (3.0 * t).cos());
     let times: Vec<f64> = (-16..=416).map(|k| 1e-3 * f64::from(k)).collect();
     let text = block(mu, lift, 0.0, "");
-    let found = asked(&open(&text, &[]), &[("x", &push)], &["x"], &times).unwrap_or_else(|error| panic!("{error}"));
+    let found =
+        asked(&open_text(&text, &[]), &[("x", &push)], &["x"], &times).unwrap_or_else(|error| panic!("{error}"));
     assert!(
         found.notes.iter().any(|note| note.contains("hold the mechanism as joints do: rests")),
         "{:?}",
@@ -231,7 +227,7 @@ fn a_block_pushed_over_a_table_leans_on_it() {
          params.x = {{ points = [{}], interpolation = \"spline\" }}\n",
         pairs.join(", ")
     );
-    let run = open(&block(mu, lift, 0.0, &pushed), &[]).run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    let run = open_text(&block(mu, lift, 0.0, &pushed), &[]).run(None, Box::new(|_| ()), &Default::default()).unwrap();
     for (t, x) in run.times.iter().zip(column(&run, "x")) {
         assert!((x - push(*t)[0]).abs() < 1e-10, "{t}: {x}");
     }
@@ -242,7 +238,7 @@ fn a_block_pushed_over_a_table_leans_on_it() {
 fn contacts_push_and_do_not_pull() {
     let g = 9.81;
     let text = block(0.0, "0", 0.0, "").replace("[0.5, 0, 0]", "[0, 0, 0]");
-    let session = open(&text, &[]);
+    let session = open_text(&text, &[]);
     let still = |_: f64| [0.0; 3];
     let times = [0.0, 0.1, 0.2];
     let found = asked(&session, &[("x", &still), ("z", &still)], &["x", "z"], &times).unwrap();
@@ -257,12 +253,12 @@ fn contacts_push_and_do_not_pull() {
     let message = refused(&session, &[("x", &still), ("z", &down)], &["x", "z"], &times);
     assert!(message.contains("goes through `rests"), "{message}");
     let strike = |t: f64| [0.2 - t, -1.0, 0.0];
-    let above = open(&block(0.0, "0", 0.2, "").replace("[0.5, 0, 0]", "[0, 0, 0]"), &[]);
+    let above = open_text(&block(0.0, "0", 0.2, "").replace("[0.5, 0, 0]", "[0, 0, 0]"), &[]);
     let message = refused(&above, &[("x", &still), ("z", &strike)], &["x", "z"], &times);
     assert!(message.contains("runs into `rests") && message.contains("impulse"), "{message}");
     let message = refused(&above, &[("x", &still)], &["x"], &times);
     assert!(message.contains("leave this free: `block` moves along"), "{message}");
-    let shaken = open(&block(0.0, "0.2 * (1 - cos(8 * t))", 0.0, "").replace("[0.5, 0, 0]", "[0, 0, 0]"), &[]);
+    let shaken = open_text(&block(0.0, "0.2 * (1 - cos(8 * t))", 0.0, "").replace("[0.5, 0, 0]", "[0, 0, 0]"), &[]);
     let times: Vec<f64> = (0..40).map(|k| 0.01 * f64::from(k)).collect();
     let message = refused(&shaken, &[("x", &still)], &["x"], &times);
     assert!(message.contains("`rests: gap` would have to pull"), "{message}");
@@ -273,19 +269,19 @@ fn contacts_push_and_do_not_pull() {
 fn kinematics_says_which_contacts_it_leans_on_and_goes_through() {
     let stop = "[[joint]]\nname = \"frame\"\ntype = \"rotational-stop\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
                 params.upper = 1\n";
-    let session = open(&(PENDULUM.to_owned() + stop), &[]);
+    let session = open_text(&(PENDULUM.to_owned() + stop), &[]);
     let drive = Drive::read(&session, "pivot.angle=0:2:21").unwrap();
     let found = kinematics(&session, &drive, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
     let note = found.notes.iter().find(|note| note.contains("goes through `frame")).unwrap();
     assert!(note.contains("10 places") && note.contains("= 1.1 and 2 rad"), "{note}");
-    let session = open(&block(0.3, "0.05 * sin(4 * t)", 0.0, ""), &[]);
+    let session = open_text(&block(0.3, "0.05 * sin(4 * t)", 0.0, ""), &[]);
     // Nothing drives it along x.
     let error = kinematics(&session, &Drive::Time, &mut |_| ()).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("leave this free: `block` moves along"), "{error}");
     let held =
         "[[joint]]\nname = \"side\"\ntype = \"point-in-plane\"\nbodies = [\"ground\", \"block\"]\naxis = [1, 0, 0]\n";
     let text = block(0.3, "0.05 * sin(4 * t)", 0.0, held).replace("[0.5, 0, 0]", "[0, 0, 0.2]");
-    let session = open(&text, &[]);
+    let session = open_text(&text, &[]);
     let found = kinematics(&session, &Drive::Time, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
     let k = found.columns.iter().position(|column| column.name == "z").unwrap();
     for (t, z) in found.places.iter().zip(&found.values[k]) {
@@ -305,7 +301,7 @@ fn what_only_a_run_can_tell_is_refused_by_name() {
     let slow = PENDULUM.replace("\"forces\"]", "\"forces\", \"controls\"]").to_owned()
         + &LAG.replace("c0", "torque")
         + "[[input]]\nname = \"torque\"\n";
-    let session = open(&slow, &[]);
+    let session = open_text(&slow, &[]);
     let message = refused(&session, &[("pivot.angle", &|t| [t * t, 2.0 * t, 2.0])], &["torque"], &[0.0, 0.1]);
     assert!(message.contains("the actuator `torque` acts by way of a state"), "{message}");
 }

@@ -2,17 +2,11 @@
 
 use odyn::analyses::modes::Stability;
 use odyn::analyses::statics::{self, Equilibrium};
-use odyn::session::Session;
 
-use crate::support::{Scratch, options};
-
-fn open(text: &str, sets: &[&str]) -> Session {
-    let scratch = Scratch::new();
-    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::support::open_text;
 
 fn rest(text: &str) -> Equilibrium {
-    statics::equilibrium(&open(text, &[]), &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+    statics::equilibrium(&open_text(text, &[]), &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 const HEAD: &str = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 2\n\
@@ -36,7 +30,7 @@ fn on_a_slope(a: f64, mu: f64, more: &str) -> String {
 #[track_caller]
 fn stays(text: &str, names: &[&str]) {
     let found = rest(text);
-    let mut run = open(text, &["simulation.start=equilibrium"]).prepare().unwrap().start().unwrap();
+    let mut run = open_text(text, &["simulation.start=equilibrium"]).prepare().unwrap().start().unwrap();
     run.advance(2.0).unwrap_or_else(|error| panic!("{error}"));
     for name in names {
         let port = found.outputs.iter().find(|port| port.name == *name).unwrap();
@@ -62,7 +56,7 @@ fn a_block_stays_on_a_slope_up_to_its_angle_of_friction() {
         stays(&text, &["x", "y"]);
     }
     // Nothing else holds it.
-    let error = statics::equilibrium(&open(&on_a_slope(a, 0.3, ""), &[]), &mut |_| ()).map(|_| ()).unwrap_err();
+    let error = statics::equilibrium(&open_text(&on_a_slope(a, 0.3, ""), &[]), &mut |_| ()).map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("nothing holds `block`"), "{error}");
 }
 
@@ -161,7 +155,7 @@ fn feet_that_share_a_load_hold_together() {
     assert!(found.friction.len() == 2 && found.friction.iter().all(|one| one.holds), "{:?}", found.friction);
     assert!((most - a.tan() / 0.3).abs() < 1e-6, "{:?}", found.friction);
     stays(&text, &["x", "z"]);
-    let error = statics::equilibrium(&open(&on_feet([3.0, 0.2], at(0.0, 0.15), &feet, 0.25), &[]), &mut |_| ());
+    let error = statics::equilibrium(&open_text(&on_feet([3.0, 0.2], at(0.0, 0.15), &feet, 0.25), &[]), &mut |_| ());
     assert!(error.is_err());
 }
 
@@ -187,7 +181,7 @@ fn a_ladder_needs_what_the_closed_form_says() {
     assert!(needed < 0.5);
     let slips = on_feet([8.0, 2.7], [0.5 * length * c, 0.5 * length * s], &feet, 0.9 * needed);
     // It slips, and lies on the floor or has nothing to hold it: not where it stood.
-    if let Ok(found) = statics::equilibrium(&open(&slips, &[]), &mut |_| ()) {
+    if let Ok(found) = statics::equilibrium(&open_text(&slips, &[]), &mut |_| ()) {
         assert!(found.friction.iter().any(|one| !one.holds), "{:?}", found.friction);
     }
 }

@@ -62,6 +62,15 @@ pub fn child(test: &str, variable: &str, value: &OsStr) -> Output {
     command.output().unwrap()
 }
 
+/// Where a function falls through zero between two places.
+pub fn bisected(mut low: f64, mut high: f64, falls: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if falls(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 /// What the command line would add to a scene: `--set` texts and `--plugin` folders.
 pub fn options(sets: &[&str], plugins: &[PathBuf]) -> RunOptions {
     RunOptions {
@@ -78,6 +87,13 @@ pub fn options(sets: &[&str], plugins: &[PathBuf]) -> RunOptions {
 pub fn open(scene: &str, sets: &[&str]) -> Session {
     let path = root().join("scenes").join(scene);
     Session::open(&path, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The text of a scene, ready to run.
+#[track_caller]
+pub fn open_text(text: &str, sets: &[&str]) -> Session {
+    let scratch = Scratch::new();
+    Session::open(&scratch.file("scene.toml", text), &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Runs a scene of `scenes/`.

@@ -93,7 +93,7 @@ fn sentence(value: &Value) -> &str {
     value["description"].as_str().unwrap_or_default()
 }
 
-/// Whether a table has all keys of another one. What a type of elements adds is distinguished.
+/// Whether a table has all keys of another one. What a type of elements adds is listed apart.
 fn extends(table: &Value, other: &Value) -> bool {
     let same = |(key, value): (&str, &Value)| {
         table["properties"].get(key).is_some_and(|own| key == "type" || key == "params" || own == value)

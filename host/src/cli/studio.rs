@@ -35,7 +35,7 @@ pub(super) fn studio(args: &StudioArgs) -> Result<u8, Failure> {
     };
     let settings = Settings { scene: args.scene.clone(), port: args.port, options };
     let studio = Studio::start(settings).map_err(Failure::new)?;
-    let stop = on_interrupt("the studio ends\n");
+    let stop = on_interrupt("the studio ends");
     terminal::print(&format!("studio: {}\n", studio.address()))?;
     eprintln!("open this address in a browser on this machine; Ctrl-C ends");
     studio.serve(&stop);
