@@ -23,15 +23,15 @@ const ROUNDS: usize = 2;
 #[must_use]
 pub fn condense(graph: &Graph, outputs: &[Node]) -> Option<(Graph, Vec<Node>)> {
     let mut best = None;
-    let mut least = graph.live(outputs).len();
-    if least <= LARGEST {
+    let mut live = graph.live(outputs);
+    if live.len() <= LARGEST {
         for pass in [factored, paired] {
             let (graph, outputs) =
                 best.as_ref().map_or((graph, outputs), |(graph, nodes): &(Graph, Vec<Node>)| (graph, nodes));
-            let (found, nodes) = pass(graph, outputs);
-            let count = found.live(&nodes).len();
-            if count < least {
-                (best, least) = (Some((found, nodes)), count);
+            let (found, nodes) = pass(&Wholes::new(graph, &live, outputs), outputs);
+            let found_live = found.live(&nodes);
+            if found_live.len() < live.len() {
+                (best, live) = (Some((found, nodes)), found_live);
             }
         }
     }
@@ -54,7 +54,7 @@ enum Kind {
 /// Live nodes, and which of them are parts of larger sums and products only.
 struct Wholes<'g> {
     graph: &'g Graph,
-    live: Vec<Node>,
+    live: &'g [Node],
     /// By node: whether it is inside of its only user.
     inside: Vec<bool>,
     /// By node: whether its only user is (part of) a sum.
@@ -62,12 +62,12 @@ struct Wholes<'g> {
 }
 
 impl<'g> Wholes<'g> {
-    fn new(graph: &'g Graph, outputs: &[Node]) -> Self {
-        let live = graph.live(outputs);
+    /// `live` is what the outputs depend on.
+    fn new(graph: &'g Graph, live: &'g [Node], outputs: &[Node]) -> Self {
         let size = live.last().map_or(0, |node| node.0 as usize + 1);
         let mut users = vec![0_u32; size];
         let mut user_kind = vec![Kind::Other; size];
-        for node in &live {
+        for node in live {
             let kind = kind(graph, *node);
             graph.operands(*node, |operand| {
                 users[operand.0 as usize] += 1;
@@ -77,7 +77,7 @@ impl<'g> Wholes<'g> {
         outputs.iter().for_each(|node| users[node.0 as usize] += 2);
         let only = |node: &Node, of: Kind| users[node.0 as usize] == 1 && user_kind[node.0 as usize] == of;
         let (mut inside, mut in_sum) = (vec![false; size], vec![false; size]);
-        for node in &live {
+        for node in live {
             in_sum[node.0 as usize] = only(node, Kind::Additive);
             inside[node.0 as usize] = match kind(graph, *node) {
                 Kind::Other => false,
@@ -157,21 +157,21 @@ struct Term {
 }
 
 /// Equal terms collected, common factors taken out of sums.
-fn factored(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
-    let wholes = Wholes::new(graph, outputs);
+fn factored(wholes: &Wholes<'_>, outputs: &[Node]) -> (Graph, Vec<Node>) {
+    let graph = wholes.graph;
     let mut g = Graph::with_room(wholes.live.len());
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
-    for node in &wholes.live {
+    for node in wholes.live {
         let made = match kind(graph, *node) {
             Kind::Additive if wholes.is_inside(*node) => continue,
             Kind::Multiplicative if wholes.is_inside(*node) || wholes.in_sum[node.0 as usize] => continue,
             Kind::Additive => {
                 let terms = wholes.terms(*node).into_iter();
-                let terms = terms.map(|(term, sign)| split(&mut g, &wholes, &rewriting, term, sign)).collect();
+                let terms = terms.map(|(term, sign)| split(&mut g, wholes, &rewriting, term, sign)).collect();
                 sum_of(&mut g, terms)
             }
             Kind::Multiplicative => {
-                let term = split(&mut g, &wholes, &rewriting, *node, 1.0);
+                let term = split(&mut g, wholes, &rewriting, *node, 1.0);
                 product_of(&mut g, &term)
             }
             Kind::Other => rewriting.one(&mut g, *node),
@@ -390,8 +390,8 @@ fn replace(whole: &mut Vec<(Part, bool)>, pair: Pair, part: Part) {
 }
 
 /// Pairs that several sums or several products have, computed once.
-fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
-    let wholes = Wholes::new(graph, outputs);
+fn paired(wholes: &Wholes<'_>, outputs: &[Node]) -> (Graph, Vec<Node>) {
+    let graph = wholes.graph;
     let first_made = wholes.inside.len();
     let empty = || Pairing { wholes: Vec::new(), made: Vec::new(), first_made };
     let (mut sums, mut products) = (empty(), empty());
@@ -415,7 +415,7 @@ fn paired(graph: &Graph, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let mut g = Graph::with_room(wholes.live.len());
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     let (mut known_sums, mut known_products) = (vec![None; sums.made.len()], vec![None; products.made.len()]);
-    for node in &wholes.live {
+    for node in wholes.live {
         let made = match kind(graph, *node) {
             Kind::Other => rewriting.one(&mut g, *node),
             _ if wholes.is_inside(*node) => continue,

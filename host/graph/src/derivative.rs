@@ -13,11 +13,9 @@ pub type Seeds = FxHashMap<Node, Node>;
 pub struct Below {
     /// Ascending.
     nodes: Vec<Node>,
-    /// [`NOWHERE`] for an operand that is not among them, which is constant.
+    /// The place behind the last one for an operand that is not among them, which is constant.
     operands: Vec<[u32; 4]>,
 }
-
-const NOWHERE: u32 = u32::MAX;
 
 impl Below {
     /// Everything that `outputs` depend on; what `stop` says is listed but not entered, nor are unknowns that are found from
@@ -27,12 +25,13 @@ impl Below {
         let mut solved: Vec<Node> = graph.solved.iter().flat_map(|solved| solved.unknowns.iter().copied()).collect();
         solved.sort_unstable();
         let nodes = graph.ancestors(outputs, |node| solved.binary_search(&node).is_ok() || stop(node));
+        let nowhere = nodes.len() as u32;
         let operands = nodes.iter().map(|node| {
-            let (mut places, mut count) = ([NOWHERE; 4], 0);
+            let (mut places, mut count) = ([nowhere; 4], 0);
             // Opaque results are differentiated by whoever knows what they mean.
             if !matches!(graph.expr(*node), Expr::Call { .. }) {
                 graph.operands(*node, |operand| {
-                    places[count] = nodes.binary_search(&operand).map_or(NOWHERE, |place| place as u32);
+                    places[count] = nodes.binary_search(&operand).map_or(nowhere, |place| place as u32);
                     count += 1;
                 });
             }
@@ -63,7 +62,7 @@ pub fn derivatives(graph: &mut Graph, outputs: &[Node], seeds: &Seeds) -> Vec<No
 /// those of the implicit function.
 pub fn derivatives_among(graph: &mut Graph, below: &Below, outputs: &[Node], seeds: &Seeds) -> Vec<Node> {
     let zero = graph.constant(0.0);
-    let mut found = vec![zero; below.nodes.len()];
+    let mut found = vec![zero; below.nodes.len() + 1];
     let mut is_seed = vec![false; below.nodes.len()];
     for (node, seed) in seeds {
         if let Some(place) = below.place(*node) {
@@ -72,7 +71,7 @@ pub fn derivatives_among(graph: &mut Graph, below: &Below, outputs: &[Node], see
     }
     follow_solved(graph, below, seeds, &mut found, &mut is_seed);
     for (place, node) in below.nodes.iter().enumerate().filter(|(place, _)| !is_seed[*place]) {
-        let slopes = below.operands[place].map(|at| found.get(at as usize).copied().unwrap_or(zero));
+        let slopes = below.operands[place].map(|at| found[at as usize]);
         if slopes != [zero; 4] {
             found[place] = one(graph, *node, zero, slopes);
         }

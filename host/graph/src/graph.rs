@@ -97,6 +97,8 @@ const LARGE: usize = 1 << 17;
 const NEIGHBOURS: usize = 1 << 13;
 /// Places there that are tried.
 const NEAR_TRIES: usize = 16;
+/// Nodes that are marked one by one faster than those that are reached are entered into a table.
+const FEW: usize = 1 << 14;
 /// An empty place in the table of known expressions.
 const NO_NODE: u32 = u32::MAX;
 
@@ -236,6 +238,16 @@ impl Graph {
         }
     }
 
+    /// Whether a node is a number or a negation: what operations on it are simplified by.
+    #[inline]
+    pub(super) fn simplifies(&self, node: Node) -> bool {
+        let at = node.0 as usize;
+        match at.checked_sub(self.shared.len()) {
+            Some(at) => self.exprs.simplifies(at),
+            None => self.shared.simplifies(at),
+        }
+    }
+
     /// Whether a node is the number zero.
     #[must_use]
     pub fn is_zero(&self, node: Node) -> bool {
@@ -326,25 +338,15 @@ impl Graph {
     }
 
     /// The nodes a node uses directly. The arguments of a call count as operands of its results.
+    #[inline]
     pub fn operands(&self, node: Node, mut visit: impl FnMut(Node)) {
-        match self.expr(node) {
-            Expr::Constant(_) | Expr::Input(_) => {}
-            Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) | Expr::Div(a, b) | Expr::Atan2(a, b) => {
-                visit(a);
-                visit(b);
-            }
-            Expr::Neg(a)
-            | Expr::Sqrt(a)
-            | Expr::Sin(a)
-            | Expr::Cos(a)
-            | Expr::Exp(a)
-            | Expr::Ln(a)
-            | Expr::Tanh(a)
-            | Expr::Powi(a, _)
-            | Expr::Powf(a, _)
-            | Expr::Table { at: a, .. } => visit(a),
-            Expr::Select(a, b, c, d) => [a, b, c, d].into_iter().for_each(visit),
-            Expr::Call { call, .. } => self.calls[call as usize].arguments.iter().copied().for_each(visit),
+        let at = node.0 as usize;
+        let is_plain = match at.checked_sub(self.shared.len()) {
+            Some(at) => self.exprs.operands(at, &mut visit),
+            None => self.shared.operands(at, &mut visit),
+        };
+        if !is_plain && let Expr::Call { call, .. } = self.expr(node) {
+            self.calls[call as usize].arguments.iter().copied().for_each(visit);
         }
     }
 
@@ -352,24 +354,43 @@ impl Graph {
     /// [`Graph::ancestors`]: it looks at every node below the last output.
     #[must_use]
     pub fn live(&self, outputs: &[Node]) -> Vec<Node> {
-        let end = outputs.iter().max().map_or(0, |node| node.0 as usize + 1);
-        let mut marked = vec![false; end];
-        outputs.iter().for_each(|node| marked[node.0 as usize] = true);
-        let mut count = 0;
-        for k in (0..end).rev().map(|k| Node(k as u32)) {
-            if marked[k.0 as usize] {
-                count += 1;
-                self.operands(k, |operand| marked[operand.0 as usize] = true);
-            }
-        }
-        let mut list = Vec::with_capacity(count);
-        list.extend((0..end).filter(|k| marked[*k]).map(|k| Node(k as u32)));
-        list
+        self.marked(outputs, |_| false)
     }
 
     /// Everything `outputs` depend on, themselves included, in ascending order; `stop` nodes are listed but not entered.
     #[must_use]
     pub fn ancestors(&self, outputs: &[Node], stop: impl Fn(Node) -> bool) -> Vec<Node> {
+        let few = outputs.iter().all(|node| (node.0 as usize) < FEW);
+        if few { self.marked(outputs, stop) } else { self.entered(outputs, stop) }
+    }
+
+    /// The same by a mark for every node below the last output.
+    fn marked(&self, outputs: &[Node], stop: impl Fn(Node) -> bool) -> Vec<Node> {
+        const BITS: usize = u64::BITS as usize;
+        let words = outputs.iter().max().map_or(0, |node| node.0 as usize / BITS + 1);
+        let mut marked = vec![0_u64; words];
+        let mark = |marked: &mut [u64], node: Node| marked[node.0 as usize / BITS] |= 1 << (node.0 as usize % BITS);
+        outputs.iter().for_each(|node| mark(&mut marked, *node));
+        let mut list = Vec::with_capacity(4 * outputs.len());
+        for word in (0..words).rev() {
+            // Operands have smaller numbers, in this word or in one before.
+            let mut open = marked[word];
+            while open != 0 {
+                let bit = BITS - 1 - open.leading_zeros() as usize;
+                let node = Node((word * BITS + bit) as u32);
+                list.push(node);
+                if !stop(node) {
+                    self.operands(node, |operand| mark(&mut marked, operand));
+                }
+                open = marked[word] & ((1 << bit) - 1);
+            }
+        }
+        list.reverse();
+        list
+    }
+
+    /// The same by a table of those that were reached.
+    pub(super) fn entered(&self, outputs: &[Node], stop: impl Fn(Node) -> bool) -> Vec<Node> {
         let mut seen = rustc_hash::FxHashSet::default();
         let mut open: Vec<Node> = outputs.to_vec();
         while let Some(node) = open.pop() {

@@ -23,6 +23,9 @@ impl Graph {
     pub fn add(&mut self, a: Node, b: Node) -> Node {
         self.requested += 1;
         let (a, b) = if a <= b { (a, b) } else { (b, a) };
+        if !self.simplifies(a) && !self.simplifies(b) {
+            return if self.is_unit_circle(a, b) { self.constant(1.0) } else { self.intern(Expr::Add(a, b)) };
+        }
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x + y),
             (Some(0.0), None) => return b,
@@ -36,7 +39,6 @@ impl Graph {
             }
             (Expr::Neg(x), _) => self.sub(b, x),
             (_, Expr::Neg(y)) => self.sub(a, y),
-            _ if self.is_unit_circle(a, b) => self.constant(1.0),
             _ => self.intern(Expr::Add(a, b)),
         }
     }
@@ -59,6 +61,9 @@ impl Graph {
         if a == b {
             return self.constant(0.0);
         }
+        if !self.simplifies(a) && !self.simplifies(b) {
+            return self.intern(Expr::Sub(a, b));
+        }
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x - y),
             (Some(0.0), None) => return self.neg(b),
@@ -80,8 +85,14 @@ impl Graph {
     pub fn mul(&mut self, a: Node, b: Node) -> Node {
         self.requested += 1;
         let (a, b) = if a <= b { (a, b) } else { (b, a) };
+        if !self.simplifies(a) && !self.simplifies(b) {
+            return self.intern(Expr::Mul(a, b));
+        }
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x * y),
+            // There is one node that is zero.
+            (Some(0.0), None) => return a,
+            (None, Some(0.0)) => return b,
             (Some(x), None) => return self.scaled(x, b),
             (None, Some(y)) => return self.scaled(y, a),
             (None, None) => {}

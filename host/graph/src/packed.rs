@@ -110,6 +110,24 @@ impl Packed {
         }
     }
 
+    /// Calls `visit` with the nodes that it uses directly; `false` for calls, whose arguments are elsewhere.
+    #[inline(always)]
+    fn operands(self, wide: &[[u32; 4]], mut visit: impl FnMut(Node)) -> bool {
+        let [a, b] = self.numbers;
+        match self.kind {
+            Kind::Constant | Kind::Input => {}
+            Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Atan2 => {
+                visit(Node(a));
+                visit(Node(b));
+            }
+            Kind::Call => return false,
+            Kind::Powf => visit(Node(wide[a as usize][0])),
+            Kind::Select => wide[a as usize].into_iter().for_each(|node| visit(Node(node))),
+            _ => visit(Node(a)),
+        }
+        true
+    }
+
     #[inline]
     fn expr(self, wide: &[[u32; 4]]) -> Expr {
         let [first, second] = self.numbers;
@@ -198,6 +216,12 @@ impl Exprs {
         (packed.kind == Kind::Constant).then(|| f64::from_bits(whole(packed.numbers)))
     }
 
+    /// Whether an operation is a number or a negation.
+    #[inline]
+    pub(super) fn simplifies(&self, at: usize) -> bool {
+        matches!(self.list[at].kind, Kind::Constant | Kind::Neg)
+    }
+
     /// Whether an operation of the list is this one, to which the key belongs.
     #[inline]
     pub(super) fn is(&self, at: usize, key: &Key, expr: &Expr) -> bool {
@@ -205,6 +229,12 @@ impl Exprs {
             Some(packed) => self.list[at] == packed,
             None => self.get(at) == *expr,
         }
+    }
+
+    /// Calls `visit` with the nodes that an operation uses directly; `false` for calls, whose arguments are elsewhere.
+    #[inline(always)]
+    pub(super) fn operands(&self, at: usize, visit: impl FnMut(Node)) -> bool {
+        self.list[at].operands(&self.wide, visit)
     }
 
     /// As [`Key::near`] of an operation of the list.
@@ -248,6 +278,8 @@ impl Exprs {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+
     use super::*;
 
     /// Each operation comes back as it was, and none is taken for another one.
@@ -290,6 +322,14 @@ mod tests {
         for (at, expr) in all.iter().enumerate() {
             let key = Key::of(expr);
             assert_eq!(list.near(at), key.near(expr));
+            let (mut found, known) = (Vec::new(), RefCell::new(Vec::new()));
+            assert_eq!(list.operands(at, |node| found.push(node)), !matches!(expr, Expr::Call { .. }));
+            expr.with_operands(|node| {
+                known.borrow_mut().push(node);
+                node
+            });
+            assert_eq!(found, known.into_inner());
+            assert_eq!(list.simplifies(at), matches!(expr, Expr::Constant(_) | Expr::Neg(_)));
             assert!((0..all.len()).all(|other| list.is(other, &key, expr) == (other == at)));
         }
         assert_eq!(size_of::<Packed>(), 12);

@@ -5,7 +5,7 @@ use element_api::recording::{Input, Role};
 use element_api::{Interpolation, Outside, Scalar, Table};
 
 use super::{Random, value, values};
-use crate::{Expr, Graph, Node, import};
+use crate::{Call, Expr, Graph, Node, import};
 
 /// A graph with three inputs.
 fn start() -> (Graph, [Node; 3]) {
@@ -247,6 +247,38 @@ fn operands_come_before_their_users() {
     assert!(list.windows(2).all(|pair| pair[0] < pair[1]) && list.last() == Some(&last));
     for node in &list {
         g.operands(*node, |operand| assert!(list.binary_search(&operand).is_ok()));
+    }
+}
+
+/// All that outputs depend on is found by looking at every node below, or at what is reached only.
+#[test]
+fn what_is_live_is_what_is_reached() {
+    let mut random = Random(17);
+    let (mut g, nodes) = start();
+    g.calls.push(Call {
+        set: 0,
+        instance: 0,
+        arguments: nodes.to_vec(),
+        results: 2,
+        jacobian_from: 2,
+        second_from: 2,
+        second_to: 2,
+    });
+    let mut known: Vec<(Node, Rounded)> = nodes.map(|n| (n, Rounded { value: random.next(), error: 0.0 })).to_vec();
+    known.push((g.call_result(0, 1), Rounded { value: 0.3, error: 0.0 }));
+    for _ in 0..400 {
+        known.extend(operation(&mut g, &known, &mut random));
+    }
+    assert!(g.len() > 200);
+    assert!(g.live(&[]).is_empty());
+    for first in 0..known.len() {
+        let step = 1 + first % 97;
+        let outputs: Vec<Node> = known.iter().skip(first).step_by(step).map(|(node, _)| *node).collect();
+        for outputs in [&outputs[..], &outputs[..1]] {
+            assert_eq!(g.live(outputs), g.entered(outputs, |_| false));
+            let stop = |node: Node| node.0 % 5 == 2;
+            assert_eq!(g.ancestors(outputs, stop), g.entered(outputs, stop));
+        }
     }
 }
 
