@@ -109,7 +109,10 @@ impl JointForm {
         let mut joint = plan.equations;
         joint.graph.rest();
         let coordinates = joint.coordinates.clone();
-        let mut safe = Safe::new(&joint, &plan.rows, &plan.sizes, plan.length, MOTION_RANK_TOLERANCE)?;
+        let mut safe = match plan.all {
+            Some(all) => all.anew(&joint, &plan.sizes, MOTION_RANK_TOLERANCE)?,
+            None => Safe::new(&joint, &plan.rows, &plan.sizes, plan.length, MOTION_RANK_TOLERANCE)?,
+        };
         safe.solver.set_rank_limit(plan.at_start.rank);
         let used = plan.tree.used(model.elements.len());
         let counts_others = model.elements.iter().zip(&used).any(|(element, used)| element.class.angles > 0 && !used);
@@ -127,7 +130,7 @@ impl JointForm {
         let known = joint.graph.calls.is_empty() && joint.dependence.is_none();
         let derivatives = if known { Derivatives::Possible } else { Derivatives::Unknown };
         Ok(Self {
-            start: JointStart::new(model, &plan.tree, plan.length),
+            start: plan.places,
             tree: plan.tree,
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],

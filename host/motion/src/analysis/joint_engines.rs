@@ -312,9 +312,7 @@ impl Safe {
             .flat_map(|(k, row)| row.jacobian.iter().map(move |(column, _)| (k, *column)))
             .collect();
         let structure = KktStructure::new(columns, rows.len(), mass, jacobian)?;
-        let mut solver = DenseQr::new(&structure, tolerance)?;
-        solver.set_measure(&joint.coordinates.scales(length))?;
-        solver.set_row_lengths(sizes)?;
+        let solver = solver(joint, &structure, sizes, length, tolerance)?;
         Ok(Self {
             terms: Evaluator::new(&joint.graph, &nodes),
             solver,
@@ -329,6 +327,12 @@ impl Safe {
             left: [vec![0.0; columns], vec![0.0; columns]],
             health: Health { rank: 0, smallest_pivot_ratio: 0.0 },
         })
+    }
+
+    /// The same before its first factorisation, with another tolerance.
+    pub(super) fn anew(self, joint: &JointEquations, sizes: &[f64], tolerance: f64) -> Result<Self, AnalysisError> {
+        let solver = solver(joint, &self.structure, sizes, self.length, tolerance)?;
+        Ok(Self { solver, health: Health { rank: 0, smallest_pivot_ratio: 0.0 }, ..self })
     }
 
     pub(super) fn mass(&self) -> &[f64] {
@@ -416,4 +420,18 @@ impl Safe {
     pub(super) fn solve_correction(&mut self) -> Result<(), AnalysisError> {
         Ok(self.solver.solve(&self.still, &self.right, &mut self.accelerations, &mut self.multipliers)?)
     }
+}
+
+/// The solver of [`Safe`], before its first factorisation.
+fn solver(
+    joint: &JointEquations,
+    structure: &KktStructure,
+    sizes: &[f64],
+    length: f64,
+    tolerance: f64,
+) -> Result<DenseQr, AnalysisError> {
+    let mut solver = DenseQr::new(structure, tolerance)?;
+    solver.set_measure(&joint.coordinates.scales(length))?;
+    solver.set_row_lengths(sizes)?;
+    Ok(solver)
 }

@@ -50,6 +50,10 @@ pub struct JointPlan {
     pub(super) sizes: Vec<f64>,
     /// Rank and pivot ratio of the rank-revealing factorisation at the start.
     pub(super) at_start: Health,
+    /// All rows at the start, where they were looked at.
+    pub(super) all: Option<Safe>,
+    /// From bodies to the coordinates of the tree.
+    pub(super) places: JointStart,
     /// The elimination at the start.
     pub(super) start: Look,
     pub(super) length: f64,
@@ -150,6 +154,10 @@ struct Chosen {
     /// The gradients' lengths in the metric of M^-1.
     lengths: Vec<f64>,
     at_start: Health,
+    /// All rows at the start, where they are looked at.
+    all: Option<Safe>,
+    /// As [`JointPlan::places`].
+    places: JointStart,
     /// Accelerations body by body, where nothing else is written.
     regular: Option<Unrolled>,
     length: f64,
@@ -204,7 +212,8 @@ impl Chosen {
     ) -> Result<Self, AnalysisError> {
         let length = assembly.scales.length;
         let enforced: Vec<usize> = equations.enforced().collect();
-        let inputs = inputs_at_start(&joint, model, layout, tree, assembly, t);
+        let mut places = JointStart::new(model, tree, length);
+        let inputs = inputs_at_start(&joint, &mut places, layout, assembly, t);
         if !joint.mass_is_written()
             && let Some(mut regular) = Unrolled::by_bodies(&mut joint)
         {
@@ -212,7 +221,7 @@ impl Chosen {
             if pivot_ratio(outputs, joint.coordinates.columns, &regular.squares) >= LEAST_HEALTH {
                 let (rows, independent, sizes, lengths) = Default::default();
                 let at_start = Health { rank: 0, smallest_pivot_ratio: 1.0 };
-                let (equations, regular) = (joint, Some(regular));
+                let (equations, regular, all) = (joint, Some(regular), None);
                 return Ok(Self {
                     equations,
                     enforced,
@@ -222,6 +231,8 @@ impl Chosen {
                     sizes,
                     lengths,
                     at_start,
+                    all,
+                    places,
                     regular,
                     length,
                 });
@@ -231,23 +242,52 @@ impl Chosen {
         joint.write_mass();
         let candidates: Vec<usize> = equations.enforced().filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
         let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
-        let share = shares(&joint, model, &candidates, &sizes, &inputs, length)?;
+        let mut all = Safe::new(&joint, &candidates, &sizes, length, RANK_TOLERANCE)?;
+        let share = shares(&mut all, &joint, model, &sizes, &inputs, length)?;
         let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
         let kept: Vec<usize> = (0..candidates.len()).filter(needed).collect();
         let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
         let sizes: Vec<f64> = kept.iter().map(|k| sizes[*k]).collect();
         let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
-        let mut all = Safe::new(&joint, &rows, &sizes, length, RANK_TOLERANCE)?;
+        if rows.len() < candidates.len() {
+            all = Safe::new(&joint, &rows, &sizes, length, RANK_TOLERANCE)?;
+        }
         let at_start = all.factor(&inputs, &model.sets, &mut Counters::default())?;
         let mut independent = all.rows_to_keep(&lengths)?;
         independent.sort_unstable();
-        let (equations, regular) = (joint, None);
-        Ok(Self { equations, enforced, inputs, rows, independent, sizes, lengths, at_start, regular, length })
+        let (equations, regular, all) = (joint, None, Some(all));
+        Ok(Self {
+            equations,
+            enforced,
+            inputs,
+            rows,
+            independent,
+            sizes,
+            lengths,
+            at_start,
+            all,
+            places,
+            regular,
+            length,
+        })
     }
 
     /// The plan, with the equations of the independent rows solved.
     fn plan(self, model: &Model, layout: &Layout, tree: SpanningTree) -> Result<JointPlan, AnalysisError> {
-        let Self { equations, enforced, inputs, rows, independent, sizes, lengths, at_start, regular, length } = self;
+        let Self {
+            equations,
+            enforced,
+            inputs,
+            rows,
+            independent,
+            sizes,
+            lengths,
+            at_start,
+            all,
+            places,
+            regular,
+            length,
+        } = self;
         let eliminated = || {
             let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
             let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
@@ -268,7 +308,7 @@ impl Chosen {
         let used = tree.used(model.elements.len());
         let of_tree = |row: usize| used[layout.element_of_row(row).0];
         let met = enforced.into_iter().filter(|row| !of_tree(*row) && !rows.contains(row)).collect();
-        Ok(JointPlan { met, regular, start, at_start, independent, sizes, rows, length, equations, tree })
+        Ok(JointPlan { met, regular, start, at_start, all, places, independent, sizes, rows, length, equations, tree })
     }
 }
 
@@ -290,16 +330,15 @@ fn turns_particles(equations: &Equations, model: &Model) -> bool {
 /// The inputs of programs in the coordinates of joints.
 fn inputs_at_start(
     joint: &JointEquations,
-    model: &Model,
+    places: &mut JointStart,
     layout: &Layout,
-    tree: &SpanningTree,
     assembly: &Assembly,
     t: f64,
 ) -> Vec<f64> {
     let coordinates = &joint.coordinates;
     let mut inputs = start_inputs(layout, t, assembly);
     inputs.resize(coordinates.input_count, 0.0);
-    let found = JointStart::new(model, tree, assembly.scales.length).find(&assembly.working);
+    let found = places.find(&assembly.working);
     let (mut position, mut velocity) = (0, coordinates.motion - coordinates.columns);
     for state in found.into_iter().map(Option::unwrap_or_default) {
         for (at, values) in [(&mut position, state.positions), (&mut velocity, state.velocities)] {
@@ -312,7 +351,7 @@ fn inputs_at_start(
     inputs
 }
 
-/// Lengths of the gradients of rows along the bodies' coordinates: with rotations taken on the scene's length, and in the
+/// Lengths of the gradients of rows (ascending) along the bodies' coordinates: with rotations taken on the scene's length, and in the
 /// metric of M^-1.
 fn gradients(
     equations: &Equations,
@@ -321,9 +360,10 @@ fn gradients(
     inputs: &[f64],
     length: f64,
 ) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
-    let mut constraints = Constraints::new(equations, rows, &[], &[])?;
+    let mut constraints = Constraints::of_all(equations)?;
     constraints.evaluate(inputs, &model.sets)?;
-    let (mut sizes, mut lengths) = (vec![0.0_f64; rows.len()], vec![0.0_f64; rows.len()]);
+    let all = constraints.rows.len();
+    let (mut sizes, mut lengths) = (vec![0.0_f64; all], vec![0.0_f64; all]);
     for ((row, column), slope) in constraints.structure.jacobian.iter().zip(constraints.jacobian()) {
         let (body, k) = (&model.bodies[column / 6], column % 6);
         sizes[*row] += if k < 3 { slope * slope } else { (slope / length).powi(2) };
@@ -331,24 +371,28 @@ fn gradients(
         let inertia = if k < 3 { body.mass } else { body.inertia[(k - 3, k - 3)] };
         lengths[*row] += if inertia > 0.0 { slope * slope / inertia } else { 0.0 };
     }
-    let root = |square: &f64| if *square > 0.0 { square.sqrt() } else { 1.0 };
-    Ok((sizes.iter().map(root).collect(), lengths.iter().map(root).collect()))
+    let root = |square: f64| if square > 0.0 { square.sqrt() } else { 1.0 };
+    let wanted = |row: &usize| rows.binary_search(row).is_ok();
+    let of_wanted = |squares: &[f64]| {
+        let squares = constraints.rows.iter().zip(squares).filter(|(row, _)| wanted(row));
+        squares.map(|(_, square)| root(*square)).collect()
+    };
+    Ok((of_wanted(&sizes), of_wanted(&lengths)))
 }
 
-/// The largest share of its gradient along the bodies' coordinates that each row has along the joints', at the start and at
+/// The largest share of its gradient along the bodies' coordinates that each row of `probe` has along the joints', at the start and at
 /// some places around it.
 fn shares(
+    probe: &mut Safe,
     joint: &JointEquations,
     model: &Model,
-    rows: &[usize],
     sizes: &[f64],
     start: &[f64],
     length: f64,
 ) -> Result<Vec<f64>, AnalysisError> {
     let coordinates = &joint.coordinates;
     let scales = coordinates.scales(length);
-    let mut probe = Safe::new(joint, rows, sizes, length, RANK_TOLERANCE)?;
-    let mut shares = vec![0.0_f64; rows.len()];
+    let mut shares = vec![0.0_f64; sizes.len()];
     for place in 0..=PROBES {
         let mut inputs = start.to_vec();
         for line in &coordinates.lines {
@@ -358,7 +402,7 @@ fn shares(
             inputs[coordinates.slot_of(line.position)] += away * size;
         }
         probe.terms.run(&inputs, &model.sets)?;
-        let mut squares = vec![0.0_f64; rows.len()];
+        let mut squares = vec![0.0_f64; sizes.len()];
         for ((row, column), slope) in probe.structure.jacobian.iter().zip(probe.jacobian()) {
             squares[*row] += (slope * scales[*column]).powi(2);
         }

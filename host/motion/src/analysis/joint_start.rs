@@ -1,6 +1,10 @@
 //! [`JointStart`]: from positions and velocities of bodies to the coordinates of the joints that carry them.
 
+use std::sync::Arc;
+
+use element_api::recording::Recording;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rustc_hash::FxHashMap;
 
 use crate::model::{Marker, Model, euler_parameters, rotation};
 use crate::plan::{SpanningTree, TreeJoint};
@@ -34,10 +38,15 @@ pub(super) struct JointState {
 pub(super) struct JointStart {
     markers: Vec<[Marker; 2]>,
     joints: Vec<TreeJoint>,
-    poses: Vec<Option<JointPose>>,
+    /// One for all joints whose equations are alike.
+    poses: Vec<JointPose>,
+    /// By joint: its place among these; `None` for a body that floats.
+    pose_of: Vec<Option<usize>>,
     /// As [`SpanningTree::kept`].
     kept: Vec<Vec<bool>>,
     length: f64,
+    /// The working state that coordinates were found for last, and these.
+    last: Option<(Vec<f64>, Vec<Option<JointState>>)>,
 }
 
 impl JointStart {
@@ -50,14 +59,27 @@ impl JointStart {
             }
             None => [centre(None), centre(Some(joint.child))],
         });
-        let poses = tree.joints.iter().map(|joint| Some(JointPose::new(model, joint.element?, joint.coordinates)));
-        let (markers, poses) = (markers.collect(), poses.collect());
-        Self { markers, poses, joints: tree.joints.clone(), kept: tree.kept(), length }
+        let mut poses = Vec::new();
+        let mut known: FxHashMap<(*const Recording, usize), usize> = FxHashMap::default();
+        let pose_of = tree.joints.iter().map(|joint| {
+            let element = joint.element?;
+            let alike = (Arc::as_ptr(&model.elements[element].recording), joint.coordinates);
+            let place = known.entry(alike).or_insert_with(|| {
+                poses.push(JointPose::new(model, element, joint.coordinates));
+                poses.len() - 1
+            });
+            Some(*place)
+        });
+        let (markers, pose_of) = (markers.collect(), pose_of.collect());
+        Self { markers, poses, pose_of, joints: tree.joints.clone(), kept: tree.kept(), length, last: None }
     }
 
     /// The coordinates of all joints for a working state, without those that follow others; `None` for a joint whose pose does not
     /// reach the bodies'.
     pub(super) fn find(&mut self, working: &[f64]) -> Vec<Option<JointState>> {
+        if let Some((_, found)) = self.last.as_ref().filter(|(known, _)| known == working) {
+            return found.clone();
+        }
         let joints = self.joints.len();
         let one = |joint: usize| {
             let mut state = self.find_joint(joint, working)?;
@@ -67,14 +89,17 @@ impl JointStart {
             }
             Some(state)
         };
-        (0..joints).map(one).collect()
+        let found: Vec<_> = (0..joints).map(one).collect();
+        self.last = Some((working.to_vec(), found.clone()));
+        found
     }
 
     fn find_joint(&mut self, number: usize, working: &[f64]) -> Option<JointState> {
         let [first, second] = &self.markers[number];
         let (i, j) = (placed(first, working), placed(second, working));
         let joint = &self.joints[number];
-        let Some(pose) = &mut self.poses[number] else { return Some(floating(&j, joint)) };
+        let Some(place) = self.pose_of[number] else { return Some(floating(&j, joint)) };
+        let pose = &mut self.poses[place];
         let position = i.axes.tr_mul(&(j.position - i.position));
         let turn = i.axes.tr_mul(&j.axes);
         let q = match joint.coordinates {

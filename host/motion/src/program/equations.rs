@@ -23,6 +23,10 @@ use crate::plan::Layout;
 /// Joints in a scene beyond which room is made for all of them by what the first so many take.
 const MANY: usize = 500;
 const SAMPLED: usize = 50;
+/// Nodes that there is room for at first, per body and element.
+const NODES: usize = 250;
+/// And at most.
+const MOST_ROOM: usize = 8_000;
 
 /// Which coordinates the equations are written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -141,7 +145,7 @@ impl Equations {
     /// Writes down the equations of a model.
     #[must_use]
     pub fn build(model: &Model, layout: &Layout, form: Form) -> Self {
-        let mut graph = Graph::default();
+        let mut graph = Graph::with_room((NODES * (model.bodies.len() + model.elements.len())).min(MOST_ROOM));
         let zero = graph.constant(0.0);
         let bodies: Vec<BodyNodes> = (0..layout.bodies).map(|b| body_nodes(&mut graph, layout, b, form)).collect();
         let columns = form.columns();

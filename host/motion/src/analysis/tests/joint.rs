@@ -73,6 +73,24 @@ pub(super) fn joint_plan_by(text: &str, folds: bool) -> (Prepared, JointPlan) {
     (prepared, planned)
 }
 
+/// What was found for one state of the bodies is not taken for another one.
+#[test]
+fn the_state_follows_the_bodies() {
+    for text in all_scenes() {
+        let mut form = joint_form(&text);
+        let Prepared { model, assembly, .. } = prepared(&text);
+        let mut faster = assembly.working.clone();
+        faster.chunks_exact_mut(13).take(model.bodies.len()).for_each(|body| {
+            body[7..].iter_mut().for_each(|velocity| *velocity = 2.0 * *velocity + 0.5);
+        });
+        let first = in_joints(&mut form, &assembly.working);
+        let other = in_joints(&mut form, &faster);
+        assert_ne!(first, other);
+        assert_eq!(in_joints(&mut form, &assembly.working), first);
+        assert_eq!(in_joints(&mut joint_form(&text), &faster), other);
+    }
+}
+
 fn joint_form(text: &str) -> JointForm {
     joint_form_by(text, false)
 }
