@@ -125,7 +125,11 @@ impl Found {
     /// Whether it is beside the program.
     pub(super) fn is_own(&self) -> bool {
         let own = own_program().map(|program| folders_of(&program)).unwrap_or_default();
-        let folder = self.path.parent().and_then(|folder| folder.canonicalize().ok());
+        let Some(folder) = self.path.parent() else { return false };
+        if own.iter().any(|own| own == folder) {
+            return true;
+        }
+        let folder = folder.canonicalize().ok();
         folder.is_some() && own.iter().any(|own| own.canonicalize().ok() == folder)
     }
 }

@@ -23,8 +23,11 @@ fn scaled(value: f64) -> Option<f64> {
     if !size.is_normal() {
         return None;
     }
-    let exponent = usize::try_from(14 - size.log10().floor() as i64).ok()?;
-    let power = *POWERS.get(exponent)?;
+    // The decimal exponent of the power of two below, rounded down: that of the number, or one less.
+    let binary = (size.to_bits() >> 52) as i64 - 1023;
+    let exponent = usize::try_from(14 - (binary * 30_103).div_euclid(100_000)).ok()?;
+    let powers = [Some(exponent), exponent.checked_sub(1)].map(|exponent| exponent.and_then(|k| POWERS.get(k)));
+    let power = *powers.into_iter().flatten().find(|power| size * **power < 1e15)?;
     let product = size * power;
     let whole = product.round();
     // Powers next to a power of ten may have one digit more or less.

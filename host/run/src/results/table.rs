@@ -116,9 +116,10 @@ impl Table {
             }
             let mut rest = line;
             for (k, column) in columns.iter_mut().enumerate() {
-                let end = rest.find(',').unwrap_or(rest.len());
+                // Fields are short: byte by byte is faster than what searches long texts.
+                let end = rest.bytes().position(|byte| byte == b',').unwrap_or(rest.len());
                 if takes[k] {
-                    column.push(rest[..end].trim().parse::<f64>().ok()?);
+                    column.push(rest[..end].trim_ascii().parse::<f64>().ok()?);
                 }
                 match (end == rest.len(), k + 1 == takes.len()) {
                     (true, true) => rest = "",
