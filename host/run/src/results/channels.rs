@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::ResultsError;
-use super::summary::write_whole;
+use super::summary::write_where_new;
 
 /// One column of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,5 +55,5 @@ pub(super) fn write(path: &Path, time: &ChannelInfo, channels: &[ChannelInfo]) -
     struct File<'a> {
         columns: Vec<&'a ChannelInfo>,
     }
-    write_whole(path, &File { columns: std::iter::once(time).chain(channels).collect() })
+    write_where_new(path, &File { columns: std::iter::once(time).chain(channels).collect() })
 }

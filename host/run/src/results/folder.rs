@@ -42,9 +42,8 @@ pub struct Kept {
 
 impl Folder {
     /// Makes the folder where it is missing, and the files: first the summary, which says `running`, so that a finished
-    /// one never stands beside the table of another run. Everything else of a former run, its summary too, is removed before:
-    /// where a file takes the place of another one, some file systems bring it to the disk at once, which takes longer than a
-    /// short run.
+    /// one never stands beside the table of another run. Everything else of a former run, its summary too, is removed before; the
+    /// metadata of the columns are replaced where they differ.
     ///
     /// # Errors
     /// [`ResultsError::Write`]; also where another run is writing there.
@@ -58,7 +57,7 @@ impl Folder {
         fs::create_dir_all(path).map_err(|cause| ResultsError::write(path, cause))?;
         let table = path.join(RESULTS_FILE);
         let claimed = CsvWriter::claim(&table)?;
-        for name in [SUMMARY_FILE, CHANNELS_FILE, CHECKPOINT_FILE, STATE_FILE, MOTION_FILE, DIGITS_FILE] {
+        for name in [SUMMARY_FILE, CHECKPOINT_FILE, STATE_FILE, MOTION_FILE, DIGITS_FILE] {
             remove(&path.join(name))?;
         }
         summary.write(&path.join(SUMMARY_FILE))?;

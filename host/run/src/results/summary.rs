@@ -380,6 +380,15 @@ pub(super) fn write_whole<T: Serialize>(path: &Path, value: &T) -> Result<(), Re
     replace(path, json(value).as_bytes(), false)
 }
 
+/// The same; a file that says so already is left as it is.
+pub(super) fn write_where_new<T: Serialize>(path: &Path, value: &T) -> Result<(), ResultsError> {
+    let text = json(value);
+    if fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    replace(path, text.as_bytes(), false)
+}
+
 /// Writes a file beside its place, then moves it there. What is to be `durable` is on the disk when this returns, so that
 /// even a computer that loses its power has the former file or this one.
 ///
@@ -406,8 +415,10 @@ pub fn replace_with(
         write(&mut file)?;
         if durable {
             file.sync_all()?;
+            fs::rename(&beside, path)?;
+        } else {
+            take_place(&beside, path)?;
         }
-        fs::rename(&beside, path)?;
         // The move itself; only Unix opens folders.
         #[cfg(unix)]
         if durable && let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
@@ -420,4 +431,21 @@ pub fn replace_with(
         let _ = fs::remove_file(&beside);
         ResultsError::write(path, cause)
     })
+}
+
+/// Moves a file to a place in one move, whatever file is there: that one and this change places, and it is removed then. What is
+/// renamed onto a file, some file systems bring to the disk at once; the next run, which removes it, would wait for that.
+fn take_place(from: &Path, place: &Path) -> std::io::Result<()> {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::fs::{CWD, RenameFlags, renameat_with};
+        let is_file = fs::symlink_metadata(place).is_ok_and(|data| data.is_file());
+        // Not all file systems can do this.
+        if is_file && renameat_with(CWD, from, CWD, place, RenameFlags::EXCHANGE).is_ok() {
+            // The place has what belongs there, whatever becomes of the former file.
+            let _ = fs::remove_file(from);
+            return Ok(());
+        }
+    }
+    fs::rename(from, place)
 }

@@ -177,6 +177,27 @@ fn a_new_run_never_stands_beside_an_old_summary() {
     drop(second);
 }
 
+/// The metadata of columns belong to the table beside them, whatever a former run left; where they are the same they stay.
+#[cfg(unix)]
+#[test]
+fn metadata_of_columns_are_replaced_where_they_differ() {
+    use std::os::unix::fs::MetadataExt;
+    let scratch = Scratch::new("metadata");
+    let time = ChannelInfo::time("s", 1.0);
+    let begin = |channels: &[ChannelInfo]| {
+        drop(Folder::create(&scratch, &time, channels, None, &Summary::default()).unwrap());
+        let file = scratch.join(CHANNELS_FILE);
+        (json(&file)["columns"][1]["unit"].as_str().unwrap().to_owned(), fs::metadata(file).unwrap().ino())
+    };
+    let (unit, first) = begin(&[channel("x", "m", 1.0)]);
+    assert_eq!((unit, begin(&[channel("x", "m", 1.0)])), ("m".to_owned(), ("m".to_owned(), first)));
+    let (unit, other) = begin(&[channel("x", "mm", 1e-3)]);
+    assert!(unit == "mm" && other != first);
+    fs::write(scratch.join(CHANNELS_FILE), "{ \"columns\"").unwrap();
+    assert_eq!(begin(&[channel("x", "mm", 1e-3)]).0, "mm");
+    assert_eq!(fs::read_dir(scratch.join(".")).unwrap().count(), 3, "nothing else is left behind");
+}
+
 #[test]
 fn a_file_where_the_folder_should_be_is_named_with_its_remedy() {
     let scratch = Scratch::new("blocked");
