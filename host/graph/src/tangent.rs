@@ -197,6 +197,8 @@ struct Carry<'a> {
 }
 
 impl turn::Work for Carry<'_> {
+    type Result = ();
+
     #[inline(always)]
     fn run(self) {
         let Self { runs, steps, terms, numbers, lanes } = self;

@@ -44,27 +44,28 @@ const COSINE: [f64; 6] = [
 ];
 
 /// Sine and cosine of an angle nearer than [`FAR`].
+///
+/// Whatever needs a sine waits for it, so that few operations depend on each other: the reduced angle is `x` less an excess that
+/// enters the results to first order, and polynomials are split by powers (Estrin 1960).
 #[inline(always)]
 fn one(angle: f64) -> (f64, f64) {
-    // The angle less a whole number of quarter turns, as x + rest. The signs are such that -0 stays what it is.
+    // The angle less a whole number of quarter turns, as x - excess. The signs are such that -0 stays what it is.
     let whole = angle * std::f64::consts::FRAC_2_PI + TO_WHOLE;
     let turns = whole - TO_WHOLE;
-    let (far, lost) = difference(angle - turns * QUARTER[0], turns * QUARTER[1]);
-    let (near, lost_again) = difference(far, turns * QUARTER[2]);
-    let excess = lost + lost_again + turns * QUARTER[3];
-    let x = near - excess;
-    let rest = (near - x) - excess;
+    let (near, lost) = difference(angle - turns * QUARTER[0], turns * QUARTER[1]);
+    let (x, lost_again) = difference(near, turns * QUARTER[2]);
+    let excess = (lost + turns * QUARTER[3]) + lost_again;
 
     let square = x * x;
-    let cube = square * x;
-    let [s1, s2, s3, s4, s5, s6] = SINE;
-    let bend = s2 + square * (s3 + square * (s4 + square * (s5 + square * s6)));
-    let sine = x - ((square * (0.5 * rest - cube * bend) - rest) - cube * s1);
-    let [c1, c2, c3, c4, c5, c6] = COSINE;
-    let bend = c1 + square * (c2 + square * (c3 + square * (c4 + square * (c5 + square * c6))));
+    let (cube, fourth) = (square * x, square * square);
     let half = 0.5 * square;
     let most = 1.0 - half;
-    let cosine = most + (((1.0 - most) - half) + (square * square * bend - x * rest));
+    let [s1, s2, s3, s4, s5, s6] = SINE;
+    let bend = (s2 + square * s3) + fourth * ((s4 + square * s5) + fourth * s6);
+    let sine = x - (excess * most - (cube * s1 + (cube * square) * bend));
+    let [c1, c2, c3, c4, c5, c6] = COSINE;
+    let bend = ((c1 + square * c2) + fourth * (c3 + square * c4)) + (fourth * fourth) * (c5 + square * c6);
+    let cosine = most + (((1.0 - most) - half) + (fourth * bend + x * excess));
 
     // Odd quarters swap them; the sine is negative in the last two, the cosine in the middle ones.
     let quarter = whole.to_bits();
@@ -110,75 +111,74 @@ pub(super) fn lanes(angles: usize) -> usize {
 /// [`sin_cos`] of each of the angles; the slices have the same length. `[hot, no allocation]`
 #[inline]
 pub(super) fn all(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    let (fours, rest) = angles.as_chunks::<4>();
-    let ((sines_of, sines_left), (cosines_of, cosines_left)) =
-        (sines.as_chunks_mut::<4>(), cosines.as_chunks_mut::<4>());
-    let (mut near, four) = (true, four_here());
-    for ((angles, sines), cosines) in fours.iter().zip(sines_of).zip(cosines_of) {
-        near &= four(angles, sines, cosines);
+    if !in_widest_lanes(Turns { angles, sines, cosines }) {
+        one_by_one(angles, sines, cosines);
     }
-    for ((angle, sine), cosine) in rest.iter().zip(sines_left).zip(cosines_left) {
-        (*sine, *cosine) = one(*angle);
-        near &= is_near(*angle);
+}
+
+/// The same where some are far.
+#[cold]
+fn one_by_one(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
+    for ((angle, sine), cosine) in angles.iter().zip(sines).zip(cosines) {
+        (*sine, *cosine) = sin_cos(*angle);
     }
-    if !near {
-        for ((angle, sine), cosine) in angles.iter().zip(sines).zip(cosines) {
-            (*sine, *cosine) = sin_cos(*angle);
+}
+
+/// [`one`] of each of the angles; gives whether all are nearer than [`FAR`].
+struct Turns<'a> {
+    angles: &'a [f64],
+    sines: &'a mut [f64],
+    cosines: &'a mut [f64],
+}
+
+impl Work for Turns<'_> {
+    type Result = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let (fours, rest) = self.angles.as_chunks::<4>();
+        let (sines, sines_left) = self.sines.as_chunks_mut::<4>();
+        let (cosines, cosines_left) = self.cosines.as_chunks_mut::<4>();
+        let mut near = true;
+        for ((angles, sines), cosines) in fours.iter().zip(sines).zip(cosines) {
+            // As many as are known beforehand, of a copy, and without branches, so that the compiler turns it into vector instructions.
+            let (angles, mut found) = (*angles, [[0.0; 4]; 2]);
+            for k in 0..4 {
+                (found[0][k], found[1][k]) = one(angles[k]);
+            }
+            [*sines, *cosines] = found;
+            near &= angles.iter().fold(true, |near, angle| near & is_near(*angle));
         }
+        for ((angle, sine), cosine) in rest.iter().zip(sines_left).zip(cosines_left) {
+            (*sine, *cosine) = one(*angle);
+            near &= is_near(*angle);
+        }
+        near
     }
-}
-
-/// Computes [`one`] of four angles; gives whether all are nearer than [`FAR`].
-pub(super) type Four = fn(&[f64; 4], &mut [f64; 4], &mut [f64; 4]) -> bool;
-
-/// The one that takes the widest vectors in use.
-#[inline]
-pub(super) fn four_here() -> Four {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: this machine has what the function was compiled for.
-        return |angles, sines, cosines| unsafe { four_in_wide_lanes(angles, sines, cosines) };
-    }
-    |angles, sines, cosines| four_in_lanes(angles, sines, cosines)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn four_in_wide_lanes(angles: &[f64; 4], sines: &mut [f64; 4], cosines: &mut [f64; 4]) -> bool {
-    four_in_lanes(angles, sines, cosines)
-}
-
-/// As many as are known beforehand, and without branches, so that the compiler turns it into vector instructions.
-#[inline(always)]
-fn four_in_lanes(angles: &[f64; 4], sines: &mut [f64; 4], cosines: &mut [f64; 4]) -> bool {
-    for k in 0..4 {
-        (sines[k], cosines[k]) = one(angles[k]);
-    }
-    angles.iter().fold(true, |near, angle| near & is_near(*angle))
 }
 
 /// Work that is written without regard to the width of vectors. What it calls has to be inlined, as `run` itself is, to be
 /// compiled for each of the widths.
 pub(super) trait Work {
-    fn run(self);
+    type Result;
+    fn run(self) -> Self::Result;
 }
 
 /// Does work in the widest vectors in use. The bits are the same in all: nothing is fused. `[hot, no allocation]`
 #[inline]
-pub(super) fn in_widest_lanes(work: impl Work) {
+pub(super) fn in_widest_lanes<W: Work>(work: W) -> W::Result {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: this machine has what the function was compiled for.
-        unsafe { in_wide_lanes(work) };
-        return;
+        return unsafe { in_wide_lanes(work) };
     }
-    work.run();
+    work.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn in_wide_lanes(work: impl Work) {
-    work.run();
+fn in_wide_lanes<W: Work>(work: W) -> W::Result {
+    work.run()
 }
 
 /// Nodes in their order, but a sine and a cosine of the same number one right after the other, where the first of them was;

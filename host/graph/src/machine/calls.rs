@@ -22,26 +22,14 @@ pub(super) extern "C" fn sin_cos(a: f64) -> Pair {
 }
 /// Computes sines and cosines of so many angles, which lie in `numbers`, from the first on; then the sines follow, then the cosines.
 pub(super) type AtOnce = extern "C" fn(numbers: *mut f64, lanes: u32);
-/// The one for so many angles on this machine.
+/// The one for so many angles.
 pub(super) fn turns_of(lanes: u32) -> AtOnce {
-    match lanes {
-        1 => single,
-        4 => four,
-        _ if lanes.is_multiple_of(4) => fours,
-        _ => turns,
-    }
+    if lanes == 1 { single } else { turns }
 }
 extern "C" fn single(numbers: *mut f64, _: u32) {
     // SAFETY: as for `turns`.
     let [angle, sine, cosine] = unsafe { &mut *numbers.cast::<[f64; 3]>() };
     (*sine, *cosine) = turn::sin_cos(*angle);
-}
-extern "C" fn four(numbers: *mut f64, lanes: u32) {
-    // SAFETY: as for `turns`.
-    let [angles, sines, cosines] = unsafe { &mut *numbers.cast::<[[f64; 4]; 3]>() };
-    if !turn::four_here()(angles, sines, cosines) {
-        turns(numbers, lanes);
-    }
 }
 extern "C" fn turns(numbers: *mut f64, lanes: u32) {
     let lanes = lanes as usize;
@@ -51,20 +39,6 @@ extern "C" fn turns(numbers: *mut f64, lanes: u32) {
     let (angles, results) = numbers.split_at_mut(lanes);
     let (sines, cosines) = results.split_at_mut(lanes);
     turn::all(angles, sines, cosines);
-}
-extern "C" fn fours(numbers: *mut f64, lanes: u32) {
-    let count = lanes as usize / 4;
-    let four = turn::four_here();
-    let mut near = true;
-    for k in 0..count {
-        // SAFETY: as for `turns`; these are four angles, four sines and four cosines, which do not overlap.
-        let [angles, sines, cosines] =
-            unsafe { [0, 1, 2].map(|part| &mut *numbers.add(4 * (part * count + k)).cast::<[f64; 4]>()) };
-        near &= four(angles, sines, cosines);
-    }
-    if !near {
-        turns(numbers, lanes);
-    }
 }
 pub(super) extern "C" fn exp(a: f64) -> f64 {
     a.exp()

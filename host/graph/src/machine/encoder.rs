@@ -1,5 +1,7 @@
 //! [`Code`]: the few instructions of x86-64 with AVX that the assembler needs, as bytes (Intel's manual, volume 2).
 
+use std::hint::select_unpredictable;
+
 /// Bytes that are always free behind the end, for one operation with all that it may have to move.
 const ROOM: usize = 512;
 
@@ -57,39 +59,26 @@ impl Operation {
     pub(super) const fn of_numbers(opcode: u8) -> Self {
         Self { page: 1, prefix: 3, wide: false, opcode }
     }
-
-    /// Whether the prefix of two bytes says all, where the second operand is no register beyond 7.
-    #[inline(always)]
-    const fn has_short_prefix(self) -> bool {
-        self.page == 1 && !self.wide
-    }
-
-    /// The instruction with the prefix of two bytes; `second` is the lower six bits of how the second operand is said, and its mode.
-    #[inline(always)]
-    const fn behind_short_prefix(self, to: u8, first: u8, second: u8) -> u32 {
-        // Bits of registers beyond 7, and of `first`, are stored inverted.
-        let none = 0xC5 | (0xF8 | self.prefix as u32) << 8 | (self.opcode as u32) << 16;
-        let (to, first) = (to as u32, first as u32);
-        none ^ (to >> 3) << 15 ^ first << 11 ^ (to & 7) << 27 ^ (second as u32) << 24
-    }
-
-    /// The same with the prefix of three bytes, which has room for everything; `far` is 1 for a second register beyond 7.
-    #[inline(always)]
-    const fn behind_long_prefix(self, to: u8, first: u8, far: u8, second: u8) -> u64 {
-        let pages = (to as u64 >> 3 ^ 1) << 7 | 1 << 6 | (far as u64 ^ 1) << 5 | self.page as u64;
-        let rest = (self.wide as u64) << 7 | (!first as u64 & 15) << 3 | self.prefix as u64;
-        let operands = second as u64 | (to as u64 & 7) << 3;
-        0xC4 | pages << 8 | rest << 16 | (self.opcode as u64) << 24 | operands << 32
-    }
 }
 
-/// How an offset is said, and in how many bytes. Without one, [`RBP`] would mean something else.
-#[inline]
-fn mode(base: u8, offset: i32) -> (u8, usize) {
-    match i8::try_from(offset) {
-        Ok(0) if base != RBP => (0, 0),
-        Ok(_) => (0x40, 1),
-        Err(_) => (0x80, 4),
+/// How a second operand is said, in one number, so that one of two is taken at once: from the lowest on a byte with its mode and the
+/// lower bits of a register, the bytes of its offset, and 1 for a register beyond 7.
+#[derive(Debug, Clone, Copy)]
+struct Second(u32);
+
+impl Second {
+    #[inline(always)]
+    fn in_register(register: u8) -> Self {
+        let register = u32::from(register);
+        Self(0xC0 | register & 7 | register >> 3 << 16)
+    }
+
+    /// So many bytes behind the address in a register. Without an offset, [`RBP`] would mean something else.
+    #[inline(always)]
+    fn in_memory(base: u8, offset: i32) -> Self {
+        let is_short = offset == i32::from(offset as i8);
+        let mode = select_unpredictable(is_short, 0x0140, 0x0480);
+        Self(u32::from(base) | if offset == 0 && base != RBP { 0 } else { mode })
     }
 }
 
@@ -147,28 +136,52 @@ impl Code {
     /// The same, the second operand in a register.
     #[inline(always)]
     pub(super) fn of_registers(&mut self, operation: Operation, to: u8, first: u8, second: u8) {
-        if second < 8 && operation.has_short_prefix() {
-            let start = operation.behind_short_prefix(to, first, 0xC0 | second);
-            return self.put_some(u64::from(start), 4);
-        }
-        let start = operation.behind_long_prefix(to, first, second >> 3, 0xC0 | second & 7);
-        self.put_some(start, 5);
+        self.instruction(operation, to, first, (Second::in_register(second), 0));
     }
 
     /// The same, the second operand so many bytes behind the address in a register.
     #[inline(always)]
     pub(super) fn of_memory(&mut self, operation: Operation, to: u8, first: u8, (base, offset): (u8, i32)) {
-        let (mode, length) = mode(base, offset);
-        let offset = u64::from(offset as u32);
-        if operation.has_short_prefix() {
-            let start = operation.behind_short_prefix(to, first, mode | base);
-            return self.put_some(u64::from(start) | offset << 32, 4 + length);
+        self.instruction(operation, to, first, (Second::in_memory(base, offset), offset));
+    }
+
+    /// The same, the second operand in a register if it is there, else in memory.
+    #[inline(always)]
+    pub(super) fn of_either(
+        &mut self,
+        operation: Operation,
+        to: u8,
+        first: u8,
+        (is_there, register): (bool, u8),
+        (base, offset): (u8, i32),
+    ) {
+        let (there, else_where) = (Second::in_register(register).0, Second::in_memory(base, offset).0);
+        self.instruction(operation, to, first, (Second(select_unpredictable(is_there, there, else_where)), offset));
+    }
+
+    /// An instruction, with the offset where its second operand has one. Of both prefixes the shorter one that will do is taken
+    /// without a branch, which could not be foreseen.
+    #[inline(always)]
+    fn instruction(&mut self, operation: Operation, to: u8, first: u8, (second, offset): (Second, i32)) {
+        let [operands, length, far, _] = second.0.to_le_bytes();
+        let Operation { page, prefix, wide, opcode } = operation;
+        // Bits of registers beyond 7, and of `first`, are stored inverted.
+        let beyond = (to >> 3 ^ 1) << 7;
+        let rest = (!first & 15) << 3 | prefix;
+        let tail = u64::from(opcode) | u64::from(operands | (to & 7) << 3) << 8 | u64::from(offset as u32) << 16;
+        let long =
+            u64::from(beyond | 1 << 6 | (far ^ 1) << 5 | page) << 8 | u64::from(u8::from(wide) << 7 | rest) << 16;
+        let long = 0xC4 | long | tail << 24;
+        let length = usize::from(length);
+        if page != 1 || wide {
+            self.put_some(long, 5 + length.min(3));
+            if length > 3 {
+                self.put([(tail >> 40) as u8]);
+            }
+            return;
         }
-        let start = operation.behind_long_prefix(to, first, 0, mode | base);
-        self.put_some(start | offset << 40, 5 + length.min(3));
-        if length > 3 {
-            self.put([(offset >> 24) as u8]);
-        }
+        let short = 0xC5 | u64::from(beyond | rest) << 8 | tail << 16;
+        self.put_some(select_unpredictable(far == 0, short, long), 4 + usize::from(far) + length);
     }
 
     /// So many of these bytes; lower ones first.

@@ -88,7 +88,7 @@ fn they_are_within_a_unit_in_the_last_place_of_libm() {
             others += usize::from(own != known);
         }
     }
-    assert!(others < 8000, "{others} of 816000 differ");
+    assert!(others < 9000, "{others} of 816000 differ");
 }
 
 #[test]

@@ -288,6 +288,10 @@ pub trait Formulation: Send {
     /// # Errors
     /// See [`AnalysisError`].
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError>;
+    /// Whether there is nothing that states could be off: [`Formulation::project`] leaves them as they are.
+    fn is_free(&self) -> bool {
+        false
+    }
     /// Accepted states from one look at the violation of all rows to the next. More than one where most rows hold by the
     /// choice of coordinates, and projection judges the others at every step.
     fn states_per_audit(&self) -> u64 {

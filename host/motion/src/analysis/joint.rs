@@ -259,6 +259,10 @@ impl Formulation for JointForm {
         passage::project(self, t, state)
     }
 
+    fn is_free(&self) -> bool {
+        self.safe.rows.is_empty() && self.motion.coordinates.rotations.is_empty()
+    }
+
     fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         passage::certify(self, t, state)
     }
@@ -388,7 +392,8 @@ impl Formulation for JointForm {
                 Some(direct) => list.extend([direct.used().by_steps(), regular.motion.used(false)]),
                 None => list.push(regular.motion.used(false).by_steps()),
             }
-            list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(false).by_steps()));
+            let is_free = self.safe.rows.is_empty();
+            list.extend([&mut regular.position, &mut regular.velocity].map(|program| program.used(is_free).by_steps()));
         }
         list.push(self.kinematics.used(false));
         list.push(self.safe.terms.used(spare));

@@ -238,11 +238,17 @@ mod wide {
     }
 
     /// Longer ones lose more at each vector than the compiler does at the last.
+    #[inline(never)]
+    #[target_feature(enable = "avx2")]
+    fn interpolate_long(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
+        interpolate_in_lanes(polynomial, coefficients, s, out);
+    }
+
+    /// One vector here, more of them there.
     #[target_feature(enable = "avx2")]
     pub(super) fn interpolate(polynomial: &[f64], coefficients: usize, s: f64, out: &mut [f64]) {
-        let n = whole_lanes(out.len());
-        if n != LANES {
-            return interpolate_in_lanes(polynomial, coefficients, s, out);
+        if whole_lanes(out.len()) != LANES {
+            return interpolate_long(polynomial, coefficients, s, out);
         }
         let Some((first, rest)) = polynomial.as_chunks().0[..coefficients].split_first() else { return };
         let (s, other) = (_mm256_set1_pd(s), _mm256_set1_pd(1.0 - s));
@@ -254,13 +260,17 @@ mod wide {
             (factor, next) = (next, factor);
         }
         sums = _mm256_add_pd(sums, load(first));
-        match out.first_chunk_mut() {
-            Some(out) => store(sums, out),
-            None => {
-                let mut numbers = [0.0; LANES];
-                store(sums, &mut numbers);
-                out.iter_mut().zip(numbers).for_each(|(out, sum)| *out = sum);
-            }
+        if let Some(out) = out.first_chunk_mut() {
+            return store(sums, out);
+        }
+        let mut numbers = [0.0; LANES];
+        store(sums, &mut numbers);
+        // One by one: a call that copies them costs more.
+        match out {
+            [a, b, c] => [*a, *b, *c, _] = numbers,
+            [a, b] => [*a, *b, ..] = numbers,
+            [a] => [*a, ..] = numbers,
+            _ => {}
         }
     }
 }

@@ -164,7 +164,7 @@ impl Session {
         let times = self.sample_times();
         let channels: Vec<ChannelInfo> = self.model.channels.iter().enumerate().map(|c| self.channel_info(c)).collect();
         Samplings {
-            columns: vec![Vec::with_capacity(times.len()); channels.len()],
+            columns: channels.iter().map(|_| Vec::with_capacity(times.len())).collect(),
             taken: Vec::with_capacity(times.len()),
             events: Events::default(),
             error: None,

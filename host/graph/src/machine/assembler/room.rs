@@ -3,8 +3,8 @@
 use super::super::super::tape::{NO_REGISTER, Program};
 use super::super::Copied;
 
-/// No vector register.
-pub(super) const NOWHERE: u8 = u8::MAX;
+/// No vector register that holds numbers; [`super::writer`] has places for it all the same, which say nothing.
+pub(super) const NOWHERE: u8 = 15;
 /// No output.
 pub(super) const NONE: u32 = u32::MAX;
 

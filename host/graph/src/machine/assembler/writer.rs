@@ -1,5 +1,7 @@
 //! [`Writer`]: one function, forwards.
 
+use std::hint::select_unpredictable;
+
 use super::super::super::tape::{Instruction, NO_REGISTER, Register};
 use super::super::calls::{INLINE_POWER, atan2, look_up, powf, powi, turns_of};
 use super::super::encoder::{Code, Operation, Place, RBP, RBX, RCX, RDI, RDX};
@@ -10,6 +12,8 @@ use super::{Called, called};
 
 /// Vector registers that hold numbers: 0 to 14.
 const HOLDERS: usize = 15;
+/// One place more than there are of them: that of [`NOWHERE`].
+const PLACES: usize = 16;
 const ALL_HOLDERS: u16 = (1 << HOLDERS) - 1;
 /// The vector register for passing use within one operation.
 const SCRATCH: u8 = 15;
@@ -36,8 +40,8 @@ pub(super) struct Writer<'l> {
     room: &'l mut Room,
     /// By vector register: the register of the workspace whose value it holds, and the key of the next instruction that reads it
     /// ([`key`]); that is [`NOW`] where it holds none.
-    held: [Register; HOLDERS],
-    until: [u32; HOLDERS],
+    held: [Register; PLACES],
+    until: [u32; PLACES],
     /// Vector registers that hold nothing, one bit each.
     free: u16,
     /// Those whose value the workspace does not have.
@@ -51,6 +55,12 @@ pub(super) struct Writer<'l> {
     calls: bool,
     /// Whether numbers that are read after the list are outputs.
     ends: bool,
+}
+
+/// Where a vector register stands among [`PLACES`].
+#[inline(always)]
+fn place(register: u8) -> usize {
+    usize::from(register) % PLACES
 }
 
 /// The next use of what a vector register holds, made unique: of equals, lower registers make way first.
@@ -74,8 +84,8 @@ impl<'l> Writer<'l> {
         Self {
             code,
             room,
-            held: [0; HOLDERS],
-            until: [NOW; HOLDERS],
+            held: [0; PLACES],
+            until: [NOW; PLACES],
             free: ALL_HOLDERS,
             unsaved: 0,
             pinned: 0,
@@ -99,7 +109,7 @@ impl<'l> Writer<'l> {
     pub(super) fn list(&mut self, list: &[Instruction], uses: &[Uses], copies: &Copies<'_>, whole: bool) {
         // What is read after the list before is in the workspace.
         self.room.holder.fill(NOWHERE);
-        self.until = [NOW; HOLDERS];
+        self.until = [NOW; PLACES];
         (self.free, self.unsaved) = (ALL_HOLDERS, 0);
         self.ends = !copies.outputs.is_empty();
         self.copy_inputs(copies.inputs, self.base);
@@ -172,30 +182,32 @@ impl<'l> Writer<'l> {
     /// One operation.
     #[inline(always)]
     fn instruction(&mut self, instruction: &Instruction, uses: &Uses) {
-        match *instruction {
-            Instruction::Add(to, i, j) => self.symmetric::<ADD>(to, [i, j], uses),
-            Instruction::Mul(to, i, j) => self.symmetric::<MUL>(to, [i, j], uses),
-            Instruction::Sub(to, i, j) => self.arithmetic::<SUB>(to, [(i, uses.next[0]), (j, uses.next[1])], uses),
-            Instruction::Div(to, i, j) => self.arithmetic::<DIV>(to, [(i, uses.next[0]), (j, uses.next[1])], uses),
-            _ => {
-                let (to, result) = self.other(instruction, uses);
-                self.computed(to, result, uses);
-            }
-        }
-    }
-
-    /// An operation on two numbers that may trade places: better that the one in memory is the second.
-    #[inline(always)]
-    fn symmetric<const OPCODE: u8>(&mut self, to: Register, [i, j]: [Register; 2], uses: &Uses) {
+        let (Instruction::Add(to, i, j)
+        | Instruction::Sub(to, i, j)
+        | Instruction::Mul(to, i, j)
+        | Instruction::Div(to, i, j)) = *instruction
+        else {
+            let (to, result) = self.other(instruction, uses);
+            return self.computed(to, result, uses);
+        };
+        // Which of them it is cannot be foreseen.
+        let [adds, subtracts, multiplies] = [
+            matches!(instruction, Instruction::Add(..)),
+            matches!(instruction, Instruction::Sub(..)),
+            matches!(instruction, Instruction::Mul(..)),
+        ];
+        let other = select_unpredictable(subtracts, SUB, DIV);
+        let opcode = select_unpredictable(adds, ADD, select_unpredictable(multiplies, MUL, other));
         let [a, b, ..] = uses.next;
-        let both = if self.room.holder[i as usize] == NOWHERE { [(j, b), (i, a)] } else { [(i, a), (j, b)] };
-        self.arithmetic::<OPCODE>(to, both, uses);
+        // Where they may trade places, it is better that the one in memory is the second.
+        let trade = (adds | multiplies) & (self.room.holder[i as usize] == NOWHERE);
+        let ((i, a), (j, b)) = select_unpredictable(trade, ((j, b), (i, a)), ((i, a), (j, b)));
+        self.arithmetic(opcode, to, [(i, a), (j, b)], uses);
     }
 
     /// An operation on two numbers, each with the next instruction that reads it.
     #[inline(always)]
-    fn arithmetic<const OPCODE: u8>(&mut self, to: Register, [(i, a), (j, b)]: [(Register, u32); 2], uses: &Uses) {
-        let operation = const { Operation::of_numbers(OPCODE) };
+    fn arithmetic(&mut self, opcode: u8, to: Register, [(i, a), (j, b)]: [(Register, u32); 2], uses: &Uses) {
         let mut first = self.room.holder[i as usize];
         if first == NOWHERE {
             first = self.load(i);
@@ -206,14 +218,10 @@ impl<'l> Writer<'l> {
             self.read(first, a);
         }
         let second = self.room.holder[j as usize];
-        if second == NOWHERE {
-            let result = self.take();
-            self.code.of_memory(operation, result, first, self.home(j));
-            return self.computed(to, result, uses);
-        }
         self.read(second, b);
         let result = self.take();
-        self.code.of_registers(operation, result, first, second);
+        let home = self.home(j);
+        self.code.of_either(Operation::of_numbers(opcode), result, first, (second != NOWHERE, second), home);
         self.computed(to, result, uses);
     }
 
@@ -434,15 +442,12 @@ impl<'l> Writer<'l> {
         }
     }
 
-    /// What a vector register holds has been read: where it is not read again, it gives that back.
-    #[inline]
+    /// What a vector register holds has been read: where it is not read again, it gives that back. Of [`NOWHERE`] that says nothing.
+    #[inline(always)]
     fn read(&mut self, register: u8, next: u32) {
-        if next == NEVER {
-            self.free |= 1 << register;
-            self.until[register as usize] = NOW;
-        } else {
-            self.until[register as usize] = key(next, register);
-        }
+        let is_last = next == NEVER;
+        self.free |= u16::from(is_last) << register & ALL_HOLDERS;
+        self.until[place(register)] = select_unpredictable(is_last, NOW, key(next, register));
     }
 
     /// A vector register, made free if need be: the one whose value is not read for longest. Operands of the instruction at hand
@@ -455,7 +460,7 @@ impl<'l> Writer<'l> {
 
     #[inline(never)]
     fn evict(&mut self) -> u8 {
-        let most = self.until.iter().fold(0, |most, key| u32::max(most, *key));
+        let most = self.until[..HOLDERS].iter().fold(0, |most, key| u32::max(most, *key));
         let best = 15 - (most & 15) as u8;
         self.vacate(best);
         best
@@ -463,9 +468,9 @@ impl<'l> Writer<'l> {
 
     /// Frees a vector register that holds something; that stays in the workspace.
     fn vacate(&mut self, register: u8) {
-        let held = self.held[register as usize];
+        let held = self.held[place(register)];
         self.free |= 1 << register;
-        self.until[register as usize] = NOW;
+        self.until[place(register)] = NOW;
         self.room.holder[held as usize] = NOWHERE;
         if self.unsaved & (1 << register) != 0 {
             self.code.of_memory(Operation::STORE, register, 0, self.home(held));
@@ -477,8 +482,8 @@ impl<'l> Writer<'l> {
     #[inline]
     fn hold(&mut self, register: Register, by: u8, until: u32) {
         self.free &= !(1 << by);
-        self.held[by as usize] = register;
-        self.until[by as usize] = key(until, by);
+        self.held[place(by)] = register;
+        self.until[place(by)] = key(until, by);
         self.room.holder[register as usize] = by;
     }
 

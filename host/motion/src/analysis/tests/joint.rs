@@ -264,6 +264,24 @@ fn projection_closes_loops_and_keeps_them_closed() {
 }
 
 #[test]
+fn states_that_nothing_constrains_stay_as_they_are() {
+    let mut random = Random(419);
+    // A chain has neither rows nor Euler parameters, branches have the latter, a loop has rows.
+    for (text, is_free, stepped) in [(chain(3), true, 1), (branches(), false, 1), (scenes::four_bar(1.1), false, 3)] {
+        let mut form = joint_form(&text);
+        assert_eq!(form.is_free(), is_free);
+        // Corrections are programs of every step where there are rows.
+        assert_eq!(form.programs().iter().filter(|used| used.stepped).count(), stepped);
+        let state = random.vector(form.groups().len());
+        let mut projected = state.clone();
+        if is_free {
+            form.project(TIME, &mut projected).unwrap();
+            assert_eq!(projected, state);
+        }
+    }
+}
+
+#[test]
 fn derivatives_of_the_rates_are_what_differences_say() {
     let mut random = Random(407);
     for text in [scenes::tangle(), scenes::four_bar(1.1), branches(), driven(), tied()] {

@@ -52,6 +52,10 @@ impl Margins {
         self.part.used()
     }
 
+    pub(super) fn part(&self) -> &Part {
+        &self.part
+    }
+
     /// Looks at a state; `inputs` is room for those of the working form.
     pub(super) fn look(
         &mut self,

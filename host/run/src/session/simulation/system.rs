@@ -68,9 +68,14 @@ impl Simulation<'_> {
     }
 
     fn take_sample(&mut self, t: f64, y: &[f64]) -> Result<(), Failure> {
+        if self.formulation.is_free() {
+            return self.sample_at(t, y);
+        }
+        // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
         let mut state = std::mem::take(&mut self.sample_state);
         state.copy_from_slice(y);
-        let result = self.sample_at(t, &mut state);
+        let projected = self.formulation.project(t, &mut state).map_err(failure);
+        let result = projected.and_then(|()| self.sample_at(t, &state));
         self.sample_state = state;
         result
     }
@@ -88,9 +93,8 @@ impl Simulation<'_> {
         })
     }
 
-    fn sample_at(&mut self, t: f64, state: &mut [f64]) -> Result<(), Failure> {
-        // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
-        self.formulation.project(t, state).map_err(failure)?;
+    /// Takes a sample at a state on the constraints.
+    fn sample_at(&mut self, t: f64, state: &[f64]) -> Result<(), Failure> {
         if self.is_driven && self.formulation.leaves_rows_out() {
             self.check_rows_left_out(t, state).map_err(failure)?;
         }

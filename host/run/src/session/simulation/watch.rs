@@ -1,6 +1,6 @@
 //! What is looked at in accepted states: energies, violations, memory that changes between steps.
 
-use super::{Heat, Part, Simulation};
+use super::{Heat, Margins, Part, Simulation};
 use crate::analysis::{AnalysisError, CONTRADICTION};
 use crate::integrate::Accepted;
 use crate::plan::Layout;
@@ -58,7 +58,7 @@ impl Simulation<'_> {
         if self.view.is_some() {
             self.watch_motion(t, state, &[])?;
         }
-        if self.view.is_none() || rows_are_due || self.turned > TURNED {
+        if self.view.is_none() || rows_are_due || self.turned > TURNED && self.takes_parameters() {
             // Copied, since the formulation lends both its inputs and its element sets.
             let mut inputs = std::mem::take(&mut self.observed);
             inputs.clear();
@@ -69,6 +69,13 @@ impl Simulation<'_> {
             result?;
         }
         self.look_at_margins(t, state)
+    }
+
+    /// Whether anything that is looked at in states may take Euler parameters of bodies, so that these are to continue from one look to
+    /// the next. Among the formulation's own coordinates there are none but those of the state.
+    fn takes_parameters(&self) -> bool {
+        let mut parts = [&self.report, &self.accept].into_iter().chain(self.margins.as_ref().map(Margins::part));
+        !self.told.is_empty() || parts.any(|part| !part.own && part.solved.is_none())
     }
 
     /// Energies and speeds at an accepted state; `inputs` are those of the working form, where there is no view.
