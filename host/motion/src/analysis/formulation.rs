@@ -288,11 +288,6 @@ pub trait Formulation: Send {
     /// # Errors
     /// See [`AnalysisError`].
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError>;
-    /// Takes out of a small difference of states what [`Formulation::project`] would take out of it, where the rates were asked for
-    /// last; nothing where that is not known without further work. `[hot, no allocation]`
-    fn along_constraints(&mut self, difference: &mut [f64]) {
-        let _ = difference;
-    }
     /// Accepted states from one look at the violation of all rows to the next. More than one where most rows hold by the
     /// choice of coordinates, and projection judges the others at every step.
     fn states_per_audit(&self) -> u64 {

@@ -261,39 +261,6 @@ impl Motion {
         size
     }
 
-    /// A small difference of states near the inputs' state as moves by column, or as changes of velocities: into `accelerations`.
-    pub(super) fn read_difference(&mut self, velocity: bool, difference: &[f64]) {
-        for line in &self.coordinates.lines {
-            self.accelerations[line.column] = difference[if velocity { line.velocity } else { line.position }];
-        }
-        for rotation in &self.coordinates.rotations {
-            let found = if velocity {
-                [0, 1, 2].map(|k| difference[rotation.velocity + k])
-            } else {
-                let slot = self.coordinates.slot_of(rotation.position);
-                small_rotation(parameters(&self.inputs, slot), parameters(difference, rotation.position))
-            };
-            self.accelerations[rotation.column..rotation.column + 3].copy_from_slice(&found);
-        }
-    }
-
-    /// Takes the solution from such a difference.
-    pub(super) fn take_from_difference(&self, velocity: bool, difference: &mut [f64]) {
-        for line in &self.coordinates.lines {
-            difference[if velocity { line.velocity } else { line.position }] -= self.accelerations[line.column];
-        }
-        for rotation in &self.coordinates.rotations {
-            let solved = [0, 1, 2].map(|k| self.accelerations[rotation.column + k]);
-            if velocity {
-                (0..3).for_each(|k| difference[rotation.velocity + k] -= solved[k]);
-            } else {
-                let p = parameters(&self.inputs, self.coordinates.slot_of(rotation.position));
-                let change = parameter_rates(p, solved);
-                (0..4).for_each(|k| difference[rotation.position + k] -= change[k]);
-            }
-        }
-    }
-
     /// Adds the correction solved for to the velocities.
     pub(super) fn change_velocities(&self, state: &mut [f64]) {
         for line in &self.coordinates.lines {
@@ -371,15 +338,6 @@ fn turn(p: &mut [f64], d: [f64; 3]) {
     let rate = parameter_rates(parameters(p, 0), d);
     p.iter_mut().zip(rate).for_each(|(e, step)| *e += step);
     normalise(p);
-}
-
-/// The small rotation in the axes of what turns that changes Euler parameters p by dp: 2 G dp (Haug 1989, eq. 9.3.33 solved).
-fn small_rotation([e0, e1, e2, e3]: [f64; 4], [d0, d1, d2, d3]: [f64; 4]) -> [f64; 3] {
-    [
-        2.0 * (-e1 * d0 + e0 * d1 + e3 * d2 - e2 * d3),
-        2.0 * (-e2 * d0 - e3 * d1 + e0 * d2 + e1 * d3),
-        2.0 * (-e3 * d0 + e2 * d1 - e1 * d2 + e0 * d3),
-    ]
 }
 
 /// Moves a body's (r, p).

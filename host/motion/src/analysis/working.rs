@@ -237,10 +237,6 @@ impl Formulation for WorkingForm {
         passage::project(self, t, state)
     }
 
-    fn along_constraints(&mut self, difference: &mut [f64]) {
-        self.take_out_violation(difference);
-    }
-
     fn certify(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         passage::certify(self, t, state)
     }

@@ -153,7 +153,6 @@ impl Explicit {
     fn error_of_step(&mut self, run: &mut Run<'_>, y: &[f64], h: f64) -> Result<f64, Trouble> {
         let mut norms_of = |row: Row| {
             combine(row, &self.stages, h, None, &mut self.error);
-            run.system.along_manifold(&mut self.error[..y.len()]);
             let (y_new, error) = (&self.y_new[..y.len()], &self.error[..y.len()]);
             [run.system.error_norm(y, y_new, error), run.sums_norm(y, y_new, error, h)]
         };

@@ -29,10 +29,6 @@ pub trait System {
     /// norm (homogeneous in `error`); the first step size relies on it too. `[hot]`
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
 
-    /// Takes out of the error of a step what [`System::project`] takes out of its result, as far as that is cheap to find where `rhs`
-    /// was asked for last: the error of the result is what is left (Eich, SIAM J. Numer. Anal. 30, 1993). `[hot]`
-    fn along_manifold(&mut self, _error: &mut [f64]) {}
-
     /// Size of a small difference of states at `y`, on any scale of its own, without regard to the step under way: ratios
     /// of two of them tell how fast derivatives change.
     fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {

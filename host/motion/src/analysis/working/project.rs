@@ -46,34 +46,6 @@ impl WorkingForm {
         engine.solver.solve(&self.force, &engine.right, &mut self.motion.accelerations, &mut engine.multipliers)?;
         Ok(worst)
     }
-
-    /// Takes out of a small difference of states the smallest one that violates the rows by as much, by the factors of the last
-    /// evaluation. Trees keep theirs: there a violation stays with its joint. Around a loop, or along a row of them, those of all
-    /// joints add up in what is solved for. Nor is anything done where these factors are not trusted, or where states are brought
-    /// to the constraints before they are evaluated.
-    pub(super) fn take_out_violation(&mut self, difference: &mut [f64]) {
-        let Some(health) = self.regular.as_ref().filter(|engine| !engine.factored_at.is_empty()).map(|e| e.health)
-        else {
-            return;
-        };
-        if self.watch == Watch::Nothing || self.motion.careful || !self.is_trusted(Source::Dynamics, &Ok(health)) {
-            return;
-        }
-        self.force.fill(0.0);
-        let (Some(engine), motion) = (&mut self.regular, &mut self.motion) else { return };
-        for velocity in [false, true] {
-            motion.read_difference(velocity, difference);
-            engine.right.fill(0.0);
-            for ((row, column), value) in engine.dynamics.structure.jacobian.iter().zip(engine.dynamics.jacobian()) {
-                engine.right[*row] += value * motion.accelerations[*column];
-            }
-            let found =
-                engine.solver.solve(&self.force, &engine.right, &mut motion.accelerations, &mut engine.multipliers);
-            if found.is_ok() {
-                motion.take_from_difference(velocity, difference);
-            }
-        }
-    }
 }
 
 /// Puts minus the residual of positions or velocities into `engine.right`; gives the worst violation.

@@ -126,10 +126,6 @@ impl System for Simulation<'_> {
         self.largest_share(y0, y1, error) / self.allowed()
     }
 
-    fn along_manifold(&mut self, error: &mut [f64]) {
-        self.formulation.along_constraints(error);
-    }
-
     fn size(&mut self, y: &[f64], difference: &[f64]) -> f64 {
         self.largest_share(y, y, difference)
     }
