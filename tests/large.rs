@@ -87,18 +87,6 @@ fn each_of_many_four_bars_moves_as_a_single_one() {
     }
 }
 
-/// Their number does not show in the steps of coordinates of bodies either: what stages are off the joints, which adds up along the
-/// row, is no error.
-#[test]
-fn the_steps_of_many_four_bars_are_those_of_few() {
-    let settings = ["simulation.formulation=cartesian", "simulation.t_end=0.5", "simulation.tolerance=1e-9"];
-    let steps = |n: usize| run(&four_bars(n), &settings).summary.steps;
-    let few = steps(2);
-    for n in [12, 60] {
-        assert!(steps(n).abs_diff(few) <= 1, "{n} four-bars: {} steps, two: {few}", steps(n));
-    }
-}
-
 /// Four-bars that hang on one carrier, which hangs on a hinge.
 fn hung(n: usize) -> String {
     let mut text = scene("joints", 9.81, "t_end = 0.1");
