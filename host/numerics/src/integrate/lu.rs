@@ -9,9 +9,6 @@ use super::halves::{Pair, Quadrature};
 
 /// Columns of the rest that are eliminated at a time.
 const PANEL: usize = 4;
-/// Columns after which what they change to their right is caught up on, row by row: whole panels, so that a row is loaded once for
-/// all of them.
-const BLOCK: usize = 8 * PANEL;
 
 /// Share of the shift below which a pivot of the head is not relied on.
 const LEAST_PIVOT: f64 = 1e-3;
@@ -34,8 +31,8 @@ pub(super) trait Number: ComplexField<RealField = f64> + Copy {
     /// `target := target - factor row` for a range of the numbers, both rows of `n`.
     fn take_from(self, target: &mut [f64], row: &[f64], n: usize, range: Range<usize>);
 
-    /// The same with rows that follow each other, one after the other.
-    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, range: Range<usize>);
+    /// The same with rows that follow each other, one after the other, from number `from` on.
+    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize);
 }
 
 impl Number for f64 {
@@ -57,9 +54,9 @@ impl Number for f64 {
         target[range.clone()].iter_mut().zip(&row[range]).for_each(|(entry, other)| *entry -= self * other);
     }
 
-    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, range: Range<usize>) {
-        let others: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * q..][range.clone()]);
-        for (k, entry) in target[range].iter_mut().enumerate() {
+    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize) {
+        let others: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * q + from..n * (q + 1)]);
+        for (k, entry) in target[from..n].iter_mut().enumerate() {
             let mut left = *entry;
             for (factor, other) in factors.iter().zip(others) {
                 left -= factor * other[k];
@@ -96,11 +93,11 @@ impl Number for Complex<f64> {
         }
     }
 
-    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, range: Range<usize>) {
-        let others_re: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[2 * n * q..][range.clone()]);
-        let others_im: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * (2 * q + 1)..][range.clone()]);
+    fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize) {
+        let others_re: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[2 * n * q + from..n * (2 * q + 1)]);
+        let others_im: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * (2 * q + 1) + from..n * (2 * q + 2)]);
         let (re, im) = target.split_at_mut(n);
-        for (k, (re, im)) in re[range.clone()].iter_mut().zip(&mut im[range]).enumerate() {
+        for (k, (re, im)) in re[from..].iter_mut().zip(&mut im[from..n]).enumerate() {
             let (mut left_re, mut left_im) = (*re, *im);
             for ((factor, other_re), other_im) in factors.iter().zip(others_re).zip(others_im) {
                 left_re -= factor.re * other_re[k] - factor.im * other_im[k];
@@ -108,14 +105,6 @@ impl Number for Complex<f64> {
             }
             (*re, *im) = (left_re, left_im);
         }
-    }
-}
-
-/// Takes from a row below it what a panel, which begins with row and column `first`, leaves of some columns.
-fn take_panel<T: Number>(target: &mut [f64], panel: &[f64], n: usize, first: usize, columns: Range<usize>) {
-    let factors = std::array::from_fn(|q| T::get(target, n, first + q));
-    if factors.iter().any(|factor: &T| !factor.is_zero()) {
-        T::take_panel_from(factors, target, panel, n, columns);
     }
 }
 
@@ -225,48 +214,29 @@ impl<T: Number> Lu<T> {
     /// as one by one.
     fn eliminate(&mut self) -> bool {
         let n = self.rest;
-        for block in (0..n).step_by(BLOCK) {
-            let stop = (block + BLOCK).min(n);
-            for first in (block..stop).step_by(PANEL) {
-                let end = (first + PANEL).min(n);
-                if !(first..end).all(|k| self.eliminate_column(k, end)) {
-                    return false;
+        let length = T::PARTS * n;
+        for first in (0..n).step_by(PANEL) {
+            let end = (first + PANEL).min(n);
+            if !(first..end).all(|k| self.eliminate_column(k, end)) {
+                return false;
+            }
+            let (above, below) = self.rows.split_at_mut(length * end);
+            let panel = &mut above[length * first..];
+            for k in 1..end - first {
+                let (before, own) = panel.split_at_mut(length * k);
+                for (q, row) in before.chunks_exact(length).enumerate() {
+                    T::get(own, n, first + q).take_from(&mut own[..length], row, n, end..n);
                 }
-                self.follow(first, end..n, end..stop);
             }
-            if stop == n {
-                continue;
-            }
-            for first in (block..stop).step_by(PANEL) {
-                self.follow(first, first + PANEL..stop, stop..n);
-            }
-            let length = T::PARTS * n;
-            let (above, below) = self.rows.split_at_mut(length * stop);
+            // Below a panel that is not complete is nothing.
             for target in below.chunks_exact_mut(length) {
-                for first in (block..stop).step_by(PANEL) {
-                    take_panel::<T>(target, &above[length * first..], n, first, stop..n);
+                let factors = std::array::from_fn(|q| T::get(target, n, first + q));
+                if factors.iter().any(|factor: &T| !factor.is_zero()) {
+                    T::take_panel_from(factors, target, panel, n, end);
                 }
             }
         }
         true
-    }
-
-    /// What follows from the panel that begins with row and column `first`: in its own rows, and in the rows `below`.
-    fn follow(&mut self, first: usize, below: Range<usize>, columns: Range<usize>) {
-        let n = self.rest;
-        let length = T::PARTS * n;
-        let (above, others) = self.rows.split_at_mut(length * below.start);
-        let panel = &mut above[length * first..];
-        for k in 1..below.start - first {
-            let (before, own) = panel.split_at_mut(length * k);
-            for (q, row) in before.chunks_exact(length).enumerate() {
-                T::get(own, n, first + q).take_from(&mut own[..length], row, n, columns.clone());
-            }
-        }
-        // Below a panel that is not complete is nothing.
-        for target in others.chunks_exact_mut(length).take(below.len()) {
-            take_panel::<T>(target, panel, n, first, columns.clone());
-        }
     }
 
     /// Column `k`, and what follows from it up to column `end`.
