@@ -102,7 +102,7 @@ impl Unrolled {
         let scales = joint.coordinates.scales(length);
         let alike: Vec<(usize, usize, Node)> =
             scales.iter().enumerate().map(|(k, scale)| (k, k, g.constant(scale.powi(-2)))).collect();
-        outputs.extend(&eliminated(joint, &mut g, &alike, (rows, &jacobian)).row_pivots);
+        outputs.extend(&eliminated(joint, &mut g, &alike, rows, &jacobian).row_pivots);
         let velocity = Evaluator::condensed(&g, &outputs);
         Self { motion, position, velocity, rows: rows.to_vec(), squares, square_sizes, by_bodies: false }
     }
@@ -207,7 +207,8 @@ fn eliminated(
     joint: &JointEquations,
     g: &mut Graph,
     mass: &[(usize, usize, Node)],
-    (rows, jacobian): (&[usize], &[Vec<(usize, Node)>]),
+    rows: &[usize],
+    jacobian: &[Vec<(usize, Node)>],
 ) -> Elimination {
     let is_blind = |row: usize, column: usize| joint.is_blind(rows[row], column);
     Elimination::with_blind_rows(g, joint.coordinates.columns, mass, jacobian, is_blind)
@@ -220,7 +221,7 @@ fn eliminate(
     rows: &[usize],
     jacobian: &[Vec<(usize, Node)>],
 ) -> (Elimination, (Vec<Node>, Vec<Node>)) {
-    let elimination = eliminated(joint, g, &joint.mass, (rows, jacobian));
+    let elimination = eliminated(joint, g, &joint.mass, rows, jacobian);
     let gammas: Vec<Node> = rows.iter().map(|row| joint.rows[*row].gamma).collect();
     let solution = elimination.solve(g, &joint.loads, &gammas);
     (elimination, solution)
