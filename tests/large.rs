@@ -87,6 +87,49 @@ fn each_of_many_four_bars_moves_as_a_single_one() {
     }
 }
 
+/// Four-bars that hang on one carrier, which hangs on a hinge.
+fn hung(n: usize) -> String {
+    let mut text = scene("joints", 9.81, "t_end = 0.1");
+    let moments = [1e-3, 2e-3];
+    text += &body("carrier", [0.0, 0.0], 0.0, 10.0, [1.0, 2.0]);
+    text += &pin("main", ["ground", "carrier"], [0.0, 0.5]);
+    for k in 0..n {
+        let [crank, rod, rocker] = ["crank", "rod", "rocker"].map(|name| format!("{name}{k}"));
+        text += &body(&crank, [0.3, -0.15], 0.0, 0.2, moments);
+        text += &body(&rod, [0.5, -0.275], 0.0, 0.2, moments);
+        text += &body(&rocker, [0.7, -0.125], 0.0, 0.2, moments);
+        text += &pin(&format!("a{k}"), ["carrier", &crank], [0.3, 0.0]);
+        text += &pin(&format!("b{k}"), [&crank, &rod], [0.3, -0.3]);
+        text += &pin(&format!("c{k}"), [&rod, &rocker], [0.7, -0.25]);
+        text += &pin(&format!("d{k}"), [&rocker, "carrier"], [0.7, 0.0]);
+        text += &output(&format!("x{k}"), &rod, 0.0, "x");
+        text += &output(&format!("y{k}"), &rod, 0.0, "y");
+    }
+    text
+}
+
+/// None of their loops meets another before the carrier they hang on, and in other coordinates they move alike.
+#[test]
+fn many_loops_on_one_body_take_work_like_their_number() {
+    let joint = &["simulation.formulation=joint"];
+    let operations = |n: usize| {
+        let mut session = open_text(&hung(n), joint);
+        let mut form = session.formulation("interpreted").unwrap_or_else(|error| panic!("{error}"));
+        form.programs().iter().filter(|used| !used.spare).map(|used| used.program.operations()).sum::<usize>()
+    };
+    let [few, more, many] = [10, 20, 40].map(operations);
+    assert!((many - more).abs_diff(2 * (more - few)) * 50 <= many - more, "{few} {more} {many}");
+    let (ours, theirs) = (run(&hung(12), joint), run(&hung(12), &["simulation.formulation=cartesian"]));
+    for name in ["x0", "y0", "x11", "y11"] {
+        for (ours, theirs) in column(&ours, name).iter().zip(column(&theirs, name)) {
+            assert!(
+                (ours - theirs).abs() < 1e-8,
+                "{name}: {ours} in coordinates of joints, {theirs} in those of bodies"
+            );
+        }
+    }
+}
+
 /// A chain of rods of 1 kg between two supports, its ends pinned: on an arc of a circle at first.
 fn hanging(n: usize, length: f64, span: f64) -> String {
     let mut text = scene("joints", 9.81, "t_end = 1");

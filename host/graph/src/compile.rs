@@ -301,9 +301,9 @@ impl<'g> Builder<'g> {
                 Expr::Ln(_) => Instruction::Ln(d, at[0]),
                 Expr::Tanh(_) => Instruction::Tanh(d, at[0]),
                 Expr::Powi(_, n) => Instruction::Powi(d, at[0], n),
-                Expr::Powf(_, bits) => Instruction::Powf(d, at[0], f64::from_bits(bits)),
-                Expr::Select(..) => Instruction::Select(d, at),
-                Expr::Table { table, order, .. } => Instruction::Table(d, at[0], table, order),
+                Expr::Powf(_, bits) => Instruction::Powf(d, Box::new((at[0], f64::from_bits(bits)))),
+                Expr::Select(..) => Instruction::Select(d, Box::new(at)),
+                Expr::Table { table, order, .. } => Instruction::Table(d, at[0], table, order as u16),
                 Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } => continue,
             });
         }

@@ -2,7 +2,8 @@
 //!
 //! [M J^T; J 0] = L D L^T by symmetric elimination. Columns of M may go at any time, for M is positive definite; a row of J
 //! goes when all columns it touches have gone, for then its pivot is the negative of a squared length: what is left of the
-//! row, in the metric of M^-1, across the rows that went before. Among those that may go, the one with the fewest entries
+//! row, in the metric of M^-1, across the rows that went before. Columns that a row is blind to it need not wait for: what hangs on one
+//! body closes its loops before that body goes, and no loop meets another. Among those that may go, the one with the fewest entries
 //! goes first (minimum degree), so that the order follows the topology. Entries that are known to be zero cost nothing.
 
 use rustc_hash::FxHashMap;
@@ -30,6 +31,18 @@ impl Elimination {
     /// Factors. `mass` is the lower triangle of M (row, column, node); `jacobian` gives for each row of J its entries
     /// (column, node).
     pub fn new(g: &mut Graph, columns: usize, mass: &[(usize, usize, Node)], jacobian: &[Vec<(usize, Node)>]) -> Self {
+        Self::with_blind_rows(g, columns, mass, jacobian, |_, _| false)
+    }
+
+    /// The same for rows with entries that vanish wherever the rows hold: `is_blind` says so of a row and a column, whether there is
+    /// an entry or not.
+    pub fn with_blind_rows(
+        g: &mut Graph,
+        columns: usize,
+        mass: &[(usize, usize, Node)],
+        jacobian: &[Vec<(usize, Node)>],
+        is_blind: impl Fn(usize, usize) -> bool,
+    ) -> Self {
         let unknowns = columns + jacobian.len();
         let mut matrix = Symmetric { entries: vec![FxHashMap::default(); unknowns] };
         for (row, column, node) in mass {
@@ -52,7 +65,11 @@ impl Elimination {
             row_magnitudes: vec![zero; jacobian.len()],
         };
         let mut open: Vec<usize> = (0..unknowns).collect();
-        while let Some(pivot) = next(&matrix, &open, columns) {
+        let may_go = |matrix: &Symmetric, unknown: usize| match unknown.checked_sub(columns) {
+            None => true,
+            Some(row) => matrix.entries[unknown].keys().all(|other| *other >= columns || is_blind(row, *other)),
+        };
+        while let Some(pivot) = next(&matrix, &open, may_go) {
             open.retain(|unknown| *unknown != pivot);
             let mut below: Vec<(usize, Node)> =
                 matrix.entries[pivot].iter().filter(|(other, _)| **other != pivot).map(|(k, n)| (*k, *n)).collect();
@@ -138,9 +155,13 @@ impl Symmetric {
 
 /// The unknown to eliminate next: of those that may go, the one with the fewest entries; the last of them, so that the ends
 /// of branches go before their roots.
-fn next(matrix: &Symmetric, open: &[usize], columns: usize) -> Option<usize> {
-    let may_go =
-        |unknown: &&usize| **unknown < columns || matrix.entries[**unknown].keys().all(|other| *other >= columns);
-    let fewest = open.iter().filter(may_go).map(|unknown| matrix.entries[*unknown].len()).min()?;
-    open.iter().filter(may_go).copied().rfind(|unknown| matrix.entries[*unknown].len() == fewest)
+fn next(matrix: &Symmetric, open: &[usize], may_go: impl Fn(&Symmetric, usize) -> bool) -> Option<usize> {
+    let mut best: Option<(usize, usize)> = None;
+    for unknown in open.iter().rev() {
+        let entries = matrix.entries[*unknown].len();
+        if best.is_none_or(|(fewest, _)| entries < fewest) && may_go(matrix, *unknown) {
+            best = Some((entries, *unknown));
+        }
+    }
+    best.map(|(_, unknown)| unknown)
 }

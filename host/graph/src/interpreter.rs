@@ -25,12 +25,13 @@ pub(super) fn interpret(instructions: &[Instruction], tables: &[Table], x: &mut 
             Instruction::Ln(d, a) => x[d as usize] = x[a as usize].ln(),
             Instruction::Tanh(d, a) => x[d as usize] = x[a as usize].tanh(),
             Instruction::Powi(d, a, n) => x[d as usize] = x[a as usize].powi(n),
-            Instruction::Powf(d, a, e) => x[d as usize] = x[a as usize].powf(e),
-            Instruction::Select(d, [a, b, c, e]) => {
+            Instruction::Powf(d, ref power) => x[d as usize] = x[power.0 as usize].powf(power.1),
+            Instruction::Select(d, ref all) => {
+                let [a, b, c, e] = **all;
                 x[d as usize] = if x[a as usize] < x[b as usize] { x[c as usize] } else { x[e as usize] };
             }
             Instruction::Table(d, a, table, order) => {
-                x[d as usize] = tables[table as usize].derivative(x[a as usize], order);
+                x[d as usize] = tables[table as usize].derivative(x[a as usize], u32::from(order));
             }
         }
     }

@@ -198,9 +198,9 @@ impl Writer {
             Instruction::Ln(d, a) => (d, Value::Ln(at(a))),
             Instruction::Tanh(d, a) => (d, Value::Tanh(at(a))),
             Instruction::Powi(d, a, n) => (d, Value::Powi(at(a), n)),
-            Instruction::Powf(d, a, e) => (d, Value::Powf(at(a), e)),
-            Instruction::Select(d, all) => (d, Value::Select(all.map(at))),
-            Instruction::Table(d, a, table, order) => (d, Value::Table(at(a), table, order)),
+            Instruction::Powf(d, ref power) => (d, Value::Powf(at(power.0), power.1)),
+            Instruction::Select(d, ref all) => (d, Value::Select(all.map(at))),
+            Instruction::Table(d, a, table, order) => (d, Value::Table(at(a), table, u32::from(order))),
         };
         self.put(register, value);
     }

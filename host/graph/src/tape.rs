@@ -16,8 +16,9 @@ pub(super) type Register = u32;
 /// None.
 pub(super) const NO_REGISTER: Register = Register::MAX;
 
-/// One instruction: the register that receives the result, then the operands.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One instruction: the register that receives the result, then the operands. Large scenes have millions of them: those that need more
+/// than sixteen bytes, which are few, have the rest elsewhere.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Instruction {
     Add(Register, Register, Register),
     Sub(Register, Register, Register),
@@ -36,10 +37,14 @@ pub(super) enum Instruction {
     Ln(Register, Register),
     Tanh(Register, Register),
     Powi(Register, Register, i32),
-    Powf(Register, Register, f64),
-    Select(Register, [Register; 4]),
-    Table(Register, Register, u32, u32),
+    /// The operand and the exponent.
+    Powf(Register, Box<(Register, f64)>),
+    Select(Register, Box<[Register; 4]>),
+    /// The operand, which table, the order of its derivative.
+    Table(Register, Register, u32, u16),
 }
+
+const _: () = assert!(size_of::<Instruction>() == 16);
 
 #[cfg(feature = "jit")]
 impl Instruction {
@@ -54,22 +59,23 @@ impl Instruction {
         }
     }
 
-    /// Tells the registers that are read.
-    pub(super) fn operands(&self, mut told: impl FnMut(Register)) {
+    /// Calls `read` with each register that is read.
+    pub(super) fn operands(&self, mut read: impl FnMut(Register)) {
         match *self {
             Self::Add(_, a, b)
             | Self::Sub(_, a, b)
             | Self::Mul(_, a, b)
             | Self::Div(_, a, b)
             | Self::Atan2(_, a, b) => {
-                told(a);
-                told(b);
+                read(a);
+                read(b);
             }
-            Self::Neg(_, a) | Self::Sqrt(_, a) | Self::Sin(_, a) | Self::Cos(_, a) => told(a),
-            Self::Turn(_, a) | Self::Turned(_, a) => told(a),
-            Self::Exp(_, a) | Self::Ln(_, a) | Self::Tanh(_, a) => told(a),
-            Self::Powi(_, a, _) | Self::Powf(_, a, _) | Self::Table(_, a, ..) => told(a),
-            Self::Select(_, all) => all.into_iter().for_each(told),
+            Self::Neg(_, a) | Self::Sqrt(_, a) | Self::Sin(_, a) | Self::Cos(_, a) => read(a),
+            Self::Turn(_, a) | Self::Turned(_, a) => read(a),
+            Self::Exp(_, a) | Self::Ln(_, a) | Self::Tanh(_, a) => read(a),
+            Self::Powi(_, a, _) | Self::Table(_, a, ..) => read(a),
+            Self::Powf(_, ref power) => read(power.0),
+            Self::Select(_, ref all) => all.iter().copied().for_each(read),
         }
     }
 }

@@ -103,7 +103,7 @@ impl Wired {
     ///
     /// # Errors
     /// What an opaque element did wrong, with the set it belongs to.
-    #[inline]
+    #[inline(always)]
     pub fn run(
         &self,
         (given, entries): (&[f64], &[f64]),

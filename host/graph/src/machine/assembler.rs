@@ -132,9 +132,9 @@ fn called(instruction: &Instruction) -> Option<Called> {
         Instruction::Ln(..) => Some(Called::One(ln)),
         Instruction::Tanh(..) => Some(Called::One(tanh)),
         Instruction::Atan2(..) => Some(Called::Two(atan2)),
-        Instruction::Powf(_, _, exponent) => Some(Called::Power(exponent)),
+        Instruction::Powf(_, ref power) => Some(Called::Power(power.1)),
         Instruction::Powi(_, _, n) if n.unsigned_abs() > INLINE_POWER => Some(Called::Whole(n)),
-        Instruction::Table(_, _, table, order) => Some(Called::Table(table, order)),
+        Instruction::Table(_, _, table, order) => Some(Called::Table(table, u32::from(order))),
         _ => None,
     }
 }

@@ -198,8 +198,8 @@ impl Body<'_> {
                 let a = self.read(a);
                 self.builder.ins().sqrt(a)
             }
-            Instruction::Select(_, [a, b, c, d]) => {
-                let (a, b, c, d) = (self.read(a), self.read(b), self.read(c), self.read(d));
+            Instruction::Select(_, ref all) => {
+                let [a, b, c, d] = all.map(|register| self.read(register));
                 // Ordered: false where one of them is not a number, as in Rust.
                 let less = self.builder.ins().fcmp(FloatCC::LessThan, a, b);
                 self.builder.ins().select(less, c, d)
@@ -214,8 +214,8 @@ impl Body<'_> {
                 let arguments = [self.read(a), self.read(b)];
                 self.call(Shape::Two, atan2 as *const () as usize, &arguments)
             }
-            Instruction::Powf(_, a, exponent) => {
-                let arguments = [self.read(a), self.builder.ins().f64const(exponent)];
+            Instruction::Powf(_, ref power) => {
+                let arguments = [self.read(power.0), self.builder.ins().f64const(power.1)];
                 self.call(Shape::Two, powf as *const () as usize, &arguments)
             }
             Instruction::Powi(_, a, n) if n.unsigned_abs() <= INLINE_POWER => self.power(a, n),
@@ -225,7 +225,7 @@ impl Body<'_> {
             }
             Instruction::Table(_, a, table, order) => {
                 let whole = |body: &mut Self, n: u32| body.builder.ins().iconst(types::I32, i64::from(n));
-                let arguments = [self.read(a), self.tables, whole(self, table), whole(self, order)];
+                let arguments = [self.read(a), self.tables, whole(self, table), whole(self, u32::from(order))];
                 self.call(Shape::Table, look_up as *const () as usize, &arguments)
             }
         };

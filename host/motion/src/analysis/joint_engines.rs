@@ -74,7 +74,6 @@ impl Unrolled {
             }
             open = Some(solved);
         }
-        let columns = joint.coordinates.columns;
         let chosen = || rows.iter().map(|row| &joint.rows[*row]);
         let jacobian = jacobian(joint, rows);
         let (elimination, (accelerations, multipliers)) = eliminate(joint, &mut g, rows, &jacobian);
@@ -103,7 +102,7 @@ impl Unrolled {
         let scales = joint.coordinates.scales(length);
         let alike: Vec<(usize, usize, Node)> =
             scales.iter().enumerate().map(|(k, scale)| (k, k, g.constant(scale.powi(-2)))).collect();
-        outputs.extend(&Elimination::new(&mut g, columns, &alike, &jacobian).row_pivots);
+        outputs.extend(&eliminated(joint, &mut g, &alike, rows, &jacobian).row_pivots);
         let velocity = Evaluator::condensed(&g, &outputs);
         Self { motion, position, velocity, rows: rows.to_vec(), squares, square_sizes, by_bodies: false }
     }
@@ -203,6 +202,18 @@ fn jacobian(joint: &JointEquations, rows: &[usize]) -> Vec<Vec<(usize, Node)>> {
     rows.iter().map(|row| joint.rows[*row].jacobian.clone()).collect()
 }
 
+/// A mass matrix and rows eliminated.
+fn eliminated(
+    joint: &JointEquations,
+    g: &mut Graph,
+    mass: &[(usize, usize, Node)],
+    rows: &[usize],
+    jacobian: &[Vec<(usize, Node)>],
+) -> Elimination {
+    let is_blind = |row: usize, column: usize| joint.is_blind(rows[row], column);
+    Elimination::with_blind_rows(g, joint.coordinates.columns, mass, jacobian, is_blind)
+}
+
 /// Mass matrix and rows eliminated; then accelerations and multipliers.
 fn eliminate(
     joint: &JointEquations,
@@ -210,7 +221,7 @@ fn eliminate(
     rows: &[usize],
     jacobian: &[Vec<(usize, Node)>],
 ) -> (Elimination, (Vec<Node>, Vec<Node>)) {
-    let elimination = Elimination::new(g, joint.coordinates.columns, &joint.mass, jacobian);
+    let elimination = eliminated(joint, g, &joint.mass, rows, jacobian);
     let gammas: Vec<Node> = rows.iter().map(|row| joint.rows[*row].gamma).collect();
     let solution = elimination.solve(g, &joint.loads, &gammas);
     (elimination, solution)

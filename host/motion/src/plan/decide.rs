@@ -140,7 +140,8 @@ impl Plan {
         let undetermined = undetermined(model, probe.rotations, &null_loads, &reactions);
         let alike = probe.structure.metric(probe.scales);
         let independence = sparse_health(&independent_rows, &alike).map_or(0.0, |health| health.smallest_pivot_ratio);
-        let enforced = sparse_health(&independent_rows, probe.mass);
+        // Of a sound tree that is known.
+        let enforced = sound.map_or_else(|| sparse_health(&independent_rows, probe.mass), Ok);
         let always_rank_safe = match (no_choice, &enforced) {
             (Some(why), _) => Some(why.to_string()),
             (None, Ok(health)) if health.smallest_pivot_ratio >= LEAST_HEALTH => None,

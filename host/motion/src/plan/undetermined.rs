@@ -51,7 +51,9 @@ pub(super) fn undetermined(
             let signals = (0..instance.inputs.len()).filter(|k| is_open(&instance.inputs[*k], reactions, &before));
             let mut directions: Vec<Vec<(Input, f64)>> =
                 signals.map(|k| vec![(Input::Signal(k as u32), 1.0)]).collect();
-            directions.extend(null_loads.iter().filter_map(|loads| on_joints(instance, model, loads)));
+            if !instance.joints.is_empty() {
+                directions.extend(null_loads.iter().filter_map(|loads| on_joints(instance, model, loads)));
+            }
             if directions.is_empty() {
                 continue;
             }

@@ -28,7 +28,7 @@ use super::kinematics::{BodyNodes, entries, rotation_nodes};
 use super::projection::{Projecting, composite_loads, composite_mass, project};
 use super::spatial::{FAR, Limb, limbs, references};
 use super::turned_rows::turn_rows;
-use crate::model::{Model, rotation};
+use crate::model::{Marker, Model, rotation};
 use crate::plan::{Coordinates, Layout, Measure, SpanningTree, TreeJoint};
 
 /// See the module documentation.
@@ -62,6 +62,8 @@ pub struct JointEquations {
     pub(super) body_loads: Vec<Node>,
     /// Derivatives of the rows that close loops along the coordinates of bodies: (column, node).
     pub(super) row_slopes: Vec<Vec<(usize, Node)>>,
+    /// Velocities that move all that a row is about together, by row, ascending.
+    pub(super) common: Vec<Vec<usize>>,
     /// Whether some of these rows are in ground axes, see [`JointEquations::build_turned`].
     pub(super) turned: bool,
     /// Accelerations of bodies and multipliers that loads, rates of states or power depend on.
@@ -170,9 +172,12 @@ impl JointEquations {
         let zero = g.constant(0.0);
         let mut rows = Vec::with_capacity(cartesian.rows.len());
         let mut row_slopes = Vec::with_capacity(cartesian.rows.len());
+        let mut common = Vec::with_capacity(cartesian.rows.len());
         for (number, row) in cartesian.rows.iter().enumerate() {
             let slopes = row.jacobian.iter().filter(|_| !of_tree(number));
             row_slopes.push(slopes.map(|(column, slope)| (*column, rewriting.carry(&mut g, *slope))).collect());
+            let markers = &model.elements[layout.element_of_row(number).0].markers;
+            common.push(if of_tree(number) { Vec::new() } else { common_velocities(markers, &bodies) });
             rows.push(match of_tree(number) {
                 true => Row { value: zero, time: zero, gamma: zero, jacobian: Vec::new(), of_velocities: false },
                 false => row_in_joints(&mut g, &mut rewriting, row, &bodies),
@@ -215,6 +220,7 @@ impl JointEquations {
             limbs: Some(limbs),
             body_loads,
             row_slopes,
+            common,
             turned: false,
             dependence: None,
         };
@@ -246,12 +252,33 @@ impl JointEquations {
         !self.mass_is_written || entries.iter().map(|met: &usize| met * met).sum::<usize>() > LONG_ELIMINATION
     }
 
+    /// Whether a velocity changes nothing that a row constrains wherever the row holds: it moves all bodies of its joint together.
+    #[must_use]
+    pub fn is_blind(&self, row: usize, column: usize) -> bool {
+        self.common[row].binary_search(&column).is_ok()
+    }
+
     /// Accelerations body by body, for trees that no rows close; `None` where coordinates follow others. `g` is
     /// [`JointEquations::graph`] or a copy of it.
     #[must_use]
     pub fn articulated(&self, g: &mut Graph) -> Option<Articulated> {
         Some(articulated(g, self.limbs.as_ref()?, self.coordinates.columns))
     }
+}
+
+/// Velocities, ascending, that all bodies of these markers move with; none where one of them is on the ground.
+fn common_velocities(markers: &[Marker], bodies: &[Carried]) -> Vec<usize> {
+    let moving = |marker: &Marker| marker.body.map(|body| bodies[body].partials.iter().map(|partial| partial.column));
+    let mut all = markers.iter().map(moving);
+    let Some(Some(first)) = all.next() else { return Vec::new() };
+    let mut common: Vec<usize> = first.collect();
+    common.sort_unstable();
+    for one in all {
+        let Some(one) = one else { return Vec::new() };
+        let own: Vec<usize> = one.collect();
+        common.retain(|column| own.contains(column));
+    }
+    common
 }
 
 /// Whether all rows are those of joints whose coordinates are used.

@@ -8,6 +8,9 @@ const UNEVEN: f64 = 1e8;
 /// Share of a pivot in the magnitudes that it is made of below which solutions are refined.
 pub const ROUGH: f64 = 1e-3;
 
+/// Of an unknown or a value. Large scenes run through as many of them as through numbers, which caches do not hold.
+type Index = u32;
+
 /// No index: end of a chain in the elimination tree.
 const NONE: usize = usize::MAX;
 
@@ -37,13 +40,13 @@ pub struct SparseLdl {
     values: Vec<f64>,
     /// Lower triangle of the permuted matrix by rows: columns and places in `values`.
     row_starts: Vec<usize>,
-    row_entries: Vec<(usize, usize)>,
+    row_entries: Vec<(Index, Index)>,
     /// Columns of `L` with an entry in each row, ascending.
     pattern_starts: Vec<usize>,
-    pattern: Vec<usize>,
+    pattern: Vec<Index>,
     /// `L` by columns, diagonal of ones left out, rows ascending.
     column_starts: Vec<usize>,
-    rows: Vec<usize>,
+    rows: Vec<Index>,
     lower: Vec<f64>,
     /// `D`, and its inverse.
     diagonal: Vec<f64>,
@@ -132,21 +135,23 @@ impl SparseLdl {
     fn factor_row(&mut self, k: usize) -> (f64, f64) {
         let mut pivot = 0.0;
         for &(column, source) in &self.row_entries[self.row_starts[k]..self.row_starts[k + 1]] {
+            let (column, value) = (column as usize, self.values[source as usize]);
             if column == k {
-                pivot = self.values[source];
+                pivot = value;
             } else {
-                self.row[column] = self.values[source];
+                self.row[column] = value;
             }
         }
         let mut magnitude = pivot.abs();
 
         // Forward substitution with the rows above, in ascending columns.
         for &j in &self.pattern[self.pattern_starts[k]..self.pattern_starts[k + 1]] {
+            let j = j as usize;
             let value = std::mem::take(&mut self.row[j]);
             let start = self.column_starts[j];
             let end = self.filled[j];
             for (&i, &entry) in self.rows[start..end].iter().zip(&self.lower[start..end]) {
-                self.row[i] -= entry * value;
+                self.row[i as usize] -= entry * value;
             }
             let multiplier = value * self.inverse[j];
             let contribution = multiplier * value;
@@ -169,14 +174,14 @@ impl SparseLdl {
             let value = self.row[j];
             let range = self.column_starts[j]..self.column_starts[j + 1];
             for (&i, &entry) in self.rows[range.clone()].iter().zip(&self.lower[range]) {
-                self.row[i] -= entry * value;
+                self.row[i as usize] -= entry * value;
             }
         }
         for j in (0..size).rev() {
             let mut value = self.row[j] * self.inverse[j];
             let range = self.column_starts[j]..self.column_starts[j + 1];
             for (&i, &entry) in self.rows[range.clone()].iter().zip(&self.lower[range]) {
-                value -= entry * self.row[i];
+                value -= entry * self.row[i as usize];
             }
             self.row[j] = value;
         }
@@ -308,14 +313,14 @@ fn invert_permutation(order: &[usize], size: usize) -> Result<Vec<usize>, Linalg
 
 /// Entries on and below the diagonal of the permuted matrix, by rows, each as column and place
 /// in the values (those of `M` first, then those of `J`).
-fn permuted_triangle(structure: &KktStructure, place_of: &[usize]) -> (Vec<usize>, Vec<(usize, usize)>) {
+fn permuted_triangle(structure: &KktStructure, place_of: &[usize]) -> (Vec<usize>, Vec<(Index, Index)>) {
     let mass = structure.mass.iter().copied();
     let jacobian = structure.jacobian.iter().map(|&(row, column)| (structure.n + row, column));
-    let mut entries: Vec<(usize, usize, usize)> = mass
+    let mut entries: Vec<(Index, Index, Index)> = mass
         .chain(jacobian)
-        .enumerate()
-        .map(|(source, (row, column))| {
-            let (i, j) = (place_of[row], place_of[column]);
+        .zip(0..)
+        .map(|((row, column), source)| {
+            let (i, j) = (place_of[row] as Index, place_of[column] as Index);
             (i.max(j), i.min(j), source)
         })
         .collect();
@@ -323,7 +328,7 @@ fn permuted_triangle(structure: &KktStructure, place_of: &[usize]) -> (Vec<usize
 
     let mut starts = vec![0; place_of.len() + 1];
     for &(row, _, _) in &entries {
-        starts[row + 1] += 1;
+        starts[row as usize + 1] += 1;
     }
     accumulate(&mut starts);
     let pairs = entries.iter().map(|&(_, column, source)| (column, source));
@@ -332,14 +337,14 @@ fn permuted_triangle(structure: &KktStructure, place_of: &[usize]) -> (Vec<usize
 
 struct Symbolic {
     pattern_starts: Vec<usize>,
-    pattern: Vec<usize>,
+    pattern: Vec<Index>,
     column_starts: Vec<usize>,
-    rows: Vec<usize>,
+    rows: Vec<Index>,
 }
 
 /// Pattern of `L`: row `k` has an entry in every column met when walking up the elimination
 /// tree from each entry of row `k` of the matrix (Liu, SIAM J. Matrix Anal. 11, 1990).
-fn analyse(row_starts: &[usize], row_entries: &[(usize, usize)]) -> Symbolic {
+fn analyse(row_starts: &[usize], row_entries: &[(Index, Index)]) -> Symbolic {
     let size = row_starts.len() - 1;
     let mut parent = vec![NONE; size];
     let mut visited = vec![NONE; size];
@@ -349,13 +354,13 @@ fn analyse(row_starts: &[usize], row_entries: &[(usize, usize)]) -> Symbolic {
     for k in 0..size {
         visited[k] = k;
         for &(column, _) in &row_entries[row_starts[k]..row_starts[k + 1]] {
-            let mut j = column;
+            let mut j = column as usize;
             while visited[j] != k {
                 visited[j] = k;
                 if parent[j] == NONE {
                     parent[j] = k;
                 }
-                pattern.push(j);
+                pattern.push(j as Index);
                 column_starts[j + 1] += 1;
                 j = parent[j];
             }
@@ -369,8 +374,9 @@ fn analyse(row_starts: &[usize], row_entries: &[(usize, usize)]) -> Symbolic {
     let mut filled = column_starts.clone();
     for k in 0..size {
         for &j in &pattern[pattern_starts[k]..pattern_starts[k + 1]] {
-            rows[filled[j]] = k;
-            filled[j] += 1;
+            let free = &mut filled[j as usize];
+            rows[*free] = k as Index;
+            *free += 1;
         }
     }
     Symbolic { pattern_starts, pattern, column_starts, rows }

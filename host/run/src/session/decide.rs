@@ -49,8 +49,14 @@ pub(super) fn decide(
         scales: &body_scales(model, assembly.scales.length),
     };
     let no_choice = (!row_choice).then_some(ALL_ROWS);
+    // The pattern of a choice is analysed once, whatever it is asked about.
+    let mut analysed = None;
     Plan::decide(model, layout, &probe, no_choice, |chosen, mass| {
-        let mut solver = sparse_engine(equations, chosen, layout)?;
+        let known = analysed.take().filter(|(rows, _): &(Vec<usize>, _)| rows == chosen);
+        let (_, solver) = match known {
+            Some(known) => analysed.insert(known),
+            None => analysed.insert((chosen.to_vec(), sparse_engine(equations, chosen, layout)?)),
+        };
         solver.set_mass(mass)?;
         // The values of the chosen rows, picked from those of all.
         let entries = rows.structure.jacobian.iter().zip(rows.jacobian());

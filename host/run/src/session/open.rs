@@ -143,7 +143,7 @@ impl Session {
         let load_time = started.elapsed().as_secs_f64();
         let compiling = Instant::now();
         let layout = Layout::new(&model);
-        let mut equations = Equations::build(&model, &layout, Form::Working);
+        let mut equations = written(&model, &layout);
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
         let t = start.as_ref().map_or(scene.simulation.t_start, |(t, _)| *t);
         let assembled = |equations: &Equations, model: &Model| match &start {
@@ -154,7 +154,7 @@ impl Session {
         let idle = idle_axes(&equations, &model, &layout, t, &assembly).map_err(refuse)?;
         if !idle.is_empty() {
             idle.iter().for_each(|(body, axis)| model.bodies[*body].calm(*axis));
-            equations = Equations::build(&model, &layout, Form::Working);
+            equations = written(&model, &layout);
             assembly = assembled(&equations, &model)?;
         }
         warnings.extend(assembly_warnings(&assembly, &scene)?);
@@ -186,11 +186,6 @@ impl Session {
         let there = there.filter(better);
         let ahead = ahead.filter(|_| there.is_some());
         let plan = there.unwrap_or(at_start);
-        if equations.graph.len() > LARGE {
-            // With the channels all is there that most runs ask for: they do without the table of known nodes.
-            equations.channels(&model, &layout);
-            equations.graph.rest();
-        }
         let determined = is_determined(&scene, &model, &equations, &plan, pruning);
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let mut session = Self {
@@ -220,6 +215,17 @@ impl Session {
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
     }
+}
+
+/// The equations of a model. Large ones are there with the channels, which is all that most runs ask for: they do without the table
+/// of known nodes, before anything is computed.
+fn written(model: &Model, layout: &Layout) -> Equations {
+    let mut equations = Equations::build(model, layout, Form::Working);
+    if equations.graph.len() > LARGE {
+        equations.channels(model, layout);
+        equations.graph.rest();
+    }
+    equations
 }
 
 /// Whether islands take steps of their own, by `islands` of `[simulation]`.

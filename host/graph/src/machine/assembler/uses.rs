@@ -68,9 +68,9 @@ impl Lookout {
                     (uses.next[0], uses.next[1]) = (next[a as usize], next[b as usize]);
                     (next[a as usize], next[b as usize]) = (at, at);
                 }
-                Instruction::Select(_, all) => {
+                Instruction::Select(_, ref all) => {
                     uses.next = all.map(|register| next[register as usize]);
-                    all.into_iter().for_each(|register| next[register as usize] = at);
+                    all.iter().copied().for_each(|register| next[register as usize] = at);
                 }
                 _ => {
                     instruction.operands(|register| uses.next[0] = std::mem::replace(&mut next[register as usize], at))

@@ -257,7 +257,8 @@ impl<'l> Writer<'l> {
         match *instruction {
             Instruction::Neg(to, i) => (to, self.negative(read(i, a))),
             Instruction::Sqrt(to, i) => (to, self.root(read(i, a))),
-            Instruction::Select(to, [i, j, k, l]) => {
+            Instruction::Select(to, ref all) => {
+                let [i, j, k, l] = **all;
                 (to, self.select([read(i, a), read(j, b), read(k, c), read(l, d)]))
             }
             Instruction::Turned(to, i) => {

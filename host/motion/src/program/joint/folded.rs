@@ -70,6 +70,9 @@ pub(super) fn folded(
     let others = all.body_loads.iter_mut().chain(&mut all.state_rates).chain([&mut all.power]);
     others.for_each(|node| carry(&mut g, node));
     all.row_slopes.iter_mut().flatten().for_each(|(_, node)| carry(&mut g, node));
+    for (Row { jacobian, .. }, common) in all.rows.iter().zip(&mut all.common) {
+        *common = folded_common(jacobian, common, &columns);
+    }
     for Row { value, time, gamma, jacobian, of_velocities: _ } in &mut all.rows {
         [value, time, gamma].into_iter().for_each(|node| carry(&mut g, node));
         let mut sums = Sums::default();
@@ -114,6 +117,18 @@ pub(super) fn folded(
     }
     let size = g.live(&shared).len();
     JointEquations { graph: g, coordinates, mass: entries, size, limbs: None, ..all }
+}
+
+/// What becomes of the velocities that move all of a row together: those that come into it in no other way.
+fn folded_common(jacobian: &[(usize, Node)], common: &[usize], columns: &[Combined]) -> Vec<usize> {
+    let of = |column: usize| columns[column].iter().map(|(to, _)| *to);
+    let mut found: Vec<usize> = common.iter().flat_map(|column| of(*column)).collect();
+    let others = jacobian.iter().filter(|(column, _)| common.binary_search(column).is_err());
+    let seen: Vec<usize> = others.flat_map(|(column, _)| of(*column)).collect();
+    found.retain(|column| !seen.contains(column));
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// Sums of nodes with factors, by place.
