@@ -89,8 +89,11 @@ impl WholeColumns {
             let [own, other_entries] = self.pair(column, *other);
             let (reflector, tail) = (&own[k + 1..], &mut other_entries[k..]);
             let product = tau * (tail[0] + dot(reflector, &tail[1..]));
-            tail[0] -= product;
-            add_scaled(&mut tail[1..], -product, reflector);
+            // Joints that share no body have columns without common rows.
+            if product != 0.0 {
+                tail[0] -= product;
+                add_scaled(&mut tail[1..], -product, reflector);
+            }
             changed.push((*other, tail[0]));
         }
         tau
