@@ -89,9 +89,41 @@ fn machine_code_is_made_once_for_all_runs() {
     }
 }
 
+/// Each run of a study has the bits of the run that shares nothing, or fails with its words.
+fn has_the_bits_of_runs_alone(scene: &str, fixed: &[&str], points: Points) {
+    let path = root().join(format!("scenes/{scene}.toml"));
+    let options = StudyOptions { common: options(fixed, &[]), points, jobs: 1, ..StudyOptions::default() };
+    let study = Study::run(&path, &options, &|_, _| (), &Arc::default()).unwrap();
+    for (number, run) in study.runs.iter().enumerate() {
+        let place = format!("{scene}, run {}", number + 1);
+        let mut own = crate::support::options(fixed, &[]);
+        own.overrides.extend(options.points.changes(number));
+        let alone = Session::open(&path, &own).and_then(|session| session.run(None, Box::new(|_| ()), &Arc::default()));
+        let (alone, finished) = match (&alone, &run.outcome) {
+            (Ok(alone), Outcome::Ran(finished)) => (alone, finished),
+            (Err(alone), Outcome::Failed(error)) => {
+                assert_eq!(error.to_string(), alone.to_string(), "{place}");
+                continue;
+            }
+            other => panic!("{place}: {other:?}"),
+        };
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        let ends: Vec<f64> = alone.columns.iter().map(|column| column.last().copied().unwrap_or(f64::NAN)).collect();
+        assert_eq!(bits(&finished.last), bits(&ends), "{place}");
+        let (one, other) = (&finished.summary, &alone.summary);
+        assert_eq!(one.evaluations, other.evaluations, "{place}");
+        assert_eq!(one.steps, other.steps, "{place}");
+        assert_eq!(format!("{:?}", one.audit), format!("{:?}", other.audit), "{place}");
+        assert_eq!(format!("{:?}", one.figures), format!("{:?}", other.figures), "{place}");
+    }
+}
+
+fn grid(varied: &[&str]) -> Points {
+    Points::grid(varied.iter().map(|text| Vary::parse(text).unwrap()).collect()).unwrap()
+}
+
 /// Variants are written along the first one, as far as their numbers leave the operations what they are: contacts, friction, opaque
-/// elements, islands, tables and states among them; gravity that vanishes, or is along one axis, leaves others. Each run has the bits
-/// of the run that shares nothing.
+/// elements, islands, tables and states among them; gravity that vanishes, or is along one axis, leaves others.
 #[test]
 fn runs_of_a_study_have_the_bits_of_runs_that_share_nothing() {
     let scenes = [
@@ -106,35 +138,30 @@ fn runs_of_a_study_have_the_bits_of_runs_that_share_nothing() {
         "verification/motor-torque",
         "verification/beam",
     ];
-    let gravities = ["[0, 0, 0]", "[0.5, -9, 0.1]", "[0.4, -8, 0.2]", "[0, 0, -9.81]", "[0.4, -9, 0.3]"];
+    let fixed = ["simulation.t_end=\"5 ms\"", "simulation.output_step=\"1 ms\""];
     for scene in scenes {
-        let path = root().join(format!("scenes/{scene}.toml"));
-        let key = |gravity: &str| format!("simulation.gravity={gravity}");
-        let options = StudyOptions {
-            common: options(&["simulation.t_end=\"5 ms\"", "simulation.output_step=\"1 ms\""], &[]),
-            points: Points::grid(vec![Vary::parse(&key(&gravities.join(","))).unwrap()]).unwrap(),
-            jobs: 1,
-            ..StudyOptions::default()
-        };
-        let study = Study::run(&path, &options, &|_, _| (), &Arc::default()).unwrap();
-        for (gravity, run) in gravities.iter().zip(&study.runs) {
-            let sets = ["simulation.t_end=\"5 ms\"", "simulation.output_step=\"1 ms\"", &key(gravity)];
-            let alone = Session::open(&path, &crate::support::options(&sets, &[]))
-                .and_then(|session| session.run(None, Box::new(|_| ()), &Arc::default()));
-            let (last, finished) = match (&alone, &run.outcome) {
-                (Ok(alone), Outcome::Ran(finished)) => (alone, finished),
-                (Err(alone), Outcome::Failed(error)) => {
-                    assert_eq!(error.to_string(), alone.to_string(), "{scene} {gravity}");
-                    continue;
-                }
-                other => panic!("{scene} {gravity}: {other:?}"),
-            };
-            let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            let ends: Vec<f64> = last.columns.iter().map(|column| column.last().copied().unwrap_or(f64::NAN)).collect();
-            assert_eq!(bits(&finished.last), bits(&ends), "{scene} {gravity}");
-            let (one, other) = (&finished.summary, &last.summary);
-            assert_eq!(one.evaluations, other.evaluations, "{scene} {gravity}");
-            assert_eq!(one.steps, other.steps, "{scene} {gravity}");
-        }
+        let gravities = "[0, 0, 0],[0.5, -9, 0.1],[0.4, -8, 0.2],[0, 0, -9.81],[0.4, -9, 0.3]";
+        has_the_bits_of_runs_alone(scene, &fixed, grid(&[&format!("simulation.gravity={gravities}")]));
     }
+}
+
+/// Masses, lengths, places, coefficients; numbers that pass through zero and one, that become equal to others, and that change which
+/// rows are independent.
+#[test]
+fn whatever_is_varied_runs_have_the_bits_of_runs_that_share_nothing() {
+    let short = ["simulation.t_end=\"20 ms\""];
+    let varied: [&[&str]; 7] = [
+        &["body.piston.mass=0.025,0.03,0.04,1,0.5,0.026", "crank.radius=8mm,9mm"],
+        &["rod.com=15.75mm,0mm,21mm,-3mm,42mm,10mm"],
+        &["joint.cylinder.axis=[1,0,0],[2,0,0],[1,0,1e-9]", "body.rotor.inertia=[500,500,30],[1,1,1],[500,400,30]"],
+        &["joint.main_bearing.point=[0,0,0],[0,0,1],[0,0.1,0],[0,0,-2]"],
+        &["force.bearing_friction.params.damping=2.5 N mm ms/rad,0 N mm ms/rad,1 N m s/rad,-1 N mm ms/rad"],
+        &["force.motor.params.breakdown_slip=0.2,0.5,1,0.1", "force.motor.params.breakdown_torque=0.246 N m,1 N m"],
+        &["body.rotor.angular_velocity=[0,0,0.32],[0,0,0],[0,0,1],[0,0,-0.3]"],
+    ];
+    for varied in varied {
+        has_the_bits_of_runs_alone("compressor", &short, grid(varied));
+    }
+    let oscillators = grid(&["m=2,1,0.5", "k=50,0,1,70", "l0=1,0", "c=3,0"]);
+    has_the_bits_of_runs_alone("verification/translational-spring-damper", &["simulation.t_end=0.2"], oscillators);
 }
