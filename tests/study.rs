@@ -162,6 +162,11 @@ fn whatever_is_varied_runs_have_the_bits_of_runs_that_share_nothing() {
     for varied in varied {
         has_the_bits_of_runs_alone("compressor", &short, grid(varied));
     }
-    let oscillators = grid(&["m=2,1,0.5", "k=50,0,1,70", "l0=1,0", "c=3,0"]);
+    let oscillators = grid(&[
+        "m=2,1",
+        "force.strut.params.stiffness=50,0,1,70",
+        "force.strut.params.free_length=1,0",
+        "force.strut.params.damping=3,0",
+    ]);
     has_the_bits_of_runs_alone("verification/translational-spring-damper", &["simulation.t_end=0.2"], oscillators);
 }
