@@ -83,6 +83,7 @@ mod events;
 mod examples;
 mod export;
 mod fed_back;
+mod feet;
 mod fits;
 mod fixtures;
 mod fmu;

@@ -36,7 +36,11 @@
 //! ## Singular cases
 //!
 //! A scene in which the ball starts inside the plane is refused. More contacts of one body than it has freedoms share its
-//! weight in a way that is not determined; then as many as are needed carry it.
+//! weight in a way that is not determined; then as many as are needed carry it. The same of friction: what is not determined is shared
+//! such that all contacts stick, if there is a way to.
+//!
+//! A `rough` contact may have no solution: in order not to slide it would have to pull, and if it slid it would be pressed (a rod thrown
+//! flat onto a floor, its point ahead). The run stops and says so; with `mu` it slides.
 //!
 //! Where friction presses what slides into the plane the more, the more it is pressed, there may be no normal force, or several
 //! (Painleve's paradox): the run stops and says so.

@@ -16,10 +16,12 @@
 mod friction;
 mod indeterminate;
 mod response;
+mod shares;
 
 pub use friction::{Grip, Pattern};
 pub use indeterminate::{Holder, Indeterminate};
 use nalgebra::{DMatrix, DVector};
+pub use shares::Shares;
 
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
@@ -106,6 +108,15 @@ pub struct Strike {
     pub impulse: f64,
     /// Energy lost in it, J.
     pub lost: f64,
+}
+
+/// Why there is no impact: the contact, as a place among those that touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoSolution {
+    /// It would have to pull in order not to slide.
+    Pulls(usize),
+    /// Neither sticking nor sliding was found to meet the law of friction.
+    Undecided(usize),
 }
 
 /// Contacts that touch, at a position.
@@ -360,12 +371,18 @@ impl Meeting {
     /// Whether anything gives way to the k-th of them: not where other rows determine how it moves.
     #[must_use]
     pub fn gives_way(&self, k: usize) -> bool {
-        let row = self.first[k];
+        self.row_gives_way(self.first[k])
+    }
+
+    fn row_gives_way(&self, row: usize) -> bool {
         self.geometry[(row, row)] > RANK_TOLERANCE * self.sizes[row].powi(2)
     }
 
     /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds.
-    pub fn strike_all(&mut self, speed: f64) {
+    ///
+    /// # Errors
+    /// The contact whose impact has no solution.
+    pub fn strike_all(&mut self, speed: f64) -> Result<(), NoSolution> {
         for _ in 0..MOST_STRIKES {
             let all = (0..self.touching.len()).filter(|k| self.approaches(*k, speed) && self.gives_way(*k));
             let fastest = all.min_by(|a, b| {
@@ -373,8 +390,8 @@ impl Meeting {
                 relative(*a).total_cmp(&relative(*b))
             });
             match fastest {
-                Some(k) => self.strike(k, speed),
-                None => return,
+                Some(k) => self.strike(k, speed)?,
+                None => return Ok(()),
             }
         }
         let all: Vec<usize> = (0..self.touching.len()).collect();
@@ -383,23 +400,21 @@ impl Meeting {
         if let Some(pattern) = self.complementary(&rates, &all, held, NO_SPEED * speed) {
             self.push(pattern.forces);
         }
+        Ok(())
     }
 
     /// The impact of one contact.
-    fn strike(&mut self, k: usize, speed: f64) {
-        if self.grips.iter().any(|grip| grip.contact == Some(k))
-            && let Some(impulses) = self.strike_with_friction(k, NO_SPEED * speed)
-        {
+    fn strike(&mut self, k: usize, speed: f64) -> Result<(), NoSolution> {
+        if self.grips.iter().any(|grip| grip.contact == Some(k)) {
+            let impulses = self.strike_with_friction(k, NO_SPEED * speed).ok_or(NoSolution::Undecided(k))?;
             self.push(impulses);
-            return;
+            return Ok(());
         }
         let rows: Vec<usize> = (self.first[k]..self.first[k + 1]).collect();
-        let with_others = self.compression(&rows);
-        // Where what sticks would pull the contact together, nothing sticks.
-        let (rows, compression) = match with_others[0] > 0.0 {
-            true => (rows, with_others),
-            false => (vec![self.first[k]], self.compression(&[self.first[k]])),
-        };
+        let compression = self.compression(&rows);
+        if compression[0] <= 0.0 {
+            return Err(NoSolution::Pulls(k));
+        }
         let back = self.restitution[k] * compression[0];
         let mut impulses = DVector::zeros(self.rows.len());
         rows.iter().zip(compression.iter()).for_each(|(row, value)| impulses[*row] = *value);
@@ -407,16 +422,50 @@ impl Meeting {
         let others = &rows[1..];
         if !others.is_empty() {
             let right = DVector::from_fn(others.len(), |i, _| -back * self.delassus[(others[i], rows[0])]);
-            let held = solve(&self.block(others), &right);
+            let held = self.solve(others, right);
             others.iter().zip(held.iter()).for_each(|(row, value)| impulses[*row] += value);
         }
         self.push(impulses);
+        Ok(())
+    }
+
+    /// A rough contact that would be pressed if it could slide, and that would have to pull in order not to, where rows have these
+    /// accelerations while all contacts are open.
+    #[must_use]
+    pub fn pulling(&self, of_rows: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Option<usize> {
+        (0..self.touching.len()).find(|k| {
+            let rows: Vec<usize> = (self.first[*k]..self.first[*k + 1]).collect();
+            let right = DVector::from_iterator(rows.len(), rows.iter().map(|row| -of_rows[*row]));
+            let is_pressed = of_rows[rows[0]] < -self.no_acceleration(*k, acceleration);
+            self.stays(*k, speed) && is_pressed && self.solve(&rows, right)[0] < 0.0
+        })
     }
 
     /// Impulses of rows that bring their rates to zero.
     fn compression(&self, rows: &[usize]) -> DVector<f64> {
         let right = DVector::from_fn(rows.len(), |i, _| -self.rates[rows[i]]);
-        solve(&self.block(rows), &right)
+        self.solve(rows, right)
+    }
+
+    /// What acts along these rows so that their rates change by this, with nothing else acting. Where that is not unique, the smallest.
+    fn solve(&self, rows: &[usize], right: DVector<f64>) -> DVector<f64> {
+        self.solve_for(rows, &self.block(rows), right)
+    }
+
+    /// The same with another matrix, which differs by what depends on what acts. Nothing acts along a row that nothing gives way to: its
+    /// part of the matrix is round-off.
+    fn solve_for(&self, rows: &[usize], matrix: &DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
+        if rows.is_empty() {
+            return right;
+        }
+        // Rows of all units alike.
+        let unit = |row: &usize| if self.row_gives_way(*row) { 1.0 / self.delassus[(*row, *row)].sqrt() } else { 0.0 };
+        let scale = DVector::from_iterator(rows.len(), rows.iter().map(unit));
+        let scaled = DMatrix::from_fn(rows.len(), rows.len(), |i, j| scale[i] * matrix[(i, j)] * scale[j]);
+        let svd = scaled.svd(true, true);
+        let tolerance = RANK_TOLERANCE * svd.singular_values.max();
+        svd.solve(&right.component_mul(&scale), tolerance)
+            .map_or_else(|_| DVector::zeros(rows.len()), |found| found.component_mul(&scale))
     }
 
     fn block(&self, rows: &[usize]) -> DMatrix<f64> {
@@ -517,22 +566,4 @@ impl Meeting {
             }
         }
     }
-}
-
-/// The smallest solution of a system that may be singular.
-fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    if matrix.is_empty() {
-        return DVector::zeros(0);
-    }
-    let n = matrix.nrows();
-    // Rows of all units alike.
-    let scale = DVector::from_fn(n, |i, _| {
-        let pivot = matrix[(i, i)];
-        if pivot > 0.0 { 1.0 / pivot.sqrt() } else { 1.0 }
-    });
-    let scaled = DMatrix::from_fn(n, n, |i, j| scale[i] * matrix[(i, j)] * scale[j]);
-    let right = right.component_mul(&scale);
-    let svd = scaled.svd(true, true);
-    let tolerance = RANK_TOLERANCE * svd.singular_values.max();
-    svd.solve(&right, tolerance).map_or_else(|_| DVector::zeros(n), |found| found.component_mul(&scale))
 }

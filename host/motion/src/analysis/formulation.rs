@@ -197,6 +197,15 @@ pub enum AnalysisError {
         /// Element and row of the contact.
         row: String,
     },
+    /// A rough contact without a solution.
+    #[error(
+        "`{row}` is rough: in order not to slide it would have to pull, and if it slid it would be pressed; give it `mu` in \
+         place of `rough`"
+    )]
+    Pulls {
+        /// Element and row of the contact.
+        row: String,
+    },
     /// Impacts that do not come to an end, or contacts that are neither open nor closed.
     #[error(
         "the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only \

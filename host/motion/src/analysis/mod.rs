@@ -71,7 +71,9 @@ pub use assembly::{
 pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
-pub use contact::{Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meeting, Pattern, Strike};
+pub use contact::{
+    Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meeting, NoSolution, Pattern, Shares, Strike,
+};
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};
 pub use joint::{JointForm, Portable, Quantities, STATES_PER_AUDIT};

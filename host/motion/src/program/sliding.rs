@@ -69,19 +69,13 @@ impl Equations {
         sum
     }
 
-    /// How far the reaction of a friction that sticks is from its limit, N or N m.
-    pub fn reserve(&mut self, friction: &Friction, layout: &Layout) -> Node {
-        let limit = self.limit_of(friction, layout);
-        let g = &mut self.graph;
-        let zero = g.constant(0.0);
-        let mut squares = zero;
-        for row in &friction.rows {
-            let multiplier = g.input(layout.multiplier_slot() + row);
-            let square = g.mul(multiplier, multiplier);
-            squares = g.add(squares, square);
-        }
-        let size = g.sqrt(squares);
-        g.sub(limit, size)
+    /// What a friction that sticks may hold, and what it holds along each of its rows (zero of a second one that it has not): N or N m.
+    pub fn hold(&mut self, friction: &Friction, layout: &Layout) -> [Node; 3] {
+        let [first, second] = [friction.rows.first(), friction.rows.get(1)].map(|row| match row {
+            Some(row) => self.graph.input(layout.multiplier_slot() + row),
+            None => self.graph.constant(0.0),
+        });
+        [self.limit_of(friction, layout), first, second]
     }
 
     /// The limit, N or N m.

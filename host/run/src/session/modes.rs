@@ -151,7 +151,7 @@ impl Run<'_> {
             self.system.bring_to_rows(t, &mut self.state)?;
             match self.system.set_levels(t, &self.state)? {
                 None => return Ok(self.system.heat_anew(t, &self.state)?),
-                Some(pulls) => self.system.release(pulls, &mut closed, t, &self.state)?,
+                Some(pulls) => self.system.release(pulls, &mut closed),
             }
         }
     }

@@ -13,11 +13,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Meeting, NO_ACCELERATION, RANK_TOLERANCE, solve};
+use super::{Meeting, NO_ACCELERATION, RANK_TOLERANCE, Shares};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;
 const TURNED: f64 = 1e-14;
+/// How often a row that was taken to slide is let stick, in one decision.
+const MOST_RESTS: u32 = 3;
 /// Bisections of a restitution that gains energy.
 const MOST_HALVES: usize = 60;
 
@@ -82,11 +84,28 @@ pub(super) struct Held {
     moves: bool,
     /// Where it slides; zero where it sticks.
     direction: [f64; 2],
+    /// How often it was let stick: see [`Held::may_rest`].
+    rested: u32,
 }
 
 impl Held {
     fn sticks(&self) -> bool {
         self.direction == [0.0; 2]
+    }
+
+    /// Whether it is the friction of a contact.
+    fn is_of(&self, contact: usize) -> bool {
+        matches!(self.bound, Bound::Share(_, of) if of == contact)
+    }
+
+    /// Whether it is taken to slide, and may be let stick instead.
+    fn may_rest(&self) -> bool {
+        !self.moves && !self.sticks() && self.rested < MOST_RESTS
+    }
+
+    fn rest(&mut self) {
+        self.direction = [0.0; 2];
+        self.rested += 1;
     }
 }
 
@@ -142,6 +161,7 @@ impl Meeting {
                 bound: grip.contact.map_or(Bound::Known(grip.limit), |contact| Bound::Share(grip.limit, contact)),
                 moves: moving.is_some(),
                 direction: moving.unwrap_or([0.0; 2]),
+                rested: 0,
             }
         };
         self.grips.iter().enumerate().map(held).collect()
@@ -153,7 +173,7 @@ impl Meeting {
         let held = all.filter_map(|(place, grip)| {
             let contact = grip.contact.filter(|contact| contacts.contains(contact))?;
             let bound = Bound::Share(grip.limit, contact);
-            Some(Held { grip: place, bound, moves: false, direction: [0.0; 2] })
+            Some(Held { grip: place, bound, moves: false, direction: [0.0; 2], rested: 0 })
         });
         held.collect()
     }
@@ -180,24 +200,36 @@ impl Meeting {
         held.retain(|one| one.moves || !self.grips[one.grip].fixed);
         let most = 100 * (candidates.len() + held.len() + 1);
         for _ in 0..most {
-            let p = self.forces(b, &closed, &mut held);
+            let mut p = self.forces(b, &closed, &mut held);
+            self.share(&mut p, &closed, &held);
             let w = &self.delassus * &p + b;
             let wrong = candidates.iter().copied().find(|k| {
                 let row = self.first[*k];
                 let limit = unit * self.sizes[row];
                 match closed.contains(k) {
-                    true => p[row] * self.delassus[(row, row)] < -limit,
+                    // What pulls in order to stick slides before it opens.
+                    true => {
+                        let sticks = held.iter().any(|one| one.is_of(*k) && one.sticks());
+                        p[row] * self.delassus[(row, row)] < -limit && !sticks
+                    }
                     false => w[row] < -limit,
                 }
             });
             if let Some(k) = wrong {
                 match closed.iter().position(|one| *one == k) {
+                    // What pulls while it slides may press if it sticks.
+                    Some(_) if let Some(one) = held.iter_mut().find(|one| one.is_of(k) && one.may_rest()) => one.rest(),
                     Some(place) => {
                         closed.remove(place);
                     }
                     None if !self.gives_way(k) => return None,
                     None => closed.push(k),
                 }
+                continue;
+            }
+            // What others hold may take all it can without moving, and push others beyond their limits: they share it.
+            if let Some(place) = held.iter().position(|one| self.rests(one, &closed, (&p, &w), unit)) {
+                held[place].rest();
                 continue;
             }
             let wrong = held.iter().enumerate().find_map(|(place, one)| {
@@ -235,9 +267,7 @@ impl Meeting {
         let grip = &self.grips[one.grip];
         let (force, rate) = (pair(&grip.rows, |row| p[row]), pair(&grip.rows, |row| w[row]));
         let bound = self.bound(one.bound, p);
-        let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
-        let (size, way) = (largest(&|row| self.sizes[row]), largest(&|row| self.delassus[(row, row)]));
-        let none = unit_of_w * size + NO_ACCELERATION * bound * way;
+        let (none, way) = self.none(one, p, unit_of_w);
         if one.sticks() {
             let beyond = (norm(force) - bound) * way;
             let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
@@ -249,6 +279,44 @@ impl Meeting {
         }
         let along = rate[0] * one.direction[0] + rate[1] * one.direction[1];
         (along < -2.0 * none).then_some([0.0; 2])
+    }
+
+    /// What those that stick have in balance with each other.
+    #[must_use]
+    pub fn shares(&self, pattern: &Pattern) -> Shares {
+        let grips = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
+        Shares::new(self, &grips.collect::<Vec<_>>())
+    }
+
+    /// Lets those that stick share what their rows leave open, as far below their limits as they can be.
+    fn share(&self, p: &mut DVector<f64>, closed: &[usize], held: &[Held]) {
+        let sticks = |one: &&Held| one.sticks() && is_active(one, closed);
+        let sticking: Vec<&Held> = held.iter().filter(sticks).collect();
+        let grips: Vec<&Grip> = sticking.iter().map(|one| &self.grips[one.grip]).collect();
+        let shares = Shares::new(self, &grips);
+        if shares.is_empty() {
+            return;
+        }
+        let limits: Vec<f64> = sticking.iter().map(|one| self.bound(one.bound, p)).collect();
+        let mut forces: Vec<[f64; 2]> = grips.iter().map(|grip| pair(&grip.rows, |row| p[row])).collect();
+        shares.choose(&mut forces, &limits);
+        for (grip, force) in grips.iter().zip(forces) {
+            grip.rows.iter().zip(force).for_each(|(row, value)| p[*row] = value);
+        }
+    }
+
+    /// What of its rates is none, and how much they give way.
+    fn none(&self, one: &Held, p: &DVector<f64>, unit_of_w: f64) -> (f64, f64) {
+        let grip = &self.grips[one.grip];
+        let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
+        let (size, way) = (largest(&|row| self.sizes[row]), largest(&|row| self.delassus[(row, row)]));
+        (unit_of_w * size + NO_ACCELERATION * self.bound(one.bound, p) * way, way)
+    }
+
+    /// Whether it is taken to slide and does not.
+    fn rests(&self, one: &Held, closed: &[usize], (p, w): (&DVector<f64>, &DVector<f64>), unit_of_w: f64) -> bool {
+        let rate = pair(&self.grips[one.grip].rows, |row| w[row]);
+        one.may_rest() && is_active(one, closed) && norm(rate) <= self.none(one, p, unit_of_w).0
     }
 
     fn bound(&self, bound: Bound, p: &DVector<f64>) -> f64 {
@@ -274,7 +342,9 @@ impl Meeting {
                 let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
                 let rate = grip.free(pair(&grip.rows, |row| w[row]));
                 let moved = [0, 1].map(|k| bound * one.direction[k] + rate[k] / way);
-                if norm(moved) > 0.0 && way > 0.0 {
+                // Across it at most: what would turn back sticks.
+                let ahead = moved[0] * one.direction[0] + moved[1] * one.direction[1];
+                if ahead > 0.0 && way > 0.0 {
                     let direction = unit(grip.free(moved));
                     turned = turned.max(norm([0, 1].map(|k| direction[k] - one.direction[k])));
                     one.direction = direction;
@@ -296,7 +366,7 @@ impl Meeting {
         let active = || held.iter().filter(|one| is_active(one, closed));
         rows.extend(active().filter(|one| one.sticks()).flat_map(|one| self.grips[one.grip].rows.iter().copied()));
         let mut p = DVector::zeros(self.rows.len());
-        let mut matrix = DMatrix::from_fn(rows.len(), rows.len(), |i, j| self.delassus[(rows[i], rows[j])]);
+        let mut matrix = self.block(&rows);
         let sliding = || active().filter(|one| !one.sticks());
         for one in sliding() {
             let own = &self.grips[one.grip].rows;
@@ -314,7 +384,7 @@ impl Meeting {
             }
         }
         let known = &self.delassus * &p + b;
-        let found = solve(&matrix, &DVector::from_fn(rows.len(), |i, _| -known[rows[i]]));
+        let found = self.solve_for(&rows, &matrix, DVector::from_fn(rows.len(), |i, _| -known[rows[i]]));
         rows.iter().zip(found.iter()).for_each(|(row, value)| p[*row] = *value);
         for one in sliding() {
             if let Bound::Share(share, contact) = one.bound {
@@ -342,7 +412,8 @@ impl Meeting {
             let mut parts = self.complementary(&known, &[], fixed.collect(), 1e-3 * unit_of_rates)?.forces;
             if !hard.is_empty() {
                 let rates = &self.delassus * &parts + &known;
-                let held = solve(&self.block(&hard), &DVector::from_fn(hard.len(), |i, _| -rates[hard[i]]));
+                let right = DVector::from_fn(hard.len(), |i, _| -rates[hard[i]]);
+                let held = self.solve(&hard, right);
                 hard.iter().zip(held.iter()).for_each(|(row, value)| parts[*row] += value);
             }
             Some(impulses + parts)

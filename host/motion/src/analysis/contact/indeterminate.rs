@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::{Grip, Meeting, Pattern, RANK_TOLERANCE, solve};
+use super::{Grip, Meeting, Pattern, RANK_TOLERANCE};
 
 /// Share of a row in reactions that balance each other above which it takes part.
 const TAKES_PART: f64 = 1e-6;
@@ -98,7 +98,7 @@ impl Meeting {
     }
 
     /// Reactions of rows that are in balance with each other: a basis.
-    fn balanced(&self, rows: &[usize]) -> Vec<DVector<f64>> {
+    pub(super) fn balanced(&self, rows: &[usize]) -> Vec<DVector<f64>> {
         let scale: Vec<f64> = rows.iter().map(|row| 1.0 / self.sizes[*row]).collect();
         let entry = |i: usize, j: usize| scale[i] * self.geometry[(rows[i], rows[j])] * scale[j];
         let matrix = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (entry(i, j) + entry(j, i)));
@@ -129,7 +129,8 @@ impl Meeting {
                 }
             }
             let pushed = &self.delassus * &change;
-            let held = solve(&self.block(rows), &DVector::from_fn(rows.len(), |i, _| pushed[rows[i]]));
+            let right = DVector::from_fn(rows.len(), |i, _| pushed[rows[i]]);
+            let held = self.solve(rows, right);
             let absorbed: f64 = rows.iter().zip(held.iter()).map(|(row, force)| force * pushed[*row]).sum();
             let apart: f64 = (0..self.rows.len()).map(|i| change[i].powi(2) * self.delassus[(i, i)]).sum();
             if change.dot(&pushed) - absorbed > MOVES * apart {

@@ -4,7 +4,7 @@ use super::frictions::Sliding;
 use super::levels::{Pressed, TOUCHING};
 use super::watch::RowValues;
 use super::{Part, Simulation};
-use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Group};
+use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Group, NoSolution, Shares};
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, Node};
@@ -46,7 +46,7 @@ pub(super) struct Touch {
     others: Vec<(Mode, Option<RowValues>)>,
     /// The value of each contact; of rows on velocities the rate; of frictions the speed in the direction of sliding.
     open: Part,
-    /// The reaction of each; of frictions, how far it is from the limit.
+    /// The reaction of each contact; of each friction, what it may hold and what it holds: see [`Equations::hold`].
     pressing: Part,
     /// The limit of each friction.
     pub(super) limits: Part,
@@ -54,6 +54,10 @@ pub(super) struct Touch {
     pub(super) rates: Part,
     /// Those that neither stick nor slide, since others determine how they move.
     pub(super) idle: Vec<usize>,
+    /// What frictions that stick share.
+    pub(super) shares: Shares,
+    /// What each friction holds, and what it may hold, where it was looked last.
+    pub(super) holds: Vec<([f64; 2], f64)>,
     /// See [`Contacts::sizes`]; those at the last event.
     pub(super) gradients: Vec<f64>,
     /// What each of these may not fall below, and what it is typically like.
@@ -84,7 +88,7 @@ impl Touch {
         let mut values: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
         let frictions = equations.frictions.clone();
         values.extend(frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
-        let reserves: Vec<Node> = frictions.iter().map(|friction| equations.reserve(friction, layout)).collect();
+        let holds: Vec<Node> = frictions.iter().flat_map(|friction| equations.hold(friction, layout)).collect();
         let rates: Vec<Node> = frictions.iter().flat_map(|friction| friction.rates.iter().copied()).collect();
         let limits: Vec<Node> = frictions.iter().map(|friction| friction.limit).collect();
         let g = &mut equations.graph;
@@ -92,7 +96,7 @@ impl Touch {
             let multiplier = g.input(layout.multiplier_slot() + contact.row);
             g.neg(multiplier)
         };
-        let reactions: Vec<Node> = contacts.iter().map(reaction).chain(reserves).collect();
+        let reactions: Vec<Node> = contacts.iter().map(reaction).chain(holds).collect();
         let name = |row: usize| {
             let (element, k) = layout.element_of_row(row);
             (model.elements[element].name.clone(), model.elements[element].row(k).to_string())
@@ -108,6 +112,8 @@ impl Touch {
             limits: Part::near(formulation, equations, &limits, layout),
             rates: Part::near(formulation, equations, &rates, layout),
             idle: Vec::new(),
+            shares: Shares::default(),
+            holds: vec![([0.0; 2], 0.0); frictions.len()],
             gradients: vec![1.0; values.len()],
             levels: vec![0.0; values.len()],
             sizes: vec![1.0; values.len()],
@@ -158,9 +164,18 @@ impl Simulation<'_> {
             values.copy_from_slice(touch.open.at(self.formulation.as_mut(), &mut self.observed, t, y)?);
         }
         if !touch.closed.is_empty() {
+            let first = touch.first_friction();
             let found = touch.pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
-            touch.closed.iter().for_each(|k| values[*k] = found[*k]);
-            touch.pressed.note(&touch.closed, touch.contacts.contacts().len(), found);
+            touch.closed.iter().filter(|k| **k < first).for_each(|k| values[*k] = found[*k]);
+            touch.pressed.note(&touch.closed, first, found);
+            for (own, [limit, x, y]) in touch.holds.iter_mut().zip(found[first..].as_chunks().0) {
+                *own = ([*x, *y], *limit);
+            }
+            touch.share();
+            for k in touch.closed.iter().filter(|k| **k >= first) {
+                let ([x, y], limit) = touch.holds[*k - first];
+                values[*k] = limit - x.hypot(y);
+            }
         }
         for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {
             *value = (*value - level) / size;
@@ -265,7 +280,10 @@ impl Simulation<'_> {
                 self.report_events(t, &strikes, &[], (slid, &Sliding::new()), 0.0)?;
                 return Ok(Vec::new());
             }
-            meeting.strike_all(speed);
+            meeting.strike_all(speed).map_err(|problem| match problem {
+                NoSolution::Pulls(k) => AnalysisError::Pulls { row: touch.name(touching[k]) },
+                NoSolution::Undecided(k) => AnalysisError::NotSettled { rows: touch.name(touching[k]) },
+            })?;
             let jammed = (0..touching.len()).find(|k| !meeting.gives_way(*k));
             let jammed = jammed.map(|k| AnalysisError::Jammed { row: touch.name(touching[k]) });
             if jammed.is_some() && (0..touching.len()).any(|k| meeting.approaches(k, speed) && !meeting.gives_way(k)) {
@@ -293,6 +311,9 @@ impl Simulation<'_> {
                 if let Some(jammed) = jammed {
                     return jammed;
                 }
+                if let Some(k) = meeting.pulling(&accelerations, [speed, largest]) {
+                    return AnalysisError::Pulls { row: touch.name(touching[k]) };
+                }
                 let frictions = meeting.grips.iter().map(|grip| first + grip.number);
                 let rows = touching.iter().copied().chain(frictions).map(|k| touch.name(k));
                 AnalysisError::NotSettled { rows: rows.collect::<Vec<_>>().join(", ") }
@@ -318,6 +339,7 @@ impl Simulation<'_> {
                 let idle = meeting.grips.iter().filter(is_idle).map(|grip| grip.number).collect();
                 if let Some(touch) = &mut self.touch {
                     touch.idle = idle;
+                    touch.shares = meeting.shares(&pattern);
                 }
                 self.let_slide(&pattern.sliding);
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;

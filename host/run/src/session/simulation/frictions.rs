@@ -32,6 +32,17 @@ impl Touch {
         frictions.filter_map(direction).collect()
     }
 
+    /// Lets those that stick share what they hold: see [`Shares`](crate::analysis::Shares).
+    pub(super) fn share(&mut self) {
+        if self.shares.is_empty() {
+            return;
+        }
+        let own = self.shares.frictions().iter().map(|number| self.holds[*number]);
+        let (mut forces, limits): (Vec<_>, Vec<_>) = own.unzip();
+        self.shares.choose(&mut forces, &limits);
+        self.shares.frictions().iter().zip(forces).for_each(|(number, force)| self.holds[*number].0 = force);
+    }
+
     /// What begins to slide or to stick: frictions by their numbers behind the contacts.
     pub(super) fn frictions_told(
         &self,
@@ -126,35 +137,25 @@ impl Simulation<'_> {
 
     /// A contact that was taken for closed is open: what depends on it neither sticks nor slides. Of rows that stick together, and whose
     /// shares rigid bodies do not determine, one that was given too large a share takes what it can.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    pub(in crate::session) fn release(
-        &mut self,
-        contact: usize,
-        closed: &mut Vec<usize>,
-        t: f64,
-        state: &[f64],
-    ) -> Result<(), AnalysisError> {
+    pub(in crate::session) fn release(&mut self, contact: usize, closed: &mut Vec<usize>) {
         closed.retain(|one| *one != contact);
         let mut sliding = self.sliding();
-        let Some(touch) = &self.touch else { return Ok(()) };
+        let Some(touch) = &mut self.touch else { return };
         let first = touch.first_friction();
         if let Some(number) = contact.checked_sub(first) {
-            let inputs = self.formulation.observe(t, state, true)?.inputs;
-            let rows = &touch.contacts.frictions()[number].rows;
-            let mut direction = [0.0; 2];
-            let multipliers = rows.iter().map(|row| inputs[self.layout.multiplier_slot() + row]);
-            direction.iter_mut().zip(multipliers).for_each(|(x, value)| *x = value);
-            let size = direction[0].hypot(direction[1]);
-            sliding.push((number, direction.map(|x| x / size)));
-            self.let_slide(&sliding);
-            return Ok(());
+            let (held, _) = touch.holds[number];
+            let size = held[0].hypot(held[1]);
+            sliding.push((number, held.map(|x| x / size)));
+            touch.shares.leave_out(number);
+        } else {
+            let frictions = touch.contacts.frictions().iter().enumerate();
+            let own = frictions.filter(|(_, friction)| friction.contact == Some(contact)).map(|(number, _)| number);
+            for number in own.collect::<Vec<_>>() {
+                closed.retain(|one| *one != first + number);
+                sliding.retain(|(other, _)| *other != number);
+                touch.shares.leave_out(number);
+            }
         }
-        let of_contact = |number: usize| touch.contacts.frictions()[number].contact == Some(contact);
-        closed.retain(|one| *one < first || !of_contact(*one - first));
-        sliding.retain(|(number, _)| !of_contact(*number));
         self.let_slide(&sliding);
-        Ok(())
     }
 }

@@ -1,0 +1,142 @@
+//! Bodies that stand on several feet, and contacts of bodies that joints hold in a plane: friction of which rigid bodies leave a part open.
+//! What is turned in space, so that zeros are round-off, moves alike.
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::contacts::{every_way_agrees, run};
+use crate::support::{column, difference};
+
+/// Axes of a frame, one of them turned so that no component of an axis is zero.
+fn frames() -> [Rotation3<f64>; 2] {
+    [Rotation3::identity(), Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7))]
+}
+
+fn list(v: Vector3<f64>) -> String {
+    format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z)
+}
+
+/// A disc between two plates, its centre of mass beside its middle, that falls on a floor.
+fn disc(turn: Rotation3<f64>, friction: &str) -> String {
+    let at = |x: f64, y: f64, z: f64| list(turn * Vector3::new(x, y, z));
+    format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = {gravity}
+t_end = 1
+output_step = 0.05
+tolerance = 1e-10
+[[body]]
+name = "disc"
+mass = 2
+inertia = [0.02, 0.02, 0.02]
+position = {position}
+velocity = {velocity}
+angular_velocity = {spin}
+[[joint]]
+name = "plates"
+type = "planar"
+bodies = ["ground", "disc"]
+point = [0, 0, 0]
+axis = {across}
+[[joint]]
+name = "floor"
+type = "plane-contact"
+bodies = ["ground", "disc"]
+frames = [{{ position = [0, 0, 0], axis = {up} }}, {{ position = {middle} }}]
+params.radius = 0.1
+params.restitution = 0.6
+{friction}
+[[output]]
+name = "angle"
+quantity = "coordinate"
+of = "plates"
+channel = "angle"
+[[output]]
+name = "energy"
+quantity = "total_energy"
+"#,
+        gravity = at(0.0, -9.81, 0.0),
+        position = at(0.3, 0.5, 0.0),
+        velocity = at(1.3, -0.5, 0.0),
+        spin = at(0.0, 0.0, 4.0),
+        across = at(0.0, 0.0, 1.0),
+        up = at(0.0, 1.0, 0.0),
+        middle = at(0.03, 0.02, 0.0),
+    )
+}
+
+#[test]
+fn friction_between_plates_does_not_depend_on_where_they_point() {
+    for friction in ["params.mu = 0.05", "params.mu = 0.3", "params.mu = 2", "params.rough = true"] {
+        let [one, other] = frames().map(|turn| every_way_agrees(&disc(turn, friction), 1e-7));
+        for name in ["angle", "energy"] {
+            let off = difference(column(&one, name), column(&other, name));
+            assert!(off < 1e-9, "{friction}: `{name}` differs by {off:.1e}");
+        }
+    }
+}
+
+/// A body on two feet, or on a hinge along the line through them. The slope along that line is for both feet to hold.
+fn edge(turn: Rotation3<f64>, middle: f64, foot: Option<f64>) -> String {
+    let at = |x: f64, y: f64, z: f64| list(turn * Vector3::new(x, y, z));
+    let holds = match foot {
+        None => format!(
+            "[[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"body\"]\npoint = [0, 0, 0]\naxis = {}\n",
+            at(1.0, 0.0, 0.0)
+        ),
+        Some(mu) => [0.0, 0.5]
+            .map(|x| {
+                format!(
+                    "[[joint]]\nname = \"foot_{x}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
+                 frames = [{{ position = [0, 0, 0], axis = {} }}, {{ position = {} }}]\nparams.mu = {mu:?}\n",
+                    at(0.0, 1.0, 0.0),
+                    at(x - middle, -0.3, -0.06)
+                )
+            })
+            .concat(),
+    };
+    let outputs = ["x", "y", "z"].map(|axis| {
+        format!("[[output]]\nname = \"{axis}\"\nquantity = \"position\"\nof = \"body\"\ncomponent = \"{axis}\"\n")
+    });
+    format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = {gravity}
+t_end = 0.24
+output_step = 0.02
+tolerance = 1e-10
+[[body]]
+name = "body"
+mass = 2
+inertia = [0.03, 0.03, 0.03]
+position = {position}
+{holds}
+{}
+"#,
+        outputs.concat(),
+        gravity = at(1.5, -9.81, 0.0),
+        position = at(middle, 0.3, 0.06),
+    )
+}
+
+#[test]
+fn a_body_on_two_feet_falls_as_on_a_hinge() {
+    for turn in frames() {
+        for (middle, mu) in [(0.25, 0.6), (0.12, 0.6), (0.05, 1.0)] {
+            let hinge = run(&edge(turn, middle, None), &[]);
+            for formulation in ["joint", "cartesian"] {
+                let sets = [format!("simulation.formulation=\"{formulation}\"")];
+                let feet = run(&edge(turn, middle, Some(mu)), &[&sets[0]]);
+                for name in ["x", "y", "z"] {
+                    let off = difference(column(&feet, name), column(&hinge, name));
+                    assert!(off < 1e-9, "{formulation}, {middle}: `{name}` differs by {off:.1e}");
+                }
+                assert!(feet.summary.steps < 100, "{formulation}, {middle}: {} steps", feet.summary.steps);
+            }
+        }
+    }
+}
