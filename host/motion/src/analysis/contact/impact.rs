@@ -1,0 +1,141 @@
+//! [`Strike`]: impacts of contacts that touch.
+//!
+//! One after the other, that of the fastest approach first, as in chains of balls: each is compressed until it neither approaches nor
+//! slides, then gives back its coefficient of restitution's share of the normal impulse (Poisson; where nothing sticks that is Newton's
+//! law). No impact adds energy. What has not come to an end after [`MOST_STRIKES`] ends without restitution, all at once.
+
+use nalgebra::DVector;
+
+use super::{Meeting, NO_SPEED, Pattern};
+
+/// Impacts one after the other at one instant.
+const MOST_STRIKES: usize = 2000;
+
+/// What happened to a contact in an impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strike {
+    /// Which contact.
+    pub contact: usize,
+    /// Its rate before and after.
+    pub rates: [f64; 2],
+    /// Impulse along its row.
+    pub impulse: f64,
+    /// Energy lost in it, J.
+    pub lost: f64,
+}
+
+/// Why there is no impact: the contact, as a place among those that touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoSolution {
+    /// It would have to pull in order not to slide.
+    Pulls(usize),
+    /// Neither sticking nor sliding was found to meet the law of friction.
+    Undecided(usize),
+}
+
+impl Meeting {
+    /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds.
+    ///
+    /// # Errors
+    /// The contact whose impact has no solution.
+    pub fn strike_all(&mut self, speed: f64) -> Result<(), NoSolution> {
+        for _ in 0..MOST_STRIKES {
+            let all = (0..self.touching.len()).filter(|k| self.approaches(*k, speed) && self.gives_way(*k));
+            let fastest = all.min_by(|a, b| {
+                let relative = |k: usize| self.rate(k) / self.sizes[self.first[k]];
+                relative(*a).total_cmp(&relative(*b))
+            });
+            match fastest {
+                Some(k) => self.strike(k, speed)?,
+                None => return Ok(()),
+            }
+        }
+        let all: Vec<usize> = (0..self.touching.len()).collect();
+        let rates = self.rates.clone();
+        let held = self.held_in_impact(&all);
+        if let Some(pattern) = self.complementary(&rates, &all, held, NO_SPEED * speed) {
+            self.push(pattern.forces);
+        }
+        Ok(())
+    }
+
+    /// The impact of one contact.
+    fn strike(&mut self, k: usize, speed: f64) -> Result<(), NoSolution> {
+        if self.grips.iter().any(|grip| grip.contact == Some(k)) {
+            let impulses = self.strike_with_friction(k, NO_SPEED * speed).ok_or(NoSolution::Undecided(k))?;
+            self.push(impulses);
+            return Ok(());
+        }
+        let rows: Vec<usize> = (self.first[k]..self.first[k + 1]).collect();
+        let compression = self.compression(&rows);
+        if compression[0] <= 0.0 {
+            return Err(NoSolution::Pulls(k));
+        }
+        let back = self.restitution[k] * compression[0];
+        let mut impulses = DVector::zeros(self.rows.len());
+        rows.iter().zip(compression.iter()).for_each(|(row, value)| impulses[*row] = *value);
+        impulses[rows[0]] += back;
+        let others = &rows[1..];
+        if !others.is_empty() {
+            let right = DVector::from_fn(others.len(), |i, _| -back * self.delassus[(others[i], rows[0])]);
+            let held = self.solve(others, right);
+            others.iter().zip(held.iter()).for_each(|(row, value)| impulses[*row] += value);
+        }
+        self.push(impulses);
+        Ok(())
+    }
+
+    /// Impulses of rows that bring their rates to zero.
+    fn compression(&self, rows: &[usize]) -> DVector<f64> {
+        let right = DVector::from_fn(rows.len(), |i, _| -self.rates[rows[i]]);
+        self.solve(rows, right)
+    }
+
+    /// Takes impulses.
+    fn push(&mut self, impulses: DVector<f64>) {
+        let before = self.rates.clone();
+        self.rates += &self.delassus * &impulses;
+        for k in 0..self.touching.len() {
+            let rows = self.rows_with_friction(k);
+            if rows.iter().all(|row| impulses[*row] == 0.0) {
+                continue;
+            }
+            let mean = |row: usize| impulses[row] * 0.5 * (before[row] + self.rates[row]);
+            // Round-off neither takes nor gives.
+            let lost = (0.0 - rows.iter().map(|row| mean(*row)).sum::<f64>()).max(0.0);
+            let work = |row: &usize| mean(*row) + impulses[*row] * (self.driven[*row] - self.times[*row]);
+            self.work += rows.iter().map(work).sum::<f64>();
+            let normal = rows[0];
+            let contact = self.touching[k];
+            match self.strikes.iter_mut().find(|strike| strike.contact == contact) {
+                Some(strike) => {
+                    strike.rates[1] = self.rates[normal];
+                    strike.impulse += impulses[normal];
+                    strike.lost += lost;
+                }
+                None => {
+                    let rates = [before[normal], self.rates[normal]];
+                    self.strikes.push(Strike { contact, rates, impulse: impulses[normal], lost });
+                }
+            }
+        }
+        // One impact changes what others have left.
+        for strike in &mut self.strikes {
+            if let Some(k) = self.touching.iter().position(|contact| *contact == strike.contact) {
+                strike.rates[1] = self.rates[self.first[k]];
+            }
+        }
+        self.impulses += impulses;
+    }
+
+    /// Ends the motion of closed contacts and of what sticks.
+    pub fn come_to_rest(&mut self, pattern: &Pattern) {
+        let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+        let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
+        rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
+        let found = self.compression(&rows);
+        let mut impulses = DVector::zeros(self.rows.len());
+        rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
+        self.push(impulses);
+    }
+}
