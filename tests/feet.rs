@@ -86,10 +86,10 @@ fn edge(turn: Rotation3<f64>, middle: f64, foot: Option<f64>) -> String {
             "[[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"body\"]\npoint = [0, 0, 0]\naxis = {}\n",
             at(1.0, 0.0, 0.0)
         ),
-        Some(mu) => [0.0, 0.5]
-            .map(|x| {
+        Some(mu) => [("left", 0.0), ("right", 0.5)]
+            .map(|(name, x)| {
                 format!(
-                    "[[joint]]\nname = \"foot_{x}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
+                    "[[joint]]\nname = \"{name}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
                  frames = [{{ position = [0, 0, 0], axis = {} }}, {{ position = {} }}]\nparams.mu = {mu:?}\n",
                     at(0.0, 1.0, 0.0),
                     at(x - middle, -0.3, -0.06)

@@ -56,7 +56,7 @@ impl Grip {
     }
 
     /// What of a vector in the plane is in directions that others leave free.
-    fn free(&self, v: [f64; 2]) -> [f64; 2] {
+    pub(super) fn free(&self, v: [f64; 2]) -> [f64; 2] {
         match self.only {
             None => v,
             Some([x, y]) => {
@@ -228,7 +228,7 @@ impl Meeting {
                 continue;
             }
             // What others hold may take all it can without moving, and push others beyond their limits: they share it.
-            if let Some(place) = held.iter().position(|one| self.rests(one, &closed, (&p, &w), unit)) {
+            if let Some(place) = held.iter().position(|one| self.rests(one, &closed, &held, (&p, &w), unit)) {
                 held[place].rest();
                 continue;
             }
@@ -313,10 +313,25 @@ impl Meeting {
         (unit_of_w * size + NO_ACCELERATION * self.bound(one.bound, p) * way, way)
     }
 
-    /// Whether it is taken to slide and does not.
-    fn rests(&self, one: &Held, closed: &[usize], (p, w): (&DVector<f64>, &DVector<f64>), unit_of_w: f64) -> bool {
-        let rate = pair(&self.grips[one.grip].rows, |row| w[row]);
-        one.may_rest() && is_active(one, closed) && norm(rate) <= self.none(one, p, unit_of_w).0
+    /// Whether it is taken to slide and does not, and those that stick could take some of what it takes.
+    fn rests(
+        &self,
+        one: &Held,
+        closed: &[usize],
+        held: &[Held],
+        (p, w): (&DVector<f64>, &DVector<f64>),
+        unit_of_w: f64,
+    ) -> bool {
+        let own = &self.grips[one.grip];
+        if !one.may_rest() || !is_active(one, closed) {
+            return false;
+        }
+        if norm(pair(&own.rows, |row| w[row])) > self.none(one, p, unit_of_w).0 {
+            return false;
+        }
+        let sticking = held.iter().filter(|other| other.sticks() && is_active(other, closed));
+        let grips: Vec<&Grip> = sticking.map(|other| &self.grips[other.grip]).chain([own]).collect();
+        Shares::new(self, &grips).takes_part(own)
     }
 
     fn bound(&self, bound: Bound, p: &DVector<f64>) -> f64 {

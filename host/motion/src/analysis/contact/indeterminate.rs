@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::{Grip, Meeting, Pattern, RANK_TOLERANCE};
 
 /// Share of a row in reactions that balance each other above which it takes part.
-const TAKES_PART: f64 = 1e-6;
+pub(super) const TAKES_PART: f64 = 1e-6;
 /// Share of what friction could change of the motion above which it does.
 const MOVES: f64 = 1e-9;
 

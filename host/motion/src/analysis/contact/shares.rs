@@ -8,6 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::friction::Grip;
+use super::indeterminate::TAKES_PART;
 use super::{Meeting, RANK_TOLERANCE};
 
 /// The least limit, as a share of the largest, to compare a force with.
@@ -54,6 +55,16 @@ impl Shares {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.balances.is_empty()
+    }
+
+    /// Whether one of them could take less where others take more.
+    pub(super) fn takes_part(&self, grip: &Grip) -> bool {
+        let Some(place) = self.frictions.iter().position(|number| *number == grip.number) else { return false };
+        let part = |balance: &Vec<[f64; 2]>| {
+            let [x, y] = grip.free(balance[place]);
+            x.hypot(y)
+        };
+        self.balances.iter().any(|balance| part(balance) > TAKES_PART * most(balance, &vec![1.0; balance.len()]))
     }
 
     /// Those in which a friction has no part, which sticks no longer.
