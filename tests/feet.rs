@@ -140,3 +140,45 @@ fn a_body_on_two_feet_falls_as_on_a_hinge() {
         }
     }
 }
+
+/// Two balls in a plane, which roll, slide and strike each other with friction: what an impact does depends on singular matrices.
+#[test]
+fn balls_in_a_plane_strike_alike_wherever_it_points() {
+    let scene = |turn: Rotation3<f64>| {
+        let at = |x: f64, y: f64, z: f64| list(turn * Vector3::new(x, y, z));
+        let [across, up] = [at(0.0, 0.0, 1.0), at(0.0, 1.0, 0.0)];
+        let balls = [(0.0, 0.05, 1.6, 20.0), (0.13, 0.05, 0.2, -25.0)];
+        let mut text = format!(
+            "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = {}\nt_end = 0.3\noutput_step = 0.02\ntolerance = 1e-10\n",
+            at(0.0, -9.81, 0.0)
+        );
+        for (k, (x, y, v, spin)) in balls.into_iter().enumerate() {
+            text += &format!(
+                "[[body]]\nname = \"b{k}\"\nmass = {:?}\ninertia = [4e-4, 4e-4, 4e-4]\nposition = {}\nvelocity = {}\n\
+                 angular_velocity = {}\n\
+                 [[joint]]\nname = \"plane{k}\"\ntype = \"planar\"\nbodies = [\"ground\", \"b{k}\"]\npoint = [0, 0, 0]\naxis = {across}\n\
+                 [[joint]]\nname = \"floor{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"b{k}\"]\n\
+                 frames = [{{ position = [0, 0, 0], axis = {up} }}, {{ position = [0, 0, 0] }}]\n\
+                 params = {{ radius = 0.05, mu = 0.3, restitution = 0.4 }}\n\
+                 [[output]]\nname = \"angle{k}\"\nquantity = \"coordinate\"\nof = \"plane{k}\"\nchannel = \"angle\"\n",
+                0.4 + 0.2 * k as f64,
+                at(x, y, 0.0),
+                at(v, 0.0, 0.0),
+                at(0.0, 0.0, spin),
+            );
+        }
+        text += "[[joint]]\nname = \"strike\"\ntype = \"ball-contact\"\nbodies = [\"b0\", \"b1\"]\n\
+                 params = { radius_i = 0.05, radius_j = 0.05, mu = 0.11, restitution = 0.0 }\n";
+        text
+    };
+    let straight = every_way_agrees(&scene(Rotation3::identity()), 1e-6);
+    assert!(straight.events.iter().any(|event| event.element == "strike"));
+    for k in 0..12 {
+        let turned =
+            run(&scene(Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7) * (0.3 + 0.17 * f64::from(k)))), &[]);
+        for name in ["angle0", "angle1"] {
+            let off = difference(column(&straight, name), column(&turned, name));
+            assert!(off < 1e-7, "{k}: `{name}` differs by {off:.1e}");
+        }
+    }
+}

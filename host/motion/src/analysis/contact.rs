@@ -15,11 +15,13 @@ mod impact;
 mod indeterminate;
 mod response;
 mod shares;
+#[cfg(test)]
+mod tests;
 
 pub use friction::{Grip, Pattern};
 pub use impact::{NoSolution, Strike};
 pub use indeterminate::{Holder, Indeterminate};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 pub use shares::Shares;
 
 use super::constraints::{Constraints, mass_values};
@@ -380,10 +382,7 @@ impl Meeting {
         let unit = |row: &usize| if self.row_gives_way(*row) { 1.0 / self.delassus[(*row, *row)].sqrt() } else { 0.0 };
         let scale = DVector::from_iterator(rows.len(), rows.iter().map(unit));
         let scaled = DMatrix::from_fn(rows.len(), rows.len(), |i, j| scale[i] * matrix[(i, j)] * scale[j]);
-        let svd = scaled.svd(true, true);
-        let tolerance = RANK_TOLERANCE * svd.singular_values.max();
-        svd.solve(&right.component_mul(&scale), tolerance)
-            .map_or_else(|_| DVector::zeros(rows.len()), |found| found.component_mul(&scale))
+        smallest(&scaled, &right.component_mul(&scale)).component_mul(&scale)
     }
 
     fn block(&self, rows: &[usize]) -> DMatrix<f64> {
@@ -436,4 +435,22 @@ impl Meeting {
             }
         }
     }
+}
+
+/// The smallest solution of a square system that may be singular, by singular values: those of A are the positive eigenvalues of
+/// [0 A; A^T 0] (Golub & Van Loan 2013, section 8.6). `nalgebra`'s own decomposition misses some of singular matrices by a percent.
+fn smallest(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    let n = matrix.nrows();
+    let mut both = DMatrix::zeros(2 * n, 2 * n);
+    both.view_mut((0, n), (n, n)).copy_from(matrix);
+    both.view_mut((n, 0), (n, n)).tr_copy_from(matrix);
+    let found = SymmetricEigen::new(both);
+    let least = RANK_TOLERANCE * found.eigenvalues.max();
+    let mut solution = DVector::zeros(n);
+    for (value, vector) in
+        found.eigenvalues.iter().zip(found.eigenvectors.column_iter()).filter(|(value, _)| **value > least)
+    {
+        solution += vector.rows(n, n) * (2.0 * vector.rows(0, n).dot(right) / value);
+    }
+    solution
 }

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::friction::Grip;
 use super::indeterminate::TAKES_PART;
-use super::{Meeting, RANK_TOLERANCE};
+use super::{Meeting, RANK_TOLERANCE, smallest};
 
 /// The least limit, as a share of the largest, to compare a force with.
 const LEAST_LIMIT: f64 = 1e-9;
@@ -111,9 +111,7 @@ impl Shares {
         };
         let matrix = DMatrix::from_fn(n, n, |i, j| product(&self.balances[i], &self.balances[j]));
         let right = DVector::from_fn(n, |i, _| -product(&self.balances[i], forces));
-        let svd = matrix.svd(true, true);
-        let tolerance = RANK_TOLERANCE * svd.singular_values.max();
-        let Ok(found) = svd.solve(&right, tolerance) else { return };
+        let found = smallest(&matrix, &right);
         self.balances.iter().zip(found.iter()).for_each(|(balance, share)| add(forces, balance, *share));
     }
 }
