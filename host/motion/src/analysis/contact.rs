@@ -438,7 +438,7 @@ impl Meeting {
 }
 
 /// The smallest solution of a square system that may be singular, by singular values: those of A are the positive eigenvalues of
-/// [0 A; A^T 0] (Golub & Van Loan 2013, section 8.6). `nalgebra`'s own decomposition misses some of singular matrices by a percent.
+/// [0 A; A^T 0] (Golub & Van Loan 2013, section 8.6). `nalgebra`'s own decomposition missed solutions of singular matrices by half a percent.
 fn smallest(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     let n = matrix.nrows();
     let mut both = DMatrix::zeros(2 * n, 2 * n);
