@@ -15,18 +15,20 @@ fn list(v: Vector3<f64>) -> String {
     format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z)
 }
 
+/// The beginning of a scene with gravity.
+fn head(gravity: &str, t_end: f64) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"joints\"]\n\
+         [simulation]\ngravity = {gravity}\nt_end = {t_end:?}\noutput_step = 0.02\ntolerance = 1e-10\n"
+    )
+}
+
 /// A disc between two plates, its centre of mass beside its middle, that falls on a floor.
 fn disc(turn: Rotation3<f64>, friction: &str) -> String {
     let at = |x: f64, y: f64, z: f64| list(turn * Vector3::new(x, y, z));
-    format!(
-        r#"
-[plugins]
-libraries = ["joints"]
-[simulation]
-gravity = {gravity}
-t_end = 1
-output_step = 0.05
-tolerance = 1e-10
+    head(&at(0.0, -9.81, 0.0), 1.0)
+        + &format!(
+            r#"
 [[body]]
 name = "disc"
 mass = 2
@@ -57,14 +59,13 @@ channel = "angle"
 name = "energy"
 quantity = "total_energy"
 "#,
-        gravity = at(0.0, -9.81, 0.0),
-        position = at(0.3, 0.5, 0.0),
-        velocity = at(1.3, -0.5, 0.0),
-        spin = at(0.0, 0.0, 4.0),
-        across = at(0.0, 0.0, 1.0),
-        up = at(0.0, 1.0, 0.0),
-        middle = at(0.03, 0.02, 0.0),
-    )
+            position = at(0.3, 0.5, 0.0),
+            velocity = at(1.3, -0.5, 0.0),
+            spin = at(0.0, 0.0, 4.0),
+            across = at(0.0, 0.0, 1.0),
+            up = at(0.0, 1.0, 0.0),
+            middle = at(0.03, 0.02, 0.0),
+        )
 }
 
 #[test]
@@ -100,15 +101,9 @@ fn edge(turn: Rotation3<f64>, middle: f64, foot: Option<f64>) -> String {
     let outputs = ["x", "y", "z"].map(|axis| {
         format!("[[output]]\nname = \"{axis}\"\nquantity = \"position\"\nof = \"body\"\ncomponent = \"{axis}\"\n")
     });
-    format!(
-        r#"
-[plugins]
-libraries = ["joints"]
-[simulation]
-gravity = {gravity}
-t_end = 0.24
-output_step = 0.02
-tolerance = 1e-10
+    head(&at(1.5, -9.81, 0.0), 0.24)
+        + &format!(
+            r#"
 [[body]]
 name = "body"
 mass = 2
@@ -117,10 +112,9 @@ position = {position}
 {holds}
 {}
 "#,
-        outputs.concat(),
-        gravity = at(1.5, -9.81, 0.0),
-        position = at(middle, 0.3, 0.06),
-    )
+            outputs.concat(),
+            position = at(middle, 0.3, 0.06),
+        )
 }
 
 #[test]
@@ -148,10 +142,7 @@ fn balls_in_a_plane_strike_alike_wherever_it_points() {
         let at = |x: f64, y: f64, z: f64| list(turn * Vector3::new(x, y, z));
         let [across, up] = [at(0.0, 0.0, 1.0), at(0.0, 1.0, 0.0)];
         let balls = [(0.0, 0.05, 1.6, 20.0), (0.13, 0.05, 0.2, -25.0)];
-        let mut text = format!(
-            "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = {}\nt_end = 0.3\noutput_step = 0.02\ntolerance = 1e-10\n",
-            at(0.0, -9.81, 0.0)
-        );
+        let mut text = head(&at(0.0, -9.81, 0.0), 0.3);
         for (k, (x, y, v, spin)) in balls.into_iter().enumerate() {
             text += &format!(
                 "[[body]]\nname = \"b{k}\"\nmass = {:?}\ninertia = [4e-4, 4e-4, 4e-4]\nposition = {}\nvelocity = {}\n\

@@ -12,6 +12,13 @@ fn system(random: &mut Random, n: usize, m: usize) -> (DMatrix<f64>, DMatrix<f64
     (mass, rows)
 }
 
+/// What is not zero in the lower triangle of a matrix, by columns, each an input: (row, column, node).
+fn lower(matrix: &DMatrix<f64>, mut input: impl FnMut(f64) -> Node) -> Vec<(usize, usize, Node)> {
+    let places = (0..matrix.ncols()).flat_map(|column| (column..matrix.nrows()).map(move |row| (row, column)));
+    let entries = places.filter(|at| matrix[*at] != 0.0);
+    entries.map(|(row, column)| (row, column, input(matrix[(row, column)]))).collect()
+}
+
 #[test]
 fn solutions_and_pivots_are_those_of_dense_matrices() {
     let mut random = Random(501);
@@ -23,14 +30,7 @@ fn solutions_and_pivots_are_those_of_dense_matrices() {
             numbers.push(value);
             graph.input(numbers.len() - 1)
         };
-        let mut entries = Vec::new();
-        for column in 0..n {
-            for row in column..n {
-                if mass[(row, column)] != 0.0 {
-                    entries.push((row, column, input(&mut graph, mass[(row, column)])));
-                }
-            }
-        }
+        let entries = lower(&mass, |value| input(&mut graph, value));
         let jacobian: Vec<Vec<(usize, Node)>> = (0..m)
             .map(|k| (0..n).filter(|j| rows[(k, *j)] != 0.0).map(|j| (j, input(&mut graph, rows[(k, j)]))).collect())
             .collect();
@@ -104,12 +104,7 @@ fn star(count: usize, says_so: bool) -> (usize, f64) {
         numbers.push(value);
         graph.input(numbers.len() - 1)
     };
-    let mut entries = Vec::new();
-    for (column, row) in (0..n).flat_map(|column| (column..n).map(move |row| (column, row))) {
-        if mass[(row, column)] != 0.0 {
-            entries.push((row, column, input(&mut graph, mass[(row, column)])));
-        }
-    }
+    let entries = lower(&mass, |value| input(&mut graph, value));
     // An entry that vanishes is written down all the same.
     let touched = |k: usize| [0, 1 + 2 * k, 2 + 2 * k];
     let jacobian: Vec<Vec<(usize, Node)>> =

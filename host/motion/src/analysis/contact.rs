@@ -361,20 +361,20 @@ impl Meeting {
     pub fn pulling(&self, of_rows: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Option<usize> {
         (0..self.touching.len()).find(|k| {
             let rows: Vec<usize> = (self.first[*k]..self.first[*k + 1]).collect();
-            let right = DVector::from_iterator(rows.len(), rows.iter().map(|row| -of_rows[*row]));
             let is_pressed = of_rows[rows[0]] < -self.no_acceleration(*k, acceleration);
-            self.stays(*k, speed) && is_pressed && self.solve(&rows, right)[0] < 0.0
+            self.stays(*k, speed) && is_pressed && self.stopping(&rows, of_rows)[0] < 0.0
         })
     }
 
-    /// What acts along these rows so that their rates change by this, with nothing else acting. Where that is not unique, the smallest.
-    fn solve(&self, rows: &[usize], right: DVector<f64>) -> DVector<f64> {
-        self.solve_for(rows, &self.block(rows), right)
+    /// What acts along some rows, and nothing along others, so that it brings their rates to zero from these, which are of all rows. Where
+    /// that is not unique, the smallest.
+    fn stopping(&self, rows: &[usize], rates: &DVector<f64>) -> DVector<f64> {
+        self.solve(rows, &self.block(rows), DVector::from_iterator(rows.len(), rows.iter().map(|row| -rates[*row])))
     }
 
-    /// The same with another matrix, which differs by what depends on what acts. Nothing acts along a row that nothing gives way to: its
-    /// part of the matrix is round-off.
-    fn solve_for(&self, rows: &[usize], matrix: &DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
+    /// The smallest solution for what acts along some rows: of [`Meeting::block`], or of a matrix that differs from it by what depends on
+    /// what acts. Nothing acts along a row that nothing gives way to: its part of the matrix is round-off.
+    fn solve(&self, rows: &[usize], matrix: &DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
         if rows.is_empty() {
             return right;
         }

@@ -211,104 +211,96 @@ impl Chosen {
         t: f64,
     ) -> Result<Self, AnalysisError> {
         let length = assembly.scales.length;
-        let enforced: Vec<usize> = equations.enforced().collect();
         let mut places = JointStart::new(model, tree, length);
         let inputs = inputs_at_start(&joint, &mut places, layout, assembly, t);
-        if !joint.mass_is_written()
-            && let Some(mut regular) = Unrolled::by_bodies(&mut joint)
-        {
-            let outputs = regular.motion.run(&inputs, &model.sets)?;
-            if pivot_ratio(outputs, joint.coordinates.columns, &regular.squares) >= LEAST_HEALTH {
-                let (rows, independent, sizes, lengths) = Default::default();
-                let at_start = Health { rank: 0, smallest_pivot_ratio: 1.0 };
-                let (equations, regular, all) = (joint, Some(regular), None);
-                return Ok(Self {
-                    equations,
-                    enforced,
-                    inputs,
-                    rows,
-                    independent,
-                    sizes,
-                    lengths,
-                    at_start,
-                    all,
-                    places,
-                    regular,
-                    length,
-                });
+        let by_bodies = if joint.mass_is_written() { None } else { Unrolled::by_bodies(&mut joint) };
+        let mut chosen = Self {
+            equations: joint,
+            enforced: equations.enforced().collect(),
+            inputs,
+            rows: Vec::new(),
+            independent: Vec::new(),
+            sizes: Vec::new(),
+            lengths: Vec::new(),
+            at_start: Health { rank: 0, smallest_pivot_ratio: 1.0 },
+            all: None,
+            places,
+            regular: None,
+            length,
+        };
+        if let Some(mut regular) = by_bodies {
+            let outputs = regular.motion.run(&chosen.inputs, &model.sets)?;
+            let columns = chosen.equations.coordinates.columns;
+            if pivot_ratio(outputs, columns, &regular.squares) >= LEAST_HEALTH {
+                chosen.regular = Some(regular);
+                return Ok(chosen);
             }
         }
         // If it is for later, that is now.
-        joint.write_mass();
-        let candidates: Vec<usize> = equations.enforced().filter(|row| !joint.rows[*row].jacobian.is_empty()).collect();
-        let (sizes, lengths) = gradients(equations, model, &candidates, &start_inputs(layout, t, assembly), length)?;
-        let mut all = Safe::new(&joint, &candidates, &sizes, length, RANK_TOLERANCE)?;
-        let share = shares(&mut all, &joint, model, &sizes, &inputs, length)?;
+        chosen.equations.write_mass();
+        chosen.choose_rows(equations, model, &start_inputs(layout, t, assembly))?;
+        Ok(chosen)
+    }
+
+    /// Which rows are needed, and which of them are independent; `start` are the inputs at the start in coordinates of bodies.
+    fn choose_rows(&mut self, equations: &Equations, model: &Model, start: &[f64]) -> Result<(), AnalysisError> {
+        let (joint, length) = (&self.equations, self.length);
+        let closes = |row: &usize| !joint.rows[*row].jacobian.is_empty();
+        let candidates: Vec<usize> = self.enforced.iter().copied().filter(closes).collect();
+        let (sizes, lengths) = gradients(equations, model, &candidates, start, length)?;
+        let mut all = Safe::new(joint, &candidates, &sizes, length, RANK_TOLERANCE)?;
+        let share = shares(&mut all, joint, model, &sizes, &self.inputs, length)?;
         let needed = |k: &usize| share[*k] > NO_GRADIENT || share[*k].is_nan();
         let kept: Vec<usize> = (0..candidates.len()).filter(needed).collect();
-        let rows: Vec<usize> = kept.iter().map(|k| candidates[*k]).collect();
-        let sizes: Vec<f64> = kept.iter().map(|k| sizes[*k]).collect();
-        let lengths: Vec<f64> = kept.iter().map(|k| lengths[*k]).collect();
-        if rows.len() < candidates.len() {
-            all = Safe::new(&joint, &rows, &sizes, length, RANK_TOLERANCE)?;
+        self.rows = kept.iter().map(|k| candidates[*k]).collect();
+        self.sizes = kept.iter().map(|k| sizes[*k]).collect();
+        self.lengths = kept.iter().map(|k| lengths[*k]).collect();
+        if self.rows.len() < candidates.len() {
+            all = Safe::new(joint, &self.rows, &self.sizes, length, RANK_TOLERANCE)?;
         }
-        let at_start = all.factor(&inputs, &model.sets, &mut Counters::default())?;
-        let mut independent = all.rows_to_keep(&lengths)?;
-        independent.sort_unstable();
-        let (equations, regular, all) = (joint, None, Some(all));
-        Ok(Self {
-            equations,
-            enforced,
-            inputs,
-            rows,
-            independent,
-            sizes,
-            lengths,
-            at_start,
-            all,
-            places,
-            regular,
-            length,
-        })
+        self.at_start = all.factor(&self.inputs, &model.sets, &mut Counters::default())?;
+        self.independent = all.rows_to_keep(&self.lengths)?;
+        self.independent.sort_unstable();
+        self.all = Some(all);
+        Ok(())
     }
 
     /// The plan, with the equations of the independent rows solved.
     fn plan(self, model: &Model, layout: &Layout, tree: SpanningTree) -> Result<JointPlan, AnalysisError> {
-        let Self {
-            equations,
-            enforced,
-            inputs,
-            rows,
-            independent,
-            sizes,
-            lengths,
-            at_start,
-            all,
-            places,
-            regular,
-            length,
-        } = self;
         let eliminated = || {
-            let chosen: Vec<usize> = independent.iter().map(|k| rows[*k]).collect();
-            let squares = independent.iter().map(|k| lengths[*k] * lengths[*k]).collect();
-            let sizes: Vec<f64> = independent.iter().map(|k| sizes[*k]).collect();
-            Unrolled::new(&equations, &chosen, (squares, &sizes), length, Solving::Fewest)
+            let chosen: Vec<usize> = self.independent.iter().map(|k| self.rows[*k]).collect();
+            let squares = self.independent.iter().map(|k| self.lengths[*k] * self.lengths[*k]).collect();
+            let sizes: Vec<f64> = self.independent.iter().map(|k| self.sizes[*k]).collect();
+            Unrolled::new(&self.equations, &chosen, (squares, &sizes), self.length, Solving::Fewest)
         };
-        let mut regular = regular.unwrap_or_else(eliminated);
-        let columns = equations.coordinates.columns;
+        let mut regular = self.regular.unwrap_or_else(eliminated);
+        let columns = self.equations.coordinates.columns;
         let start = if regular.by_bodies {
             // Where nothing is to be corrected, the pivots are those of the motion.
-            let outputs = regular.motion.run(&inputs, &model.sets)?;
+            let outputs = regular.motion.run(&self.inputs, &model.sets)?;
             let ratio = pivot_ratio(outputs, columns, &regular.squares);
             Look { ratio, kept: ratio, independence: 1.0 }
         } else {
-            regular.velocity.run(&inputs, &model.sets)?;
+            regular.velocity.run(&self.inputs, &model.sets)?;
             regular.look(columns)
         };
         let used = tree.used(model.elements.len());
         let of_tree = |row: usize| used[layout.element_of_row(row).0];
-        let met = enforced.into_iter().filter(|row| !of_tree(*row) && !rows.contains(row)).collect();
-        Ok(JointPlan { met, regular, start, at_start, all, places, independent, sizes, rows, length, equations, tree })
+        let is_met = |row: &usize| !of_tree(*row) && !self.rows.contains(row);
+        Ok(JointPlan {
+            met: self.enforced.iter().copied().filter(is_met).collect(),
+            regular,
+            start,
+            at_start: self.at_start,
+            all: self.all,
+            places: self.places,
+            independent: self.independent,
+            sizes: self.sizes,
+            rows: self.rows,
+            length: self.length,
+            equations: self.equations,
+            tree,
+        })
     }
 }
 

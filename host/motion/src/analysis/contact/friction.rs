@@ -290,8 +290,7 @@ impl Meeting {
 
     /// Lets those that stick share what their rows leave open, as far below their limits as they can be.
     fn share(&self, p: &mut DVector<f64>, closed: &[usize], held: &[Held]) {
-        let sticks = |one: &&Held| one.sticks() && is_active(one, closed);
-        let sticking: Vec<&Held> = held.iter().filter(sticks).collect();
+        let sticking: Vec<&Held> = sticking(held, closed).collect();
         let grips: Vec<&Grip> = sticking.iter().map(|one| &self.grips[one.grip]).collect();
         let shares = Shares::new(self, &grips);
         if shares.is_empty() {
@@ -329,8 +328,7 @@ impl Meeting {
         if norm(pair(&own.rows, |row| w[row])) > self.none(one, p, unit_of_w).0 {
             return false;
         }
-        let sticking = held.iter().filter(|other| other.sticks() && is_active(other, closed));
-        let grips: Vec<&Grip> = sticking.map(|other| &self.grips[other.grip]).chain([own]).collect();
+        let grips: Vec<&Grip> = sticking(held, closed).map(|other| &self.grips[other.grip]).chain([own]).collect();
         Shares::new(self, &grips).takes_part(own)
     }
 
@@ -378,11 +376,10 @@ impl Meeting {
 
     fn forces_for(&self, b: &DVector<f64>, closed: &[usize], held: &[Held]) -> DVector<f64> {
         let mut rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
-        let active = || held.iter().filter(|one| is_active(one, closed));
-        rows.extend(active().filter(|one| one.sticks()).flat_map(|one| self.grips[one.grip].rows.iter().copied()));
+        rows.extend(sticking(held, closed).flat_map(|one| self.grips[one.grip].rows.iter().copied()));
         let mut p = DVector::zeros(self.rows.len());
         let mut matrix = self.block(&rows);
-        let sliding = || active().filter(|one| !one.sticks());
+        let sliding = || held.iter().filter(|one| is_active(one, closed) && !one.sticks());
         for one in sliding() {
             let own = &self.grips[one.grip].rows;
             match one.bound {
@@ -399,7 +396,7 @@ impl Meeting {
             }
         }
         let known = &self.delassus * &p + b;
-        let found = self.solve_for(&rows, &matrix, DVector::from_fn(rows.len(), |i, _| -known[rows[i]]));
+        let found = self.solve(&rows, &matrix, DVector::from_fn(rows.len(), |i, _| -known[rows[i]]));
         rows.iter().zip(found.iter()).for_each(|(row, value)| p[*row] = *value);
         for one in sliding() {
             if let Bound::Share(share, contact) = one.bound {
@@ -425,12 +422,9 @@ impl Meeting {
                 held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
             // Rows that hold whatever it takes take part as contacts do whose rows are those alone.
             let mut parts = self.complementary(&known, &[], fixed.collect(), 1e-3 * unit_of_rates)?.forces;
-            if !hard.is_empty() {
-                let rates = &self.delassus * &parts + &known;
-                let right = DVector::from_fn(hard.len(), |i, _| -rates[hard[i]]);
-                let held = self.solve(&hard, right);
-                hard.iter().zip(held.iter()).for_each(|(row, value)| parts[*row] += value);
-            }
+            let rates = &self.delassus * &parts + &known;
+            let held = self.stopping(&hard, &rates);
+            hard.iter().zip(held.iter()).for_each(|(row, value)| parts[*row] += value);
             Some(impulses + parts)
         };
         let gain = |impulses: &DVector<f64>| {
@@ -450,6 +444,11 @@ impl Meeting {
     }
 }
 
+/// Those that are taken to stick.
+fn sticking<'h>(held: &'h [Held], closed: &'h [usize]) -> impl Iterator<Item = &'h Held> {
+    held.iter().filter(|one| one.sticks() && is_active(one, closed))
+}
+
 /// Whether it acts: not where it is of a contact that is open.
 fn is_active(one: &Held, closed: &[usize]) -> bool {
     match one.bound {
@@ -466,7 +465,7 @@ fn dot(rows: &[usize], direction: [f64; 2], of: impl Fn(usize) -> f64) -> f64 {
     rows.iter().zip(direction).map(|(row, direction)| of(*row) * direction).sum()
 }
 
-fn norm([x, y]: [f64; 2]) -> f64 {
+pub(super) fn norm([x, y]: [f64; 2]) -> f64 {
     x.hypot(y)
 }
 

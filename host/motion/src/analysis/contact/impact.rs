@@ -67,7 +67,7 @@ impl Meeting {
             return Ok(());
         }
         let rows: Vec<usize> = (self.first[k]..self.first[k + 1]).collect();
-        let compression = self.compression(&rows);
+        let compression = self.stopping(&rows, &self.rates);
         if compression[0] <= 0.0 {
             return Err(NoSolution::Pulls(k));
         }
@@ -76,19 +76,10 @@ impl Meeting {
         rows.iter().zip(compression.iter()).for_each(|(row, value)| impulses[*row] = *value);
         impulses[rows[0]] += back;
         let others = &rows[1..];
-        if !others.is_empty() {
-            let right = DVector::from_fn(others.len(), |i, _| -back * self.delassus[(others[i], rows[0])]);
-            let held = self.solve(others, right);
-            others.iter().zip(held.iter()).for_each(|(row, value)| impulses[*row] += value);
-        }
+        let held = self.stopping(others, &(self.delassus.column(rows[0]) * back));
+        others.iter().zip(held.iter()).for_each(|(row, value)| impulses[*row] += value);
         self.push(impulses);
         Ok(())
-    }
-
-    /// Impulses of rows that bring their rates to zero.
-    fn compression(&self, rows: &[usize]) -> DVector<f64> {
-        let right = DVector::from_fn(rows.len(), |i, _| -self.rates[rows[i]]);
-        self.solve(rows, right)
     }
 
     /// Takes impulses.
@@ -133,7 +124,7 @@ impl Meeting {
         let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
-        let found = self.compression(&rows);
+        let found = self.stopping(&rows, &self.rates);
         let mut impulses = DVector::zeros(self.rows.len());
         rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
         self.push(impulses);

@@ -129,9 +129,8 @@ impl Meeting {
                 }
             }
             let pushed = &self.delassus * &change;
-            let right = DVector::from_fn(rows.len(), |i, _| pushed[rows[i]]);
-            let held = self.solve(rows, right);
-            let absorbed: f64 = rows.iter().zip(held.iter()).map(|(row, force)| force * pushed[*row]).sum();
+            let held = self.stopping(rows, &pushed);
+            let absorbed: f64 = rows.iter().zip(held.iter()).map(|(row, force)| -force * pushed[*row]).sum();
             let apart: f64 = (0..self.rows.len()).map(|i| change[i].powi(2) * self.delassus[(i, i)]).sum();
             if change.dot(&pushed) - absorbed > MOVES * apart {
                 moving.extend(taking);

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::friction::Grip;
+use super::friction::{Grip, norm};
 use super::indeterminate::TAKES_PART;
 use super::{Meeting, RANK_TOLERANCE, smallest};
 
@@ -60,11 +60,10 @@ impl Shares {
     /// Whether one of them could take less where others take more.
     pub(super) fn takes_part(&self, grip: &Grip) -> bool {
         let Some(place) = self.frictions.iter().position(|number| *number == grip.number) else { return false };
-        let part = |balance: &Vec<[f64; 2]>| {
-            let [x, y] = grip.free(balance[place]);
-            x.hypot(y)
-        };
-        self.balances.iter().any(|balance| part(balance) > TAKES_PART * most(balance, &vec![1.0; balance.len()]))
+        self.balances.iter().any(|balance| {
+            let largest = balance.iter().fold(0.0, |largest, part| f64::max(largest, norm(*part)));
+            norm(grip.free(balance[place])) > TAKES_PART * largest
+        })
     }
 
     /// Those in which a friction has no part, which sticks no longer.
@@ -118,7 +117,7 @@ impl Shares {
 
 /// The largest force over limit.
 fn most(forces: &[[f64; 2]], inverse: &[f64]) -> f64 {
-    forces.iter().zip(inverse).fold(0.0, |most, ([x, y], unit)| most.max(x.hypot(*y) * unit))
+    forces.iter().zip(inverse).fold(0.0, |most, (force, unit)| f64::max(most, norm(*force) * unit))
 }
 
 fn add(forces: &mut [[f64; 2]], balance: &[[f64; 2]], share: f64) {
@@ -136,7 +135,7 @@ fn lower(forces: &mut [[f64; 2]], balance: &[[f64; 2]], inverse: &[f64]) {
     }
     let with = |share: f64| {
         let pairs = forces.iter().zip(balance).zip(inverse);
-        pairs.fold(0.0_f64, |most, ((f, b), unit)| most.max((f[0] + share * b[0]).hypot(f[1] + share * b[1]) * unit))
+        pairs.fold(0.0_f64, |most, ((f, b), unit)| most.max(norm([0, 1].map(|k| f[k] + share * b[k])) * unit))
     };
     let (mut low, mut high) = (-bound / size, bound / size);
     for _ in 0..STEPS {
