@@ -53,15 +53,17 @@ impl RateSizes {
     }
 }
 
-/// Per body the sum of the magnitudes of the forces on it, N, those of joints included, in a graph that takes the inputs of [`Layout`].
+/// Per body the sum of the magnitudes of the forces on it, N, and behind these of the torques, N m, those of joints included, in a
+/// graph that takes the inputs of [`Layout`].
 #[must_use]
 pub fn sizes_of_forces(equations: &Equations, model: &Model, layout: &Layout) -> (Graph, Vec<Node>) {
     let mut graph = Graph::default();
     let rewriting = Rewriting::new(&equations.graph, &mut graph, FxHashMap::default());
     let bodies: Vec<usize> = (0..layout.bodies).collect();
     let loads = Terms { equations, model, layout, g: &mut graph, rewriting }.loads(&bodies);
-    let forces = bodies.iter().map(|body| loads[&(2 * body)]).collect();
-    (graph, forces)
+    let of = |kind: usize| bodies.iter().map(move |body| 2 * body + kind);
+    let nodes = of(0).chain(of(1)).map(|load| loads[&load]).collect();
+    (graph, nodes)
 }
 
 /// The accelerations and multipliers that nodes depend on, by slots, ascending.

@@ -11,6 +11,9 @@
 //! - a quantity that leaves its bounds: the step is made to end there;
 //! - an angle that goes beyond half a turn from its reference: the step is made shorter.
 //!
+//! A condition that stays zero without being enforced (of a second contact where one is closed) cannot be decided, and is left as it
+//! is wherever it is zero at some places in a row.
+//!
 //! Functions of time alone are known before the step is made. It ends at knots of tables, and just before expressions jump.
 //!
 //! The plain twin looks at many places of a step instead ([`System::look`]); it serves where ranges cannot be had.
@@ -34,6 +37,8 @@ const MOST_TURNED: f64 = 2.8;
 const LITTLE_TURN: f64 = 1.5;
 /// Halvings of a step.
 const DEEPEST: u32 = 24;
+/// Halvings after which a condition that is on neither side at the ends of a piece is taken to rest there.
+const RESTS: u32 = 3;
 /// Pieces of a step that are looked at.
 const MOST_PIECES: usize = 300;
 /// How much more a quantity may change in the worst direction than in the one that the twin tries.
@@ -287,7 +292,8 @@ impl Enclosure {
             match self.within[k] {
                 Guard::Switch => {
                     let noise = self.least_side(k);
-                    if value.low >= -noise || value.high < noise || (known && range.is_monotone()) {
+                    let rests = piece.depth >= RESTS && first.abs().max(last.abs()) <= noise;
+                    if value.low >= -noise || value.high < noise || (known && range.is_monotone()) || rests {
                         piece.open[k] = false;
                         let found = self.note_change(k, piece);
                         if found.is_some() {

@@ -4,6 +4,10 @@
 //! Unlike a switch (`events.rs`), a stop may not be passed at all, whether or not error control notices anything: the
 //! equations are smooth across it. So it is located on the interpolation of the step, and the step is made again to end there,
 //! until it does; its state has the accuracy of the method.
+//!
+//! A quantity may depend on forces that the state does not show: what rests under a load over time takes steps of any size, and
+//! its reaction passes its limit and comes back within one. So the polynomial through the places that are looked at has to agree
+//! with the quantity at a further one, and to stay positive by more than its error; otherwise the step is looked at in halves.
 
 use super::events::Again;
 use super::interpolation::Interpolation;
@@ -19,6 +23,18 @@ const MOST_LOOKS: usize = 80;
 const MOST_TRIES: u32 = 8;
 /// Where a step is looked at, besides its start, as shares of it.
 const PLACES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// Where the polynomial through these places is compared with the quantity: near its largest error.
+const COMPARED: f64 = 0.91;
+/// Largest error of the polynomial there by its error at that place, with a margin.
+const WORST: f64 = 2.0;
+/// Largest error of a polynomial that shows which way a quantity goes, by how much that changes.
+const SHOWN: f64 = 0.05;
+/// How far the polynomial goes beyond values that it is made of, at most, by how far these are apart.
+const BEYOND: f64 = 0.61;
+/// Places at which the polynomial is looked at.
+const FINELY: usize = 32;
+/// Looks at a step for quantities that may become negative between two places and are not at both.
+const MOST_FOR_DIPS: usize = 200;
 
 /// What is to become of a step.
 pub(super) enum Verdict {
@@ -31,6 +47,9 @@ pub(super) enum Verdict {
     /// The integration ends before it.
     Before,
 }
+
+/// A share of a step, and the values there.
+type Place = (f64, Vec<f64>);
 
 /// See the module documentation.
 pub(super) struct Stops {
@@ -80,7 +99,8 @@ impl Stops {
         self.least.copy_from_slice(&self.least_at_start);
         if self.known_at != Some(step.start) {
             self.state.copy_from_slice(y);
-            self.look(run, step.start)?;
+            run.stopping(step.start, &self.state, &mut self.values)?;
+            self.note_positive();
             if self.least.contains(&f64::NEG_INFINITY) {
                 self.least.iter_mut().zip(&self.values).for_each(|(least, value)| *least = value.min(0.0) - ZERO);
                 self.note_positive();
@@ -95,19 +115,13 @@ impl Stops {
         // What came down to zero in an earlier step stops at its end.
         let reached = self.first.iter().zip(&self.were_positive).map(|(first, was)| *was && *first <= ZERO);
         let reached: Vec<bool> = reached.collect();
-        let mut from = (0.0, self.first.clone());
-        for place in PLACES {
-            (step.at)(place, &mut self.state);
-            self.look(run, step.start + place * step.h)?;
-            if !self.is_beyond() {
-                from = (place, self.values.clone());
-                continue;
-            }
-            let falls = |k: usize| reached[k] && self.values[k] < self.least[k];
+        if let Some((from, to)) = self.passage(run, step)? {
+            let falls = |k: usize| reached[k] && to.1[k] < self.least[k];
             if (0..reached.len()).any(falls) {
                 return Ok(Verdict::Before);
             }
-            let share = self.locate(run, step, from, (place, self.values.clone()))?;
+            let place = to.0;
+            let share = self.locate(run, step, from, to)?;
             if share * step.h <= run.smallest_step() {
                 return Ok(Verdict::Before);
             }
@@ -141,16 +155,98 @@ impl Stops {
         self.values.iter().zip(&self.least).any(|(value, least)| value < least)
     }
 
-    /// The values at a time and [`Stops::state`].
-    fn look(&mut self, run: &mut Run<'_>, t: f64) -> Result<(), Trouble> {
-        run.stopping(t, &self.state, &mut self.values)?;
-        self.note_positive();
-        Ok(())
+    /// The values at a share of a step.
+    fn look_at(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, share: f64) -> Result<(), Trouble> {
+        (step.at)(share, &mut self.state);
+        run.stopping(step.start + share * step.h, &self.state, &mut self.values)
     }
 
     fn note_positive(&mut self) {
         let seen = self.least.iter_mut().zip(&self.values).filter(|(least, value)| least.is_finite() && **value > ZERO);
         seen.for_each(|(least, _)| *least = 0.0);
+    }
+
+    /// Two places between which the first of them becomes negative, if one does within the step; otherwise [`Stops::values`] are
+    /// those at its end.
+    fn passage(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<Option<(Place, Place)>, Trouble> {
+        let mut seen = vec![(0.0, self.first.clone())];
+        for place in PLACES {
+            self.look_at(run, step, place)?;
+            self.note_positive();
+            if let Some(passage) = self.between(&mut seen, place) {
+                return Ok(Some(passage));
+            }
+        }
+        let end = self.values.clone();
+        // Earlier in the step than it was looked at for this.
+        let least = std::mem::replace(&mut self.least, self.least_at_start.clone());
+        let passage = self.dip(run, step, seen)?;
+        if passage.is_none() {
+            self.values = end;
+            self.least = least;
+        }
+        Ok(passage)
+    }
+
+    /// The same between five places at which nothing is negative.
+    fn dip(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Interpolation<'_>,
+        seen: Vec<Place>,
+    ) -> Result<Option<(Place, Place)>, Trouble> {
+        let mut looks = 0;
+        let mut pieces = vec![seen];
+        while let Some(mut piece) = pieces.pop() {
+            let compared = piece[0].0 + COMPARED * (piece[4].0 - piece[0].0);
+            self.look_at(run, step, compared)?;
+            if self.is_beyond() {
+                return Ok(Some((piece.swap_remove(3), (compared, self.values.clone()))));
+            }
+            looks += 1;
+            if looks >= MOST_FOR_DIPS || !(0..self.values.len()).any(|k| self.may_dip(&piece, k)) {
+                continue;
+            }
+            let mut finer = vec![piece[0].clone()];
+            for pair in piece.windows(2) {
+                let middle = 0.5 * (pair[0].0 + pair[1].0);
+                self.look_at(run, step, middle)?;
+                if let Some(passage) = self.between(&mut finer, middle) {
+                    return Ok(Some(passage));
+                }
+                looks += 1;
+                finer.push(pair[1].clone());
+            }
+            pieces.push(finer[4..].to_vec());
+            finer.truncate(5);
+            pieces.push(finer);
+        }
+        Ok(None)
+    }
+
+    /// What lies between the last place seen and this one, where something is negative here; otherwise this one is seen.
+    fn between(&self, seen: &mut Vec<Place>, place: f64) -> Option<(Place, Place)> {
+        let here = (place, self.values.clone());
+        if self.is_beyond() {
+            return seen.pop().map(|before| (before, here));
+        }
+        seen.push(here);
+        None
+    }
+
+    /// Whether a quantity may become negative between five places at even distances, as far as they and [`Stops::values`], those
+    /// at the place that is compared, show.
+    fn may_dip(&self, piece: &[Place], k: usize) -> bool {
+        let known = [0, 1, 2, 3, 4].map(|place| piece[place].1[k]);
+        let (low, high) = known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+        let error = WORST * (self.values[k] - quartic(known, COMPARED)).abs();
+        let least = self.least[k] - ZERO + error;
+        if low - BEYOND * (high - low) >= least {
+            return false;
+        }
+        let lowest = (1..FINELY).map(|at| quartic(known, at as f64 / FINELY as f64)).fold(f64::INFINITY, f64::min);
+        let is_at_ends = error <= SHOWN * (high - low) && lowest >= known[0].min(known[4]) - error;
+        lowest < least && !is_at_ends
     }
 
     /// The share of the step at which the first of them becomes negative, between two at which values are known: regula falsi with
@@ -171,8 +267,8 @@ impl Stops {
             let negative = (0..high.len()).filter(|k| high[*k] < self.least[*k]);
             let zero = negative.map(|k| low[k].max(0.0) / (low[k].max(0.0) - high[k])).fold(1.0, f64::min);
             let at = from + (to - from) * zero.clamp(1e-3, 1.0 - 1e-3);
-            (step.at)(at, &mut self.state);
-            self.look(run, step.start + at * step.h)?;
+            self.look_at(run, step, at)?;
+            self.note_positive();
             if self.is_beyond() {
                 (to, high) = (at, self.values.clone());
                 if moved == 1 {
@@ -189,4 +285,19 @@ impl Stops {
         }
         Ok(from)
     }
+}
+
+/// The polynomial of degree four through values at 0, 1/4, 1/2, 3/4 and 1, by forward differences.
+fn quartic(values: [f64; 5], at: f64) -> f64 {
+    let mut differences = values;
+    for order in 1..differences.len() {
+        for k in (order..differences.len()).rev() {
+            differences[k] -= differences[k - 1];
+        }
+    }
+    let places = 4.0 * at;
+    (1..differences.len()).rev().fold(differences[4], |sum, order| {
+        let next = order - 1;
+        differences[next] + sum * (places - next as f64) / order as f64
+    })
 }

@@ -15,7 +15,7 @@ use crate::program::{Contact, Equations, Expr, Friction, Node, Ranges, Sharp, Sw
 /// See the module documentation.
 pub(super) struct Guarded {
     pub(super) guards: Guards,
-    /// Whether something cannot be watched: conditions on accelerations or reactions.
+    /// Whether something cannot be watched: conditions on accelerations or reactions, also of rows that hold loads over time.
     pub(super) is_partial: bool,
     pub(super) within: Bank,
     pub(super) turns: Bank,
@@ -29,6 +29,8 @@ pub(super) struct Bank {
     ranges: Option<Ranges>,
     /// For each input of the ranges what it is.
     sources: Vec<Source>,
+    /// Nodes that are what a unilateral row, or behind these one with a limit, is opened or slides by: place and number of the row.
+    rows: Vec<(usize, usize)>,
 }
 
 /// Where an input of the ranges comes from.
@@ -127,6 +129,8 @@ impl Watching {
                     "that depend on accelerations or reactions",
                 ),
                 (!equations.graph.calls.is_empty()).then(|| "what opaque elements do".to_string()),
+                holds_over_time(equations)
+                    .then(|| "reactions of rows that open or slide, under loads over time".to_string()),
             ]),
         }
     }
@@ -140,12 +144,14 @@ impl Watching {
         // No step is to open and close one again unnoticed.
         let mut gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
         gaps.extend(self.frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
-        let gaps = gaps.into_iter().map(|node| (node, Guard::Switch));
-        let all: Vec<(Node, Guard)> = switches.chain(features).chain(rows).chain(gaps).collect();
-        let known: Vec<(Node, Guard)> =
-            all.iter().filter(|(node, _)| is_of_motion(equations, layout, *node)).cloned().collect();
-        let is_partial = known.len() < all.len();
-        let known = of_carried(equations, known);
+        let gaps = gaps.into_iter().enumerate().map(|(row, node)| (node, Guard::Switch, Some(row)));
+        let others = switches.chain(features).chain(rows).map(|(node, guard)| (node, guard, None));
+        let mut all: Vec<(Node, Guard, Option<usize>)> = others.chain(gaps).collect();
+        let number = all.len();
+        all.retain(|(node, ..)| is_of_motion(equations, layout, *node));
+        let is_partial = all.len() < number || holds_over_time(equations);
+        let rows = all.iter().enumerate().filter_map(|(place, (.., row))| Some((place, (*row)?))).collect();
+        let known = of_carried(equations, all.into_iter().map(|(node, guard, _)| (node, guard)).collect());
         let g = &mut equations.graph;
         let angles = self.angles.iter().map(|(angle, reference)| {
             let reference = g.input(layout.reference_slot() + reference);
@@ -174,8 +180,9 @@ impl Watching {
             guards.of_time.push(Guard::Knots(Arc::new(move |t| around(&periods, end, t))));
         }
         let of_time = Bank::of_time(of_time, equations, layout);
-        let (within, turns);
+        let (mut within, turns);
         (within, guards.within) = Bank::new(known, equations, layout, formulation);
+        within.rows = rows;
         (turns, guards.turns) = Bank::new(angles, equations, layout, formulation);
         Guarded { guards, is_partial, within, turns, of_time }
     }
@@ -193,6 +200,16 @@ pub(super) struct Watched {
     pub(super) within: String,
     pub(super) ahead: String,
     pub(super) bounded: String,
+}
+
+/// Whether rows hold up to a limit, or only push, that may be passed without a motion: loads, drives or limits depend on time.
+fn holds_over_time(equations: &Equations) -> bool {
+    let limits = equations.frictions.iter().map(|friction| friction.limit);
+    let drives = equations.rows.iter().map(|row| row.gamma);
+    let nodes: Vec<Node> = equations.loads.iter().copied().chain(limits).chain(drives).collect();
+    let is_time =
+        |node: &Node| matches!(equations.graph.expr(*node), Expr::Input(slot) if slot as usize == Layout::TIME);
+    equations.switches_rows() && equations.graph.live(&nodes).iter().any(is_time)
 }
 
 /// Whether a node is known within a step: not what depends on the solution of the equations of motion, or on opaque elements.
@@ -286,6 +303,15 @@ impl Bank {
         let Some(ranges) = &mut self.ranges else { return };
         let sources = &self.sources;
         ranges.values(|place| sources[place].take(t, entry, between_steps, |x| x), found);
+    }
+}
+
+impl Bank {
+    /// What rows that are closed, or stick, are opened or slide by stays zero: the equations enforce it. Interval arithmetic
+    /// would have to find that from differences of what is equal.
+    pub(super) fn hold<T: Copy>(&self, closed: &[usize], found: &mut [T], zero: T) {
+        let held = self.rows.iter().filter(|(_, row)| closed.binary_search(row).is_ok());
+        held.for_each(|(place, _)| found[*place] = zero);
     }
 }
 

@@ -99,6 +99,9 @@ struct Told {
 
 /// Speeds at the start, as multiples of the slowest that counts, below which what follows may be round-off.
 const NEAR_REST: f64 = 1e3;
+/// Work of the forces in a scene at rest along its size, of which less is no motion: an error of a millionth of it, which the audit
+/// lets pass, is what they do along 50 times the round-off of that size.
+const OF_LOADS: f64 = 1e-8;
 
 /// See the module documentation.
 pub(super) struct Simulation<'a> {
@@ -326,7 +329,8 @@ impl<'a> Simulation<'a> {
     }
 
     /// Takes speeds that move nothing in this duration, s, for round-off, and so their energies, of the lightest body. Where the state, at
-    /// the start `t`, is at rest, errors of velocities count as round-off by the forces that cancel in it ([`Floor::balance`]).
+    /// the start `t`, is at rest, errors of velocities count as round-off by the forces that cancel in it ([`Floor::balance`]), and
+    /// errors of energies by what these do along round-off of positions.
     ///
     /// # Errors
     /// See [`AnalysisError`].
@@ -338,14 +342,16 @@ impl<'a> Simulation<'a> {
         duration: f64,
     ) -> Result<(), AnalysisError> {
         let slowest = self.scales.rest_speed(duration);
+        let mut load = 0.0;
         if self.scales.speed.max(self.scales.spin * self.scales.length) <= NEAR_REST * slowest {
             let traces = self.formulation.traces();
-            self.floor.balance(equations, model, (t, state), self.formulation.as_mut())?;
+            let whole = (duration, self.scales.length);
+            load = self.floor.balance(equations, model, (t, state), whole, self.formulation.as_mut())?;
             self.formulation.forget_since(&traces);
         }
         self.scales.anticipate_rest(duration);
         let lightest = model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
-        self.least_energy = 0.5 * lightest * slowest.powi(2);
+        self.least_energy = (0.5 * lightest * slowest.powi(2)).max(OF_LOADS * load * self.scales.length);
         self.audit.count_from(self.least_energy);
         Ok(())
     }

@@ -71,3 +71,60 @@ fn what_is_just_below_zero_may_rise() {
     let (t, y, stopped) = end_of("dop853", -1e-15, 0.1, 1.0);
     assert!(stopped && (t - 0.2).abs() < 1e-12 && y.abs() < 1e-12, "{t} {y}");
 }
+
+/// What rests, so that steps may have any size, under a load over time; a support holds it up to a limit.
+struct Rest {
+    speed: f64,
+    phase: f64,
+    limit: f64,
+    size: f64,
+}
+
+impl System for Rest {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&mut self, _: f64, _: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        dy.fill(0.0);
+        Ok(())
+    }
+    fn error_norm(&mut self, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
+        0.0
+    }
+    fn stops(&self) -> usize {
+        1
+    }
+    fn stopping(&mut self, t: f64, _: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        values[0] = self.size * (self.limit - (self.speed * t + self.phase).sin());
+        Ok(())
+    }
+}
+
+#[test]
+fn what_rests_stops_at_the_first_load_beyond_its_limit() {
+    let mut missed = Vec::new();
+    for method in ["dop853", "radau5"] {
+        for k in 0..97 {
+            let share = |number: usize| (number * k % 97) as f64 / 97.0;
+            let speed = 0.3 * 100.0_f64.powf(share(31));
+            let (phase, limit) = (-6.0 * share(17) - 0.2, 0.1 + 0.89 * share(59));
+            let mut system = Rest { speed, phase, limit, size: 1e4_f64.powf(share(43) - 0.5) };
+            let span = Span { t_start: 0.0, t_end: 10.0, sample_times: &[] };
+            let options = Options { max_step: Some(1.0), ..Options::default() };
+            let outcome = by_name(method).unwrap().integrate(&mut system, &mut [0.0], &span, &options).unwrap();
+            let first = limit.asin();
+            let turns = ((phase - first) / std::f64::consts::TAU).ceil();
+            let expected = (first + turns * std::f64::consts::TAU - phase) / speed;
+            let starts_beyond = phase.sin() > limit;
+            let found = match outcome.status {
+                Status::StoppedEarly { reason: StopReason::Event, t } => t,
+                _ => f64::INFINITY,
+            };
+            let is_right = (expected >= 10.0 && found.is_infinite()) || (found - expected).abs() < 1e-9;
+            if !is_right && !starts_beyond {
+                missed.push(format!("{method} {k}: {found} in place of {expected}, limit {limit}, speed {speed}"));
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{} missed:\n{}", missed.len(), missed.join("\n"));
+}

@@ -14,6 +14,8 @@ use crate::program::{Equations, RateSizes, sizes_of_forces};
 const ROUND_OFF: f64 = 1e-14;
 /// Rounds, at most, in which states that follow other states take over what is round-off in those.
 const ROUNDS: usize = 8;
+/// Times, after the start, at which loads on what rests are looked at.
+const TIMES: usize = 7;
 /// Growth in a round from which on there is another.
 const GROWTH: f64 = 1.1;
 
@@ -83,7 +85,8 @@ impl Floor {
         self.errors[state]
     }
 
-    /// At rest accelerations are round-off of the forces that cancel in them. From here on [`Floor::of_speeds`] knows that.
+    /// At rest accelerations are round-off of the forces that cancel in them, from the time `t` on for `duration`, in a scene of the
+    /// size `length`. From here on [`Floor::of_speeds`] knows that. Gives the largest of these forces, N; torques count by the length.
     ///
     /// # Errors
     /// See [`AnalysisError`].
@@ -92,19 +95,30 @@ impl Floor {
         equations: &Equations,
         model: &Model,
         (t, y): (f64, &[f64]),
+        (duration, length): (f64, f64),
         formulation: &mut dyn Formulation,
-    ) -> Result<(), AnalysisError> {
-        let (graph, forces) = sizes_of_forces(equations, model, &self.layout);
-        let mut evaluator = Evaluator::new(&graph, &forces);
-        let inputs = formulation.observe(t, y, true)?.inputs[..self.layout.inputs()].to_vec();
-        let forces = evaluator.run(&inputs, formulation.sets())?;
+    ) -> Result<f64, AnalysisError> {
+        let (graph, loads) = sizes_of_forces(equations, model, &self.layout);
+        let mut evaluator = Evaluator::new(&graph, &loads);
+        let mut largest = |t: f64, formulation: &mut dyn Formulation| -> Result<f64, AnalysisError> {
+            let inputs = formulation.observe(t, y, true)?.inputs[..self.layout.inputs()].to_vec();
+            let (forces, torques) = evaluator.run(&inputs, formulation.sets())?.split_at(self.layout.bodies);
+            let torques = torques.iter().map(|torque| torque / length);
+            Ok(forces.iter().copied().chain(torques).filter(|load| load.is_finite()).fold(0.0, f64::max))
+        };
+        let mut load = largest(t, formulation)?;
+        // Loads over time may begin with zero. Where there is no answer, the run will fail or be elsewhere.
+        for k in 1..=TIMES {
+            let later = t + duration * k as f64 / TIMES as f64;
+            load = load.max(largest(later, formulation).unwrap_or(0.0));
+        }
         // Not by the mass of each: what holds a light body moves it with its neighbours.
         let mass: f64 = model.bodies.iter().map(|body| body.mass).sum();
-        let size = forces.iter().fold(0.0_f64, |most, force| most.max(*force)) / mass;
         let turning = model.bodies.iter().filter(|body| !body.particle && body.thin.is_empty());
         let radius = turning.map(|body| (body.inertia.trace() / body.mass).sqrt()).fold(f64::INFINITY, f64::min);
+        let size = load / mass;
         self.at_rest = [size, size / radius].map(|size| if size.is_finite() { ROUND_OFF * size } else { 0.0 });
-        Ok(())
+        Ok(load)
     }
 
     /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.

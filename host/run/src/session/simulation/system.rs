@@ -191,12 +191,16 @@ impl System for Simulation<'_> {
 
     fn enclose(&mut self, of: Watched, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
         let Some(guarded) = &mut self.guarded else { return };
-        guarded.bank(of).enclose(t, entry, [&self.references, &self.discrete], found);
+        let bank = guarded.bank(of);
+        bank.enclose(t, entry, [&self.references, &self.discrete], found);
+        bank.hold(self.touch.as_ref().map_or(&[], |touch| &touch.closed), found, Range::still(0.0));
     }
 
     fn values(&mut self, of: Watched, t: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
         let Some(guarded) = &mut self.guarded else { return };
-        guarded.bank(of).values(t, entry, [&self.references, &self.discrete], found);
+        let bank = guarded.bank(of);
+        bank.values(t, entry, [&self.references, &self.discrete], found);
+        bank.hold(self.touch.as_ref().map_or(&[], |touch| &touch.closed), found, 0.0);
     }
 
     fn resolution(&self, entry: usize) -> f64 {
