@@ -7,7 +7,7 @@
 //!
 //! A quantity may depend on forces that the state does not show: what rests under a load over time takes steps of any size, and
 //! its reaction passes its limit and comes back within one. So the polynomial through the places that are looked at has to agree
-//! with the quantity at a further one, and to stay positive by more than its error; otherwise the step is looked at in halves.
+//! with the quantity at two further ones, and to stay positive by more than its error; otherwise the step is looked at in halves.
 
 use super::events::Again;
 use super::interpolation::Interpolation;
@@ -23,9 +23,10 @@ const MOST_LOOKS: usize = 80;
 const MOST_TRIES: u32 = 8;
 /// Where a step is looked at, besides its start, as shares of it.
 const PLACES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-/// Where the polynomial through these places is compared with the quantity: near its largest error.
-const COMPARED: f64 = 0.91;
-/// Largest error of the polynomial there by its error at that place, with a margin.
+/// Where the polynomial through these places is compared with the quantity: near its largest errors, and not as even as what is
+/// compared may be.
+const COMPARED: [f64; 2] = [0.08, 0.91];
+/// Largest error of the polynomial by its errors at these places, with a margin.
 const WORST: f64 = 2.0;
 /// Largest error of a polynomial that shows which way a quantity goes, by how much that changes.
 const SHOWN: f64 = 0.05;
@@ -198,13 +199,17 @@ impl Stops {
         let mut looks = 0;
         let mut pieces = vec![seen];
         while let Some(mut piece) = pieces.pop() {
-            let compared = piece[0].0 + COMPARED * (piece[4].0 - piece[0].0);
-            self.look_at(run, step, compared)?;
-            if self.is_beyond() {
-                return Ok(Some((piece.swap_remove(3), (compared, self.values.clone()))));
+            let mut compared = [Vec::new(), Vec::new()];
+            for ((share, before), values) in COMPARED.into_iter().zip([0, 3]).zip(&mut compared) {
+                let place = piece[0].0 + share * (piece[4].0 - piece[0].0);
+                self.look_at(run, step, place)?;
+                if self.is_beyond() {
+                    return Ok(Some((piece.swap_remove(before), (place, self.values.clone()))));
+                }
+                values.clone_from(&self.values);
             }
-            looks += 1;
-            if looks >= MOST_FOR_DIPS || !(0..self.values.len()).any(|k| self.may_dip(&piece, k)) {
+            looks += COMPARED.len();
+            if looks >= MOST_FOR_DIPS || !(0..self.values.len()).any(|k| self.may_dip(&piece, &compared, k)) {
                 continue;
             }
             let mut finer = vec![piece[0].clone()];
@@ -234,12 +239,13 @@ impl Stops {
         None
     }
 
-    /// Whether a quantity may become negative between five places at even distances, as far as they and [`Stops::values`], those
-    /// at the place that is compared, show.
-    fn may_dip(&self, piece: &[Place], k: usize) -> bool {
+    /// Whether a quantity may become negative between five places at even distances, as far as they and the values at the places
+    /// that are compared show.
+    fn may_dip(&self, piece: &[Place], compared: &[Vec<f64>; 2], k: usize) -> bool {
         let known = [0, 1, 2, 3, 4].map(|place| piece[place].1[k]);
         let (low, high) = known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-        let error = WORST * (self.values[k] - quartic(known, COMPARED)).abs();
+        let errors = COMPARED.iter().zip(compared).map(|(at, values)| (values[k] - quartic(known, *at)).abs());
+        let error = WORST * errors.fold(0.0, f64::max);
         let least = self.least[k] - ZERO + error;
         if low - BEYOND * (high - low) >= least {
             return false;

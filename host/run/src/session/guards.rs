@@ -15,7 +15,7 @@ use crate::program::{Contact, Equations, Expr, Friction, Node, Ranges, Sharp, Sw
 /// See the module documentation.
 pub(super) struct Guarded {
     pub(super) guards: Guards,
-    /// Whether something cannot be watched: conditions on accelerations or reactions, also of rows that hold loads over time.
+    /// Whether something cannot be watched: conditions on accelerations or reactions.
     pub(super) is_partial: bool,
     pub(super) within: Bank,
     pub(super) turns: Bank,
@@ -149,7 +149,7 @@ impl Watching {
         let mut all: Vec<(Node, Guard, Option<usize>)> = others.chain(gaps).collect();
         let number = all.len();
         all.retain(|(node, ..)| is_of_motion(equations, layout, *node));
-        let is_partial = all.len() < number || holds_over_time(equations);
+        let is_partial = all.len() < number;
         let rows = all.iter().enumerate().filter_map(|(place, (.., row))| Some((place, (*row)?))).collect();
         let known = of_carried(equations, all.into_iter().map(|(node, guard, _)| (node, guard)).collect());
         let g = &mut equations.graph;
@@ -200,16 +200,6 @@ pub(super) struct Watched {
     pub(super) within: String,
     pub(super) ahead: String,
     pub(super) bounded: String,
-}
-
-/// Whether rows hold up to a limit, or only push, that may be passed without a motion: loads, drives or limits depend on time.
-fn holds_over_time(equations: &Equations) -> bool {
-    let limits = equations.frictions.iter().map(|friction| friction.limit);
-    let drives = equations.rows.iter().map(|row| row.gamma);
-    let nodes: Vec<Node> = equations.loads.iter().copied().chain(limits).chain(drives).collect();
-    let is_time =
-        |node: &Node| matches!(equations.graph.expr(*node), Expr::Input(slot) if slot as usize == Layout::TIME);
-    equations.switches_rows() && equations.graph.live(&nodes).iter().any(is_time)
 }
 
 /// Whether a node is known within a step: not what depends on the solution of the equations of motion, or on opaque elements.
