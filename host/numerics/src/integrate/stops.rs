@@ -100,6 +100,7 @@ impl Stops {
             (step.at)(place, &mut self.state);
             self.look(run, step.start + place * step.h)?;
             if !self.is_beyond() {
+                self.note_positive();
                 from = (place, self.values.clone());
                 continue;
             }
@@ -143,11 +144,10 @@ impl Stops {
 
     /// The values at a time and [`Stops::state`].
     fn look(&mut self, run: &mut Run<'_>, t: f64) -> Result<(), Trouble> {
-        run.stopping(t, &self.state, &mut self.values)?;
-        self.note_positive();
-        Ok(())
+        run.stopping(t, &self.state, &mut self.values)
     }
 
+    /// Takes note of what has become positive where nothing stops; not behind a stop, from where places before it are looked at.
     fn note_positive(&mut self) {
         let seen = self.least.iter_mut().zip(&self.values).filter(|(least, value)| least.is_finite() && **value > ZERO);
         seen.for_each(|(least, _)| *least = 0.0);
@@ -180,6 +180,7 @@ impl Stops {
                 }
                 moved = 1;
             } else {
+                self.note_positive();
                 (from, low) = (at, self.values.clone());
                 if moved == -1 {
                     high.iter_mut().for_each(|value| *value *= 0.5);
