@@ -96,6 +96,7 @@ mod inertia_contacts;
 mod instants;
 mod interleaved;
 mod inverse;
+mod jammed;
 mod joint_memory;
 mod judged;
 mod large;

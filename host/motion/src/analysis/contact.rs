@@ -10,6 +10,7 @@
 //!   the least index (Murty 1974), which never closes a row that the closed ones imply.
 //! - **Friction**: see [`Grip`].
 
+mod decision;
 mod friction;
 mod impact;
 mod indeterminate;
@@ -355,14 +356,16 @@ impl Meeting {
         self.geometry[(row, row)] > RANK_TOLERANCE * self.sizes[row].powi(2)
     }
 
-    /// A rough contact that would be pressed if it could slide, and that would have to pull in order not to, where rows have these
-    /// accelerations while all contacts are open.
+    /// A rough contact that would be pressed if it could slide, and that would have to pull in order not to (or hardly pushes, and is about
+    /// to), where rows have these accelerations while all contacts are open.
     #[must_use]
     pub fn pulling(&self, of_rows: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Option<usize> {
         (0..self.touching.len()).find(|k| {
             let rows: Vec<usize> = (self.first[*k]..self.first[*k + 1]).collect();
-            let is_pressed = of_rows[rows[0]] < -self.no_acceleration(*k, acceleration);
-            self.stays(*k, speed) && is_pressed && self.stopping(&rows, of_rows)[0] < 0.0
+            let (normal, none) = (rows[0], self.no_acceleration(*k, acceleration));
+            let hardly = |force: f64| force * self.delassus[(normal, normal)] <= none;
+            let is_pressed = of_rows[normal] < -none;
+            rows.len() > 1 && self.stays(*k, speed) && is_pressed && hardly(self.stopping(&rows, of_rows)[0])
         })
     }
 

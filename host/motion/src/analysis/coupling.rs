@@ -67,11 +67,14 @@ pub(super) struct Coupling {
     /// Whether `z` holds a solution to start from.
     started: bool,
     /// Whether F is linear. Newton's step then is exact unless I - F_z is singular, and what is left of the difference is round-off of
-    /// F: where all accelerations vanish, no share of them.
+    /// F: where all accelerations vanish, no share of them. Where F is nothing, steps of z become smaller without end and change nothing
+    /// of F.
     linear: bool,
     iteration: usize,
     /// The smallest change so far.
     best: f64,
+    /// F(z) of the last iteration.
+    found: Vec<f64>,
     /// The largest acceleration that a load by itself would cause; zero where that is not known.
     unbalanced: f64,
 }
@@ -92,6 +95,7 @@ impl Coupling {
             linear,
             iteration: 0,
             best: f64::INFINITY,
+            found: vec![f64::NAN; n],
             unbalanced: 0.0,
         }
     }
@@ -137,7 +141,9 @@ impl Coupling {
     ) -> Result<bool, AnalysisError> {
         let Change { own: change, whole } = self.change(inputs);
         let regular = self.matrix.rank() == self.slots.len();
-        let exact = self.linear && regular && self.iteration > EXACT_STEPS && change >= self.best;
+        let settled =
+            change >= self.best || self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
+        let exact = self.linear && regular && self.iteration > EXACT_STEPS && settled;
         if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) || exact {
             self.started = true;
             return Ok(true);
@@ -149,7 +155,8 @@ impl Coupling {
             return Err(AnalysisError::NoCommonSolution);
         }
         counters.coupling_iterations += 1;
-        let found = self.slots.iter().map(|slot| inputs[*slot]);
+        self.found.iter_mut().zip(&self.slots).for_each(|(found, slot)| *found = inputs[*slot]);
+        let found = self.found.iter().copied();
         if !self.started && self.iteration == 1 {
             self.z.iter_mut().zip(found).for_each(|(z, found)| *z = found);
         } else {
@@ -338,5 +345,47 @@ impl BodyCoupling {
         for (row, value) in rows.iter().zip(multipliers) {
             inputs[slots.start + row] = *value;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where F is nothing to round-off, z is not compared with it without end.
+    #[test]
+    fn a_solution_that_is_nothing_is_found() {
+        let mut coupling = Coupling {
+            slots: vec![0],
+            peers: std::iter::once(0..1).collect(),
+            accelerations: 1..2,
+            multipliers: 0..1,
+            z: vec![0.0],
+            step: vec![0.0],
+            matrix: FullPivLu::new(1, 1e-14),
+            started: false,
+            linear: true,
+            iteration: 0,
+            best: f64::INFINITY,
+            found: vec![f64::NAN],
+            unbalanced: 0.0,
+        };
+        coupling.start_from(&Some(vec![1e-3]));
+        // F(z) = 0.06 z, as the difference of what is larger.
+        let solution = |z: f64| (1.0 + 0.06 * z) - 1.0;
+        let mut inputs = [0.0, 1.0];
+        coupling.begin(&mut inputs);
+        loop {
+            inputs[0] = solution(inputs[0]);
+            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                matrix.copy_from_slice(&[0.06]);
+                Ok(())
+            };
+            let agrees = coupling.advance(&mut inputs, &mut Counters::default(), slopes);
+            if agrees.expect("a solution") {
+                break;
+            }
+        }
+        assert!(inputs[0].abs() < 1e-15 && coupling.iteration < 10, "{:e}, {}", inputs[0], coupling.iteration);
     }
 }

@@ -192,7 +192,10 @@ pub enum AnalysisError {
         row: String,
     },
     /// Friction at a contact without a solution, or with several.
-    #[error("`{row}` slides with so much friction that its reaction has no value, or several (Painleve)")]
+    #[error(
+        "`{row}` slides with so much friction that its reaction has no value, or several (Painleve): give it less friction, or a \
+         stiffness (`bump-stop`)"
+    )]
     Paradox {
         /// Element and row of the contact.
         row: String,
@@ -209,7 +212,7 @@ pub enum AnalysisError {
     /// Impacts that do not come to an end, or contacts that are neither open nor closed.
     #[error(
         "the contacts {rows} do not settle: impacts at one instant without end, or no set of closed contacts that only \
-         push and of rows that stick and slide"
+         push and of rows that stick and slide; give them less friction, or a stiffness (`bump-stop`)"
     )]
     NotSettled {
         /// Elements and rows.

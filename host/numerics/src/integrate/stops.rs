@@ -101,7 +101,6 @@ impl Stops {
         if self.known_at != Some(step.start) {
             self.state.copy_from_slice(y);
             run.stopping(step.start, &self.state, &mut self.values)?;
-            self.note_positive();
             if self.least.contains(&f64::NEG_INFINITY) {
                 self.least.iter_mut().zip(&self.values).for_each(|(least, value)| *least = value.min(0.0) - ZERO);
                 self.note_positive();
@@ -162,6 +161,7 @@ impl Stops {
         run.stopping(step.start + share * step.h, &self.state, &mut self.values)
     }
 
+    /// Takes note of what has become positive where nothing stops; not behind a stop, from where places before it are looked at.
     fn note_positive(&mut self) {
         let seen = self.least.iter_mut().zip(&self.values).filter(|(least, value)| least.is_finite() && **value > ZERO);
         seen.for_each(|(least, _)| *least = 0.0);
@@ -173,10 +173,10 @@ impl Stops {
         let mut seen = vec![(0.0, self.first.clone())];
         for place in PLACES {
             self.look_at(run, step, place)?;
-            self.note_positive();
             if let Some(passage) = self.between(&mut seen, place) {
                 return Ok(Some(passage));
             }
+            self.note_positive();
         }
         let end = self.values.clone();
         // Earlier in the step than it was looked at for this.
@@ -274,7 +274,6 @@ impl Stops {
             let zero = negative.map(|k| low[k].max(0.0) / (low[k].max(0.0) - high[k])).fold(1.0, f64::min);
             let at = from + (to - from) * zero.clamp(1e-3, 1.0 - 1e-3);
             self.look_at(run, step, at)?;
-            self.note_positive();
             if self.is_beyond() {
                 (to, high) = (at, self.values.clone());
                 if moved == 1 {
@@ -282,6 +281,7 @@ impl Stops {
                 }
                 moved = 1;
             } else {
+                self.note_positive();
                 (from, low) = (at, self.values.clone());
                 if moved == -1 {
                     high.iter_mut().for_each(|value| *value *= 0.5);

@@ -11,6 +11,7 @@ mod memory;
 mod part;
 mod partners;
 mod picture;
+mod settle;
 mod system;
 mod unknowns;
 mod watch;

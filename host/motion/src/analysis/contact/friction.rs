@@ -2,10 +2,8 @@
 //!
 //! With p = -lambda what acts along a row, w its acceleration (in an impact: its rate afterwards) and b the limit: |p| <= b, and w = 0
 //! or p = -b w / |w|. A row that moves slides against its motion whatever w is. Of a contact b is mu times the normal reaction, in an
-//! impact mu times the normal impulse. All is found at once with the contacts that close, by principal pivoting with the least index
-//! (Murty 1974; Juedice & Pires 1994 for bounds on both sides): with limits that are known it comes to an end, as long as all rows
-//! give way independently; with limits that depend on reactions it may not, and then nothing is decided. What it finds meets all
-//! conditions. Where two rows share a limit, the direction of sliding is found by projection onto the circle.
+//! impact mu times the normal impulse. All is found at once with the contacts that close: see [`Decision`]. Where two rows share a
+//! limit, the direction of sliding is found by projection onto the circle.
 //!
 //! An impact with friction is compressed until the normal rate is zero, with the law of friction for the rates afterwards; then the
 //! impulse of restitution is added, with the law for the sum. Should that gain energy, less is given back. (Without restitution none
@@ -13,7 +11,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Meeting, NO_ACCELERATION, RANK_TOLERANCE, Shares};
+use super::decision::{Choice, Decision};
+use super::{Meeting, RANK_TOLERANCE, Shares};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;
@@ -69,7 +68,7 @@ impl Grip {
 
 /// What limits a row.
 #[derive(Debug, Clone, Copy)]
-enum Bound {
+pub(super) enum Bound {
     Known(f64),
     /// A share of the reaction of a contact.
     Share(f64, usize),
@@ -78,32 +77,37 @@ enum Bound {
 /// A grip that takes part in a decision.
 #[derive(Debug, Clone)]
 pub(super) struct Held {
-    grip: usize,
-    bound: Bound,
+    pub(super) grip: usize,
+    pub(super) bound: Bound,
     /// Whether it slides in a direction that is known.
-    moves: bool,
+    pub(super) moves: bool,
     /// Where it slides; zero where it sticks.
-    direction: [f64; 2],
+    pub(super) direction: [f64; 2],
     /// How often it was let stick: see [`Held::may_rest`].
     rested: u32,
 }
 
 impl Held {
-    fn sticks(&self) -> bool {
+    pub(super) fn sticks(&self) -> bool {
         self.direction == [0.0; 2]
     }
 
-    /// Whether it is the friction of a contact.
-    fn is_of(&self, contact: usize) -> bool {
+    /// Whether its limit is a share of the reaction of a contact.
+    pub(super) fn is_of_contact(&self) -> bool {
+        matches!(self.bound, Bound::Share(..))
+    }
+
+    /// Whether it is the friction of this contact.
+    pub(super) fn is_of(&self, contact: usize) -> bool {
         matches!(self.bound, Bound::Share(_, of) if of == contact)
     }
 
     /// Whether it is taken to slide, and may be let stick instead.
-    fn may_rest(&self) -> bool {
+    pub(super) fn may_rest(&self) -> bool {
         !self.moves && !self.sticks() && self.rested < MOST_RESTS
     }
 
-    fn rest(&mut self) {
+    pub(super) fn rest(&mut self) {
         self.direction = [0.0; 2];
         self.rested += 1;
     }
@@ -178,107 +182,27 @@ impl Meeting {
         held.collect()
     }
 
-    /// w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is closed; the law of
-    /// friction for what is held. What is smaller than `unit` times the size of a row is none.
+    /// What is decided: see [`Decision`]. What is smaller than `unit` times the size of a row is none.
     pub(super) fn complementary(
         &self,
         b: &DVector<f64>,
         candidates: &[usize],
-        mut held: Vec<Held>,
+        held: Vec<Held>,
         unit: f64,
     ) -> Option<Pattern> {
-        let mut closed: Vec<usize> = Vec::new();
-        // From all that slides: then no row sticks that those that stick already hold.
-        for one in held.iter_mut().filter(|one| !one.moves) {
-            let grip = &self.grips[one.grip];
-            let rows = &grip.rows;
-            let tends = grip.free(pair(rows, |row| b[row]));
-            let size = rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
-            one.direction = if norm(tends) > unit * size { self::unit(tends) } else { [0.0; 2] };
-            one.moves = grip.fixed && norm(tends) > unit * size;
-        }
-        held.retain(|one| one.moves || !self.grips[one.grip].fixed);
-        let most = 100 * (candidates.len() + held.len() + 1);
-        for _ in 0..most {
-            let mut p = self.forces(b, &closed, &mut held);
-            self.share(&mut p, &closed, &held);
-            let w = &self.delassus * &p + b;
-            let wrong = candidates.iter().copied().find(|k| {
-                let row = self.first[*k];
-                let limit = unit * self.sizes[row];
-                match closed.contains(k) {
-                    // What pulls in order to stick slides before it opens.
-                    true => {
-                        let sticks = held.iter().any(|one| one.is_of(*k) && one.sticks());
-                        p[row] * self.delassus[(row, row)] < -limit && !sticks
-                    }
-                    false => w[row] < -limit,
-                }
-            });
-            if let Some(k) = wrong {
-                match closed.iter().position(|one| *one == k) {
-                    // What pulls while it slides may press if it sticks.
-                    Some(_) if let Some(one) = held.iter_mut().find(|one| one.is_of(k) && one.may_rest()) => one.rest(),
-                    Some(place) => {
-                        closed.remove(place);
-                    }
-                    None if !self.gives_way(k) => return None,
-                    None => closed.push(k),
-                }
-                continue;
-            }
-            // What others hold may take all it can without moving, and push others beyond their limits: they share it.
-            if let Some(place) = held.iter().position(|one| self.rests(one, &closed, &held, (&p, &w), unit)) {
-                held[place].rest();
-                continue;
-            }
-            let wrong = held.iter().enumerate().find_map(|(place, one)| {
-                let change = self.change_of(one, &closed, (&p, &w), unit)?;
-                Some((place, change))
-            });
-            match wrong {
-                Some((place, direction)) => held[place].direction = direction,
-                None => {
-                    closed.sort_unstable();
-                    let acts = |one: &&Held| is_active(one, &closed);
-                    let active = held.iter().filter(acts);
-                    let (sticking, sliding): (Vec<&Held>, Vec<&Held>) = active.partition(|one| one.sticks());
-                    let number = |one: &Held| self.grips[one.grip].number;
-                    let sticking = sticking.into_iter().map(number).collect();
-                    let sliding = sliding.into_iter().map(|one| (number(one), one.direction)).collect();
-                    return Some(Pattern { closed, sticking, sliding, forces: p });
-                }
-            }
-        }
-        None
+        let (choice, forces) = Decision { meeting: self, b, candidates, unit }.decide(held)?;
+        Some(self.pattern(choice, forces))
     }
 
-    /// Where it slides instead, if what is assumed of it is wrong; zero: it sticks.
-    fn change_of(
-        &self,
-        one: &Held,
-        closed: &[usize],
-        (p, w): (&DVector<f64>, &DVector<f64>),
-        unit_of_w: f64,
-    ) -> Option<[f64; 2]> {
-        if one.moves || !is_active(one, closed) {
-            return None;
-        }
-        let grip = &self.grips[one.grip];
-        let (force, rate) = (pair(&grip.rows, |row| p[row]), pair(&grip.rows, |row| w[row]));
-        let bound = self.bound(one.bound, p);
-        let (none, way) = self.none(one, p, unit_of_w);
-        if one.sticks() {
-            let beyond = (norm(force) - bound) * way;
-            let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
-            return match slides {
-                true if norm(grip.free(force)) > 0.0 => Some(unit(grip.free(force)).map(|x| -x)),
-                true => None,
-                false => None,
-            };
-        }
-        let along = rate[0] * one.direction[0] + rate[1] * one.direction[1];
-        (along < -2.0 * none).then_some([0.0; 2])
+    /// A choice in numbers of the scene.
+    pub(super) fn pattern(&self, Choice { mut closed, held }: Choice, forces: DVector<f64>) -> Pattern {
+        closed.sort_unstable();
+        let active = held.iter().filter(|one| is_active(one, &closed));
+        let (sticking, sliding): (Vec<&Held>, Vec<&Held>) = active.partition(|one| one.sticks());
+        let number = |one: &Held| self.grips[one.grip].number;
+        let sticking = sticking.into_iter().map(number).collect();
+        let sliding = sliding.into_iter().map(|one| (number(one), one.direction)).collect();
+        Pattern { closed, sticking, sliding, forces }
     }
 
     /// What those that stick have in balance with each other.
@@ -289,7 +213,7 @@ impl Meeting {
     }
 
     /// Lets those that stick share what their rows leave open, as far below their limits as they can be.
-    fn share(&self, p: &mut DVector<f64>, closed: &[usize], held: &[Held]) {
+    pub(super) fn share(&self, p: &mut DVector<f64>, closed: &[usize], held: &[Held]) {
         let sticking: Vec<&Held> = sticking(held, closed).collect();
         let grips: Vec<&Grip> = sticking.iter().map(|one| &self.grips[one.grip]).collect();
         let shares = Shares::new(self, &grips);
@@ -304,35 +228,7 @@ impl Meeting {
         }
     }
 
-    /// What of its rates is none, and how much they give way.
-    fn none(&self, one: &Held, p: &DVector<f64>, unit_of_w: f64) -> (f64, f64) {
-        let grip = &self.grips[one.grip];
-        let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
-        let (size, way) = (largest(&|row| self.sizes[row]), largest(&|row| self.delassus[(row, row)]));
-        (unit_of_w * size + NO_ACCELERATION * self.bound(one.bound, p) * way, way)
-    }
-
-    /// Whether it is taken to slide and does not, and those that stick could take some of what it takes.
-    fn rests(
-        &self,
-        one: &Held,
-        closed: &[usize],
-        held: &[Held],
-        (p, w): (&DVector<f64>, &DVector<f64>),
-        unit_of_w: f64,
-    ) -> bool {
-        let own = &self.grips[one.grip];
-        if !one.may_rest() || !is_active(one, closed) {
-            return false;
-        }
-        if norm(pair(&own.rows, |row| w[row])) > self.none(one, p, unit_of_w).0 {
-            return false;
-        }
-        let grips: Vec<&Grip> = sticking(held, closed).map(|other| &self.grips[other.grip]).chain([own]).collect();
-        Shares::new(self, &grips).takes_part(own)
-    }
-
-    fn bound(&self, bound: Bound, p: &DVector<f64>) -> f64 {
+    pub(super) fn bound(&self, bound: Bound, p: &DVector<f64>) -> f64 {
         match bound {
             Bound::Known(limit) => limit,
             Bound::Share(share, contact) => share * p[self.first[contact]].max(0.0),
@@ -341,7 +237,7 @@ impl Meeting {
 
     /// What acts along the rows, where some contacts are closed, and of what is held some stick and the others slide. Finds the
     /// directions in planes of those that begin to.
-    fn forces(&self, b: &DVector<f64>, closed: &[usize], held: &mut [Held]) -> DVector<f64> {
+    pub(super) fn forces(&self, b: &DVector<f64>, closed: &[usize], held: &mut [Held]) -> DVector<f64> {
         let mut p = self.forces_for(b, closed, held);
         for _ in 0..MOST_TURNS {
             let w = &self.delassus * &p + b;
@@ -445,19 +341,19 @@ impl Meeting {
 }
 
 /// Those that are taken to stick.
-fn sticking<'h>(held: &'h [Held], closed: &'h [usize]) -> impl Iterator<Item = &'h Held> {
+pub(super) fn sticking<'h>(held: &'h [Held], closed: &'h [usize]) -> impl Iterator<Item = &'h Held> {
     held.iter().filter(|one| one.sticks() && is_active(one, closed))
 }
 
 /// Whether it acts: not where it is of a contact that is open.
-fn is_active(one: &Held, closed: &[usize]) -> bool {
+pub(super) fn is_active(one: &Held, closed: &[usize]) -> bool {
     match one.bound {
         Bound::Known(_) => true,
         Bound::Share(_, contact) => closed.contains(&contact),
     }
 }
 
-fn pair(rows: &[usize], of: impl Fn(usize) -> f64) -> [f64; 2] {
+pub(super) fn pair(rows: &[usize], of: impl Fn(usize) -> f64) -> [f64; 2] {
     [rows.first(), rows.get(1)].map(|row| row.map_or(0.0, |row| of(*row)))
 }
 
@@ -469,7 +365,7 @@ pub(super) fn norm([x, y]: [f64; 2]) -> f64 {
     x.hypot(y)
 }
 
-fn unit(v: [f64; 2]) -> [f64; 2] {
+pub(super) fn unit(v: [f64; 2]) -> [f64; 2] {
     let size = norm(v);
     v.map(|x| x / size)
 }

@@ -6,6 +6,7 @@
 
 use nalgebra::DVector;
 
+use super::decision::Decision;
 use super::{Meeting, NO_SPEED, Pattern};
 
 /// Impacts one after the other at one instant.
@@ -119,6 +120,25 @@ impl Meeting {
         self.impulses += impulses;
     }
 
+    /// An impact of contacts that do not approach, as there is where no accelerations meet all conditions while they slide: friction that
+    /// presses ever harder ends the sliding at once (Painleve; "tangential impact": Genot & Brogliato, Eur. J. Mech. A 18, 1999; Stewart,
+    /// SIAM Review 42, 2000). Impulses that change rates, and after which these meet the law of friction, with what sticks first. `false`
+    /// where there are none.
+    pub fn seize(&mut self, speed: f64) -> bool {
+        let all: Vec<usize> = (0..self.touching.len()).collect();
+        let unit = NO_SPEED * speed;
+        let changes = |impulses: &DVector<f64>| {
+            let change = &self.delassus * impulses;
+            let loses = impulses.dot(&(&self.rates + 0.5 * &change)) < 0.0;
+            loses && (0..self.rows.len()).any(|row| change[row].abs() > unit * self.sizes[row])
+        };
+        let decision = Decision { meeting: self, b: &self.rates, candidates: &all, unit };
+        let start = decision.start(self.held_in_impact(&all));
+        let Some((_, impulses)) = decision.search(&start, changes) else { return false };
+        self.push(impulses);
+        true
+    }
+
     /// Ends the motion of closed contacts and of what sticks.
     pub fn come_to_rest(&mut self, pattern: &Pattern) {
         let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
@@ -128,5 +148,16 @@ impl Meeting {
         let mut impulses = DVector::zeros(self.rows.len());
         rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
         self.push(impulses);
+    }
+
+    /// Whether something moves against the direction in which the pattern takes it to slide, where speeds are of this size: ending
+    /// the motion of what closes may have turned it back.
+    #[must_use]
+    pub fn slides_back(&self, pattern: &Pattern, speed: f64) -> bool {
+        pattern.sliding.iter().any(|(number, direction)| {
+            let own = self.grips.iter().find(|grip| grip.number == *number);
+            let moving = own.and_then(|grip| self.moving(grip, speed));
+            moving.is_some_and(|[x, y]| x * direction[0] + y * direction[1] < 0.0)
+        })
     }
 }

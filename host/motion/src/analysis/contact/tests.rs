@@ -1,6 +1,123 @@
 use nalgebra::{DMatrix, DVector};
 
-use super::smallest;
+use super::decision::Decision;
+use super::{Grip, Meeting, smallest};
+use crate::tests::Random;
+
+/// A contact of a body in a plane: where it touches from its centre of mass, the direction of the normal, and its friction.
+struct Point {
+    place: [f64; 2],
+    angle: f64,
+    mu: f64,
+}
+
+/// A body of mass 1 that touches at some points, with the Jacobian of the normals, then the tangents.
+fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
+    let n = points.len();
+    let jacobian = DMatrix::from_fn(2 * n, 3, |row, column| {
+        let Point { place: [x, y], angle, .. } = points[row % n];
+        let angle = if row < n { angle } else { angle + std::f64::consts::FRAC_PI_2 };
+        let [u, v] = [angle.cos(), angle.sin()];
+        [u, v, x * v - y * u][column]
+    });
+    let masses = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, 1.0 / inertia]));
+    let delassus = &jacobian * masses * jacobian.transpose();
+    let geometry = &jacobian * jacobian.transpose();
+    let sizes: Vec<f64> = (0..2 * n).map(|row| geometry[(row, row)].sqrt()).collect();
+    let grip = |(k, point): (usize, &Point)| {
+        let mut grip = Grip {
+            number: k,
+            limit: point.mu,
+            contact: Some(k),
+            stuck: false,
+            rows: vec![n + k],
+            only: None,
+            fixed: false,
+        };
+        grip.look(&geometry, &sizes);
+        grip
+    };
+    let meeting = Meeting {
+        touching: (0..n).collect(),
+        grips: points.iter().enumerate().map(grip).collect(),
+        rates: DVector::zeros(2 * n),
+        impulses: DVector::zeros(2 * n),
+        strikes: Vec::new(),
+        work: 0.0,
+        restitution: vec![0.0; n],
+        sizes,
+        geometry,
+        rows: (0..2 * n).collect(),
+        first: (0..=n).collect(),
+        delassus,
+        responses: vec![Vec::new(); 2 * n],
+        driven: vec![0.0; 2 * n],
+        times: vec![0.0; 2 * n],
+        jacobian: vec![Vec::new(); 2 * n],
+    };
+    (meeting, jacobian)
+}
+
+/// Contacts of a body at random, jammed against each other or not.
+fn at_random(random: &mut Random, most: f64) -> (Meeting, DMatrix<f64>) {
+    let point = |random: &mut Random| Point {
+        place: [random.next(), random.next()],
+        angle: random.between(-3.0, 3.0),
+        mu: random.between(0.0, most),
+    };
+    let points: Vec<Point> = (0..1 + random.below(3)).map(|_| point(random)).collect();
+    touching(&points, random.between(0.05, 1.0))
+}
+
+/// What is off of the law of contact and friction, as a share of what there is.
+fn off(meeting: &Meeting, b: &DVector<f64>, p: &DVector<f64>) -> f64 {
+    let w = &meeting.delassus * p + b;
+    let n = meeting.touching.len();
+    let of_contact = |k: usize| {
+        let [normal, tangential] = [k, n + k];
+        let bound = meeting.grips[k].limit * p[normal].max(0.0);
+        let slides = w[tangential].abs() * (bound - p[tangential].abs()).abs().min(1.0);
+        let against = (p[tangential] * w[tangential]).max(0.0);
+        let parts = [-p[normal], -w[normal], p[normal].min(w[normal]), p[tangential].abs() - bound, slides, against];
+        parts.into_iter().fold(0.0, f64::max)
+    };
+    (0..n).map(of_contact).fold(0.0, f64::max) / (1.0 + p.amax())
+}
+
+/// Where all contacts are at rest, there is a choice whatever the friction (Stewart & Trinkle 1996): the matrix is copositive.
+#[test]
+fn contacts_at_rest_are_always_decided() {
+    let mut random = Random(7);
+    let mut circled = 0;
+    for number in 0..3000 {
+        let (meeting, jacobian) = at_random(&mut random, 5.0);
+        let b = &jacobian * DVector::from_vec(random.vector(3));
+        let candidates = meeting.touching.clone();
+        let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, unit: 1e-9 };
+        let held = meeting.held(1.0);
+        circled += u32::from(decision.pivot(decision.start(held.clone())).is_none());
+        let (_, p) = decision.decide(held).unwrap_or_else(|| panic!("{number}: nothing was decided"));
+        assert!(off(&meeting, &b, &p) < 1e-7, "{number}: {:.1e}", off(&meeting, &b, &p));
+    }
+    assert!(circled > 0, "pivoting found them all");
+}
+
+/// With little friction there is one motion, and both ways find it.
+#[test]
+fn pivoting_finds_what_trying_all_choices_finds() {
+    let mut random = Random(11);
+    for number in 0..1000 {
+        let (meeting, jacobian) = at_random(&mut random, 0.05);
+        let b = &jacobian * DVector::from_vec(random.vector(3));
+        let candidates = meeting.touching.clone();
+        let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, unit: 1e-9 };
+        let held = meeting.held(1.0);
+        let [one, other] =
+            [decision.pivot(decision.start(held.clone())), decision.search(&decision.start(held), |_| true)]
+                .map(|found| &jacobian.transpose() * found.expect("little friction is decided").1);
+        assert!((&one - &other).amax() < 1e-7 * (1.0 + one.amax()), "{number}: {one} {other}");
+    }
+}
 
 /// Rows along two axes of a plane in which joints leave one direction: their block is singular to round-off, however the axes are turned.
 #[test]
@@ -20,4 +137,40 @@ fn singular_systems_have_their_smallest_solution() {
         assert!((&matrix * &found - &right).amax() < 1e-12, "{angle}");
         assert!(found.dot(&null).abs() < 1e-12, "{angle}");
     }
+}
+
+/// Where contacts slide there may be no accelerations; then an impact without an approach ends that, and loses energy.
+#[test]
+fn sliding_contacts_have_accelerations_or_seize() {
+    let mut random = Random(13);
+    let mut seized = 0;
+    for number in 0..3000 {
+        let (mut meeting, jacobian) = at_random(&mut random, 5.0);
+        let n = meeting.touching.len();
+        // Velocities that no contact approaches or leaves with.
+        let normals = jacobian.rows(0, n).into_owned();
+        let velocity = DVector::from_vec(random.vector(3));
+        let all: Vec<usize> = (0..n).collect();
+        meeting.rates = &jacobian * &velocity;
+        let force = meeting.stopping(&all, &meeting.rates);
+        meeting.rates += meeting.delassus.columns(0, n) * force;
+        assert!(meeting.rates.rows(0, n).amax() < 1e-9 * normals.amax(), "{number}");
+        let b = &jacobian * DVector::from_vec(random.vector(3));
+        let decide = |meeting: &Meeting| {
+            let decision = Decision { meeting, b: &b, candidates: &all, unit: 1e-9 };
+            decision.decide(meeting.held(1e3)).is_some()
+        };
+        for _ in 0..4 {
+            if decide(&meeting) {
+                break;
+            }
+            seized += 1;
+            assert!(meeting.seize(1e3), "{number}: neither accelerations nor an impact");
+            assert!(meeting.strikes.iter().all(|strike| strike.impulse >= 0.0), "{number}");
+            assert!(meeting.strikes.iter().any(|strike| strike.lost > 0.0), "{number}");
+            assert!((0..n).all(|k| meeting.rate(k) > -1e-8), "{number}");
+        }
+        assert!(decide(&meeting), "{number}: undecided");
+    }
+    assert!(seized > 20, "{seized}");
 }

@@ -2,9 +2,11 @@
 
 use super::super::*;
 
-/// A body that falls: y'' = -1; the integration ends where its height, or how far it is below a ceiling, becomes negative.
+/// A body that falls: y'' = -1; the integration ends where its height, how far it is below a ceiling, or what is left of a time
+/// becomes negative.
 struct Fall {
     accepted: Vec<f64>,
+    until: f64,
 }
 
 impl System for Fall {
@@ -19,10 +21,10 @@ impl System for Fall {
         error.iter().fold(0.0, |most: f64, e| most.max(e.abs())) / 1e-10
     }
     fn stops(&self) -> usize {
-        2
+        3
     }
-    fn stopping(&mut self, _: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
-        values.copy_from_slice(&[y[0], 1.0 - y[0]]);
+    fn stopping(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        values.copy_from_slice(&[y[0], 1.0 - y[0], self.until - t]);
         Ok(())
     }
     fn step_done(&mut self, t: f64, _: &[f64], _: f64) -> Flow {
@@ -33,7 +35,12 @@ impl System for Fall {
 
 /// Where it ends from a height and a speed: time, height, and whether for a stop.
 fn end_of(method: &str, height: f64, speed: f64, t_end: f64) -> (f64, f64, bool) {
-    let mut system = Fall { accepted: Vec::new() };
+    end_until(100.0, method, height, speed, t_end)
+}
+
+/// The same with an end of the time.
+fn end_until(until: f64, method: &str, height: f64, speed: f64, t_end: f64) -> (f64, f64, bool) {
+    let mut system = Fall { accepted: Vec::new(), until };
     let mut y = [height, speed];
     let span = Span { t_start: 0.0, t_end, sample_times: &[] };
     let outcome = by_name(method).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
@@ -127,4 +134,13 @@ fn what_rests_stops_at_the_first_load_beyond_its_limit() {
         }
     }
     assert!(missed.is_empty(), "{} missed:\n{}", missed.len(), missed.join("\n"));
+}
+
+/// What rises behind a stop is looked at as it is before that.
+#[test]
+fn what_is_just_below_zero_does_not_hide_another_stop() {
+    for method in ["dop853", "dopri5", "radau5"] {
+        let (t, y, stopped) = end_until(1e-11, method, -5e-14, 1e-3, 1.0);
+        assert!(stopped && (t - 1e-11).abs() < 1e-14 && y < 0.0, "{method}: {t:e} {y:e}");
+    }
 }

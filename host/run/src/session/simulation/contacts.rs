@@ -1,25 +1,23 @@
-//! Unilateral rows during a run: where steps must end, what happens there, and which rows are enforced from then on.
+//! Unilateral rows during a run: where steps must end, and which rows are enforced from then on. What happens there: `settle.rs`.
 
 use super::frictions::Sliding;
 use super::levels::{Pressed, TOUCHING};
 use super::watch::RowValues;
 use super::{Part, Simulation};
-use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Group, NoSolution, Shares};
+use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Shares};
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, Node};
 use crate::results::{Event, EventKind};
 
 /// How exactly times are known, as a share of them: what moves fast is not located to round-off of its position.
-const INSTANT: f64 = 64.0 * f64::EPSILON;
+pub(super) const INSTANT: f64 = 64.0 * f64::EPSILON;
 /// Height below which bouncing is none, as a share of the size of the scene, where the tolerance is smaller.
-const LOW: f64 = 1e-10;
+pub(super) const LOW: f64 = 1e-10;
 /// How deep a contact may be at the start, as a share of the size of the scene.
 const DEEP: f64 = 1e-9;
 /// The same after a step, beyond which it was not seen that a contact closed.
 const PASSED: f64 = 1e-6;
-/// Rounds of impacts and contacts that close at one instant.
-const MOST_ROUNDS: usize = 50;
 /// Instants with events that follow each other without time advancing.
 const MOST_AT_ONCE: u32 = 50;
 
@@ -39,7 +37,7 @@ pub(super) struct Touch {
     /// Those that are closed now, ascending.
     pub(super) closed: Vec<usize>,
     /// Those that were closed when events were reported last.
-    told: Vec<usize>,
+    pub(super) told: Vec<usize>,
     /// Loads that were reported as open: see [`Simulation::open_loads`].
     pub(super) open_loads: Vec<usize>,
     /// Equations that were in use, and are not now, each with the values of its rows.
@@ -64,9 +62,9 @@ pub(super) struct Touch {
     pub(super) levels: Vec<f64>,
     pub(super) sizes: Vec<f64>,
     /// What contacts have pressed with.
-    pressed: Pressed,
+    pub(super) pressed: Pressed,
     /// Size of gravity, m/s^2.
-    gravity: f64,
+    pub(super) gravity: f64,
     /// Time of the last event, and how many there were before it at the same time.
     met_at: f64,
     at_once: u32,
@@ -244,15 +242,12 @@ impl Simulation<'_> {
         touch.at_once = if touch.met_at == t { touch.at_once + 1 } else { 0 };
         touch.met_at = t;
         touch.pressed.meet(touch.at_once > 0);
-        let before = touch.closed.clone();
-        if touch.at_once > MOST_AT_ONCE {
-            return Err(self.not_settled(t, state));
-        }
+        let (before, is_endless) = (touch.closed.clone(), touch.at_once > MOST_AT_ONCE);
         // Everything is said from where all contacts are open, and nothing slides.
         let slid = self.sliding();
         self.let_slide(&Sliding::new());
         self.adopt(&[], t, state)?;
-        let result = self.settle(t, state, &slid);
+        let result = if is_endless { Err(self.endless(t, state)) } else { self.settle(t, state, &slid) };
         if result.is_err() {
             self.let_slide(&slid);
             self.adopt(&before, t, state)?;
@@ -260,121 +255,8 @@ impl Simulation<'_> {
         result
     }
 
-    fn settle(&mut self, t: f64, state: &mut [f64], slid: &Sliding) -> Result<Vec<usize>, AnalysisError> {
-        let length = self.scales.length;
-        let near = self.near();
-        let mut strikes: Vec<crate::analysis::Strike> = Vec::new();
-        for _ in 0..MOST_ROUNDS {
-            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
-            let mut v = self.layout.velocities_in(&inputs);
-            let speed = self.speed();
-            let limits = self.limits(t, state)?;
-            let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
-            let gaps = touch.contacts.look(&inputs, &v, self.formulation.sets())?;
-            touch.gradients = touch.contacts.sizes();
-            let touching: Vec<usize> = (0..gaps.len()).filter(|k| gaps[*k].touches(near, INSTANT * t.abs())).collect();
-            let first = touch.first_friction();
-            let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
-            let mut meeting = touch.contacts.meeting(&touching, limit, &v)?;
-            if touching.is_empty() && meeting.grips.is_empty() {
-                self.report_events(t, &strikes, &[], (slid, &Sliding::new()), 0.0)?;
-                return Ok(Vec::new());
-            }
-            meeting.strike_all(speed).map_err(|problem| match problem {
-                NoSolution::Pulls(k) => AnalysisError::Pulls { row: touch.name(touching[k]) },
-                NoSolution::Undecided(k) => AnalysisError::NotSettled { rows: touch.name(touching[k]) },
-            })?;
-            let jammed = (0..touching.len()).find(|k| !meeting.gives_way(*k));
-            let jammed = jammed.map(|k| AnalysisError::Jammed { row: touch.name(touching[k]) });
-            if jammed.is_some() && (0..touching.len()).any(|k| meeting.approaches(k, speed) && !meeting.gives_way(k)) {
-                return jammed.map_or(Ok(Vec::new()), Err);
-            }
-            let change = meeting.change();
-            v.iter_mut().zip(&change).for_each(|(v, change)| *v += change);
-            self.give_velocities(t, state, &v, &change)?;
-            // Accelerations with all contacts open, at the velocities after impacts.
-            let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
-            let slot = self.layout.acceleration_slot();
-            let found = &inputs[slot..slot + self.layout.velocities()];
-            let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
-            let gammas = touch.contacts.gammas(&inputs, self.formulation.sets())?;
-            let accelerations = meeting.accelerations(found, gammas);
-            let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
-            let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
-            let largest = largest.max(meeting.acceleration_by(|contact| touch.pressed.of(contact)));
-            let height = self.tolerance.max(LOW) * length;
-            if let Some(k) = meeting.paradox(speed) {
-                return Err(AnalysisError::Paradox { row: touch.name(touching[k]) });
-            }
-            let settled = meeting.closed(&accelerations, [speed, largest, height], |k| !gaps[k].of_velocities);
-            let pattern = settled.ok_or_else(|| {
-                if let Some(jammed) = jammed {
-                    return jammed;
-                }
-                if let Some(k) = meeting.pulling(&accelerations, [speed, largest]) {
-                    return AnalysisError::Pulls { row: touch.name(touching[k]) };
-                }
-                let frictions = meeting.grips.iter().map(|grip| first + grip.number);
-                let rows = touching.iter().copied().chain(frictions).map(|k| touch.name(k));
-                AnalysisError::NotSettled { rows: rows.collect::<Vec<_>>().join(", ") }
-            })?;
-            meeting.come_to_rest(&pattern);
-            let rest: Vec<f64> = meeting.change().iter().zip(&change).map(|(now, was)| now - was).collect();
-            v.iter_mut().zip(&rest).for_each(|(v, change)| *v += change);
-            self.give_velocities(t, state, &v, &rest)?;
-            if let Some(work) = state.last_mut() {
-                *work += meeting.work;
-            }
-            self.audit.struck(0, meeting.strikes.iter().map(|strike| strike.lost).sum());
-            strikes.append(&mut meeting.strikes);
-            if (0..touching.len()).all(|k| !meeting.approaches(k, speed)) {
-                let mut closed: Vec<usize> = pattern.closed.iter().map(|k| touching[*k]).collect();
-                closed.extend(pattern.sticking.iter().map(|number| first + number));
-                closed.sort_unstable();
-                let is_idle = |grip: &&crate::analysis::Grip| {
-                    let acts = grip.contact.is_none_or(|contact| pattern.closed.contains(&contact));
-                    let slides = pattern.sliding.iter().any(|(number, _)| *number == grip.number);
-                    acts && !slides && !pattern.sticking.contains(&grip.number)
-                };
-                let idle = meeting.grips.iter().filter(is_idle).map(|grip| grip.number).collect();
-                if let Some(touch) = &mut self.touch {
-                    touch.idle = idle;
-                    touch.shares = meeting.shares(&pattern);
-                }
-                self.let_slide(&pattern.sliding);
-                self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
-                if let Some(open) = meeting.indeterminate(&pattern, &accelerations, [speed, largest]) {
-                    self.report_indeterminate(t, &touching, &open)?;
-                }
-                return Ok(closed);
-            }
-        }
-        Err(self.not_settled(t, state))
-    }
-
-    /// Gives a state other velocities, six per body, that meet the rows that always hold; `change` is what is new of them, which
-    /// flexible velocities follow.
-    fn give_velocities(&mut self, t: f64, state: &mut [f64], v: &[f64], change: &[f64]) -> Result<(), AnalysisError> {
-        let mut working = self.working_state(t, state)?;
-        let (bodies, states) = working.split_at_mut(13 * self.layout.bodies);
-        for (y, v) in bodies.chunks_exact_mut(13).zip(v.chunks_exact(6)) {
-            y[7..13].copy_from_slice(v);
-        }
-        if let Some(touch) = &self.touch {
-            touch.contacts.flexible_jumps(change).for_each(|(k, jump)| states[k] += jump);
-        }
-        let mut found = state.to_vec();
-        self.formulation.state_of(&working, &mut found);
-        for ((value, found), group) in state.iter_mut().zip(found).zip(self.formulation.groups()) {
-            if matches!(group, Group::Velocity | Group::AngularVelocity | Group::State) {
-                *value = found;
-            }
-        }
-        Ok(())
-    }
-
-    /// Tells what happened at an instant.
-    fn report_events(
+    /// Reports what happened at an instant.
+    pub(super) fn report_events(
         &mut self,
         t: f64,
         strikes: &[crate::analysis::Strike],

@@ -10,8 +10,6 @@ use crate::analysis::AnalysisError;
 pub(super) const TOUCHING: f64 = 1e-3;
 /// The same where the tolerance is smaller: round-off of positions.
 const LEAST_TOUCHING: f64 = 1e-12;
-/// How long after an instant, as a share of the time, a limit is looked at that may be falling through zero there.
-const SOON: f64 = 1e-9;
 /// Share of the reactions of closed contacts below which one is none.
 const NO_REACTION: f64 = 1e-9;
 /// The same above which a closed contact that pulls is open.
@@ -72,15 +70,6 @@ impl Simulation<'_> {
     /// The size of speeds, m/s.
     pub(super) fn speed(&self) -> f64 {
         self.scales.speed_scale().max(self.scales.spin_scale() * self.scales.length)
-    }
-
-    /// Why contacts have no end of events at an instant: where a limit becomes negative then, that.
-    pub(super) fn not_settled(&mut self, t: f64, state: &[f64]) -> AnalysisError {
-        if let Err(limit @ AnalysisError::Limit { .. }) = self.limits(t + SOON * t.abs(), state) {
-            return limit;
-        }
-        let names = self.touch.iter().flat_map(|touch| (0..touch.names.len()).map(|k| touch.name(k)));
-        AnalysisError::NotSettled { rows: names.collect::<Vec<_>>().join(", ") }
     }
 
     /// Sets what the contacts may not fall below from here on. Gives closed ones that pull, and frictions that hold more than they

@@ -1,0 +1,248 @@
+//! [`Decision`]: which contacts are closed, and what sticks and slides.
+//!
+//! A [`Choice`] is taken if it meets all conditions. It is found by principal pivoting with the least index (Murty 1974; Judice & Pires
+//! 1994 for bounds on both sides): with limits that are known it comes to an end, as long as all rows give way independently. With limits
+//! that depend on reactions it may go round in circles; then all choices are tried, what sticks and is closed first.
+
+use nalgebra::DVector;
+
+use super::friction::{Grip, Held, is_active, norm, pair, sticking, unit};
+use super::{Meeting, NO_ACCELERATION, Shares};
+
+/// Choices that are tried one by one.
+const MOST_CHOICES: usize = 10_000;
+
+/// What is to be decided: w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is
+/// closed; the law of friction for what is held.
+pub(super) struct Decision<'m> {
+    pub(super) meeting: &'m Meeting,
+    pub(super) b: &'m DVector<f64>,
+    /// Contacts that may be closed.
+    pub(super) candidates: &'m [usize],
+    /// What is smaller than this times the size of a row is none.
+    pub(super) unit: f64,
+}
+
+/// Contacts that are taken to be closed, and what is taken to stick and to slide.
+#[derive(Debug, Clone)]
+pub(super) struct Choice {
+    pub(super) closed: Vec<usize>,
+    pub(super) held: Vec<Held>,
+}
+
+/// What a contact may do with its friction, or a row with a known limit: which is closed, and into which directions grips slide, by
+/// their places.
+#[derive(Debug, Clone, Default)]
+struct Alternative {
+    closed: Option<usize>,
+    slides: Vec<(usize, [f64; 2])>,
+}
+
+impl Decision<'_> {
+    /// The choice that meets all conditions, with what acts along the rows; `None` where none is found.
+    pub(super) fn decide(&self, held: Vec<Held>) -> Option<(Choice, DVector<f64>)> {
+        let start = self.start(held);
+        self.pivot(start.clone()).or_else(|| self.search(&start, |_| true))
+    }
+
+    /// From all that slides: then no row sticks that those that stick already hold.
+    pub(super) fn start(&self, mut held: Vec<Held>) -> Choice {
+        for one in held.iter_mut().filter(|one| !one.moves) {
+            let grip = self.grip(one);
+            let tends = grip.free(pair(&grip.rows, |row| self.b[row]));
+            let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.meeting.sizes[*row]));
+            let is_pushed = norm(tends) > self.unit * size;
+            one.direction = if is_pushed { unit(tends) } else { [0.0; 2] };
+            one.moves = grip.fixed && is_pushed;
+        }
+        held.retain(|one| one.moves || !self.grip(one).fixed);
+        Choice { closed: Vec::new(), held }
+    }
+
+    fn grip(&self, one: &Held) -> &Grip {
+        &self.meeting.grips[one.grip]
+    }
+
+    /// What acts along the rows with a choice, and their accelerations.
+    fn outcome(&self, choice: &mut Choice) -> (DVector<f64>, DVector<f64>) {
+        let mut p = self.meeting.forces(self.b, &choice.closed, &mut choice.held);
+        self.meeting.share(&mut p, &choice.closed, &choice.held);
+        let w = &self.meeting.delassus * &p + self.b;
+        (p, w)
+    }
+
+    pub(super) fn pivot(&self, mut choice: Choice) -> Option<(Choice, DVector<f64>)> {
+        let most = 100 * (self.candidates.len() + choice.held.len() + 1);
+        for _ in 0..most {
+            let (p, w) = self.outcome(&mut choice);
+            let Choice { closed, held } = &mut choice;
+            if let Some(k) = self.wrong_contact(closed, held, (&p, &w)) {
+                match closed.iter().position(|one| *one == k) {
+                    // What pulls while it slides may press if it sticks.
+                    Some(_) if let Some(one) = held.iter_mut().find(|one| one.is_of(k) && one.may_rest()) => one.rest(),
+                    Some(place) => {
+                        closed.remove(place);
+                    }
+                    None if !self.meeting.gives_way(k) => return None,
+                    None => closed.push(k),
+                }
+                continue;
+            }
+            // What others hold may take all it can without moving, and push others beyond their limits: they share it.
+            if let Some(place) = held.iter().position(|one| self.rests(one, closed, held, (&p, &w))) {
+                held[place].rest();
+                continue;
+            }
+            match self.wrong_grip(closed, held, (&p, &w)) {
+                Some((place, direction)) => held[place].direction = direction,
+                None => return Some((choice, p)),
+            }
+        }
+        None
+    }
+
+    /// All choices one by one; what acts along the rows must be of a kind.
+    pub(super) fn search(
+        &self,
+        start: &Choice,
+        is_wanted: impl Fn(&DVector<f64>) -> bool,
+    ) -> Option<(Choice, DVector<f64>)> {
+        let lists = self.alternatives(&start.held);
+        let count = lists.iter().try_fold(1_usize, |count, list| count.checked_mul(list.len()));
+        let count = count.filter(|count| *count <= MOST_CHOICES)?;
+        (0..count).find_map(|number| {
+            let mut choice = start.clone();
+            let mut rest = number;
+            for list in lists.iter().rev() {
+                let Alternative { closed, slides } = &list[rest % list.len()];
+                rest /= list.len();
+                choice.closed.extend(closed);
+                slides.iter().for_each(|(place, direction)| choice.held[*place].direction = *direction);
+            }
+            let (p, w) = self.outcome(&mut choice);
+            let Choice { closed, held } = &choice;
+            let pulls = closed.iter().any(|k| self.pulls(*k, &p));
+            let is_wrong = pulls
+                || self.wrong_contact(closed, held, (&p, &w)).is_some()
+                || self.wrong_grip(closed, held, (&p, &w)).is_some();
+            (!is_wrong && is_wanted(&p)).then_some((choice, p))
+        })
+    }
+
+    /// What each candidate, and each row with a known limit, may do: stick first, open last.
+    fn alternatives(&self, held: &[Held]) -> Vec<Vec<Alternative>> {
+        let free = |place: &usize| !held[*place].moves;
+        let places = || (0..held.len()).filter(free);
+        let of_contact = |k: &usize| {
+            let own: Vec<usize> = places().filter(|place| held[*place].is_of(*k)).collect();
+            let mut list = self.slides(held, &own);
+            list.iter_mut().for_each(|one| one.closed = Some(*k));
+            list.push(Alternative::default());
+            list.retain(|one| one.closed.is_none() || self.meeting.gives_way(*k));
+            list
+        };
+        let known = places().filter(|place| !held[*place].is_of_contact()).map(|place| self.slides(held, &[place]));
+        self.candidates.iter().map(of_contact).chain(known).collect()
+    }
+
+    /// What these grips may do together.
+    fn slides(&self, held: &[Held], places: &[usize]) -> Vec<Alternative> {
+        let mut list = vec![Alternative::default()];
+        for place in places {
+            let ways = self.ways(&held[*place]);
+            let with = |one: &Alternative| {
+                let add = |way: &[f64; 2]| {
+                    let mut one = one.clone();
+                    one.slides.push((*place, *way));
+                    one
+                };
+                ways.iter().map(add).collect::<Vec<_>>()
+            };
+            list = list.iter().flat_map(with).collect();
+        }
+        list
+    }
+
+    /// Directions to begin with: none, in which it sticks; those that are left where others leave one; all round in a plane.
+    fn ways(&self, one: &Held) -> Vec<[f64; 2]> {
+        let grip = self.grip(one);
+        let [x, y] = match (grip.only, grip.rows.len()) {
+            (Some(only), _) => only,
+            (None, 1) => [1.0, 0.0],
+            (None, _) if one.sticks() => [1.0, 0.0],
+            (None, _) => one.direction,
+        };
+        let mut ways = vec![[0.0; 2], [x, y], [-x, -y]];
+        if grip.only.is_none() && grip.rows.len() > 1 {
+            ways.extend([[-y, x], [y, -x]]);
+        }
+        ways
+    }
+
+    fn pulls(&self, k: usize, p: &DVector<f64>) -> bool {
+        let row = self.meeting.first[k];
+        p[row] * self.meeting.delassus[(row, row)] < -self.unit * self.meeting.sizes[row]
+    }
+
+    /// A candidate that is closed and pulls, or open and closes.
+    fn wrong_contact(&self, closed: &[usize], held: &[Held], (p, w): (&DVector<f64>, &DVector<f64>)) -> Option<usize> {
+        self.candidates.iter().copied().find(|k| {
+            let row = self.meeting.first[*k];
+            match closed.contains(k) {
+                // What pulls in order to stick slides before it opens.
+                true => self.pulls(*k, p) && !held.iter().any(|one| one.is_of(*k) && one.sticks()),
+                false => w[row] < -self.unit * self.meeting.sizes[row],
+            }
+        })
+    }
+
+    /// The first grip of which something else is assumed than it does.
+    fn wrong_grip(
+        &self,
+        closed: &[usize],
+        held: &[Held],
+        found: (&DVector<f64>, &DVector<f64>),
+    ) -> Option<(usize, [f64; 2])> {
+        held.iter().enumerate().find_map(|(place, one)| Some((place, self.change_of(one, closed, found)?)))
+    }
+
+    /// Where it slides instead, if what is assumed of it is wrong; zero: it sticks.
+    fn change_of(&self, one: &Held, closed: &[usize], (p, w): (&DVector<f64>, &DVector<f64>)) -> Option<[f64; 2]> {
+        if one.moves || !is_active(one, closed) {
+            return None;
+        }
+        let grip = self.grip(one);
+        let (force, rate) = (pair(&grip.rows, |row| p[row]), pair(&grip.rows, |row| w[row]));
+        let bound = self.meeting.bound(one.bound, p);
+        let (none, way) = self.none(one, p);
+        if one.sticks() {
+            let beyond = (norm(force) - bound) * way;
+            let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
+            let along = grip.free(force);
+            return (slides && norm(along) > 0.0).then(|| unit(along).map(|x| -x));
+        }
+        let along = rate[0] * one.direction[0] + rate[1] * one.direction[1];
+        (along < -2.0 * none).then_some([0.0; 2])
+    }
+
+    /// What of its rates is none, and how much they give way.
+    fn none(&self, one: &Held, p: &DVector<f64>) -> (f64, f64) {
+        let (grip, meeting) = (self.grip(one), self.meeting);
+        let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
+        let (size, way) = (largest(&|row| meeting.sizes[row]), largest(&|row| meeting.delassus[(row, row)]));
+        (self.unit * size + NO_ACCELERATION * meeting.bound(one.bound, p) * way, way)
+    }
+
+    /// Whether it is taken to slide and does not, and those that stick could take some of what it takes.
+    fn rests(&self, one: &Held, closed: &[usize], held: &[Held], (p, w): (&DVector<f64>, &DVector<f64>)) -> bool {
+        let own = self.grip(one);
+        if !one.may_rest() || !is_active(one, closed) {
+            return false;
+        }
+        if norm(pair(&own.rows, |row| w[row])) > self.none(one, p).0 {
+            return false;
+        }
+        let grips: Vec<&Grip> = sticking(held, closed).map(|other| self.grip(other)).chain([own]).collect();
+        Shares::new(self.meeting, &grips).takes_part(own)
+    }
+}

@@ -1,0 +1,231 @@
+//! What happens to contacts at one instant: impacts, and which contacts are closed and which rows stick after them.
+
+use nalgebra::DVector;
+
+use super::Simulation;
+use super::contacts::{INSTANT, LOW, Touch};
+use super::frictions::Sliding;
+use crate::analysis::{AnalysisError, Grip, Group, Meeting, NoSolution, Pattern, Strike};
+
+/// Rounds of impacts and contacts that close at one instant.
+const MOST_ROUNDS: usize = 50;
+/// How long after an instant, as a share of the time, a limit is looked at that may be falling through zero there.
+const SOON: f64 = 1e-9;
+
+/// Velocities that impacts change at an instant.
+struct Jump {
+    /// Six per body.
+    velocities: Vec<f64>,
+    /// What impulses have changed of them so far.
+    change: Vec<f64>,
+}
+
+/// Sizes of speeds and accelerations in a scene, m/s and m/s^2.
+type Sizes = [f64; 2];
+
+impl Simulation<'_> {
+    /// Lets contacts strike and decides which are closed from here on, where all are open and nothing slides; `slid` did before.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(super) fn settle(&mut self, t: f64, state: &mut [f64], slid: &Sliding) -> Result<Vec<usize>, AnalysisError> {
+        let mut strikes: Vec<Strike> = Vec::new();
+        for _ in 0..MOST_ROUNDS {
+            let Some((mut meeting, mut jump)) = self.meeting(t, state)? else { return Ok(Vec::new()) };
+            if meeting.touching.is_empty() && meeting.grips.is_empty() {
+                self.report_events(t, &strikes, &[], (slid, &Sliding::new()), 0.0)?;
+                return Ok(Vec::new());
+            }
+            let speed = self.speed();
+            self.strike(&mut meeting, speed)?;
+            self.give_velocities(t, state, &meeting, &mut jump)?;
+            let (accelerations, largest) = self.accelerations(t, state, &meeting)?;
+            let sizes = [speed, largest];
+            let pattern = self.pattern(&meeting, &accelerations, sizes)?;
+            match &pattern {
+                Some(pattern) => meeting.come_to_rest(pattern),
+                None if meeting.seize(speed) => {}
+                None => return Err(self.undecided(&meeting, &accelerations, sizes)),
+            }
+            self.give_velocities(t, state, &meeting, &mut jump)?;
+            if let Some(work) = state.last_mut() {
+                *work += meeting.work;
+            }
+            self.audit.struck(0, meeting.strikes.iter().map(|strike| strike.lost).sum());
+            strikes.append(&mut meeting.strikes);
+            let Some(pattern) = pattern else { continue };
+            let approaches = (0..meeting.touching.len()).any(|k| meeting.approaches(k, speed));
+            if !approaches && !meeting.slides_back(&pattern, speed) {
+                let closed = self.take_pattern(&meeting, &pattern);
+                self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
+                if let Some(open) = meeting.indeterminate(&pattern, &accelerations, sizes) {
+                    self.report_indeterminate(t, &meeting.touching, &open)?;
+                }
+                return Ok(closed);
+            }
+        }
+        Err(self.endless(t, state))
+    }
+
+    /// Why contacts have no end of events at an instant, where all are open and nothing slides: where a limit becomes negative then, that.
+    pub(super) fn endless(&mut self, t: f64, state: &[f64]) -> AnalysisError {
+        if let Err(limit @ AnalysisError::Limit { .. }) = self.limits(t + SOON * t.abs(), state) {
+            return limit;
+        }
+        self.look_again(t, state).unwrap_or_else(|error| error)
+    }
+
+    /// Why nothing is decided at a state.
+    fn look_again(&mut self, t: f64, state: &[f64]) -> Result<AnalysisError, AnalysisError> {
+        let Some((meeting, _)) = self.meeting(t, state)? else {
+            return Ok(AnalysisError::NotSettled { rows: String::new() });
+        };
+        let (accelerations, largest) = self.accelerations(t, state, &meeting)?;
+        Ok(self.undecided(&meeting, &accelerations, [self.speed(), largest]))
+    }
+
+    /// Contacts that touch at a state, and what holds up to a limit there.
+    fn meeting(&mut self, t: f64, state: &[f64]) -> Result<Option<(Meeting, Jump)>, AnalysisError> {
+        let near = self.near();
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        let velocities = self.layout.velocities_in(&inputs);
+        let limits = self.limits(t, state)?;
+        let Some(touch) = &mut self.touch else { return Ok(None) };
+        let gaps = touch.contacts.look(&inputs, &velocities, self.formulation.sets())?;
+        touch.gradients = touch.contacts.sizes();
+        let touching: Vec<usize> = (0..gaps.len()).filter(|k| gaps[*k].touches(near, INSTANT * t.abs())).collect();
+        let first = touch.first_friction();
+        let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
+        let meeting = touch.contacts.meeting(&touching, limit, &velocities)?;
+        let change = vec![0.0; velocities.len()];
+        Ok(Some((meeting, Jump { velocities, change })))
+    }
+
+    /// Lets those that approach strike.
+    fn strike(&self, meeting: &mut Meeting, speed: f64) -> Result<(), AnalysisError> {
+        let name = |touching: &[usize], k: usize| self.switching_name(touching[k]);
+        meeting.strike_all(speed).map_err(|problem| match problem {
+            NoSolution::Pulls(k) => AnalysisError::Pulls { row: name(&meeting.touching, k) },
+            NoSolution::Undecided(k) => AnalysisError::NotSettled { rows: name(&meeting.touching, k) },
+        })?;
+        let mut stuck = (0..meeting.touching.len()).filter(|k| !meeting.gives_way(*k));
+        match stuck.any(|k| meeting.approaches(k, speed)).then(|| self.jammed(meeting)).flatten() {
+            Some(jammed) => Err(jammed),
+            None => Ok(()),
+        }
+    }
+
+    /// A contact that nothing gives way to.
+    fn jammed(&self, meeting: &Meeting) -> Option<AnalysisError> {
+        let found = (0..meeting.touching.len()).find(|k| !meeting.gives_way(*k));
+        found.map(|k| AnalysisError::Jammed { row: self.switching_name(meeting.touching[k]) })
+    }
+
+    fn switching_name(&self, k: usize) -> String {
+        self.touch.as_ref().map_or_else(String::new, |touch| touch.name(k))
+    }
+
+    /// The accelerations of all rows with all contacts open, at the velocities after impacts, and the size of accelerations in the scene.
+    fn accelerations(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        meeting: &Meeting,
+    ) -> Result<(DVector<f64>, f64), AnalysisError> {
+        let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
+        let slot = self.layout.acceleration_slot();
+        let found = &inputs[slot..slot + self.layout.velocities()];
+        let Some(touch) = &mut self.touch else { return Ok((DVector::zeros(0), 0.0)) };
+        let gammas = touch.contacts.gammas(&inputs, self.formulation.sets())?;
+        let of_rows = meeting.accelerations(found, gammas);
+        let unit = |k: usize| if k % 6 < 3 { 1.0 } else { self.scales.length };
+        let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
+        Ok((of_rows, largest.max(meeting.acceleration_by(|contact| touch.pressed.of(contact)))))
+    }
+
+    /// Which contacts are closed and what sticks and slides, if there is but one such choice.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Paradox`].
+    fn pattern(
+        &self,
+        meeting: &Meeting,
+        accelerations: &DVector<f64>,
+        [speed, largest]: Sizes,
+    ) -> Result<Option<Pattern>, AnalysisError> {
+        let Some(touch) = &self.touch else { return Ok(None) };
+        let height = self.tolerance.max(LOW) * self.scales.length;
+        let contacts = touch.contacts.contacts();
+        let pattern = meeting.closed(accelerations, [speed, largest, height], |k| !contacts[k].of_velocities);
+        match meeting.paradox(speed).filter(|_| pattern.is_some()) {
+            Some(k) => Err(AnalysisError::Paradox { row: touch.name(meeting.touching[k]) }),
+            None => Ok(pattern),
+        }
+    }
+
+    /// Why nothing was decided.
+    fn undecided(&self, meeting: &Meeting, accelerations: &DVector<f64>, [speed, largest]: Sizes) -> AnalysisError {
+        if let Some(jammed) = self.jammed(meeting) {
+            return jammed;
+        }
+        let name = |k: usize| self.switching_name(meeting.touching[k]);
+        if let Some(k) = meeting.pulling(accelerations, [speed, largest]) {
+            return AnalysisError::Pulls { row: name(k) };
+        }
+        if let Some(k) = meeting.paradox(speed) {
+            return AnalysisError::Paradox { row: name(k) };
+        }
+        let first = self.touch.as_ref().map_or(0, Touch::first_friction);
+        let frictions = meeting.grips.iter().map(|grip| first + grip.number);
+        let rows = meeting.touching.iter().copied().chain(frictions).map(|k| self.switching_name(k));
+        AnalysisError::NotSettled { rows: rows.collect::<Vec<_>>().join(", ") }
+    }
+
+    /// Takes over what was decided. Gives what is closed and sticks.
+    fn take_pattern(&mut self, meeting: &Meeting, pattern: &Pattern) -> Vec<usize> {
+        let is_idle = |grip: &&Grip| {
+            let acts = grip.contact.is_none_or(|contact| pattern.closed.contains(&contact));
+            let slides = pattern.sliding.iter().any(|(number, _)| *number == grip.number);
+            acts && !slides && !pattern.sticking.contains(&grip.number)
+        };
+        let mut closed: Vec<usize> = pattern.closed.iter().map(|k| meeting.touching[*k]).collect();
+        if let Some(touch) = &mut self.touch {
+            closed.extend(pattern.sticking.iter().map(|number| touch.first_friction() + number));
+            closed.sort_unstable();
+            touch.idle = meeting.grips.iter().filter(is_idle).map(|grip| grip.number).collect();
+            touch.shares = meeting.shares(pattern);
+        }
+        self.let_slide(&pattern.sliding);
+        closed
+    }
+
+    /// Gives a state the velocities after impulses: those of bodies meet the rows that always hold, flexible ones follow.
+    fn give_velocities(
+        &mut self,
+        t: f64,
+        state: &mut [f64],
+        meeting: &Meeting,
+        jump: &mut Jump,
+    ) -> Result<(), AnalysisError> {
+        let change = meeting.change();
+        let rest: Vec<f64> = change.iter().zip(&jump.change).map(|(now, was)| now - was).collect();
+        jump.velocities.iter_mut().zip(&rest).for_each(|(v, change)| *v += change);
+        jump.change = change;
+        let mut working = self.working_state(t, state)?;
+        let (bodies, states) = working.split_at_mut(13 * self.layout.bodies);
+        for (y, v) in bodies.chunks_exact_mut(13).zip(jump.velocities.chunks_exact(6)) {
+            y[7..13].copy_from_slice(v);
+        }
+        if let Some(touch) = &self.touch {
+            touch.contacts.flexible_jumps(&rest).for_each(|(k, jump)| states[k] += jump);
+        }
+        let mut found = state.to_vec();
+        self.formulation.state_of(&working, &mut found);
+        for ((value, found), group) in state.iter_mut().zip(found).zip(self.formulation.groups()) {
+            if matches!(group, Group::Velocity | Group::AngularVelocity | Group::State) {
+                *value = found;
+            }
+        }
+        Ok(())
+    }
+}

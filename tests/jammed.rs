@@ -1,0 +1,188 @@
+//! Contacts with much friction: a body jammed in a corner, sliding that an impact ends without an approach, feet that close while they slide,
+//! rough ones that would have to pull.
+
+use nalgebra::{Rotation3, Vector3};
+use odyn::results::EventKind;
+use odyn::session::RunReport;
+
+use crate::contacts::{every_way_agrees, run, try_run};
+use crate::support::{column, difference};
+
+/// A plane of the ground, a point of the body that may touch it, and the parameters of that contact.
+struct Touch {
+    plane: usize,
+    point: [f64; 2],
+    parameters: String,
+}
+
+/// A body of mass 1 that joints hold in a plane. Its motion is that of the first numbers: x, y, and the speeds along and about.
+struct Body {
+    inertia: f64,
+    gravity: [f64; 2],
+    place: [f64; 2],
+    speeds: [f64; 3],
+    touches: Vec<Touch>,
+}
+
+/// A floor, and a wall at x = 0.7.
+const PLANES: [([f64; 2], [f64; 2]); 2] = [([0.0, 0.0], [0.0, 1.0]), ([0.7, 0.0], [-1.0, 0.0])];
+
+impl Body {
+    /// Its scene, turned in space.
+    fn scene(&self, turn: Rotation3<f64>) -> String {
+        let list = |v: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
+        let at = |[x, y]: [f64; 2]| list(turn * Vector3::new(x, y, 0.0));
+        let across = list(turn * Vector3::z());
+        let [vx, vy, spin] = self.speeds;
+        let mut text = format!(
+            "[plugins]\nlibraries = [\"joints\"]\n\
+             [simulation]\ngravity = {}\nt_end = 1.0\noutput_step = 0.02\ntolerance = 1e-9\n\
+             [[body]]\nname = \"body\"\nmass = 1\ninertia = [{i:?}, {i:?}, {i:?}]\nposition = {}\nvelocity = {}\nangular_velocity = {}\n\
+             [[joint]]\nname = \"plane\"\ntype = \"planar\"\nbodies = [\"ground\", \"body\"]\npoint = [0, 0, 0]\naxis = {across}\n",
+            at(self.gravity),
+            at(self.place),
+            at([vx, vy]),
+            list(turn * Vector3::new(0.0, 0.0, spin)),
+            i = self.inertia,
+        );
+        for (k, Touch { plane, point, parameters }) in self.touches.iter().enumerate() {
+            let (origin, normal) = PLANES[*plane];
+            text += &format!(
+                "[[joint]]\nname = \"touch{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
+                 frames = [{{ position = {}, axis = {} }}, {{ position = {} }}]\nparams = {{ {parameters} }}\n",
+                at(origin),
+                at(normal),
+                at(*point),
+            );
+        }
+        text + "[[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"plane\"\nchannel = \"angle\"\n\
+                [[output]]\nname = \"energy\"\nquantity = \"total_energy\"\n"
+    }
+}
+
+fn straight() -> Rotation3<f64> {
+    Rotation3::identity()
+}
+
+fn turned() -> Rotation3<f64> {
+    Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7))
+}
+
+#[track_caller]
+fn never_gains(report: &RunReport) {
+    let energy = column(report, "energy");
+    let most = energy.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    assert!(most < 1e-8, "gains {most:.1e}");
+}
+
+/// Three points of a body strike a floor and a wall with friction beyond one: what sticks and slides where it jams was not found by
+/// pivoting, or is an impact.
+#[test]
+fn a_body_jams_in_a_corner_wherever_it_points() {
+    let corners = [
+        (0.02, [0.86, -9.81], [1.16, -1.59, 5.01], [[0.18, 0.03], [-0.18, 0.0], [-0.03, -0.18]], [3.83, 3.48]),
+        (0.02, [4.87, -9.81], [1.53, -0.19, -3.84], [[0.16, 0.08], [-0.11, 0.01], [-0.07, -0.16]], [3.98, 2.06]),
+        (0.02, [0.35, -9.81], [1.69, -0.2, 6.11], [[0.14, 0.09], [-0.16, -0.04], [-0.08, -0.15]], [0.87, 3.17]),
+        (0.02, [1.67, -9.81], [1.45, -1.87, 3.17], [[0.14, 0.02], [-0.18, -0.03], [-0.05, -0.17]], [2.99, 3.75]),
+        (0.03, [1.41, -9.81], [0.91, -0.58, 6.99], [[0.15, 0.05], [-0.13, 0.07], [-0.09, -0.18]], [3.99, 0.93]),
+    ];
+    for (number, (inertia, gravity, speeds, points, mu)) in corners.into_iter().enumerate() {
+        let touch = |k: usize| Touch {
+            plane: k / 3,
+            point: points[k % 3],
+            parameters: format!(
+                "mu = {:?}, restitution = {:?}",
+                mu[k / 3],
+                if k.is_multiple_of(2) { 0.3 } else { 0.0 }
+            ),
+        };
+        let body = Body { inertia, gravity, place: [0.4, 0.25], speeds, touches: (0..6).map(touch).collect() };
+        let one = run(&body.scene(straight()), &[]);
+        never_gains(&one);
+        for (turn, formulation) in [(straight(), "cartesian"), (turned(), "joint"), (turned(), "cartesian")] {
+            let other = run(&body.scene(turn), &[&format!("simulation.formulation=\"{formulation}\"")]);
+            let off = difference(column(&one, "angle"), column(&other, "angle"));
+            assert!(off < 1e-6, "{number}, {formulation}: {off:.1e}");
+        }
+    }
+}
+
+/// A foot bounces less and less and closes while it slides ever so slowly: that may turn the sliding back.
+#[test]
+fn feet_that_close_may_turn_their_sliding_back() {
+    for (place, speeds, [x, y], mu) in [
+        (0.26, [0.05, 0.0, -0.59], [0.18, -0.16], [0.61, 0.61]),
+        (0.29, [0.25, 0.0, -0.07], [0.15, -0.19], [0.45, 0.49]),
+        (0.27, [-0.05, 0.0, -0.11], [0.12, -0.17], [0.4, 0.53]),
+    ] {
+        let touch = |k: usize| Touch {
+            plane: 0,
+            point: [[-x, y], [x, y]][k],
+            parameters: format!("mu = {:?}, restitution = 0.3", mu[k]),
+        };
+        let touches = (0..2).map(touch).collect();
+        let body = Body { inertia: 0.02, gravity: [0.0, -9.81], place: [0.0, place], speeds, touches };
+        never_gains(&every_way_agrees(&body.scene(straight()), 1e-6));
+    }
+}
+
+/// A rough foot that a body tips over has to pull in the end, and would press if it slid: that is said, as soon as it hardly pushes.
+#[test]
+fn a_rough_foot_that_is_about_to_pull_is_reported() {
+    for (height, speed, x) in [(0.29, -0.89, 0.29), (0.25, 0.92, 0.17)] {
+        let foot = Touch { plane: 0, point: [x, -height], parameters: "rough = true".into() };
+        let body = Body {
+            inertia: 0.02,
+            gravity: [0.0, -9.81],
+            place: [0.0, height],
+            speeds: [speed, 0.0, 0.0],
+            touches: vec![foot],
+        };
+        let report = try_run(&body.scene(straight()), &[], None).unwrap();
+        let reason = &report.summary.reason;
+        assert!(
+            report.exit_code() == 6 && reason.contains("`touch0: gap` is rough") && reason.contains("`mu`"),
+            "{reason}"
+        );
+    }
+}
+
+/// Painleve's rod of mass 1 and length 1, at an angle to the floor along which its lower end slides.
+fn rod(gravity: f64) -> String {
+    let (s, c) = 1.2_f64.sin_cos();
+    let end = Touch { plane: 0, point: [-0.5 * c, -0.5 * s], parameters: "mu = 3".into() };
+    let body = Body {
+        inertia: 1.0 / 12.0,
+        gravity: [0.0, gravity],
+        place: [0.0, 0.5 * s],
+        speeds: [-1.0, 0.0, 0.0],
+        touches: vec![end],
+    };
+    body.scene(straight()).replace("t_end = 1.0", "t_end = 0.2")
+}
+
+/// 1 + 3 cos^2 - 3 mu sin cos < 0: pressed down it has no acceleration, and an impact ends the sliding. About the end its momentum stays.
+#[test]
+fn sliding_without_accelerations_ends_in_an_impact() {
+    let text =
+        rod(-9.81) + "[[output]]\nname = \"w\"\nquantity = \"angular_velocity\"\nof = \"body\"\ncomponent = \"z\"\n";
+    let report = every_way_agrees(
+        &text.replace("output_step = 0.02", "output_step = 1e-6").replace("t_end = 0.2", "t_end = 1e-5"),
+        1e-8,
+    );
+    let strike = report.events.iter().find(|event| event.kind == EventKind::Impact).unwrap();
+    let spin = 1.5 * 1.2_f64.sin();
+    let (before, after) = (0.5, 0.5 / 3.0 * spin * spin);
+    assert!(strike.time == 0.0 && strike.rates[0].abs() < 1e-12 && strike.impulse > 0.0, "{strike:?}");
+    assert!((strike.lost - (before - after)).abs() < 1e-10, "{strike:?}");
+    assert!((column(&report, "w")[1] - spin).abs() < 1e-4, "{:?}", column(&report, "w"));
+    never_gains(&run(&rod(-9.81), &[]));
+}
+
+/// Lifted, it may slide on with a reaction or without one.
+#[test]
+fn sliding_with_several_accelerations_is_reported() {
+    let report = try_run(&rod(1.0), &[], None).unwrap();
+    let reason = &report.summary.reason;
+    assert!(report.exit_code() == 6 && reason.contains("`touch0: gap`") && reason.contains("Painleve"), "{reason}");
+}
