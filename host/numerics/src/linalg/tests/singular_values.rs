@@ -114,7 +114,7 @@ fn solutions_are_the_least_of_least_squares() {
             let [m, n] = [matrix.nrows(), matrix.ncols()];
             let found = SingularValues::of(&matrix).unwrap();
             let least = ZERO * found.largest();
-            let mut qr = factored(&matrix);
+            let qr = factored(&matrix);
             if qr.rank() != found.rank(least) {
                 // Rows over decades leave values around the tolerances.
                 assert!(std::ptr::fn_addr_eq(kind, KINDS[5]), "{matrix}");
