@@ -11,6 +11,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use odyn::analyses::linear::Linear;
+use odyn::analyses::modes::Modes;
 use odyn::results::{Remedy, Status};
 use odyn::scene::{Dimension, Scene};
 use odyn::session::{RunReport, Session, SessionError};
@@ -380,4 +382,60 @@ fn a_torque_about_an_axis_without_moment_of_inertia_is_refused() {
     let error = open(&path, &[]).unwrap().run(None, Box::new(|_| ()), &Default::default()).unwrap_err();
     let found = error.to_string();
     assert!(found.contains("ODY0606") && found.contains("`rod`"), "{found}");
+}
+
+/// A platform on three legs in a plane that lies askew in space; a spring at the foot of each.
+fn platform(size: f64, mass: f64) -> String {
+    let [along, across, normal] =
+        [[2.0, -2.0, 1.0], [1.0, 2.0, 2.0], [-2.0, -1.0, 2.0]].map(|axis| axis.map(|x| x / 3.0));
+    let place = |[x, y]: [f64; 2]| -> [f64; 3] { std::array::from_fn(|k| size * (x * along[k] + y * across[k])) };
+    let middle = |a: [f64; 2], b: [f64; 2]| place([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
+    let part = |name: &str, share: f64, at: [f64; 3]| {
+        let (mass, j) = (share * mass, 0.03 * mass * size * size);
+        format!("[[body]]\nname = \"{name}\"\nmass = {mass:e}\ninertia = [{j:e}, {j:e}, {j:e}]\nposition = {at:?}\n")
+    };
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = 1\noutput_step = 1\n",
+    );
+    text += &part("platform", 2.0, [0.0; 3]);
+    for leg in 0..3 {
+        let (s, c) = (std::f64::consts::TAU / 3.0 * f64::from(leg)).sin_cos();
+        let turned = |[x, y]: [f64; 2]| [c * x - s * y, s * x + c * y];
+        let [foot, knee, hip] = [[1.0, 0.0], [0.75, 0.4], [0.4, 0.0]].map(turned);
+        let [lower, upper] = ["lower", "upper"].map(|name| format!("{name}{leg}"));
+        text += &(part(&lower, 1.0, middle(foot, knee)) + &part(&upper, 0.7, middle(knee, hip)));
+        text += &joint(&format!("foot{leg}"), "revolute", ["ground", &lower], place(foot), normal);
+        text += &joint(&format!("knee{leg}"), "revolute", [&lower, &upper], place(knee), normal);
+        text += &joint(&format!("hip{leg}"), "revolute", [&upper, "platform"], place(hip), normal);
+        text += &format!(
+            "[[force]]\nname = \"spring{leg}\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"{lower}\"]\n\
+             point = {:?}\naxis = {normal:?}\nparams = {{ stiffness = {:e}, damping = {:e} }}\n",
+            place(foot),
+            10.0 * mass * size * size,
+            0.1 * mass * size * size
+        );
+    }
+    text
+}
+
+/// Masses far below one beside rows of joints of order one: eigenvalues are those of the twin of a metre and a kilogramme.
+#[test]
+fn modes_do_not_depend_on_units_of_length_and_mass() {
+    let found = [(1.0, 1.0), (1e-3, 1e-9), (1e-8, 1e-20), (1e4, 1e14)].map(|(size, mass)| {
+        let folder = Scratch::new();
+        let path = folder.file("scene.toml", &platform(size, mass));
+        let session = open(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let instant = open(&path, &[]).unwrap().prepare().unwrap().start().unwrap().instant().unwrap();
+        let linear = Linear::at(&session, &instant, Some(&[]), Some(&[])).unwrap_or_else(|error| panic!("{error}"));
+        assert!(linear.at_rest, "{:?}", linear.notes);
+        let modes = Modes::of(&session, &linear).unwrap().modes;
+        modes.iter().map(|mode| [mode.real, mode.imaginary]).collect::<Vec<_>>()
+    });
+    assert_eq!(found[0].len(), 3);
+    for other in &found[1..] {
+        assert_eq!(other.len(), 3);
+        for (own, twin) in other.iter().flatten().zip(found[0].iter().flatten()) {
+            assert!((own - twin).abs() < 1e-10, "{found:?}");
+        }
+    }
 }

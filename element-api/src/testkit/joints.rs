@@ -4,7 +4,7 @@ use crate::element::Constraint;
 use crate::geometry::{Frame, Mat3, Pose, Vec3};
 use crate::params::Parameters;
 use crate::recording::Role;
-use crate::testkit::assembly::{free_directions, rank, singular_values};
+use crate::testkit::assembly::{free_directions, rank, rank_at};
 use crate::testkit::differences::{DIFFERENCE, curvatures, slopes};
 use crate::testkit::examine::{Examination, ROUNDING, value_name};
 use crate::testkit::report::{Check, deviates, number};
@@ -302,13 +302,6 @@ fn body_swap(x: &mut Examination<'_>, setting: &Setting, found: &JointValues) {
         );
         x.report.add(Check::BodySwap, text);
     }
-}
-
-/// [`rank`] of rows that are known up to the accuracy of an assembly.
-fn rank_at(rows: &[Vec<f64>], part: f64) -> usize {
-    let Some(singular) = singular_values(rows) else { return 0 };
-    let cut = part * singular.max();
-    singular.iter().filter(|value| **value > cut).count()
 }
 
 /// Frame 1 where the pose says: the rows are zero and leave as many freedoms as there are coordinates.

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::analysis::Evaluator;
 use crate::driven::cannot;
+use crate::linalg::SingularValues;
 use crate::model::{Axes, Quantity, rotation};
 use crate::plan::Layout;
 use crate::prescribed::{Wanted, quantity};
@@ -422,8 +423,8 @@ impl Balance {
         let stacked = |of: &DMatrix<f64>| DVector::from_fn(rows, |k, _| of[(1 + k / 3, k % 3)]);
         let mut system = DMatrix::zeros(rows, 2);
         (0..2).for_each(|axis| system.set_column(axis, &stacked(&units[axis])));
-        let solved = system.svd(true, true).solve(&-stacked(&force), 0.0);
-        let unbalance = solved.unwrap_or_else(|_| DVector::zeros(2));
+        let values = SingularValues::of(&system);
+        let unbalance = values.map_or_else(|| DVector::zeros(2), |values| values.solve(&-stacked(&force), 0.0));
         let size = unbalance.norm();
         let own = &session.model.bodies[self.body];
         let marker = &session.model.elements[self.joint].markers[self.frame];

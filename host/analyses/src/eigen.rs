@@ -6,6 +6,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Dyn, LU, Schur};
 
+use crate::linalg::SingularValues;
+
 /// A complex vector.
 pub type ComplexVector = DVector<Complex<f64>>;
 
@@ -131,19 +133,13 @@ fn without_zeros(matrix: &DMatrix<f64>, limit: f64) -> Option<(DMatrix<f64>, DMa
     let mut left = matrix.clone();
     let mut first: Option<DMatrix<f64>> = None;
     while !left.is_empty() {
-        let svd = left.clone().try_svd(false, true, f64::EPSILON, SCHUR_ITERATIONS * left.nrows())?;
-        let vectors = svd.v_t?.transpose();
-        let is_null: Vec<bool> = svd.singular_values.iter().map(|value| *value <= limit).collect();
-        let part = |null: bool| {
-            let columns: Vec<usize> = (0..is_null.len()).filter(|k| is_null[*k] == null).collect();
-            vectors.select_columns(columns.iter())
-        };
-        let kept = part(false);
-        first.get_or_insert_with(|| part(true));
+        let values = SingularValues::of(&left)?;
+        first.get_or_insert_with(|| values.null_space(limit));
+        let kept = values.right().columns_range(..values.rank(limit));
         if kept.ncols() == left.ncols() {
             break;
         }
-        left = kept.transpose() * &left * &kept;
+        left = kept.transpose() * &left * kept;
     }
     let n = matrix.nrows();
     Some((left, first.unwrap_or_else(|| DMatrix::zeros(n, 0))))

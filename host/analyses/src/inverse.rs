@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use crate::analysis::{Direction, Expansion, Freedom, Function};
 use crate::driven::{Driven, cannot};
+use crate::linalg::SingularValues;
 use crate::linear::Port;
 use crate::moves;
 use crate::prescribed::Motion;
@@ -261,26 +262,17 @@ impl Solver<'_> {
                 DVector::zeros(count)
             } else {
                 let scaled = &moved * DMatrix::from_diagonal(&self.weights);
-                let svd = scaled.svd(true, true);
-                let (Some(u), Some(v)) = (&svd.u, &svd.v_t) else { return Err("no singular values".into()) };
+                let values = SingularValues::of(&scaled).ok_or("no singular values")?;
                 // On what the actuators put on the bodies by themselves: at a dead point none of it moves anything.
                 let strength = |k: usize| loads.column(k).component_mul(&e.scales).norm() * self.weights[k];
                 let least = RANK * (0..count).map(strength).fold(0.0, f64::max);
-                rank = svd.singular_values.iter().filter(|value| **value > least).count();
-                let mut found = DVector::zeros(count);
-                let mut rest = wished.clone();
-                for k in 0..svd.singular_values.len() {
-                    if svd.singular_values[k] <= least {
-                        continue;
-                    }
-                    let part = u.column(k).dot(&wished);
-                    found += v.row(k).transpose() * (part / svd.singular_values[k]);
-                    rest -= u.column(k) * part;
-                }
+                rank = values.rank(least);
                 if rank < freedoms {
+                    let moving = values.left().columns_range(..rank);
+                    let rest = &wished - moving * moving.tr_mul(&wished);
                     unmoved = Some(self.driven.described(&(&space.basis * &rest), &e.scales));
                 }
-                found.component_mul(&self.weights)
+                values.solve(&wished, least).component_mul(&self.weights)
             };
             if freedoms > 0 && rank == 0 {
                 unmoved = Some(self.driven.described(&(&space.basis * &wished), &e.scales));

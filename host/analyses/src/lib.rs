@@ -55,6 +55,6 @@ pub mod statics;
 pub(crate) use odyn_catalog as catalog;
 pub(crate) use odyn_diagnostics as diagnostics;
 pub(crate) use odyn_motion::{analysis, model, plan, program};
-pub(crate) use odyn_numerics::integrate;
+pub(crate) use odyn_numerics::{integrate, linalg};
 pub(crate) use odyn_run::{pool, results, session};
 pub(crate) use odyn_scene as scene;

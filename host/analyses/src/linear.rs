@@ -25,7 +25,7 @@ pub use crate::plain::Model;
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
-/// Share of accelerations of loads alone, per length, of which derivatives are round-off.
+/// Share of accelerations of loads alone, per length, of which derivatives are round-off; round-off of places, on the size of the scene.
 const ROUND_OFF: f64 = 1e-13;
 /// Velocities below this, in lengths of the scene and radians per second, are none.
 const NO_VELOCITY: f64 = 1e-12;
@@ -97,9 +97,9 @@ pub(crate) struct Load {
     pub(crate) force: nalgebra::Vector3<f64>,
 }
 
-/// The acceleration that the loads of a body would give it one by one, m/s^2, rotations on the size of the scene.
-fn alone(expansion: &Expansion, model: &SceneModel, length: f64, index: usize) -> f64 {
-    let (body, sizes) = (&model.bodies[index], &expansion.sizes);
+/// The acceleration that loads of these sizes would give a body alone, m/s^2, rotations on the size of the scene.
+fn alone(sizes: &DVector<f64>, model: &SceneModel, length: f64, index: usize) -> f64 {
+    let body = &model.bodies[index];
     let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
     (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
         .max(length * sizes.fixed_rows::<3>(6 * index + 3).norm() / moment)
@@ -167,7 +167,7 @@ impl Linear {
     /// Sets derivatives of accelerations by positions to zero where they are round-off of loads in balance: an eigenvalue made of them
     /// would grow or swing within millions of years.
     fn drop_round_off(&mut self, expansion: &Expansion, model: &SceneModel, length: f64) {
-        let most = (0..model.bodies.len()).map(|body| alone(expansion, model, length, body)).fold(0.0, f64::max);
+        let most = (0..model.bodies.len()).map(|body| alone(&expansion.sizes, model, length, body)).fold(0.0, f64::max);
         let none = ROUND_OFF * most / length;
         let (rates, coordinates) = (self.a.nrows() - self.element_states, self.coordinates);
         let mut part = self.a.view_mut((coordinates, 0), (rates - coordinates, coordinates));
@@ -277,6 +277,7 @@ impl Linear {
         let length = session.assembly.scales.length;
         let mut fastest = (0.0_f64, String::new());
         let mut quickest = (0.0_f64, 0.0_f64, String::new());
+        let stiff = self.expansion.slope(Function::Balance, Direction::Positions).abs() * &self.expansion.scales;
         for (index, body) in session.model.bodies.iter().enumerate() {
             let norm = |slot: usize| (0..3).map(|k| instant.inputs[slot + k].powi(2)).sum::<f64>().sqrt();
             let speed = norm(layout.body_slot(index, 7)).max(length * norm(layout.body_slot(index, 10)));
@@ -285,8 +286,10 @@ impl Linear {
             }
             let at = layout.acceleration_slot() + 6 * index;
             let acceleration = norm(at).max(length * norm(at + 3));
-            let alone = alone(&self.expansion, &session.model, length, index);
-            if acceleration > NO_ACCELERATION * alone && acceleration > quickest.0 {
+            let [alone, displaced] =
+                [&self.expansion.sizes, &stiff].map(|sizes| alone(sizes, &session.model, length, index));
+            let none = NO_ACCELERATION * alone + ROUND_OFF * length * displaced;
+            if acceleration > none && acceleration > quickest.0 {
                 quickest = (acceleration, acceleration / alone, body.name.clone());
             }
         }
@@ -403,7 +406,7 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
     right.view_mut((n, 0), (m, states)).copy_from(&-gammas(along(F::Accelerations)));
     right.view_mut((0, states), (n, inputs)).copy_from(&-e.slope(F::Balance, D::Inputs));
     right.view_mut((n, states), (m, inputs)).copy_from(&-gammas(e.slope(F::Accelerations, D::Inputs)));
-    let solved = solve(system, right).ok_or("masses and joints do not determine the accelerations")?;
+    let solved = solve(system, right, n).ok_or("masses and joints do not determine the accelerations")?;
     let accelerations = solved.rows(0, n).into_owned();
     let multipliers = solved.rows(n, m).into_owned();
     let respond = |of: Function| {
@@ -455,20 +458,25 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
     })
 }
 
-/// Solves a system whose rows and columns may be of very different sizes, with a step of refinement. `None` where it is singular.
-fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let n = system.nrows();
-    if n == 0 {
+/// Solves for `n` accelerations and multipliers, which may be of very different sizes, with a step of refinement. `None` where the
+/// system is singular.
+fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>, n: usize) -> Option<DMatrix<f64>> {
+    if system.is_empty() {
         return Some(right);
     }
-    let mut columns = DVector::from_element(n, 1.0);
+    let mut columns = natural_units(&system, n);
+    for (k, unit) in columns.iter().enumerate() {
+        system.row_mut(k).scale_mut(*unit);
+        system.column_mut(k).scale_mut(*unit);
+        right.row_mut(k).scale_mut(*unit);
+    }
     for _ in 0..3 {
-        for k in 0..n {
+        for k in 0..columns.len() {
             let scale = power(system.row(k).amax())?;
             system.row_mut(k).iter_mut().for_each(|entry| *entry *= scale);
             right.row_mut(k).iter_mut().for_each(|entry| *entry *= scale);
         }
-        for k in 0..n {
+        for k in 0..columns.len() {
             let scale = power(system.column(k).amax())?;
             columns[k] *= scale;
             system.column_mut(k).iter_mut().for_each(|entry| *entry *= scale);
@@ -480,6 +488,21 @@ fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>) -> Option<DMatrix<f6
     found += lu.solve(&rest)?;
     found.row_iter_mut().zip(columns.iter()).for_each(|(mut row, scale)| row *= *scale);
     found.iter().all(|value| value.is_finite()).then_some(found)
+}
+
+/// Units, powers of two, in which masses are near one and the largest entry of each row of joints is: beside rows of order one, light
+/// bodies would be lost in round-off.
+fn natural_units(system: &DMatrix<f64>, n: usize) -> DVector<f64> {
+    let mut units = DVector::from_element(system.nrows(), 1.0);
+    for k in 0..system.nrows() {
+        let size = if k < n {
+            system[(k, k)].abs().sqrt()
+        } else {
+            (0..n).map(|column| (system[(k, column)] * units[column]).abs()).fold(0.0, f64::max)
+        };
+        units[k] = power(size).unwrap_or(1.0);
+    }
+    units
 }
 
 /// A power of two that brings a size near one.

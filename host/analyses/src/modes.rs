@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::eigen::{ComplexVector, spectrum};
 use crate::energies::{complex, energies};
+use crate::linalg::SingularValues;
 use crate::linear::{Linear, refuse};
 use crate::session::{Session, SessionError};
 
@@ -247,26 +248,16 @@ fn neutral(linear: &Linear, null: &DMatrix<f64>, length: f64) -> (DMatrix<f64>, 
     }
     let allowed = spanned(&sized(linear.velocities.columns(linear.coordinates, rates).into_owned()));
     let off = &moves - &allowed * (allowed.transpose() * &moves);
-    let svd = off.svd(false, true);
-    let Some(shares) = svd.v_t else { return (moves, none()) };
-    let part = |held: bool| {
-        let chosen: Vec<usize> = (0..shares.nrows()).filter(|k| (svd.singular_values[*k] > ALLOWED) == held).collect();
-        &moves * shares.select_rows(chosen.iter()).transpose()
-    };
-    (part(false), part(true))
+    let Some(values) = SingularValues::of(&off) else { return (moves, none()) };
+    let held = values.right().columns_range(..values.rank(ALLOWED));
+    (&moves * values.null_space(ALLOWED), &moves * held)
 }
 
 /// An orthonormal basis of what columns span; those that are no displacement are left out.
 fn spanned(columns: &DMatrix<f64>) -> DMatrix<f64> {
-    let nothing = || DMatrix::zeros(columns.nrows(), 0);
-    if columns.is_empty() || columns.amax() == 0.0 {
-        return nothing();
-    }
-    let svd = columns.clone().svd(true, false);
-    let Some(basis) = svd.u else { return nothing() };
-    let least = SPANS * svd.singular_values.amax();
-    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
-    basis.select_columns(kept.iter())
+    let Some(values) = SingularValues::of(columns) else { return DMatrix::zeros(columns.nrows(), 0) };
+    let rank = values.rank(SPANS * values.largest());
+    values.left().columns_range(..rank).into_owned()
 }
 
 impl Modes {

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::levenberg::Bounds;
 use super::statistics::two_sided;
 use super::{Direction, Fit, Fitted, Level};
+use crate::linalg::SingularValues;
 use crate::sensitivity::{Parameter, base};
 
 /// Probability that a parameter is outside of its interval.
@@ -21,7 +22,7 @@ const SHARE: f64 = 1e-3;
 const LEAST_SHARE: f64 = 0.01;
 
 /// Judges a minimum. `jacobian` has the derivatives of residuals over their noise, `doubt` the relative error of its columns; `levels`
-/// of noise that was estimated.
+/// of noise that was estimated. `None` where a derivative is not finite.
 pub(super) fn judge(
     parameters: &[Parameter],
     bounds: &[Bounds],
@@ -30,28 +31,26 @@ pub(super) fn judge(
     doubt: f64,
     levels: &[Level],
     residuals: &[f64],
-) -> Fit {
+) -> Option<Fit> {
     let count = at.len();
     let bound = |k: usize| at[k] <= bounds[k].low || at[k] >= bounds[k].high;
     let free: Vec<usize> = (0..count).filter(|k| !bound(*k)).collect();
     let freedoms = residuals.len() - free.len();
     let mut scaled = jacobian.select_columns(&free);
     free.iter().enumerate().for_each(|(column, k)| scaled.column_mut(column).scale_mut(base(at[*k])));
-    let svd = scaled.clone().svd(false, true);
-    let turned = svd.v_t.unwrap_or_else(|| DMatrix::identity(free.len(), free.len()));
-    let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
-    let zero = largest * ERRORS * doubt.max(LEAST_DOUBT);
+    let decomposed = SingularValues::of(&scaled)?;
+    let zero = decomposed.largest() * ERRORS * doubt.max(LEAST_DOUBT);
     let mut covariance = DMatrix::<f64>::zeros(free.len(), free.len());
     let mut undetermined = Vec::new();
     let mut open = vec![false; free.len()];
-    for (value, row) in svd.singular_values.iter().zip(turned.row_iter()) {
+    for (value, direction) in decomposed.values().iter().zip(decomposed.right().column_iter()) {
         let deviation = if *value <= zero { f64::INFINITY } else { 1.0 / value };
         if deviation < OPEN {
-            covariance += row.transpose() * row / (value * value);
+            covariance += direction * direction.transpose() / (value * value);
             continue;
         }
-        let most = row.iter().fold(0.0_f64, |most: f64, x| if x.abs() > most.abs() { *x } else { most });
-        let shares: Vec<f64> = row.iter().map(|x| x / most).collect();
+        let most = direction.iter().fold(0.0_f64, |most: f64, x| if x.abs() > most.abs() { *x } else { most });
+        let shares: Vec<f64> = direction.iter().map(|x| x / most).collect();
         shares.iter().zip(&mut open).for_each(|(share, open)| *open |= share.abs() > SHARE);
         let parts = free.iter().zip(&shares).filter(|(_, share)| share.abs() >= LEAST_SHARE);
         let parts = parts.map(|(k, share)| (parameters[*k].key.clone(), *share)).collect();
@@ -91,12 +90,12 @@ pub(super) fn judge(
                 .to_owned(),
         );
     }
-    Fit {
+    Some(Fit {
         status: if undetermined.is_empty() { "converged" } else { "undetermined" },
         parameters: fitted.collect(),
         correlation: (0..count).map(|i| (0..count).map(|k| correlation(i, k)).collect()).collect(),
         undetermined,
-        singular_values: svd.singular_values.iter().copied().collect(),
+        singular_values: decomposed.values().to_vec(),
         columns: Vec::new(),
         chi_square: residuals.iter().map(|r| r * r).sum(),
         freedoms,
@@ -108,7 +107,7 @@ pub(super) fn judge(
         time_unit: String::new(),
         times: Vec::new(),
         sets: Vec::new(),
-    }
+    })
 }
 
 /// What noise that was estimated adds to a covariance, since weights are then not those of the noise; and from how many freedoms each

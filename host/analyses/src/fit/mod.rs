@@ -306,7 +306,11 @@ impl Search<'_> {
             doubt,
             &noise.levels(self.data, self.parameters.len()),
             &residuals,
-        );
+        )
+        .ok_or_else(|| {
+            let message = "what is fitted has no derivative at the minimum";
+            place(Box::new(Diagnostic::error(codes::MOTION_NOT_FINITE, message)))
+        })?;
         if !converged {
             fit.status = "not converged";
             fit.notes.push(format!("the minimum was not reached in {iterations} iterations"));

@@ -22,13 +22,13 @@ mod tests;
 pub use friction::{Grip, Pattern};
 pub use impact::{NoSolution, Strike};
 pub use indeterminate::{Holder, Indeterminate};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 pub use shares::Shares;
 
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::working::clusters;
-use crate::linalg::{Clusters, KktSolver, KktStructure, SparseFirst};
+use crate::linalg::{Clusters, KktSolver, KktStructure, SingularValues, SparseFirst};
 use crate::model::Model;
 use crate::plan::{Layout, body_scales};
 use crate::program::{Contact, Equations, Friction, Sets};
@@ -440,20 +440,9 @@ impl Meeting {
     }
 }
 
-/// The smallest solution of a square system that may be singular, by singular values: those of A are the positive eigenvalues of
-/// [0 A; A^T 0] (Golub & Van Loan 2013, section 8.6). `nalgebra`'s own decomposition missed solutions of singular matrices by half a percent.
+/// The smallest solution of a system that may be singular.
 fn smallest(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let n = matrix.nrows();
-    let mut both = DMatrix::zeros(2 * n, 2 * n);
-    both.view_mut((0, n), (n, n)).copy_from(matrix);
-    both.view_mut((n, 0), (n, n)).tr_copy_from(matrix);
-    let found = SymmetricEigen::new(both);
-    let least = RANK_TOLERANCE * found.eigenvalues.max();
-    let mut solution = DVector::zeros(n);
-    for (value, vector) in
-        found.eigenvalues.iter().zip(found.eigenvectors.column_iter()).filter(|(value, _)| **value > least)
-    {
-        solution += vector.rows(n, n) * (2.0 * vector.rows(0, n).dot(right) / value);
-    }
-    solution
+    let found = SingularValues::of(matrix);
+    found
+        .map_or_else(|| DVector::zeros(matrix.ncols()), |values| values.solve(right, RANK_TOLERANCE * values.largest()))
 }

@@ -6,6 +6,7 @@ use element_api::recording::Recording;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
+use crate::linalg::SingularValues;
 use crate::model::{Marker, Model, euler_parameters, rotation};
 use crate::plan::{SpanningTree, TreeJoint};
 use crate::program::JointPose;
@@ -136,7 +137,7 @@ impl JointStart {
                 right[3 + c] = spin[c];
             }
         }
-        let mut state = JointState { positions: q, velocities: least_squares(slopes, &right)? };
+        let mut state = JointState { positions: q, velocities: least_squares(&slopes, &right)? };
         if joint.rotates {
             let own: Vector3<f64> = axes.iter().zip(&state.velocities).map(|(axis, rate)| axis * *rate).sum();
             let free = reached.transpose() * turn;
@@ -176,7 +177,7 @@ fn find_pose(
         (0..3).for_each(|c| slopes[(c, k)] = start[12 * (k + 1) + c]);
     }
     let away = DVector::from_fn(3, |c, _| position[c] - start[c]);
-    let base = least_squares(slopes, &away).unwrap_or_else(|| vec![0.0; n]);
+    let base = least_squares(&slopes, &away).unwrap_or_else(|| vec![0.0; n]);
     let guesses = GUESSES.checked_pow(n as u32).map_or(MOST_GUESSES, |all| all.min(MOST_GUESSES));
     let mut best: Option<(f64, Vec<f64>)> = None;
     for guess in 0..guesses {
@@ -227,7 +228,7 @@ fn refine(
             return off.min(least);
         }
         least = least.min(off);
-        let Some(step) = least_squares(slopes, &right) else { return off };
+        let Some(step) = least_squares(&slopes, &right) else { return off };
         q.iter_mut().zip(step).for_each(|(value, step)| *value += step);
     }
     least
@@ -239,14 +240,9 @@ fn mismatch(outputs: &[f64], joint: &TreeJoint, position: &Vector3<f64>, turn: &
     if joint.rotates { off } else { off.max((matrix(&outputs[3..12]) - turn).amax()) }
 }
 
-fn least_squares(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<Vec<f64>> {
-    if matrix.is_empty() {
-        return Some(Vec::new());
-    }
-    let svd = matrix.svd(true, true);
-    let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
-    let solution = svd.solve(right, 1e-12 * largest).ok()?;
-    Some(solution.iter().copied().collect())
+fn least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<Vec<f64>> {
+    let values = SingularValues::of(matrix)?;
+    Some(values.solve(right, 1e-12 * values.largest()).as_slice().to_vec())
 }
 
 fn placed(marker: &Marker, working: &[f64]) -> Placed {

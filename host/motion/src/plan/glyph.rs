@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::layout::Layout;
+use crate::linalg::SingularValues;
 use crate::model::{Marker, Model, skew};
 
 /// Singular values below this, of rows of length 1, are those of motions that are free.
@@ -112,16 +113,12 @@ impl Place<'_> {
 
 /// By the free motions: how many there are, how many of them only shift, how many only turn about the frame's origin.
 fn classify(rows: &DMatrix<f64>, apart: &Vector3<f64>) -> &'static str {
-    let mut square = DMatrix::zeros(rows.nrows().max(6), 6);
-    square.view_mut((0, 0), (rows.nrows(), 6)).copy_from(rows);
-    let svd = square.svd(false, true);
-    let Some(motions) = svd.v_t else { return "none" };
-    let free: Vec<Vector6<f64>> = (0..6)
-        .filter(|k| svd.singular_values[*k] <= FREE)
-        .map(|k| Vector6::from_iterator(motions.row(k).iter().copied()))
-        .collect();
+    let Some(values) = SingularValues::of(rows) else { return "none" };
+    let motions = values.null_space(FREE);
+    let free: Vec<Vector6<f64>> =
+        motions.column_iter().map(|motion| Vector6::from_iterator(motion.iter().copied())).collect();
     let part = |from: usize| DMatrix::from_fn(3, free.len(), |i, k| free[k][from + i]);
-    let rank = |matrix: DMatrix<f64>| if matrix.is_empty() { 0 } else { matrix.rank(ALONG) };
+    let rank = |matrix: DMatrix<f64>| SingularValues::of(&matrix).map_or(0, |values| values.rank(ALONG));
     let count = free.len();
     let (shifts, turns) = (count - rank(part(3)), count - rank(part(0)));
     match (count, shifts, turns) {

@@ -27,6 +27,7 @@
 //! | `analysed.rs` | patterns that are asked for again are analysed once |
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
 //! | `pivoted_qr.rs` | Householder QR with column pivoting, in dense or sparse storage (`pivoted_qr/`): rank, least squares, minimum norm |
+//! | `singular_values.rs` | singular values and vectors of dense matrices of any rank: least squares of least norm, null spaces |
 //! | `dense.rs` | LU with complete pivoting for square systems that may be singular |
 //! | `block_cholesky.rs` | Cholesky factor of the mass matrix, block by block |
 
@@ -39,6 +40,7 @@ mod dense;
 mod dense_qr;
 mod null_vectors;
 mod pivoted_qr;
+mod singular_values;
 mod sparse_first;
 mod sparse_ldl;
 mod sparse_rank;
@@ -51,6 +53,7 @@ pub use constraint_order::{Clusters, constraint_order};
 pub use dense::FullPivLu;
 pub use dense_qr::DenseQr;
 pub use pivoted_qr::PivotedQr;
+pub use singular_values::SingularValues;
 pub use sparse_first::{LIGHT, SparseFirst, TRUSTED};
 pub use sparse_ldl::SparseLdl;
 pub use sparse_rank::{NullVector, SparseRank};
