@@ -136,24 +136,49 @@ impl Work for Turns<'_> {
 
     #[inline(always)]
     fn run(self) -> bool {
-        let (fours, rest) = self.angles.as_chunks::<4>();
-        let (sines, sines_left) = self.sines.as_chunks_mut::<4>();
-        let (cosines, cosines_left) = self.cosines.as_chunks_mut::<4>();
-        let mut near = true;
-        for ((angles, sines), cosines) in fours.iter().zip(sines).zip(cosines) {
-            // As many as are known beforehand, of a copy, and without branches, so that the compiler turns it into vector instructions.
-            let (angles, mut found) = (*angles, [[0.0; 4]; 2]);
-            for k in 0..4 {
-                (found[0][k], found[1][k]) = one(angles[k]);
-            }
-            [*sines, *cosines] = found;
-            near &= angles.iter().fold(true, |near, angle| near & is_near(*angle));
-        }
+        let (angles, rest) = self.angles.as_chunks();
+        let (sines, sines_left) = self.sines.as_chunks_mut();
+        let (cosines, cosines_left) = self.cosines.as_chunks_mut();
+        let mut near = fours(angles, sines, cosines);
         for ((angle, sine), cosine) in rest.iter().zip(sines_left).zip(cosines_left) {
             (*sine, *cosine) = one(*angle);
             near &= is_near(*angle);
         }
         near
+    }
+}
+
+/// [`one`] of four angles at a time; gives whether all are nearer than [`FAR`].
+#[inline(always)]
+fn fours(angles: &[[f64; 4]], sines: &mut [[f64; 4]], cosines: &mut [[f64; 4]]) -> bool {
+    let mut near = true;
+    for ((angles, sines), cosines) in angles.iter().zip(sines).zip(cosines) {
+        // As many as are known beforehand, of a copy, and without branches, so that the compiler turns it into vector instructions.
+        let (angles, mut found) = (*angles, [[0.0; 4]; 2]);
+        for k in 0..4 {
+            (found[0][k], found[1][k]) = one(angles[k]);
+        }
+        [*sines, *cosines] = found;
+        near &= angles.iter().fold(true, |near, angle| near & is_near(*angle));
+    }
+    near
+}
+
+/// [`all`] of `lanes` angles, a multiple of four, which begin at `numbers`; their sines follow, then the cosines. For machine code,
+/// which calls nothing else between its own operations.
+///
+/// # Safety
+/// This machine has AVX2; nothing else reads or writes these numbers.
+#[cfg(all(feature = "jit", target_arch = "x86_64"))]
+#[target_feature(enable = "avx2")]
+pub(super) unsafe extern "C" fn all_in_fours(numbers: *mut f64, lanes: u32) {
+    let count = lanes as usize / 4;
+    // SAFETY: by the caller.
+    let numbers = unsafe { std::slice::from_raw_parts_mut(numbers.cast::<[f64; 4]>(), 3 * count) };
+    let (angles, results) = numbers.split_at_mut(count);
+    let (sines, cosines) = results.split_at_mut(count);
+    if !fours(angles, sines, cosines) {
+        one_by_one(angles.as_flattened(), sines.as_flattened_mut(), cosines.as_flattened_mut());
     }
 }
 

@@ -21,9 +21,13 @@ pub(super) extern "C" fn sin_cos(a: f64) -> Pair {
     Pair { sine, cosine }
 }
 /// Computes sines and cosines of so many angles, which lie in `numbers`, from the first on; then the sines follow, then the cosines.
-pub(super) type AtOnce = extern "C" fn(numbers: *mut f64, lanes: u32);
-/// The one for so many angles.
+pub(super) type AtOnce = unsafe extern "C" fn(numbers: *mut f64, lanes: u32);
+/// The one for so many angles, on this machine.
 pub(super) fn turns_of(lanes: u32) -> AtOnce {
+    #[cfg(target_arch = "x86_64")]
+    if lanes.is_multiple_of(4) && std::arch::is_x86_feature_detected!("avx2") {
+        return turn::all_in_fours;
+    }
     if lanes == 1 { single } else { turns }
 }
 extern "C" fn single(numbers: *mut f64, _: u32) {

@@ -99,6 +99,29 @@ fn programs_made_together_give_the_same_bits_whichever_is_dropped_first() {
 }
 
 #[test]
+fn angles_far_away_and_no_angles_among_others_give_the_same_bits() {
+    let mut random = Random(41);
+    for count in 1..12 {
+        let mut g = Graph::default();
+        let angles: Vec<Node> = (0..count).map(|slot| g.input(slot)).collect();
+        let nodes: Vec<Node> = angles.iter().flat_map(|angle| [g.sin(*angle), g.cos(*angle)]).collect();
+        let program = Program::compile(&g, &nodes);
+        for special in [0.0, -0.0, 1.6e6, -1e9, 1e300, f64::INFINITY, f64::NAN] {
+            let mut inputs = random.vector(count);
+            inputs[random.below(count)] = special;
+            let mut expected = vec![0.0; nodes.len()];
+            program.run(&inputs, &[], &mut program.workspace(), &mut expected).unwrap();
+            for maker in makers(&[3]) {
+                let machine = by_machine(&program, maker);
+                let mut found = vec![f64::MAX; nodes.len()];
+                machine.run(&inputs, &[], &mut machine.workspace(), &mut found).unwrap();
+                assert_same(&found, &expected);
+            }
+        }
+    }
+}
+
+#[test]
 fn every_operation_gives_the_same_bits_at_every_kind_of_number() {
     let kinds = [
         0.0,

@@ -20,6 +20,8 @@
 
 mod of_time;
 
+use std::f64::consts::PI;
+
 pub(super) use of_time::Jump;
 
 use super::interpolation::Interpolation;
@@ -33,8 +35,11 @@ const BEYOND: f64 = 0.25;
 const NEGLIGIBLE: f64 = 1e-9;
 /// How far a counted angle may go from its reference, rad: half a turn less a margin.
 const MOST_TURNED: f64 = 2.8;
-/// How far counted angles may turn in a step that is not looked at closely, rad.
+/// How far counted angles may turn in a step that is not looked at closely, rad, where they have gone [`USED_UP`] from their references;
+/// otherwise the same share of what is left to half a turn.
 const LITTLE_TURN: f64 = 1.5;
+/// The farthest that a counted angle is from its reference when a step begins, rad.
+const USED_UP: f64 = 1.0;
 /// Halvings of a step.
 const DEEPEST: u32 = 24;
 /// Halvings after which a condition that is on neither side at the ends of a piece is taken to rest there.
@@ -199,14 +204,25 @@ impl Enclosure {
         Ok(None)
     }
 
-    /// Whether no angle can get near half a turn from its reference: it has used up 1 rad at most when the step begins.
+    /// Whether no angle can get near half a turn from its reference.
     fn turns_little(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> bool {
         let mut fastest = 0.0_f64;
-        for share in [0.0, 0.5, 1.0] {
+        for share in [1.0, 0.5, 0.0] {
             (step.at)(share, &mut self.state);
             fastest = fastest.max(run.system.turning(&self.state));
         }
-        step.h * fastest <= LITTLE_TURN
+        let share = step.h * fastest / LITTLE_TURN;
+        let may_go = |used_up: f64| share * (PI - USED_UP) <= PI - used_up;
+        may_go(USED_UP) || self.can_enclose && may_go(0.0) && may_go(self.used_up(run, step))
+    }
+
+    /// The farthest that a counted angle is from its reference at the start of a step, whose state is at hand; infinite where one is
+    /// not known.
+    fn used_up(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> f64 {
+        let of = |k: usize| self.state[self.entries[k]];
+        run.system.values(self.of, step.start, &of, &mut self.first);
+        let farthest = |most: f64, angle: &f64| if angle.is_nan() { f64::INFINITY } else { most.max(angle.abs()) };
+        self.first.iter().fold(0.0, farthest)
     }
 
     /// A finding, unless the step is as short as can be.

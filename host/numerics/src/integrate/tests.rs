@@ -11,6 +11,7 @@ mod kinematic;
 mod lanes;
 mod stiff;
 mod stops;
+mod turns;
 
 use super::*;
 use fixtures::*;

@@ -156,18 +156,20 @@ impl Tier {
         }
     }
 
-    /// To be called between steps, at time `t` (s) of an accepted state, with so many samples still to be taken. `programs` are
-    /// asked for when something is to be decided.
+    /// Counts a step; gives whether [`Tier::between_steps`] may have something to decide after it.
+    pub fn counts_step(&mut self) -> bool {
+        self.steps += 1;
+        self.span.is_some() && (self.job.is_some() || self.steps >= self.next_look)
+    }
+
+    /// To be called between steps, where [`Tier::counts_step`] says so, at time `t` (s) of an accepted state, with so many samples
+    /// still to be taken. `programs` are asked for when something is to be decided.
     pub fn between_steps<'p>(&mut self, t: f64, samples: usize, programs: impl FnOnce() -> Vec<Used<'p>>) {
         let Some((start, end)) = self.span else { return };
-        self.steps += 1;
         if let Some(job) = &self.job {
             if job.is_finished() {
                 self.take_over(t, programs());
             }
-            return;
-        }
-        if self.steps < self.next_look {
             return;
         }
         self.next_look = 2 * self.steps;

@@ -260,10 +260,12 @@ impl System for Simulation<'_> {
         self.last_steps = [self.last_steps[1], h];
         self.now = t;
         let flow = self.rows_taken.sink().step(t);
-        let mut tier = std::mem::take(&mut self.tier);
-        let samples = self.samples_in_all.saturating_sub(self.samples);
-        tier.between_steps(t, samples, || self.programs());
-        self.tier = tier;
+        if self.tier.counts_step() {
+            let mut tier = std::mem::take(&mut self.tier);
+            let samples = self.samples_in_all.saturating_sub(self.samples);
+            tier.between_steps(t, samples, || self.programs());
+            self.tier = tier;
+        }
         flow
     }
 }

@@ -101,6 +101,13 @@ impl Fake {
     }
 }
 
+/// What a run does after every step.
+fn after_step<'p>(tier: &mut Tier, t: f64, samples: usize, programs: impl FnOnce() -> Vec<Used<'p>>) {
+    if tier.counts_step() {
+        tier.between_steps(t, samples, programs);
+    }
+}
+
 /// Those that there are here.
 fn makers() -> Vec<Maker> {
     let assembler = MachineCode::can_assemble().then_some(Maker::Assembler);
@@ -114,7 +121,7 @@ fn compiles(maker: Maker, steps: u32) -> Option<u32> {
     for step in 1..=steps {
         fake.runs += 10;
         let t = 2.0 + 2.0 * f64::from(step) / f64::from(steps);
-        tier.between_steps(t, 0, || fake.used(false));
+        after_step(&mut tier, t, 0, || fake.used(false));
         if tier.is_compiling() || tier.made().programs > 0 {
             return Some(step);
         }
@@ -158,7 +165,7 @@ fn samples_to_come_pay_without_proof() {
             let mut fake = Fake::new();
             let mut tier = Tier::by(maker, 0.0, 1e9);
             for step in 1..=10 {
-                tier.between_steps(f64::from(step), samples, || {
+                after_step(&mut tier, f64::from(step), samples, || {
                     fake.used(spare).into_iter().map(Used::by_samples).collect()
                 });
             }
@@ -177,7 +184,7 @@ fn a_compiled_program_is_taken_over_between_two_steps() {
         let mut t = 0.0;
         while tier.made().programs == 0 && t < 60_000.0 {
             t += 1.0;
-            tier.between_steps(t, 0, || fake.used(false));
+            after_step(&mut tier, t, 0, || fake.used(false));
             sleep(Duration::from_millis(u64::from(tier.is_compiling())));
         }
         let made = *tier.made();
@@ -187,7 +194,7 @@ fn a_compiled_program_is_taken_over_between_two_steps() {
         assert_eq!(t == 1.0, maker == Maker::Assembler);
         assert_eq!(fake.value(0.3).to_bits(), before.to_bits());
         // Nothing is compiled twice.
-        (0..100).for_each(|_| tier.between_steps(t, 0, || fake.used(false)));
+        (0..100).for_each(|_| after_step(&mut tier, t, 0, || fake.used(false)));
         assert_eq!(*tier.made(), made);
     }
 }
@@ -198,7 +205,7 @@ fn what_stands_in_is_compiled_only_when_it_is_run_often() {
     let mut tier = Tier::fixed();
     tier.compile_now(0.0, fake.used(true)).unwrap();
     assert!(!fake.program.is_machine_code());
-    tier.between_steps(0.5, 0, || unreachable!("a fixed tier decides nothing"));
+    after_step(&mut tier, 0.5, 0, || unreachable!("a fixed tier decides nothing"));
     tier.compile_now(0.0, fake.used(false)).unwrap();
     assert!(fake.program.is_machine_code());
 }
