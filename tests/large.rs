@@ -275,7 +275,7 @@ fn chain(n: usize, hangs: bool) -> String {
 fn long_trees_run_alike_whether_all_of_their_equations_are_written_at_once_or_not() {
     for hangs in [false, true] {
         let scratch = Scratch::new();
-        let path = scratch.file("scene.toml", &chain(500, hangs));
+        let path = scratch.file("scene.toml", chain(500, hangs));
         let [whole, lean] = [false, true].map(|runs_only| {
             let options = RunOptions { runs_only, ..options(&[], &[]) };
             let session = Session::open(&path, &options).unwrap_or_else(|error| panic!("{error}"));
