@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use odyn::analyses::modes::Stability;
 use odyn::analyses::statics::equilibrium;
+use odyn::session::{RunOptions, Session};
 
 use crate::contacts::run;
-use crate::support::{bisected, column, open_text};
+use crate::support::{Scratch, bisected, column, open_text, options};
 
 fn scene(libraries: &str, gravity: f64, settings: &str) -> String {
     format!(
@@ -253,5 +254,36 @@ fn a_cantilever_of_many_beams_swings_as_the_continuous_one() {
             let off = (tip - swing(*t)).abs() / 2.5e-5 * (n * n) as f64;
             assert!(off < 2.6, "{n} beams at {t}: off by {off} / n^2 of the peak");
         }
+    }
+}
+
+/// A chain of rods of 1 kg that is released along x, or hangs still.
+fn chain(n: usize, hangs: bool) -> String {
+    let mut text = scene("joints", 9.81, if hangs { "t_end = 0.01" } else { "t_end = 0.2" });
+    let (angle, along) = if hangs { (-std::f64::consts::FRAC_PI_2, [0.0, -1.0]) } else { (0.0, [1.0, 0.0]) };
+    for k in 0..n {
+        let name = format!("rod{k}");
+        text += &body(&name, along.map(|share| share * (k as f64 + 0.5)), angle, 1.0, [0.01, 1.0 / 12.0]);
+        let before = if k == 0 { "ground".to_string() } else { format!("rod{}", k - 1) };
+        text += &pin(&format!("pin{k}"), [&before, &name], along.map(|share| share * k as f64));
+    }
+    text + &output("x", &format!("rod{}", n - 1), 0.5, "x") + &output("y", &format!("rod{}", n - 1), 0.5, "y")
+}
+
+/// The first asks for the coordinates of joints alone; the other, which starts at rest, for those of bodies later.
+#[test]
+fn long_trees_run_alike_whether_all_of_their_equations_are_written_at_once_or_not() {
+    for hangs in [false, true] {
+        let scratch = Scratch::new();
+        let path = scratch.file("scene.toml", chain(500, hangs));
+        let [whole, lean] = [false, true].map(|runs_only| {
+            let options = RunOptions { runs_only, ..options(&[], &[]) };
+            let session = Session::open(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+            let nodes = session.equations.graph.len();
+            (nodes, session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}")))
+        });
+        assert!(10 * lean.0 < 6 * whole.0, "{} of {} nodes", lean.0, whole.0);
+        assert_eq!(whole.1.summary.evaluations, lean.1.summary.evaluations);
+        assert_eq!(whole.1.columns, lean.1.columns);
     }
 }

@@ -126,35 +126,40 @@ pub(super) fn in_ranges(inputs: &[Loaded]) -> (Vec<LoadedRange>, Vec<Loaded>) {
 
 /// No register.
 const NONE: Register = Register::MAX;
+/// Users of what keeps its register.
+const HELD: u16 = u16::MAX;
+/// With this bit, the register that a node is to be written to.
+const RESERVED: Register = 1 << (Register::BITS - 1);
 
 /// Gives out registers while instructions are written.
 struct Builder<'g> {
     graph: &'g Graph,
-    /// By node; [`NONE`] where it has none yet.
+    /// By node; [`NONE`] where it has none yet, [`RESERVED`] with that of an output that is still to be written.
     register_of: Vec<Register>,
-    /// By node: how many users are still to come; outputs and call arguments are held for ever.
-    users: Vec<u32>,
+    /// By node: how many users are still to come; [`HELD`] for outputs, call arguments and what has more.
+    users: Vec<u16>,
     free: Vec<Register>,
     registers: Register,
     constants: Vec<f64>,
     inputs: Vec<(u32, Register)>,
     /// The first of as many registers as there are outputs, side by side in their order.
     block: Register,
-    /// By node: the register of that block it belongs into, [`NONE`] where it is no output.
-    place_of: Vec<Register>,
 }
 
 impl<'g> Builder<'g> {
     fn new(graph: &'g Graph, live: &[Node], outputs: &[Node], arguments: &[Node]) -> Self {
         let end = live.last().map_or(0, |node| node.0 as usize + 1);
-        let mut users = vec![0; end];
+        let mut users = vec![0_u16; end];
         for node in live {
             if !matches!(graph.expr(*node), Expr::Call { .. }) {
-                graph.operands(*node, |operand| users[operand.0 as usize] += 1);
+                graph.operands(*node, |operand| {
+                    let users = &mut users[operand.0 as usize];
+                    *users = users.saturating_add(1);
+                });
             }
         }
         for held in outputs.iter().chain(arguments) {
-            users[held.0 as usize] += 1;
+            users[held.0 as usize] = HELD;
         }
         let mut builder = Self {
             graph,
@@ -165,7 +170,6 @@ impl<'g> Builder<'g> {
             constants: Vec::new(),
             inputs: Vec::new(),
             block: 0,
-            place_of: vec![NONE; end],
         };
         // Constants come first and are never overwritten; inputs follow.
         for node in live {
@@ -173,7 +177,7 @@ impl<'g> Builder<'g> {
                 let register = builder.fresh();
                 builder.constants.push(value);
                 builder.register_of[node.0 as usize] = register;
-                builder.users[node.0 as usize] += 1;
+                builder.users[node.0 as usize] = HELD;
             }
         }
         // In the order of their slots, so that they are copied many at a time.
@@ -188,7 +192,9 @@ impl<'g> Builder<'g> {
         builder.block = builder.registers;
         for node in outputs {
             let register = builder.fresh();
-            builder.place_of[node.0 as usize] = register;
+            if !builder.is_written(*node) {
+                builder.register_of[node.0 as usize] = RESERVED | register;
+            }
         }
         builder
     }
@@ -220,6 +226,11 @@ impl<'g> Builder<'g> {
         }
     }
 
+    /// Whether a node has its number already.
+    fn is_written(&self, node: Node) -> bool {
+        self.register_of[node.0 as usize] & RESERVED == 0
+    }
+
     fn fresh(&mut self) -> Register {
         self.registers += 1;
         self.registers - 1
@@ -247,7 +258,7 @@ impl<'g> Builder<'g> {
                 if let Some(node) = node {
                     // Results keep their register for the rest of the program.
                     self.register_of[node.0 as usize] = first + (from + place) as Register;
-                    self.users[node.0 as usize] += 1;
+                    self.users[node.0 as usize] = HELD;
                     used += 1;
                 }
             }
@@ -259,8 +270,8 @@ impl<'g> Builder<'g> {
     fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
         let mut list = Vec::with_capacity(nodes.len());
         let mut operands = Vec::with_capacity(4);
-        let written = |node: &Node| self.register_of[node.0 as usize] != NONE;
-        let open: Vec<Node> = calls_first(self.graph, nodes).into_iter().filter(|node| !written(node)).collect();
+        let open: Vec<Node> =
+            calls_first(self.graph, nodes).into_iter().filter(|node| !self.is_written(*node)).collect();
         for (node, turned) in pairs_together(self.graph, &open) {
             let expr = self.graph.expr(node);
             if matches!(expr, Expr::Call { .. }) {
@@ -275,14 +286,16 @@ impl<'g> Builder<'g> {
             }
             for (operand, register) in operands.iter().zip(&at) {
                 let users = &mut self.users[operand.0 as usize];
-                *users -= 1;
-                if *users == 0 {
-                    self.free.push(*register);
+                if *users != HELD {
+                    *users -= 1;
+                    if *users == 0 {
+                        self.free.push(*register);
+                    }
                 }
             }
-            let d = match self.place_of[node.0 as usize] {
+            let d = match self.register_of[node.0 as usize] {
                 NONE => self.take(),
-                place => place,
+                reserved => reserved & !RESERVED,
             };
             self.register_of[node.0 as usize] = d;
             list.push(match expr {
@@ -333,7 +346,7 @@ impl<'g> Builder<'g> {
                 // Results keep their register for the rest of the program.
                 let register = self.fresh();
                 self.register_of[node.0 as usize] = register;
-                self.users[node.0 as usize] += 1;
+                self.users[node.0 as usize] = HELD;
                 results[*result] = Some(register);
                 let batch = &mut batches[position];
                 batch.wanted.jacobian |= (description.jacobian_from..description.second_from).contains(result);

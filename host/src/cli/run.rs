@@ -19,7 +19,9 @@ use super::watch;
 /// Integrates a scene and writes its results; again and again with `--watch`.
 pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let stop = stop_on_interrupt();
-    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), ..args.options() };
+    // What is said of the plan, and further runs to compare with, look at all of the equations.
+    let runs_only = !(args.verbose || args.verify || args.digits);
+    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), runs_only, ..args.options() };
     if args.watch { watch::watch(args, &options, &stop) } else { once(args, &options, &stop) }
 }
 

@@ -68,6 +68,7 @@ impl InBodies {
         let form = match &mut self.form {
             Some(form) => form,
             empty => {
+                self.parts.equations.write_gammas();
                 let mut form = Box::new(WorkingForm::of(&self.parts, Vec::new())?);
                 form.set_discrete(&self.inputs[references..discrete], &self.inputs[discrete..solved]);
                 empty.insert(form)

@@ -307,7 +307,8 @@ impl Formulation for JointForm {
             return Ok(None);
         }
         self.publish();
-        let (graph, nodes) = self.equations.body_accelerations();
+        let (mut graph, nodes) = self.equations.body_accelerations();
+        graph.rest();
         let mut program = Evaluator::new(&graph, &nodes);
         Ok(Some(program.run(&self.motion.inputs, &self.bodies.sets)?.to_vec()))
     }
@@ -331,7 +332,8 @@ impl Formulation for JointForm {
     }
 
     fn own_program(&self, equations: &Equations, nodes: &[Node]) -> Option<Evaluator> {
-        let (graph, nodes) = self.carry(equations, nodes)?;
+        let (mut graph, nodes) = self.carry(equations, nodes)?;
+        graph.rest();
         Some(Evaluator::of_entries(&graph, &nodes, |slot| self.entry_of(slot)))
     }
 

@@ -5,6 +5,7 @@ use std::collections::BinaryHeap;
 
 use element_api::Kind;
 
+use super::layout::Layout;
 use crate::model::Model;
 
 /// How a body hangs on the one before it.
@@ -100,6 +101,13 @@ impl SpanningTree {
         let mut used = vec![false; elements];
         self.joints.iter().filter_map(|joint| joint.element).for_each(|element| used[element] = true);
         used
+    }
+
+    /// Whether all rows are those of joints whose coordinates are used.
+    #[must_use]
+    pub fn closes_no_loop(&self, layout: &Layout) -> bool {
+        let used = self.used(layout.row_at.len());
+        (0..layout.rows).all(|row| used[layout.element_of_row(row).0])
     }
 
     /// For each joint and each of its coordinates, free rotations left out, whether it belongs to the state.

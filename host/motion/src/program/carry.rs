@@ -44,6 +44,9 @@ impl JointEquations {
     /// multipliers, or on an opaque element.
     #[must_use]
     pub fn carry(&self, working: &Equations, layout: &Layout, nodes: &[Node]) -> Option<(Graph, Vec<Node>)> {
+        if nodes.is_empty() {
+            return Some((Graph::default(), Vec::new()));
+        }
         let mut g = self.room_for_bodies();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
         let replaced = carried_bodies(&mut g, &mut own, working, self);

@@ -8,13 +8,13 @@ use std::sync::OnceLock;
 
 use element_api::Kind;
 use element_api::recording::{Input, Role};
-use odyn_graph::{Below, Graph, Node, Program, Seeds, V3, derivatives, derivatives_among, import};
+use odyn_graph::{Graph, Node, Program, Seeds, V3, derivatives, import};
 
 use super::acting::Stored;
 use super::contacts::Contact;
 use super::coupling::CoupledInput;
 use super::inertia::FreeInertia;
-use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, entries, frame_nodes, g_matrix, transposed};
+use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
 use super::sliding::Friction;
 use crate::model::{Body, Instance, Marker, Model};
@@ -76,8 +76,10 @@ pub struct FrameLoad {
 /// The equations of one element.
 #[derive(Debug, Clone, Default)]
 pub struct ElementEquations {
-    /// Joint coordinates with their derivatives.
-    pub coordinates: Vec<Row>,
+    /// Joint coordinates.
+    pub coordinates: Vec<Node>,
+    /// The same with their derivatives, where these are known; see [`Equations::coordinate`].
+    pub(super) coordinate_rows: Vec<Row>,
     /// Loads of a force element, per frame.
     pub loads: Vec<FrameLoad>,
     /// Reported values of a force element.
@@ -139,12 +141,30 @@ pub struct Equations {
     pub(super) channels: Vec<Node>,
     /// See [`Equations::program_of_rows`].
     pub(super) of_rows: OnceLock<Program>,
+    /// Whether second derivatives of recorded rows are left to [`Equations::write_gammas`]; until then they are not numbers.
+    pub(super) gammas_are_due: bool,
 }
 
 impl Equations {
     /// Writes down the equations of a model.
     #[must_use]
     pub fn build(model: &Model, layout: &Layout, form: Form) -> Self {
+        Self::build_by(model, layout, form, true)
+    }
+
+    /// The same in the working form, without the second derivatives of rows where nothing in the equations asks for them: for
+    /// trees, which the coordinates of joints meet all rows of. [`Equations::write_gammas`] adds them.
+    #[must_use]
+    pub fn build_for_tree(model: &Model, layout: &Layout) -> Self {
+        let mut equations = Self::build_by(model, layout, Form::Working, false);
+        let plain = equations.contacts.is_empty() && equations.frictions.is_empty() && equations.coupling.is_empty();
+        if !plain || layout.states > 0 {
+            equations.write_gammas();
+        }
+        equations
+    }
+
+    fn build_by(model: &Model, layout: &Layout, form: Form, with_gammas: bool) -> Self {
         let mut graph = Graph::with_room((NODES * (model.bodies.len() + model.elements.len())).min(MOST_ROOM));
         let zero = graph.constant(0.0);
         let bodies: Vec<BodyNodes> = (0..layout.bodies).map(|b| body_nodes(&mut graph, layout, b, form)).collect();
@@ -171,6 +191,7 @@ impl Equations {
             solved_in_rates: Vec::new(),
             channels: Vec::new(),
             of_rows: OnceLock::new(),
+            gammas_are_due: !with_gammas,
             graph,
             form,
             bodies,
@@ -240,6 +261,7 @@ impl Equations {
             solved_in_rates: self.solved_in_rates.clone(),
             channels: self.channels.clone(),
             of_rows: OnceLock::new(),
+            gammas_are_due: self.gammas_are_due,
         }
     }
 
@@ -345,107 +367,27 @@ impl Equations {
             rate.or_else(|| value_of(Role::Residual(*row as u32))).unwrap_or(missing)
         };
         let coordinates = (0..element.class.channels.len()).map(|k| Role::Coordinate(k as u32));
-        let coordinates = coordinates.map(|role| value_of(role).unwrap_or(missing));
-        let wanted: Vec<Node> = element.rows.iter().map(value_of_row).chain(coordinates).collect();
+        let coordinates: Vec<Node> = coordinates.map(|role| value_of(role).unwrap_or(missing)).collect();
+        let mut wanted: Vec<Node> = element.rows.iter().map(value_of_row).collect();
         let bodies = bodies_of(&element.markers);
         let mut rows = match opaque {
+            None if self.gammas_are_due => self.rows_without_gammas(&wanted, &bodies),
             None => self.traced_rows(&wanted, &bodies),
-            Some(call) => self.opaque_rows(&wanted, call, element, &frames, &bodies),
+            Some(call) => {
+                wanted.extend(&coordinates);
+                self.opaque_rows(&wanted, call, element, &frames, &bodies)
+            }
         };
         for (row, number) in rows.iter_mut().zip(&element.rows) {
             let Some(rate) = value_of(Role::VelocityResidual(*number as u32)) else { continue };
             let still = self.at_rest(index, element, &frames, layout, *number);
             *row = self.row_of_velocities(rate, still, &bodies);
         }
-        self.elements[index].coordinates = rows.split_off(element.rows.len());
+        self.elements[index].coordinates = coordinates;
+        self.elements[index].coordinate_rows = rows.split_off(element.rows.len());
         self.add_contacts(element, layout.row_at[index]);
         self.rows.extend(rows);
         self.add_frictions(index, element, &values, layout);
-    }
-
-    /// Derivatives of recorded functions along each coordinate of the bodies they may depend on.
-    pub(super) fn traced_rows(&mut self, values: &[Node], bodies: &[usize]) -> Vec<Row> {
-        let mut jacobian: Vec<Vec<(usize, Node)>> = vec![Vec::new(); values.len()];
-        let columns = self.form.columns();
-        // All directions start at the coordinates of the bodies.
-        let mut coordinates: Vec<Node> = Vec::new();
-        for body in bodies {
-            let nodes = &self.bodies[*body];
-            coordinates.extend(nodes.r);
-            match self.form {
-                Form::Working => coordinates.extend(entries(&nodes.a)),
-                Form::Reference => coordinates.extend(nodes.p),
-            }
-        }
-        coordinates.sort_unstable();
-        let below = Below::new(&self.graph, values, |node| coordinates.binary_search(&node).is_ok());
-        for body in bodies {
-            for k in 0..columns {
-                let seeds = self.coordinate_seeds(*body, k);
-                let slopes = derivatives_among(&mut self.graph, &below, values, &seeds);
-                for (row, slope) in jacobian.iter_mut().zip(slopes) {
-                    if !self.graph.is_zero(slope) {
-                        row.push((columns * body + k, slope));
-                    }
-                }
-            }
-        }
-        let time_input = self.graph.input(Layout::TIME);
-        let one = self.graph.constant(1.0);
-        let times = derivatives_among(&mut self.graph, &below, values, &Seeds::from_iter([(time_input, one)]));
-        let seeds = self.motion_seeds(bodies);
-        let first = derivatives_among(&mut self.graph, &below, values, &seeds);
-        let second = derivatives(&mut self.graph, &first, &seeds);
-        let mut rows = Vec::with_capacity(values.len());
-        for (k, (value, mut jacobian)) in values.iter().zip(jacobian).enumerate() {
-            jacobian.sort_unstable_by_key(|(column, _)| *column);
-            rows.push(Row {
-                value: *value,
-                time: times[k],
-                gamma: self.graph.neg(second[k]),
-                jacobian,
-                of_velocities: false,
-            });
-        }
-        rows
-    }
-
-    /// The direction of one coordinate of a body.
-    fn coordinate_seeds(&mut self, body: usize, k: usize) -> Seeds {
-        let nodes = &self.bodies[body];
-        let g = &mut self.graph;
-        let (zero, one) = (g.constant(0.0), g.constant(1.0));
-        if k < 3 {
-            return Seeds::from_iter([(nodes.r[k], one)]);
-        }
-        match self.form {
-            Form::Working => {
-                // A rotation dpi' about the body axis k: dA = A e_k~.
-                let axis: V3 = std::array::from_fn(|i| if i == k - 3 { one } else { zero });
-                let rate = g.times_skew(&nodes.a, axis);
-                Seeds::from_iter(entries(&nodes.a).zip(entries(&rate)))
-            }
-            Form::Reference => Seeds::from_iter([(nodes.p[k - 3], one)]),
-        }
-    }
-
-    /// The direction of the motion: every derivative with respect to time that is not an acceleration.
-    pub(super) fn motion_seeds(&mut self, bodies: &[usize]) -> Seeds {
-        let mut seeds = Seeds::default();
-        let time = self.graph.input(Layout::TIME);
-        seeds.insert(time, self.graph.constant(1.0));
-        for body in bodies {
-            let nodes = &self.bodies[*body];
-            seeds.extend(nodes.r.iter().copied().zip(nodes.v));
-            match self.form {
-                Form::Working => {
-                    let rate = self.graph.times_skew(&nodes.a, nodes.w);
-                    seeds.extend(entries(&nodes.a).zip(entries(&rate)));
-                }
-                Form::Reference => seeds.extend(nodes.p.iter().copied().zip(nodes.p_rate)),
-            }
-        }
-        seeds
     }
 
     /// Takes off as a load what elements lend to a body: m v', and J omega'' + omega' x J omega'.

@@ -118,7 +118,7 @@ impl JointEquations {
     #[must_use]
     pub fn build_turned(cartesian: &Equations, model: &Model, layout: &Layout, tree: &SpanningTree) -> Option<Self> {
         // What depends on multipliers takes them in the axes that their rows are written in.
-        if closes_no_loop(&tree.used(model.elements.len()), layout) || cartesian.needs_solution() {
+        if tree.closes_no_loop(layout) || cartesian.needs_solution() {
             return None;
         }
         let mut turned = Equations { of_rows: OnceLock::new(), ..cartesian.clone() };
@@ -154,7 +154,7 @@ impl JointEquations {
         let of_tree = |row: usize| used[layout.element_of_row(row).0];
         // Trees that no rows close are solved body by body where elimination would take long.
         let short =
-            !(closes_no_loop(&used, layout) && how == Projecting::Fewest && elimination_of(tree) > LONG_ELIMINATION);
+            !(tree.closes_no_loop(layout) && how == Projecting::Fewest && elimination_of(tree) > LONG_ELIMINATION);
         let mut writer = Writer::new(coordinates, model, short);
         for (joint, anew) in tree.joints.iter().zip(references(model, tree, far)) {
             writer.hang(joint, model, anew);
@@ -279,11 +279,6 @@ fn common_velocities(markers: &[Marker], bodies: &[Carried]) -> Vec<usize> {
         common.retain(|column| own.contains(column));
     }
     common
-}
-
-/// Whether all rows are those of joints whose coordinates are used.
-fn closes_no_loop(used: &[bool], layout: &Layout) -> bool {
-    (0..layout.rows).all(|row| used[layout.element_of_row(row).0])
 }
 
 /// Operations of an elimination beyond which it is not even tried where bodies can be taken one by one.

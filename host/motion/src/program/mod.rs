@@ -13,6 +13,7 @@
 //! | `kinematics.rs` | bodies and frames |
 //! | `opaque.rs` | elements called at run time |
 //! | `equations.rs` | bodies and joints: rows, Jacobians, gamma, loads, energies |
+//! | `traced_rows.rs` | rows from recorded functions: their derivatives |
 //! | `velocity_rows.rs` | rows on velocities |
 //! | `contacts.rs` | unilateral rows, and which rows are enforced |
 //! | `sliding.rs` | rows that hold up to a limit: friction |
@@ -53,6 +54,7 @@ mod sharp;
 mod sliding;
 mod spatial;
 mod switches;
+mod traced_rows;
 mod turned_rows;
 mod unknowns;
 mod velocity_rows;

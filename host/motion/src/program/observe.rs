@@ -5,7 +5,7 @@
 use element_api::Kind;
 use odyn_graph::{Expr, Node, V3};
 
-use super::equations::{Equations, Form, Row};
+use super::equations::{Equations, Form, Row, bodies_of};
 use super::kinematics::{dot4, g_matrix, transposed};
 use crate::model::{Axes, Level, Model, Quantity, Shown, Watched, WatchedValue};
 use crate::plan::Layout;
@@ -40,12 +40,11 @@ impl Equations {
                 self.component(vector, *axes, *component)
             }
             Quantity::Coordinate { element, coordinate, level } => {
-                let row = self.elements[*element].coordinates[*coordinate].clone();
-                match level {
-                    Level::Position => row.value,
-                    Level::Velocity => self.row_rate(&row),
-                    Level::Acceleration => self.row_acceleration(&row, layout),
+                if *level == Level::Position {
+                    return self.elements[*element].coordinates[*coordinate];
                 }
+                let row = self.coordinate(*element, *coordinate, model);
+                if *level == Level::Velocity { self.row_rate(&row) } else { self.row_acceleration(&row, layout) }
             }
             Quantity::Load { element, frame, torque, axes, component } => {
                 let (force, moment) = match model.elements[*element].class.kind {
@@ -65,6 +64,16 @@ impl Equations {
             Quantity::PotentialEnergy => self.potential,
             Quantity::TotalEnergy => self.graph.add(self.kinetic, self.potential),
         }
+    }
+
+    /// A coordinate of a joint with its derivatives: few are asked for, so that they are written down then.
+    pub(super) fn coordinate(&mut self, element: usize, coordinate: usize, model: &Model) -> Row {
+        if self.elements[element].coordinate_rows.is_empty() {
+            let values = self.elements[element].coordinates.clone();
+            let bodies = bodies_of(&model.elements[element].markers);
+            self.elements[element].coordinate_rows = self.traced_rows(&values, &bodies);
+        }
+        self.elements[element].coordinate_rows[coordinate].clone()
     }
 
     /// The node of a value that is looked at, SI.

@@ -31,8 +31,10 @@ pub(super) struct Fill {
     entries: Vec<Vec<Source>>,
     /// By place: the entries of that row.
     pub(super) values: Vec<Vec<Entry>>,
-    /// Entries of kept rows in the columns of positions: place of the row, position, value.
-    pub(super) through: Vec<(u32, u32, f64)>,
+    /// Where kept rows have entries in the columns of positions, by columns.
+    pub(super) through: Vec<Through>,
+    /// These entries, one run after the other.
+    pub(super) through_values: Vec<f64>,
     /// By place: places of the head before it that its row has entries at, ascending.
     pub(super) before: Vec<Vec<u32>>,
     /// By place of the head: places after it that its row has entries at, ascending.
@@ -48,6 +50,15 @@ pub(super) struct Entry {
     pub(super) own: f64,
     /// `J_op c`.
     pub(super) through: f64,
+}
+
+/// Entries of a column of a position in rows at places side by side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Through {
+    pub(super) position: u32,
+    /// The first place, and how many there are.
+    pub(super) place: u32,
+    pub(super) count: u32,
 }
 
 /// Where an entry comes from: places among [`Fill::known`], and the pair of the second.
@@ -113,8 +124,10 @@ impl Fill {
                 }
             }
         }
-        for (place, position, value) in &mut self.through {
-            *value = entry(self.order[*place as usize], *position as usize);
+        let places =
+            self.through.iter().flat_map(|run| (run.place..run.place + run.count).map(move |place| (place, run)));
+        for (value, (place, run)) in self.through_values.iter_mut().zip(places) {
+            *value = entry(self.order[place as usize], run.position as usize);
         }
         grown
     }
@@ -235,6 +248,7 @@ impl Fill {
         }
         self.entries = vec![Vec::new(); kept.len()];
         self.through.clear();
+        let mut throughs = 0;
         let words = kept.len().div_ceil(64);
         for (column, rows) in self.halves.pattern.chunks_exact(words.max(1)).enumerate() {
             for row in bits(rows) {
@@ -245,11 +259,17 @@ impl Fill {
                     && let Some(through) = at(position)
                 {
                     source.through = Some((through, pair));
-                    self.through.push((place_of[row] as u32, position as u32, 0.0));
+                    throughs += 1;
+                    let (place, position) = (place_of[row] as u32, position as u32);
+                    match self.through.last_mut() {
+                        Some(run) if run.position == position && run.place + run.count == place => run.count += 1,
+                        _ => self.through.push(Through { position, place, count: 1 }),
+                    }
                 }
                 self.entries[place_of[row]].push(source);
             }
         }
+        self.through_values = vec![0.0; throughs];
         let value = |source: &Source| Entry { column: source.column, own: 0.0, through: 0.0 };
         self.values = self.entries.iter().map(|sources| sources.iter().map(value).collect()).collect();
     }

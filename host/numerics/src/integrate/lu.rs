@@ -1,10 +1,15 @@
 //! [`Lu`]: elimination of the matrices of implicit steps, real or complex.
 
+#![allow(
+    unsafe_code,
+    reason = "the only way to call what is compiled for a wider vector unit; the use says why it holds"
+)]
+
 use std::ops::Range;
 
 use nalgebra::{Complex, ComplexField};
 
-use super::fill::{Entry, Fill};
+use super::fill::{Entry, Fill, Through};
 use super::halves::{Pair, Quadrature};
 
 /// Columns of the rest that are eliminated at a time.
@@ -46,14 +51,17 @@ impl Number for f64 {
         row[k] = self;
     }
 
+    #[inline(always)]
     fn dot(row: &[f64], unknowns: &[f64], _: usize, range: Range<usize>) -> Self {
         products(&row[range.clone()], &unknowns[range])
     }
 
+    #[inline(always)]
     fn take_from(self, target: &mut [f64], row: &[f64], _: usize, range: Range<usize>) {
         target[range.clone()].iter_mut().zip(&row[range]).for_each(|(entry, other)| *entry -= self * other);
     }
 
+    #[inline(always)]
     fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize) {
         let others: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * q + from..n * (q + 1)]);
         for (k, entry) in target[from..n].iter_mut().enumerate() {
@@ -77,12 +85,14 @@ impl Number for Complex<f64> {
         (row[k], row[n + k]) = (self.re, self.im);
     }
 
+    #[inline(always)]
     fn dot(row: &[f64], unknowns: &[f64], n: usize, range: Range<usize>) -> Self {
         let [(re, im), (x, y)] = [row, unknowns].map(|row| row.split_at(n));
         let [re, im, x, y] = [re, im, x, y].map(|part| &part[range.clone()]);
         Self::new(products(re, x) - products(im, y), products(re, y) + products(im, x))
     }
 
+    #[inline(always)]
     fn take_from(self, target: &mut [f64], row: &[f64], n: usize, range: Range<usize>) {
         let (re, im) = target.split_at_mut(n);
         let (other_re, other_im) = row.split_at(n);
@@ -93,6 +103,7 @@ impl Number for Complex<f64> {
         }
     }
 
+    #[inline(always)]
     fn take_panel_from(factors: [Self; PANEL], target: &mut [f64], rows: &[f64], n: usize, from: usize) {
         let others_re: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[2 * n * q + from..n * (2 * q + 1)]);
         let others_im: [&[f64]; PANEL] = std::array::from_fn(|q| &rows[n * (2 * q + 1) + from..n * (2 * q + 2)]);
@@ -109,7 +120,7 @@ impl Number for Complex<f64> {
 }
 
 /// The sum of products, four at a time.
-#[inline]
+#[inline(always)]
 fn products(a: &[f64], b: &[f64]) -> f64 {
     if a.len() < 4 {
         return a.iter().zip(b).map(|(a, b)| a * b).sum();
@@ -202,6 +213,18 @@ impl<T: Number> Lu<T> {
                 }
             }
         }
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: this machine has what the function was compiled for.
+            return unsafe { self.eliminate_widely() };
+        }
+        self.eliminate()
+    }
+
+    /// [`Lu::eliminate`] with vectors of four numbers, which are the same: elimination is nearly all of the work of a dense rest.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn eliminate_widely(&mut self) -> bool {
         self.eliminate()
     }
 
@@ -212,6 +235,7 @@ impl<T: Number> Lu<T> {
 
     /// The rest, a few columns at a time, so that rows are loaded less often. Each entry has its terms taken in the same order
     /// as one by one.
+    #[inline(always)]
     fn eliminate(&mut self) -> bool {
         let n = self.rest;
         let length = T::PARTS * n;
@@ -240,6 +264,7 @@ impl<T: Number> Lu<T> {
     }
 
     /// Column `k`, and what follows from it up to column `end`.
+    #[inline(always)]
     fn eliminate_column(&mut self, k: usize, end: usize) -> bool {
         let n = self.rest;
         let size = |i: usize| T::get(self.row(i), n, k).norm1();
@@ -277,14 +302,35 @@ impl<T: Number> Lu<T> {
 
     /// `x := A^-1 x`
     pub(super) fn solve(&mut self, x: &mut [T], fill: &Fill) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: this machine has what the function was compiled for.
+            return unsafe { self.solve_widely(x, fill) };
+        }
+        self.solve_plainly(x, fill);
+    }
+
+    /// As [`Lu::eliminate_widely`].
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn solve_widely(&mut self, x: &mut [T], fill: &Fill) {
+        self.solve_plainly(x, fill);
+    }
+
+    #[inline(always)]
+    fn solve_plainly(&mut self, x: &mut [T], fill: &Fill) {
         let (head, n) = (fill.head, self.rest);
         let mut y = std::mem::take(&mut self.row);
         y.iter_mut().zip(&fill.order).for_each(|(value, unknown)| *value = x[*unknown]);
         for Pair { position, .. } in &fill.halves.pairs {
             x[*position] *= self.inverse_shift;
         }
-        for (place, position, entry) in &fill.through {
-            y[*place as usize] += x[*position as usize].scale(*entry);
+        let mut entries = &fill.through_values[..];
+        for Through { position, place, count } in &fill.through {
+            let (own, others) = entries.split_at(*count as usize);
+            let from = x[*position as usize];
+            y[*place as usize..].iter_mut().zip(own).for_each(|(value, entry)| *value += from.scale(*entry));
+            entries = others;
         }
         if head > 0 {
             for place in 0..y.len() {

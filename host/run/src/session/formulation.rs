@@ -119,9 +119,7 @@ impl Session {
 
     /// What an evaluation takes in the coordinates of a tree, and of bodies.
     fn predicted(&self, tree: &SpanningTree) -> Predicted {
-        let used = tree.used(self.model.elements.len());
-        let layout = &self.plan.layout;
-        let open = (0..layout.rows).all(|row| used[layout.element_of_row(row).0]);
+        let open = tree.closes_no_loop(&self.plan.layout);
         let coupled = self.equations.coupling.len();
         let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
         let joint = predicted(tree, self.model.bodies.len(), open) + COUPLED * coupled * self.model.bodies.len();
@@ -174,6 +172,9 @@ impl Session {
                 let choice = self.choose_formulation()?;
                 let Self { equations, model, plan, scene, .. } = self;
                 let refused = |e| start_error(scene, &e);
+                if choice.joint.is_none() {
+                    equations.write_gammas();
+                }
                 equations.graph.share();
                 let Some(joint) = choice.joint else {
                     let form = WorkingForm::new(equations, model, plan, length).map_err(refused)?;

@@ -16,7 +16,7 @@ use crate::analysis::{self, Assembly, AssemblyError, assemble, assemble_from, id
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::model::{Model, resolve};
-use crate::plan::{Layout, Plan};
+use crate::plan::{Layout, Plan, SpanningTree};
 use crate::program::{Equations, Form};
 use crate::scene::{Document, Rejected, Scene, parse, read};
 
@@ -24,6 +24,8 @@ use crate::scene::{Document, Rejected, Scene, parse, read};
 const NEAR: f64 = 0.01;
 /// They are if the ratio is below this share of what it is where the motion goes.
 const NEAR_SHARE: f64 = 0.5;
+/// Bodies from which on trees do without equations that only other coordinates than those of joints need.
+const MANY: usize = 500;
 /// Nodes from which on a graph does not keep the table that nodes are looked up in.
 const LARGE: usize = 100_000;
 /// Numbers that results may have, all columns together: they stay in memory during the run, 8 bytes each.
@@ -99,7 +101,8 @@ impl Session {
         if start.is_some() || !settles {
             return Self::of_start(scene, warnings, catalog, options, start, started);
         }
-        let given = Self::of_start(scene.clone(), Vec::new(), catalog, options, None, started)?;
+        let looked_at = RunOptions { runs_only: false, ..options.clone() };
+        let given = Self::of_start(scene.clone(), Vec::new(), catalog, &looked_at, None, started)?;
         let (found, mut notes) = given.settled()?;
         notes.splice(0..0, warnings);
         Self::of_start(scene, notes, catalog, options, Some((given.begins.time, found)), started)
@@ -143,7 +146,10 @@ impl Session {
         let load_time = started.elapsed().as_secs_f64();
         let compiling = Instant::now();
         let layout = Layout::new(&model);
-        let mut equations = written(&model, &layout);
+        let for_tree = options.runs_only
+            && model.bodies.len() >= MANY
+            && SpanningTree::new(&model, |_| true).closes_no_loop(&layout);
+        let mut equations = written(&model, &layout, for_tree);
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
         let t = start.as_ref().map_or(scene.simulation.t_start, |(t, _)| *t);
         let assembled = |equations: &Equations, model: &Model| match &start {
@@ -154,7 +160,7 @@ impl Session {
         let idle = idle_axes(&equations, &model, &layout, t, &assembly).map_err(refuse)?;
         if !idle.is_empty() {
             idle.iter().for_each(|(body, axis)| model.bodies[*body].calm(*axis));
-            equations = written(&model, &layout);
+            equations = written(&model, &layout, for_tree);
             assembly = assembled(&equations, &model)?;
         }
         warnings.extend(assembly_warnings(&assembly, &scene)?);
@@ -171,6 +177,7 @@ impl Session {
         // Trees whose rows are beyond doubt have no ratio.
         let near = (f64::MIN_POSITIVE..NEAR).contains(&at_start.health.smallest_pivot_ratio);
         if chooses && (near || !at_start.redundant_rows.is_empty()) {
+            equations.write_gammas();
             let duration = scene.simulation.t_end - t;
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
                 .map_err(|error| refuse(error.into()))?;
@@ -209,8 +216,11 @@ impl Session {
             scene,
         };
         // A formulation that the scene does not allow is refused here.
-        if session.scene.simulation.formulation.is_some() {
-            session.choose_tree()?;
+        if for_tree || session.scene.simulation.formulation.is_some() {
+            let (tree, _) = session.choose_tree()?;
+            if !tree.is_some_and(|tree| tree.closes_no_loop(&session.plan.layout)) {
+                session.equations.write_gammas();
+            }
         }
         session.compile_time = compiling.elapsed().as_secs_f64();
         Ok(session)
@@ -218,9 +228,12 @@ impl Session {
 }
 
 /// The equations of a model. Large ones are there with the channels, which is all that most runs ask for: they do without the table
-/// of known nodes, before anything is computed.
-fn written(model: &Model, layout: &Layout) -> Equations {
-    let mut equations = Equations::build(model, layout, Form::Working);
+/// of known nodes, before anything is computed. `for_tree`: see [`Equations::build_for_tree`].
+fn written(model: &Model, layout: &Layout, for_tree: bool) -> Equations {
+    let mut equations = match for_tree {
+        true => Equations::build_for_tree(model, layout),
+        false => Equations::build(model, layout, Form::Working),
+    };
     if equations.graph.len() > LARGE {
         equations.channels(model, layout);
         equations.graph.rest();

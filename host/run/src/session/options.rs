@@ -35,6 +35,8 @@ pub struct RunOptions {
     pub further_channels: Option<fn(&Model) -> Vec<Channel>>,
     /// What is had in common with other runs, if anything is. Results do not depend on it.
     pub common: Option<Common>,
+    /// Whether sessions are only run, so that what no run asks for need not be written. Results do not depend on it.
+    pub runs_only: bool,
     /// Ends of the steps to take instead of those that error control would choose, s: see [`crate::integrate::Options::steps`]. For
     /// scenes in which no contact closes and nothing switches.
     pub steps: Option<Arc<[f64]>>,

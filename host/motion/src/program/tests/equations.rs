@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::{Motion, difference, scene_values};
-use crate::model::{Model, skew};
+use crate::model::{Level, Model, Quantity, skew};
 use crate::plan::Layout;
 use crate::program::{Equations, Form, Node, Row};
 use crate::tests::{Random, model, scenes};
@@ -13,13 +13,18 @@ use crate::tests::{Random, model, scenes};
 fn built(text: &str, form: Form) -> (Model, Layout, Equations) {
     let model = model(text);
     let layout = Layout::new(&model);
-    let equations = Equations::build(&model, &layout, form);
+    let mut equations = Equations::build(&model, &layout, form);
+    for element in 0..model.elements.len() {
+        if !equations.elements[element].coordinates.is_empty() {
+            equations.coordinate(element, 0, &model);
+        }
+    }
     (model, layout, equations)
 }
 
 /// Rows of the joints, then their coordinates.
 fn functions(equations: &Equations) -> Vec<Row> {
-    let coordinates = equations.elements.iter().flat_map(|e| &e.coordinates);
+    let coordinates = equations.elements.iter().flat_map(|e| &e.coordinate_rows);
     equations.rows.iter().chain(coordinates).cloned().collect()
 }
 
@@ -47,6 +52,43 @@ fn g_matrix(p: &[f64]) -> SMatrix<f64, 3, 4> {
     let e = Vector3::new(p[1], p[2], p[3]);
     let right: Matrix3<f64> = Matrix3::identity() * p[0] - skew(&e);
     SMatrix::from_fn(|i, j| if j == 0 { -e[i] } else { right[(i, j - 1)] })
+}
+
+/// Once for each joint: most of the graph of a large scene would be derivatives of angles that nobody asks for.
+#[test]
+fn coordinates_of_joints_are_differentiated_where_their_rates_are_asked_for() {
+    let model = model(&scenes::tangle());
+    let layout = Layout::new(&model);
+    let mut equations = Equations::build(&model, &layout, Form::Working);
+    let element = equations.elements.iter().position(|element| !element.coordinates.is_empty()).unwrap();
+    let mut observed = |level| {
+        let quantity = Quantity::Coordinate { element, coordinate: 0, level };
+        (equations.observe(&quantity, &model, &layout), equations.graph.len())
+    };
+    let [(position, before), (rate, after), again] =
+        [Level::Position, Level::Velocity, Level::Velocity].map(&mut observed);
+    assert!(rate != position && after > before);
+    assert_eq!(again, (rate, after));
+    assert_eq!(observed(Level::Position), (position, after));
+}
+
+/// Second derivatives of rows are no numbers until they are written, and then those that are written at once.
+#[test]
+fn second_derivatives_of_rows_may_be_written_later() {
+    let mut random = Random(29);
+    for text in [scenes::four_bar(1.1), scenes::tangle(), scenes::opaque_tangle()] {
+        let (model, layout, whole) = built(&text, Form::Working);
+        let mut later = Equations::build_for_tree(&model, &layout);
+        let inputs = Motion::random(&layout, &mut random).start;
+        let gammas = |equations: &Equations| {
+            let nodes: Vec<Node> = equations.rows.iter().map(|row| row.gamma).collect();
+            scene_values(equations, &model, &nodes, &inputs)
+        };
+        let needed_at_once = !later.coupling.is_empty() || layout.states > 0 || !later.graph.calls.is_empty();
+        assert_eq!(gammas(&later).iter().all(|gamma| gamma.is_nan()), !needed_at_once);
+        later.write_gammas();
+        assert_eq!(gammas(&later), gammas(&whole));
+    }
 }
 
 #[test]
