@@ -129,8 +129,6 @@ impl Watching {
                     "that depend on accelerations or reactions",
                 ),
                 (!equations.graph.calls.is_empty()).then(|| "what opaque elements do".to_string()),
-                holds_over_time(equations)
-                    .then(|| "reactions of rows that open or slide, under loads over time".to_string()),
             ]),
         }
     }

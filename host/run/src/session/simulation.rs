@@ -344,17 +344,31 @@ impl<'a> Simulation<'a> {
     ) -> Result<(), AnalysisError> {
         let slowest = self.scales.rest_speed(duration);
         let mut load = 0.0;
-        if self.scales.speed.max(self.scales.spin * self.scales.length) <= NEAR_REST * slowest {
-            let traces = self.formulation.traces();
-            let whole = (duration, self.scales.length);
-            load = self.floor.balance(equations, model, (t, state), whole, self.formulation.as_mut())?;
-            self.formulation.forget_since(&traces);
+        let length = self.scales.length;
+        let is_slow = |scales: &Scales| scales.speed.max(scales.spin * length) <= NEAR_REST * slowest;
+        let rests = is_slow(&self.scales);
+        let traces = self.formulation.traces();
+        if rests || self.touch.is_some() && is_slow(&self.speeds_at(t, state)?) {
+            let whole = (duration, length);
+            load = self.floor.largest_load(equations, model, (t, state), whole, self.formulation.as_mut())?;
+        }
+        self.formulation.forget_since(&traces);
+        if rests {
+            self.floor.balance(load, model);
         }
         self.scales.anticipate_rest(duration);
         let lightest = model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
-        self.least_energy = (0.5 * lightest * slowest.powi(2)).max(OF_LOADS * load * self.scales.length);
+        self.least_energy = (0.5 * lightest * slowest.powi(2)).max(OF_LOADS * load * length);
         self.audit.count_from(self.least_energy);
         Ok(())
+    }
+
+    /// Of the velocities at a state alone: rows that may hold it are open still, and accelerations tell nothing.
+    fn speeds_at(&mut self, t: f64, state: &[f64]) -> Result<Scales, AnalysisError> {
+        let velocities = self.layout.velocities_in(self.formulation.observe(t, state, false)?.inputs);
+        let mut scales = Scales { speed: 0.0, spin: 0.0, ..self.scales };
+        scales.grow_to(&velocities);
+        Ok(scales)
     }
 
     /// Judges errors and violations by the sizes of a larger scene.

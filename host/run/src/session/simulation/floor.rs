@@ -85,13 +85,13 @@ impl Floor {
         self.errors[state]
     }
 
-    /// At rest accelerations are round-off of the forces that cancel in them, from the time `t` on for `duration`, in a scene of the
-    /// size `length`. From here on [`Floor::of_speeds`] knows that. Gives the largest of these forces, N; torques count by the length.
+    /// The largest force on a body at rest, N, from the time `t` on for `duration`, in a scene of the size `length`; torques count by
+    /// the length.
     ///
     /// # Errors
     /// See [`AnalysisError`].
-    pub(super) fn balance(
-        &mut self,
+    pub(super) fn largest_load(
+        &self,
         equations: &Equations,
         model: &Model,
         (t, y): (f64, &[f64]),
@@ -112,13 +112,18 @@ impl Floor {
             let later = t + duration * k as f64 / TIMES as f64;
             load = load.max(largest(later, formulation).unwrap_or(0.0));
         }
+        Ok(load)
+    }
+
+    /// At rest accelerations are round-off of the forces that cancel in them, of this size, N. From here on [`Floor::of_speeds`] knows
+    /// that.
+    pub(super) fn balance(&mut self, load: f64, model: &Model) {
         // Not by the mass of each: what holds a light body moves it with its neighbours.
         let mass: f64 = model.bodies.iter().map(|body| body.mass).sum();
         let turning = model.bodies.iter().filter(|body| !body.particle && body.thin.is_empty());
         let radius = turning.map(|body| (body.inertia.trace() / body.mass).sqrt()).fold(f64::INFINITY, f64::min);
         let size = load / mass;
         self.at_rest = [size, size / radius].map(|size| if size.is_finite() { ROUND_OFF * size } else { 0.0 });
-        Ok(load)
     }
 
     /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.
