@@ -1,8 +1,12 @@
-//! What rests under loads over time: steps may have any size there, and nothing but the loads says when rows give way.
+//! What rests under loads over time: steps may have any size there, and nothing but the loads says when rows give way; and what rolls
+//! freely until it meets something.
+
+use std::fs;
 
 use odyn::results::EventKind;
 
 use crate::contacts::{every_way_agrees, run};
+use crate::support::{column, root};
 
 /// A wheel with a clutch to the ground, which holds 1 N m, under a torque over time.
 fn wheel(torque: &str, capacity: &str) -> String {
@@ -194,5 +198,20 @@ fn what_rows_hold_is_not_searched_for_changes() {
     for sets in [&[][..], &["simulation.method=\"radau5\""], &["simulation.formulation=\"cartesian\""]] {
         let report = run(LOCKED, sets);
         assert!(report.summary.enclosures > 0 && report.summary.unproven == 0, "{}", report.summary.unproven);
+    }
+}
+
+#[test]
+fn steps_of_few_stages_end_where_what_rolls_meets_something() {
+    let text = fs::read_to_string(root().join("scenes/stress/barrier.toml")).unwrap();
+    for k in 0..24 {
+        let speed = format!("parameters.v={:?}", 1.7 + 1e-5 * f64::from(k));
+        for method in ["radau5", "radau9"] {
+            let method = format!("simulation.method=\"{method}\"");
+            let report = run(&text, &["parameters.w=0.003", "parameters.high=1.5", &speed, &method]);
+            let speeds = column(&report, "v_x");
+            let off = (speeds[0] + speeds[speeds.len() - 1]).abs();
+            assert!(off < 1e-9, "{speed} {method}: {off:.1e}");
+        }
     }
 }

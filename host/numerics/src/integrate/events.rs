@@ -83,6 +83,8 @@ pub(super) enum Next {
 pub(super) struct Events {
     /// Share of a step by which its interpolation may be continued to find the state at a switch.
     reach: f64,
+    /// Whether error control shows that conditions changed within a step.
+    shown: bool,
     pending: Option<Pending>,
     /// Values of the conditions at the start of the step; known at this time.
     before: Vec<f64>,
@@ -117,8 +119,9 @@ pub(super) struct Again {
 }
 
 impl Events {
-    /// For a method whose interpolation may be continued by the share `reach` of a step.
-    pub(super) fn new(run: &Run<'_>, reach: f64) -> Self {
+    /// For a method whose interpolation may be continued by the share `reach` of a step, and whose error control shows switches or
+    /// not.
+    pub(super) fn new(run: &Run<'_>, reach: f64, shown: bool) -> Self {
         let conditions = run.system.conditions();
         let guards = run.system.guards();
         let whole = run.system.dim();
@@ -127,6 +130,7 @@ impl Events {
             enclosure: Enclosure::new(Watched::Within, guards.within, guards.of_time, whole),
             turns: Enclosure::new(Watched::Turns, guards.turns, Vec::new(), whole),
             reach,
+            shown,
             pending: None,
             before: vec![0.0; conditions],
             known_at: None,
@@ -176,6 +180,10 @@ impl Events {
             None => self.turns.examine(run, step)?,
             found => found,
         };
+        let found = match found {
+            None if !self.shown && self.is_across(run, y, step)? => Some(Found::Hidden(0.0, 1.0)),
+            found => found,
+        };
         let Some(found) = found else { return Ok(None) };
         let again = match found {
             Found::Hidden(from, to) => self.aim(run, y, step, (from, to))?,
@@ -189,6 +197,22 @@ impl Events {
         run.counters.rejected += 1;
         run.counters.stepped_over += 1;
         Ok(Some(again))
+    }
+
+    /// Whether conditions differ at the ends of a step, which those of methods of few stages may not notice: all of them can lie on
+    /// one side.
+    fn is_across(&mut self, run: &mut Run<'_>, y: &[f64], step: &Interpolation<'_>) -> Result<bool, Trouble> {
+        if self.before.is_empty() || run.t < self.blind_until || !run.switching(step.start, y, &mut self.before)? {
+            return Ok(false);
+        }
+        self.known_at = Some(step.start);
+        (step.at)(1.0, &mut self.state);
+        if !run.switching(step.start + step.h, &self.state, &mut self.high)? {
+            return Ok(false);
+        }
+        let sizes = self.sizes.iter_mut().zip(self.before.iter().zip(&self.high));
+        sizes.for_each(|(size, (start, end))| *size = size.max(start.abs()).max(end.abs()));
+        Ok(self.changed(&self.high))
     }
 
     /// Gives up what the next step was aimed at.

@@ -276,6 +276,10 @@ impl Stepper for Explicit {
         REACH
     }
 
+    fn shows_switches(&self) -> bool {
+        true
+    }
+
     fn seen(&self) -> &[f64] {
         &self.seen
     }

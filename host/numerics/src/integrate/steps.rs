@@ -17,6 +17,9 @@ pub(super) trait Stepper {
     /// Share of a step by which its interpolation may be continued.
     fn reach(&self) -> f64;
 
+    /// Whether its error estimate shows that the equations switched within a step.
+    fn shows_switches(&self) -> bool;
+
     /// Shares of a step at which the equations are evaluated, ascending, both ends included.
     fn seen(&self) -> &[f64];
 
@@ -140,7 +143,7 @@ fn given_steps(method: &mut dyn Adaptive, run: &mut Run<'_>, y: &mut [f64], ends
         return Ok(());
     }
     method.start(run, y)?;
-    let mut events = Events::new(run, method.reach());
+    let mut events = Events::new(run, method.reach(), method.shows_switches());
     let mut scratch = vec![0.0; y.len()];
     while run.t < run.span.t_end {
         run.check_step_limit()?;
@@ -185,7 +188,7 @@ pub(super) fn steps_of_one_size(
         return Ok(());
     }
     method.start(run, y)?;
-    let mut events = Events::new(run, method.reach());
+    let mut events = Events::new(run, method.reach(), method.shows_switches());
     let mut scratch = vec![0.0; y.len()];
     method.expect_interpolation(events.watches_steps());
     for k in 0..count {
@@ -218,7 +221,7 @@ pub(super) fn adaptive_steps(
     };
     // Where the next step had better end.
     let mut end_at = None;
-    let mut events = Events::new(run, method.reach());
+    let mut events = Events::new(run, method.reach(), method.shows_switches());
     let mut stops = Stops::new(run);
     let mut scratch = vec![0.0; y.len()];
     while run.t < run.span.t_end {
