@@ -74,7 +74,10 @@ fn the_work_is_the_same_in_all_units_of_length_and_mass() {
     };
     // Lengths by 1e-3, masses by 1e6: torque per spin, a constant of the drag, stays what it is. (Not by time: the usual
     // choice of the first step compares y' with y''.)
-    assert_eq!(work(""), work("[units]\nlength = \"mm\"\nmass = \"Gg\"\n"));
+    let (one, other) = (work(""), work("[units]\nlength = \"mm\"\nmass = \"Gg\"\n"));
+    assert_eq!((one.0, one.1, one.2), (other.0, other.1, other.2));
+    // Whether one of them is needed can depend on round-off.
+    assert!(one.3.abs_diff(other.3) <= 1, "{} {}", one.3, other.3);
 }
 
 #[test]
