@@ -1,217 +1,217 @@
-//! What rests under loads over time: steps may have any size there, and nothing but the loads says when rows give way; and what rolls
-//! freely until it meets something.
+//! Equilibria that friction holds: closed forms, shares that rigid bodies leave open, runs that start there and stay.
 
-use std::fs;
+use odyn::analyses::modes::Stability;
+use odyn::analyses::statics::{self, Equilibrium};
 
-use odyn::results::EventKind;
+use crate::support::open_text;
 
-use crate::contacts::{every_way_agrees, run};
-use crate::support::{column, root};
+fn rest(text: &str) -> Equilibrium {
+    statics::equilibrium(&open_text(text, &[]), &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+}
 
-/// A wheel with a clutch to the ground, which holds 1 N m, under a torque over time.
-fn wheel(torque: &str, capacity: &str) -> String {
+const HEAD: &str = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 2\n\
+                    output_step = 0.1\n";
+
+/// A particle on a plane that falls along x with the angle a.
+fn on_a_slope(a: f64, mu: f64, more: &str) -> String {
+    let (s, c) = a.sin_cos();
     format!(
-        r#"
-[plugins]
-libraries = ["joints", "forces"]
-[simulation]
-t_end = 8
-output_step = 2
-tolerance = 1e-10
-[[body]]
-name = "wheel"
-mass = 1
-inertia = [0.3, 0.3, 0.5]
-[[joint]]
-name = "bearing"
-type = "revolute"
-bodies = ["ground", "wheel"]
-point = [0, 0, 0]
-[[joint]]
-name = "clutch"
-type = "clutch"
-bodies = ["ground", "wheel"]
-point = [0, 0, 0]
-params.capacity = "{capacity}"
-[[force]]
-name = "load"
-type = "vector-torque"
-bodies = ["ground", "wheel"]
-params.z = "{torque}"
-[[output]]
-name = "angle"
-quantity = "coordinate"
-of = "bearing"
-channel = "angle"
-"#
+        "{HEAD}[[body]]\nname = \"block\"\nmass = 2\nparticle = true\nposition = [{:?}, 0.3, {:?}]\n\
+         [[joint]]\nname = \"slope\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"block\"]\n\
+         frames = [{{ position = [0, 0, 0], axis = [{s:?}, 0, {c:?}] }}, {{ position = [0, 0, 0] }}]\nparams.mu = {mu:?}\n\
+         [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"x\"\n\
+         [[output]]\nname = \"y\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"y\"\n{more}",
+        0.4 * c,
+        -0.4 * s
     )
 }
 
+/// A run that starts at the equilibrium does not leave it.
+#[track_caller]
+fn stays(text: &str, names: &[&str]) {
+    let found = rest(text);
+    let mut run = open_text(text, &["simulation.start=equilibrium"]).prepare().unwrap().start().unwrap();
+    run.advance(2.0).unwrap_or_else(|error| panic!("{error}"));
+    for name in names {
+        let port = found.outputs.iter().find(|port| port.name == *name).unwrap();
+        let value = run.output(name).unwrap();
+        assert!((value - port.value).abs() < 1e-9, "{name}: {value:?} is not {:?}", port.value);
+    }
+}
+
 #[test]
-fn a_load_that_passes_a_limit_for_a_moment_is_not_stepped_over() {
-    for excess in [0.3, 0.1, 0.03] {
-        let (size, speed): (f64, f64) = (1.0 + excess, 5.0);
-        let report = every_way_agrees(&wheel(&format!("{size:?}*sin({speed:?}*t - 9)"), "1"), 1e-8);
-        let slides: Vec<f64> =
-            report.events.iter().filter(|event| event.kind == EventKind::Slides).map(|event| event.time).collect();
-        // Either way round, half a turn after the other.
-        let first = |turn: f64| (turn * std::f64::consts::PI + (1.0 / size).asin() + 9.0) / speed;
-        let expected: Vec<f64> = (-9..).map(|turn| first(f64::from(turn))).skip_while(|t| *t < 0.0).take(2).collect();
-        for (found, expected) in slides.iter().zip(&expected) {
-            assert!((found - expected).abs() < 1e-10, "{excess}: {found} in place of {expected}");
+fn a_block_stays_on_a_slope_up_to_its_angle_of_friction() {
+    let a = 0.3_f64;
+    for mu in [0.31, 0.5, 2.0] {
+        let text = on_a_slope(a, mu, "");
+        let found = rest(&text);
+        let [one] = found.friction.as_slice() else { panic!("{:?}", found.friction) };
+        assert!(one.holds && (one.share - a.tan() / mu).abs() < 1e-9, "{mu}: {one:?}");
+        assert!((found.outputs[0].value - 0.4 * a.cos()).abs() < 1e-12 && (found.outputs[1].value - 0.3).abs() < 1e-12);
+        assert!(found.modes.notes.iter().any(|note| note.contains("friction holds the scene where it stands")));
+        assert!(found.modes.modes.is_empty() && found.closed.len() == 1, "{:?}", found.modes);
+        // It does not move along the plane, but next to this it rests as well.
+        assert_eq!((found.stability, found.modes.zeros), (Stability::Held, 2), "{:?}", found.modes);
+        assert!(found.modes.neutral.len() == 2 && found.modes.neutral.iter().all(|one| one.held));
+        stays(&text, &["x", "y"]);
+    }
+    // Nothing else holds it.
+    let error = statics::equilibrium(&open_text(&on_a_slope(a, 0.3, ""), &[]), &mut |_| ()).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("nothing holds `block`"), "{error}");
+}
+
+/// Beside a held block: what hangs from it swings, what nothing drives back is free, and each is said of itself.
+#[test]
+fn what_friction_holds_is_told_from_what_is_free() {
+    let hung = |damping: f64| {
+        format!(
+            "[[body]]\nname = \"bob\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{:?}, 0.3, {:?}]\n\
+             [[joint]]\nname = \"hook\"\ntype = \"revolute\"\nbodies = [\"block\", \"bob\"]\npoint = [{:?}, 0.3, {:?}]\naxis = [0, 1, 0]\n\
+             [[force]]\nname = \"rubs\"\ntype = \"rotational-spring-damper\"\nbodies = [\"block\", \"bob\"]\naxis = [0, 1, 0]\n\
+             params = {{ stiffness = 0, damping = {damping:?} }}\n",
+            0.4 * 0.3_f64.cos(),
+            -0.4 * 0.3_f64.sin() - 0.5,
+            0.4 * 0.3_f64.cos(),
+            -0.4 * 0.3_f64.sin()
+        )
+    };
+    let block = |text: String| text.replace("particle = true", "inertia = [0.1, 0.1, 0.1]");
+    let orient = "[[joint]]\nname = \"upright\"\ntype = \"parallel-axes\"\nbodies = [\"ground\", \"block\"]\naxis = [0, 1, 0]\n\
+                  [[joint]]\nname = \"level\"\ntype = \"perpendicular-axes\"\nbodies = [\"ground\", \"block\"]\naxes = [[1, 0, 0], [0, 0, 1]]\n";
+    let text = |damping: f64| block(on_a_slope(0.3, 0.5, &(orient.to_owned() + &hung(damping))));
+    let (damped, undamped) = (rest(&text(0.3)), rest(&text(0.0)));
+    assert_eq!((damped.stability, undamped.stability), (Stability::Held, Stability::Undamped), "{:?}", damped.modes);
+    assert!(damped.modes.modes.len() == 1 && damped.modes.neutral.iter().all(|one| one.held), "{:?}", damped.modes);
+    // A wheel that turns freely about the block.
+    let wheel = text(0.3)
+        + &format!(
+            "[[body]]\nname = \"wheel\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{0:?}, 0.3, {1:?}]\n\
+             [[joint]]\nname = \"hub\"\ntype = \"revolute\"\nbodies = [\"block\", \"wheel\"]\npoint = [{0:?}, 0.3, {1:?}]\naxis = [0, 1, 0]\n",
+            0.4 * 0.3_f64.cos(),
+            -0.4 * 0.3_f64.sin()
+        );
+    let found = rest(&wheel);
+    assert_eq!((found.stability, found.modes.zeros), (Stability::Undecided, 4), "{:?}", found.modes);
+    let free: Vec<_> = found.modes.neutral.iter().filter(|one| !one.held).collect();
+    assert!(free.len() == 1 && free[0].bodies[0].name == "wheel" && free[0].bodies.len() == 1, "{free:?}");
+}
+
+/// With a spring that is too soft to hold it and a friction that is too weak: to where the spring holds it alone, which is said.
+#[test]
+fn where_friction_gives_way_the_equilibrium_is_that_without_it() {
+    let a = 0.3_f64;
+    let (s, c) = a.sin_cos();
+    let spring = format!(
+        "[[force]]\nname = \"spring\"\ntype = \"bushing\"\nbodies = [\"ground\", \"block\"]\n\
+         frames = [{{ position = [{:?}, 0.3, {:?}] }}, {{ position = [0, 0, 0] }}]\nparams = {{ stiffness = [80, 80, 80], rotational_stiffness = [0, 0, 0] }}\n",
+        0.4 * c,
+        -0.4 * s
+    );
+    let found = rest(&on_a_slope(a, 0.2, &spring));
+    let [one] = found.friction.as_slice() else { panic!("{:?}", found.friction) };
+    assert!(!one.holds && (one.share - a.tan() / 0.2).abs() < 1e-9, "{one:?}");
+    let moved = 2.0 * 9.81 * s / 80.0;
+    assert!((found.outputs[0].value - (0.4 + moved) * c).abs() < 1e-9, "{:?}", found.outputs);
+    assert!(found.modes.notes.iter().any(|note| note.contains("cannot hold the scene where it stands")));
+    // The same with enough: the spring is not stretched at all.
+    let found = rest(&on_a_slope(a, 0.4, &spring));
+    assert!((found.outputs[0].value - 0.4 * c).abs() < 1e-12 && found.friction[0].holds, "{:?}", found.friction);
+    stays(&on_a_slope(a, 0.4, &spring), &["x", "y"]);
+    stays(&on_a_slope(a, 0.2, &spring), &["x", "y"]);
+}
+
+/// A body in the plane y = 0 with feet on planes of the ground: per foot its place on the body, the plane's place and normal.
+fn on_feet(body: [f64; 2], center: [f64; 2], feet: &[([f64; 2], [f64; 2], [f64; 2])], mu: f64) -> String {
+    let [x, z] = center;
+    let mut text = format!(
+        "{HEAD}[[body]]\nname = \"body\"\nmass = {:?}\ninertia = [{1:?}, {1:?}, {1:?}]\nposition = [{x:?}, 0, {z:?}]\n\
+         [[joint]]\nname = \"plane\"\ntype = \"planar\"\nbodies = [\"ground\", \"body\"]\npoint = [0, 0, 0]\naxis = [0, 1, 0]\n\
+         [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"body\"\ncomponent = \"x\"\n\
+         [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"body\"\ncomponent = \"z\"\n",
+        body[0], body[1]
+    );
+    for (k, ([px, pz], [ox, oz], [nx, nz])) in feet.iter().enumerate() {
+        text += &format!(
+            "[[joint]]\nname = \"foot{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
+             frames = [{{ position = [{ox:?}, 0, {oz:?}], axis = [{nx:?}, 0, {nz:?}] }}, {{ position = [{:?}, 0, {:?}] }}]\n\
+             params.mu = {mu:?}\n",
+            px - x,
+            pz - z
+        );
+    }
+    text
+}
+
+/// Two feet on a slope share what rigid bodies leave open: together they need the tangent of its angle, whatever each takes.
+#[test]
+fn feet_that_share_a_load_hold_together() {
+    let a = 0.25_f64;
+    let (s, c) = a.sin_cos();
+    let at = |along: f64, up: f64| [along * c + up * s, -along * s + up * c];
+    let feet = [(at(-0.2, 0.0), [0.0, 0.0], [s, c]), (at(0.3, 0.0), [0.0, 0.0], [s, c])];
+    let text = on_feet([3.0, 0.2], at(0.0, 0.15), &feet, 0.3);
+    let found = rest(&text);
+    let most = found.friction.iter().map(|one| one.share).fold(0.0, f64::max);
+    assert!(found.friction.len() == 2 && found.friction.iter().all(|one| one.holds), "{:?}", found.friction);
+    assert!((most - a.tan() / 0.3).abs() < 1e-6, "{:?}", found.friction);
+    stays(&text, &["x", "z"]);
+    let error = statics::equilibrium(&open_text(&on_feet([3.0, 0.2], at(0.0, 0.15), &feet, 0.25), &[]), &mut |_| ());
+    assert!(error.is_err());
+}
+
+/// A ladder between floor and wall, friction at both: with the same mu it stands as long as tan(angle) >= (1 - mu^2) / (2 mu), which says
+/// what share of the friction it needs.
+#[test]
+fn a_ladder_needs_what_the_closed_form_says() {
+    let (angle, length) = (0.9_f64, 2.0);
+    let (s, c) = angle.sin_cos();
+    let feet = [([0.0, 0.0], [0.0, 0.0], [0.0, 1.0]), ([length * c, length * s], [length * c, 0.0], [-1.0, 0.0])];
+    // tan = (1 - m^2) / (2 m): m = sqrt(tan^2 + 1) - tan.
+    let needed = (angle.tan().powi(2) + 1.0).sqrt() - angle.tan();
+    for mu in [0.36, 0.5, 0.9] {
+        let text = on_feet([8.0, 2.7], [0.5 * length * c, 0.5 * length * s], &feet, mu);
+        if mu < needed {
+            continue;
         }
+        let found = rest(&text);
+        let most = found.friction.iter().map(|one| one.share).fold(0.0, f64::max);
+        assert!((most - needed / mu).abs() < 1e-6, "{mu}: {:?}, {}", found.friction, needed / mu);
+        stays(&text, &["x", "z"]);
+    }
+    assert!(needed < 0.5);
+    let slips = on_feet([8.0, 2.7], [0.5 * length * c, 0.5 * length * s], &feet, 0.9 * needed);
+    // It slips, and lies on the floor or has nothing to hold it: not where it stood.
+    if let Ok(found) = statics::equilibrium(&open_text(&slips, &[]), &mut |_| ()) {
+        assert!(found.friction.iter().any(|one| !one.holds), "{:?}", found.friction);
     }
 }
 
+/// A friction with a limit of its own beside a spring; others of the scene go to where they rest.
 #[test]
-fn a_limit_that_falls_below_a_load_for_a_moment_is_not_stepped_over() {
-    let report = every_way_agrees(&wheel("0.5", "1 + 0.51*sin(3*t)"), 1e-8);
-    let slides = report.events.iter().find(|event| event.kind == EventKind::Slides).unwrap();
-    let expected = (std::f64::consts::PI + (0.5_f64 / 0.51).asin()) / 3.0;
-    assert!((slides.time - expected).abs() < 1e-10, "{} in place of {expected}", slides.time);
-}
-
-/// A crank whose end a rod holds in place, so that nothing moves, and a pendulum-like body that is free but not driven.
-const STRUCTURE: &str = r#"
-[plugins]
-libraries = ["joints", "forces"]
-[simulation]
-t_end = 4
-output_step = 0.1
-tolerance = 1e-10
-[[body]]
-name = "crank"
-mass = 3
-inertia = [0.2, 0.3, 0.25]
-position = [0.3, 0.7, 0.1]
-[[body]]
-name = "idle"
-mass = 2
-inertia = [0.2, 0.3, 0.25]
-position = [2.3, 0.7, 0.1]
-[[joint]]
-name = "bearing"
-type = "revolute"
-bodies = ["ground", "crank"]
-point = [0.1, 0.2, 0.3]
-axis = [0.4, -0.5, 0.7]
-[[joint]]
-name = "rod"
-type = "distance-rod"
-bodies = ["ground", "crank"]
-points = [[1.3, 0.4, 0.2], [0.5, 0.9, -0.2]]
-params.length = "sqrt(0.64 + 0.25 + 0.16)"
-[[joint]]
-name = "pin"
-type = "revolute"
-bodies = ["ground", "idle"]
-point = [2.1, 0.2, 0.3]
-axis = [0.1, 0.5, 0.2]
-[[force]]
-name = "load"
-type = "vector-force"
-bodies = ["ground", "crank"]
-frames = [{ position = [0, 0, 0] }, { position = [0.2, 0.1, 0.3] }]
-params = { x = "40*sin(7*t)", y = "-90*sin(9*t)", z = "13*sin(5*t)" }
-[[output]]
-name = "pull"
-quantity = "reaction_force"
-of = "bearing"
-component = "y"
-"#;
-
-#[test]
-fn a_structure_under_loads_over_time_is_no_motion_with_an_energy() {
-    let all: Vec<_> = ["joint", "cartesian"]
-        .iter()
-        .flat_map(|form| ["dop853", "radau5"].map(|method| (form, method)))
-        .map(|(form, method)| {
-            let sets = [format!("simulation.formulation=\"{form}\""), format!("simulation.method=\"{method}\"")];
-            run(STRUCTURE, &[&sets[0], &sets[1]])
-        })
-        .collect();
-    for report in &all {
-        assert!(report.summary.steps < 100, "{} steps", report.summary.steps);
-        for (a, b) in report.columns[0].iter().zip(&all[0].columns[0]) {
-            assert!((a - b).abs() < 1e-10, "{a} {b}");
-        }
-    }
-}
-
-/// Three links in space, the last of which a freewheel locks to the one before.
-const LOCKED: &str = r#"
-[plugins]
-libraries = ["joints", "forces"]
-[simulation]
-gravity = [1, 2, -9.81]
-t_end = 1
-output_step = 0.1
-tolerance = 1e-10
-[[body]]
-name = "upper"
-mass = 3
-inertia = [0.2, 0.3, 0.25]
-position = [0.3, 0.7, 0.1]
-[[body]]
-name = "middle"
-mass = 2
-inertia = [0.1, 0.2, 0.15]
-position = [0.9, 0.8, 0.2]
-[[body]]
-name = "lower"
-mass = 1
-inertia = [0.03, 0.04, 0.05]
-position = [1.2, 1.1, 0.4]
-[[joint]]
-name = "shoulder"
-type = "revolute"
-bodies = ["ground", "upper"]
-point = [0.1, 0.2, 0.3]
-axis = [0.4, -0.5, 0.7]
-[[joint]]
-name = "elbow"
-type = "universal"
-bodies = ["upper", "middle"]
-points = [[0.6, 0.8, 0.1], [0.6, 0.8, 0.1]]
-axes = [[1, 0, 0], [0, 1, 0]]
-[[joint]]
-name = "wrist"
-type = "revolute"
-bodies = ["middle", "lower"]
-point = [1.1, 0.9, 0.3]
-axis = [0.2, 0.9, 0.3]
-[[joint]]
-name = "ratchet"
-type = "freewheel"
-bodies = ["lower", "middle"]
-point = [1.1, 0.9, 0.3]
-axis = [0.2, 0.9, 0.3]
-[[output]]
-name = "angle"
-quantity = "coordinate"
-of = "wrist"
-channel = "angle"
-"#;
-
-#[test]
-fn what_rows_hold_is_not_searched_for_changes() {
-    for sets in [&[][..], &["simulation.method=\"radau5\""], &["simulation.formulation=\"cartesian\""]] {
-        let report = run(LOCKED, sets);
-        assert!(report.summary.enclosures > 0 && report.summary.unproven == 0, "{}", report.summary.unproven);
-    }
-}
-
-#[test]
-fn steps_of_few_stages_end_where_what_rolls_meets_something() {
-    let text = fs::read_to_string(root().join("scenes/stress/barrier.toml")).unwrap();
-    for k in 0..24 {
-        let speed = format!("parameters.v={:?}", 1.7 + 1e-5 * f64::from(k));
-        for method in ["radau5", "radau9"] {
-            let method = format!("simulation.method=\"{method}\"");
-            let report = run(&text, &["parameters.w=0.003", "parameters.high=1.5", &speed, &method]);
-            let speeds = column(&report, "v_x");
-            let off = (speeds[0] + speeds[speeds.len() - 1]).abs();
-            assert!(off < 1e-9, "{speed} {method}: {off:.1e}");
-        }
-    }
+fn what_sticks_stays_and_the_rest_goes_to_its_equilibrium() {
+    let text = |limit: f64| {
+        format!(
+            "{HEAD}[[body]]\nname = \"slide\"\nmass = 2\ninertia = [1, 1, 1]\nposition = [0.1, 0, 0]\n\
+             [[joint]]\nname = \"guide\"\ntype = \"translational\"\nbodies = [\"ground\", \"slide\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
+             [[joint]]\nname = \"rubs\"\ntype = \"dry-friction\"\nbodies = [\"ground\", \"slide\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
+             params.force = {limit:?}\n\
+             [[force]]\nname = \"spring\"\ntype = \"bushing\"\nbodies = [\"ground\", \"slide\"]\nframes = [{{ position = [0, 0, 0] }}, \
+             {{ position = [0, 0, 0] }}]\nparams = {{ stiffness = [50, 0, 0], rotational_stiffness = [0, 0, 0] }}\n\
+             [[body]]\nname = \"bob\"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\nposition = [0.4, 0, 0]\n\
+             [[joint]]\nname = \"pivot\"\ntype = \"revolute\"\nbodies = [\"slide\", \"bob\"]\npoint = [0.1, 0, 0]\naxis = [0, 1, 0]\n\
+             [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"slide\"\ncomponent = \"x\"\n\
+             [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"bob\"\ncomponent = \"z\"\n"
+        )
+    };
+    let found = rest(&text(8.0));
+    assert!((found.friction[0].share - 5.0 / 8.0).abs() < 1e-9 && found.friction[0].holds, "{:?}", found.friction);
+    assert!(
+        (found.outputs[0].value - 0.1).abs() < 1e-12 && (found.outputs[1].value + 0.3).abs() < 1e-9,
+        "{:?}",
+        found.outputs
+    );
+    stays(&text(8.0), &["x", "z"]);
+    let found = rest(&text(4.0));
+    assert!((found.friction[0].share - 5.0 / 4.0).abs() < 1e-9 && !found.friction[0].holds, "{:?}", found.friction);
+    assert!(found.outputs[0].value.abs() < 1e-9 && (found.outputs[1].value + 0.3).abs() < 1e-9, "{:?}", found.outputs);
 }

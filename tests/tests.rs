@@ -47,6 +47,7 @@
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
 //! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
 //! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
+//! | `giving_way.rs` | what rests under loads over time gives way in time, and is no motion before |
 //! | `rough.rs` | contacts that cannot slide, where a run begins |
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
@@ -89,6 +90,7 @@ mod fixtures;
 mod fmu;
 mod formulations;
 mod friction;
+mod giving_way;
 mod hostile;
 mod import;
 mod inertia;

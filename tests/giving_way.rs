@@ -1,0 +1,217 @@
+//! What rests under loads over time: steps may have any size there, and nothing but the loads says when rows give way; and what rolls
+//! freely until it meets something.
+
+use std::fs;
+
+use odyn::results::EventKind;
+
+use crate::contacts::{every_way_agrees, run};
+use crate::support::{column, root};
+
+/// A wheel with a clutch to the ground, which holds 1 N m, under a torque over time.
+fn wheel(torque: &str, capacity: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 8
+output_step = 2
+tolerance = 1e-10
+[[body]]
+name = "wheel"
+mass = 1
+inertia = [0.3, 0.3, 0.5]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "wheel"]
+point = [0, 0, 0]
+[[joint]]
+name = "clutch"
+type = "clutch"
+bodies = ["ground", "wheel"]
+point = [0, 0, 0]
+params.capacity = "{capacity}"
+[[force]]
+name = "load"
+type = "vector-torque"
+bodies = ["ground", "wheel"]
+params.z = "{torque}"
+[[output]]
+name = "angle"
+quantity = "coordinate"
+of = "bearing"
+channel = "angle"
+"#
+    )
+}
+
+#[test]
+fn a_load_that_passes_a_limit_for_a_moment_is_not_stepped_over() {
+    for excess in [0.3, 0.1, 0.03] {
+        let (size, speed): (f64, f64) = (1.0 + excess, 5.0);
+        let report = every_way_agrees(&wheel(&format!("{size:?}*sin({speed:?}*t - 9)"), "1"), 1e-8);
+        let slides: Vec<f64> =
+            report.events.iter().filter(|event| event.kind == EventKind::Slides).map(|event| event.time).collect();
+        // Either way round, half a turn after the other.
+        let first = |turn: f64| (turn * std::f64::consts::PI + (1.0 / size).asin() + 9.0) / speed;
+        let expected: Vec<f64> = (-9..).map(|turn| first(f64::from(turn))).skip_while(|t| *t < 0.0).take(2).collect();
+        for (found, expected) in slides.iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-10, "{excess}: {found} in place of {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_limit_that_falls_below_a_load_for_a_moment_is_not_stepped_over() {
+    let report = every_way_agrees(&wheel("0.5", "1 + 0.51*sin(3*t)"), 1e-8);
+    let slides = report.events.iter().find(|event| event.kind == EventKind::Slides).unwrap();
+    let expected = (std::f64::consts::PI + (0.5_f64 / 0.51).asin()) / 3.0;
+    assert!((slides.time - expected).abs() < 1e-10, "{} in place of {expected}", slides.time);
+}
+
+/// A crank whose end a rod holds in place, so that nothing moves, and a pendulum-like body that is free but not driven.
+const STRUCTURE: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 4
+output_step = 0.1
+tolerance = 1e-10
+[[body]]
+name = "crank"
+mass = 3
+inertia = [0.2, 0.3, 0.25]
+position = [0.3, 0.7, 0.1]
+[[body]]
+name = "idle"
+mass = 2
+inertia = [0.2, 0.3, 0.25]
+position = [2.3, 0.7, 0.1]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0.1, 0.2, 0.3]
+axis = [0.4, -0.5, 0.7]
+[[joint]]
+name = "rod"
+type = "distance-rod"
+bodies = ["ground", "crank"]
+points = [[1.3, 0.4, 0.2], [0.5, 0.9, -0.2]]
+params.length = "sqrt(0.64 + 0.25 + 0.16)"
+[[joint]]
+name = "pin"
+type = "revolute"
+bodies = ["ground", "idle"]
+point = [2.1, 0.2, 0.3]
+axis = [0.1, 0.5, 0.2]
+[[force]]
+name = "load"
+type = "vector-force"
+bodies = ["ground", "crank"]
+frames = [{ position = [0, 0, 0] }, { position = [0.2, 0.1, 0.3] }]
+params = { x = "40*sin(7*t)", y = "-90*sin(9*t)", z = "13*sin(5*t)" }
+[[output]]
+name = "pull"
+quantity = "reaction_force"
+of = "bearing"
+component = "y"
+"#;
+
+#[test]
+fn a_structure_under_loads_over_time_is_no_motion_with_an_energy() {
+    let all: Vec<_> = ["joint", "cartesian"]
+        .iter()
+        .flat_map(|form| ["dop853", "radau5"].map(|method| (form, method)))
+        .map(|(form, method)| {
+            let sets = [format!("simulation.formulation=\"{form}\""), format!("simulation.method=\"{method}\"")];
+            run(STRUCTURE, &[&sets[0], &sets[1]])
+        })
+        .collect();
+    for report in &all {
+        assert!(report.summary.steps < 100, "{} steps", report.summary.steps);
+        for (a, b) in report.columns[0].iter().zip(&all[0].columns[0]) {
+            assert!((a - b).abs() < 1e-10, "{a} {b}");
+        }
+    }
+}
+
+/// Three links in space, the last of which a freewheel locks to the one before.
+const LOCKED: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [1, 2, -9.81]
+t_end = 1
+output_step = 0.1
+tolerance = 1e-10
+[[body]]
+name = "upper"
+mass = 3
+inertia = [0.2, 0.3, 0.25]
+position = [0.3, 0.7, 0.1]
+[[body]]
+name = "middle"
+mass = 2
+inertia = [0.1, 0.2, 0.15]
+position = [0.9, 0.8, 0.2]
+[[body]]
+name = "lower"
+mass = 1
+inertia = [0.03, 0.04, 0.05]
+position = [1.2, 1.1, 0.4]
+[[joint]]
+name = "shoulder"
+type = "revolute"
+bodies = ["ground", "upper"]
+point = [0.1, 0.2, 0.3]
+axis = [0.4, -0.5, 0.7]
+[[joint]]
+name = "elbow"
+type = "universal"
+bodies = ["upper", "middle"]
+points = [[0.6, 0.8, 0.1], [0.6, 0.8, 0.1]]
+axes = [[1, 0, 0], [0, 1, 0]]
+[[joint]]
+name = "wrist"
+type = "revolute"
+bodies = ["middle", "lower"]
+point = [1.1, 0.9, 0.3]
+axis = [0.2, 0.9, 0.3]
+[[joint]]
+name = "ratchet"
+type = "freewheel"
+bodies = ["lower", "middle"]
+point = [1.1, 0.9, 0.3]
+axis = [0.2, 0.9, 0.3]
+[[output]]
+name = "angle"
+quantity = "coordinate"
+of = "wrist"
+channel = "angle"
+"#;
+
+#[test]
+fn what_rows_hold_is_not_searched_for_changes() {
+    for sets in [&[][..], &["simulation.method=\"radau5\""], &["simulation.formulation=\"cartesian\""]] {
+        let report = run(LOCKED, sets);
+        assert!(report.summary.enclosures > 0 && report.summary.unproven == 0, "{}", report.summary.unproven);
+    }
+}
+
+#[test]
+fn steps_of_few_stages_end_where_what_rolls_meets_something() {
+    let text = fs::read_to_string(root().join("scenes/stress/barrier.toml")).unwrap();
+    for k in 0..24 {
+        let speed = format!("parameters.v={:?}", 1.7 + 1e-5 * f64::from(k));
+        for method in ["radau5", "radau9"] {
+            let method = format!("simulation.method=\"{method}\"");
+            let report = run(&text, &["parameters.w=0.003", "parameters.high=1.5", &speed, &method]);
+            let speeds = column(&report, "v_x");
+            let off = (speeds[0] + speeds[speeds.len() - 1]).abs();
+            assert!(off < 1e-9, "{speed} {method}: {off:.1e}");
+        }
+    }
+}
