@@ -48,6 +48,8 @@
 //! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
 //! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
 //! | `giving_way.rs` | what rests under loads over time gives way in time, and is no motion before |
+//! | `feet.rs` | bodies on several feet, and contacts in a plane, turned in space |
+//! | `jammed.rs` | contacts with much friction: corners, impacts without an approach, slow closings |
 //! | `rough.rs` | contacts that cannot slide, where a run begins |
 //! | `mechanisms.rs` | kinematics, loads on one body, shaking forces: closed forms, runs, CalculiX |
 //! | `formulations.rs` | joint coordinates and those of bodies give the same results |
