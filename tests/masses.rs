@@ -423,7 +423,7 @@ fn platform(size: f64, mass: f64) -> String {
 fn modes_do_not_depend_on_units_of_length_and_mass() {
     let found = [(1.0, 1.0), (1e-3, 1e-9), (1e-8, 1e-20), (1e4, 1e14)].map(|(size, mass)| {
         let folder = Scratch::new();
-        let path = folder.file("scene.toml", &platform(size, mass));
+        let path = folder.file("scene.toml", platform(size, mass));
         let session = open(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
         let instant = open(&path, &[]).unwrap().prepare().unwrap().start().unwrap().instant().unwrap();
         let linear = Linear::at(&session, &instant, Some(&[]), Some(&[])).unwrap_or_else(|error| panic!("{error}"));

@@ -22,8 +22,9 @@ mod tests;
 pub use friction::{Grip, Pattern};
 pub use impact::{NoSolution, Strike};
 pub use indeterminate::{Holder, Indeterminate};
-use nalgebra::{DMatrix, DVector};
 pub use shares::Shares;
+
+use nalgebra::{DMatrix, DVector};
 
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
