@@ -292,9 +292,7 @@ impl Bank {
         let sources = &self.sources;
         ranges.values(|place| sources[place].take(t, entry, between_steps, |x| x), found);
     }
-}
 
-impl Bank {
     /// What rows that are closed, or stick, are opened or slide by stays zero: the equations enforce it. Interval arithmetic
     /// would have to find that from differences of what is equal.
     pub(super) fn hold<T: Copy>(&self, closed: &[usize], found: &mut [T], zero: T) {

@@ -347,12 +347,14 @@ impl<'a> Simulation<'a> {
         let length = self.scales.length;
         let is_slow = |scales: &Scales| scales.speed.max(scales.spin * length) <= NEAR_REST * slowest;
         let rests = is_slow(&self.scales);
-        let traces = self.formulation.traces();
-        if rests || self.touch.is_some() && is_slow(&self.speeds_at(t, state)?) {
-            let whole = (duration, length);
-            load = self.floor.largest_load(equations, model, (t, state), whole, self.formulation.as_mut())?;
+        if rests || self.touch.is_some() {
+            let traces = self.formulation.traces();
+            if rests || is_slow(&self.speeds_at(t, state)?) {
+                let whole = (duration, length);
+                load = self.floor.largest_load(equations, model, (t, state), whole, self.formulation.as_mut())?;
+            }
+            self.formulation.forget_since(&traces);
         }
-        self.formulation.forget_since(&traces);
         if rests {
             self.floor.balance(load, model);
         }
