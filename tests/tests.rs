@@ -15,6 +15,7 @@
 //! | `ropes.rs` | elements with any number of bodies: ropes that catch, in every way, and what is refused |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
+//! | `piles.rs` | many bodies of which any may touch any other |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `stores.rs` | libraries are packed, installed, pinned, verified, removed, and loaded again when they were built again |
 //! | `c_plugin.rs` | libraries in C move as the same elements in Rust do; faulty ones are refused in words |
@@ -111,6 +112,7 @@ mod mechanisms;
 mod methods;
 mod motion;
 mod opaque;
+mod piles;
 mod plugins;
 mod prescribed;
 mod python_elements;

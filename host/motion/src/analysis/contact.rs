@@ -29,13 +29,15 @@ use nalgebra::{DMatrix, DVector};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::working::clusters;
-use crate::linalg::{Clusters, KktSolver, KktStructure, SingularValues, SparseFirst};
+use crate::linalg::{Clusters, FullPivLu, KktSolver, KktStructure, SingularValues, SparseFirst};
 use crate::model::Model;
 use crate::plan::{Layout, body_scales};
 use crate::program::{Contact, Equations, Friction, Sets};
 
 /// Rank tolerance for the rows that always hold, and for Delassus' matrix.
 const RANK_TOLERANCE: f64 = 1e-9;
+/// Pivots above this share of the largest are those of a matrix that is not singular.
+const REGULAR: f64 = 1e-5;
 /// Share of the accelerations in a scene below which a contact's is none.
 const NO_ACCELERATION: f64 = 1e-9;
 /// Share of the speeds in a scene below which a contact's is none.
@@ -443,6 +445,22 @@ impl Meeting {
 
 /// The smallest solution of a system that may be singular.
 fn smallest(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    only_one(matrix, right).unwrap_or_else(|| smallest_of_many(matrix, right))
+}
+
+/// The solution of a system, where it is clearly not singular.
+fn only_one(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let n = right.len();
+    let mut lu = FullPivLu::new(n, REGULAR);
+    lu.entries_mut().copy_from_slice(matrix.as_slice());
+    lu.factor().ok()?;
+    let mut x = DVector::zeros(n);
+    (lu.rank() == n).then(|| lu.solve(right.as_slice(), x.as_mut_slice()).ok())??;
+    Some(x)
+}
+
+/// The twin of [`only_one`], for any rank.
+fn smallest_of_many(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     let found = SingularValues::of(matrix);
     found
         .map_or_else(|| DVector::zeros(matrix.ncols()), |values| values.solve(right, RANK_TOLERANCE * values.largest()))

@@ -67,7 +67,7 @@ impl JointPlan {
             return None;
         }
         let mut refused: Vec<usize> = Vec::new();
-        if equations.needs_solution() {
+        if equations.may_need_solution() {
             // Their reactions are found only where the coordinates make up for all rows.
             let tree = SpanningTree::new(model, |_| true);
             refused.extend(tree.joints.iter().filter_map(|joint| {

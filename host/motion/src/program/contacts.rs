@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use element_api::recording::Role;
-use odyn_graph::Node;
+use odyn_graph::{Expr, Node, Rewriting};
+use rustc_hash::FxHashSet;
 
 use super::equations::Equations;
 use crate::model::Instance;
@@ -65,6 +66,45 @@ impl Equations {
         equations.of_rows = OnceLock::new();
         equations.set_open(closed);
         equations
+    }
+
+    /// The same, with nothing left in loads, rates of states and power of what is zero with this choice: multipliers of rows that are
+    /// not enforced, and directions into which nothing slides. As long as it lasts they are what they were.
+    #[must_use]
+    pub fn in_mode(&self, closed: &[usize], layout: &Layout) -> Self {
+        let mut equations = self.with_closed(closed);
+        let off: FxHashSet<usize> = equations.nothing(layout).collect();
+        let nodes = || self.loads.iter().chain(&self.state_rates).chain([&self.power]).copied();
+        let live = self.graph.live(&nodes().collect::<Vec<_>>());
+        let is_off =
+            |node: &Node| matches!(self.graph.expr(*node), Expr::Input(slot) if off.contains(&(slot as usize)));
+        let off: Vec<Node> = live.into_iter().filter(is_off).collect();
+        if off.is_empty() || !self.graph.calls.is_empty() {
+            return equations;
+        }
+        let mut g = std::mem::take(&mut equations.graph);
+        let zero = g.constant(0.0);
+        let mut rewriting = Rewriting::new(&self.graph, &mut g, off.into_iter().map(|node| (node, zero)).collect());
+        let others = equations.state_rates.iter_mut().chain([&mut equations.power]);
+        equations.loads.iter_mut().chain(others).for_each(|node| *node = rewriting.carry(&mut g, *node));
+        equations.graph = g;
+        equations.coupling.clear();
+        equations.find_coupling(layout);
+        equations
+    }
+
+    /// Inputs that are zero with this choice of closed contacts.
+    fn nothing(&self, layout: &Layout) -> impl Iterator<Item = usize> + '_ {
+        let (multipliers, directions) = (layout.multiplier_slot(), layout.discrete_slot());
+        let still = self.frictions.iter().filter(|friction| {
+            let is_open = |number: usize| !self.is_enforced(self.contacts[number].row);
+            self.is_enforced(friction.rows[0]) || friction.contact.is_some_and(is_open)
+        });
+        let directions = still.flat_map(move |friction| {
+            let first = directions + friction.direction_at;
+            first..first + friction.rows.len()
+        });
+        self.open.iter().map(move |row| multipliers + row).chain(directions)
     }
 
     pub(super) fn set_open(&mut self, closed: &[usize]) {

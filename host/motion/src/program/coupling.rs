@@ -65,6 +65,12 @@ impl Equations {
     pub fn needs_solution(&self) -> bool {
         !self.coupling.is_empty() || !self.solved_in_rates.is_empty()
     }
+
+    /// Whether they do with any choice of closed contacts.
+    #[must_use]
+    pub fn may_need_solution(&self) -> bool {
+        self.may_need_solution
+    }
 }
 
 /// The accelerations of bodies and the multipliers that equations in joint coordinates depend on, as functions of the joints'

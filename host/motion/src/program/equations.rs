@@ -135,6 +135,8 @@ pub struct Equations {
     pub inertial: bool,
     /// What of it is met by impulses, where rows switch.
     pub(super) free_inertia: FreeInertia,
+    /// Whether there are any, or [`Equations::solved_in_rates`], with some choice of closed contacts.
+    pub(super) may_need_solution: bool,
     /// The inputs that are accelerations or multipliers which rates of states or the power depend on, ascending.
     pub solved_in_rates: Vec<usize>,
     /// See [`Equations::channels`].
@@ -186,6 +188,7 @@ impl Equations {
             frictions: Vec::new(),
             open: Vec::new(),
             coupling: Vec::new(),
+            may_need_solution: false,
             inertial: false,
             free_inertia: FreeInertia::default(),
             solved_in_rates: Vec::new(),
@@ -217,6 +220,7 @@ impl Equations {
         equations.add_rates_of_unknowns(layout);
         equations.add_explicit_power(layout, &stored);
         equations.find_coupling(layout);
+        equations.may_need_solution = equations.needs_solution();
         equations
     }
 
@@ -256,6 +260,7 @@ impl Equations {
             mass_p: self.mass_p.clone(),
             elements: self.elements.clone(),
             coupling: self.coupling.clone(),
+            may_need_solution: self.may_need_solution,
             inertial: self.inertial,
             free_inertia: self.free_inertia.clone(),
             solved_in_rates: self.solved_in_rates.clone(),

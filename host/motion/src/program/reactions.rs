@@ -80,8 +80,9 @@ impl JointEquations {
         let accelerations = self.accelerations(&mut g, &mut own, layout.bodies);
         let zero = g.constant(0.0);
         let mut balance = Balance { left: vec![zero; layout.velocities()], squares: vec![zero; layout.velocities()] };
-        for (column, load) in self.body_loads.iter().enumerate() {
-            let load = own.carry(&mut g, *load);
+        let mut rewriting = Rewriting::new(&equations.graph, &mut g, replaced);
+        for (column, load) in equations.loads.iter().enumerate() {
+            let load = rewriting.carry(&mut g, *load);
             let minus = g.neg(load);
             balance.take(&mut g, column, minus);
         }
@@ -94,7 +95,6 @@ impl JointEquations {
                 balance.take(&mut g, at, term);
             }
         }
-        let mut rewriting = Rewriting::new(&equations.graph, &mut g, replaced);
         let mut multipliers = vec![zero; layout.rows];
         let mut pivots = Vec::new();
         let elements = layout.row_at.len();

@@ -74,8 +74,8 @@ impl Session {
         place: (f64, Assembly),
         offer_jacobian: bool,
     ) -> Result<(Mode, Equations), SessionError> {
-        let equations = self.equations.with_closed(closed);
         let layout = self.plan.layout.clone();
+        let equations = self.equations.in_mode(closed, &layout);
         let decide_with =
             |choice: bool| decide(&self.scene, &self.model, &equations, &layout, (place.0, &place.1), choice);
         let mut plan = decide_with(self.pruning.row_choice)?;

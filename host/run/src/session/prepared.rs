@@ -63,9 +63,15 @@ impl Session {
         }
         self.contacts_fit(fixed_step.is_some())?;
         let engine = self.engine().to_string();
+        // Steps begin where all contacts are open and nothing slides.
+        let open = self.equations.switches_rows().then(|| self.equations.in_mode(&[], &self.plan.layout));
+        let whole = open.map(|open| std::mem::replace(&mut self.equations, open));
         let mut formulation = self.formulation(&engine)?;
         if method.may_use_jacobian() {
             formulation.offer_jacobian(&self.equations);
+        }
+        if let Some(whole) = whole {
+            self.equations = whole;
         }
         Ok(Setup { engine, method, formulation, fixed_step })
     }

@@ -9,6 +9,8 @@ use nalgebra::DVector;
 use super::friction::{Grip, Held, is_active, norm, pair, sticking, unit};
 use super::{Meeting, NO_ACCELERATION, Shares};
 
+/// Contacts that are closed one after the other, for each that there is.
+const MOST_DESCENTS: usize = 4;
 /// Choices that are tried one by one.
 const MOST_CHOICES: usize = 10_000;
 
@@ -41,6 +43,13 @@ struct Alternative {
 impl Decision<'_> {
     /// The choice that meets all conditions, with what acts along the rows; `None` where none is found.
     pub(super) fn decide(&self, held: Vec<Held>) -> Option<(Choice, DVector<f64>)> {
+        let only_pushes = |k: &usize| self.meeting.first[k + 1] - self.meeting.first[*k] == 1;
+        if held.is_empty()
+            && self.candidates.iter().all(only_pushes)
+            && let Some(found) = self.descend()
+        {
+            return Some(found);
+        }
         let start = self.start(held);
         self.pivot(start.clone()).or_else(|| self.search(&start, |_| true))
     }
@@ -69,6 +78,46 @@ impl Decision<'_> {
         self.meeting.share(&mut p, &choice.closed, &choice.held);
         let w = &self.meeting.delassus * &p + self.b;
         (p, w)
+    }
+
+    /// Contacts alone, each of which does nothing but push: p makes p^T A p / 2 + b^T p least, which comes to an end also where rows do not
+    /// give way independently of each other (Lawson & Hanson, Solving Least Squares Problems, 1974, ch. 23).
+    pub(super) fn descend(&self) -> Option<(Choice, DVector<f64>)> {
+        let Meeting { delassus, first, sizes, .. } = self.meeting;
+        let mut closed: Vec<usize> = Vec::new();
+        let mut p = DVector::zeros(self.b.len());
+        for _ in 0..MOST_DESCENTS * (self.candidates.len() + 1) {
+            let w = delassus * &p + self.b;
+            let relative = |k: &usize| w[first[*k]] / sizes[first[*k]];
+            let open = self.candidates.iter().copied().filter(|k| !closed.contains(k) && relative(k) < -self.unit);
+            let Some(next) = open.min_by(|a, b| relative(a).total_cmp(&relative(b))) else {
+                return Some((Choice { closed, held: Vec::new() }, p));
+            };
+            if !self.meeting.gives_way(next) {
+                return None;
+            }
+            closed.push(next);
+            while !closed.is_empty() {
+                let found = self.meeting.forces(self.b, &closed, &mut []);
+                let pulls = |k: &&usize| found[first[**k]] <= 0.0;
+                let part = |k: &usize| p[first[*k]] / (p[first[*k]] - found[first[*k]]);
+                let Some(part) = closed.iter().filter(pulls).map(part).min_by(f64::total_cmp) else {
+                    p = found;
+                    break;
+                };
+                if part == 0.0 {
+                    // Round-off: it is held by the others.
+                    return None;
+                }
+                p += part * (found - &p);
+                let least = closed.iter().map(|k| p[first[*k]]).fold(f64::INFINITY, f64::min);
+                let (open, left): (Vec<usize>, Vec<usize>) =
+                    closed.iter().partition(|k| p[first[**k]] <= least.max(0.0));
+                open.iter().for_each(|k| p[first[*k]] = 0.0);
+                closed = left;
+            }
+        }
+        None
     }
 
     pub(super) fn pivot(&self, mut choice: Choice) -> Option<(Choice, DVector<f64>)> {

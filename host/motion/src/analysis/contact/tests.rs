@@ -1,7 +1,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::decision::Decision;
-use super::{Grip, Meeting};
+use super::{Grip, Meeting, only_one, smallest_of_many};
 use crate::tests::Random;
 
 /// A contact of a body in a plane: where it touches from its centre of mass, the direction of the normal, and its friction.
@@ -153,4 +153,58 @@ fn sliding_contacts_have_accelerations_or_seize() {
         assert!(decide(&meeting), "{number}: undecided");
     }
     assert!(seized > 20, "{seized}");
+}
+
+/// A body in a plane gives way in three directions: of many contacts that only push, most follow from others. There is one motion all
+/// the same, which both ways find.
+#[test]
+fn contacts_that_only_push_are_decided_whatever_follows_from_others() {
+    let mut random = Random(17);
+    for number in 0..1000 {
+        let point = |random: &mut Random| Point {
+            place: [random.next(), random.next()],
+            angle: random.between(-3.0, 3.0),
+            mu: 0.0,
+        };
+        let points: Vec<Point> = (0..1 + random.below(12)).map(|_| point(&mut random)).collect();
+        let (mut meeting, jacobian) = touching(&points, random.between(0.05, 1.0));
+        meeting.grips.clear();
+        let b = &jacobian * DVector::from_vec(random.vector(3));
+        let candidates = meeting.touching.clone();
+        let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, unit: 1e-9 };
+        let (choice, p) = decision.descend().unwrap_or_else(|| panic!("{number}: nothing was decided"));
+        let w = &meeting.delassus * &p + &b;
+        let n = points.len();
+        assert!(
+            (0..n).all(|k| w[k] > -1e-8 && p[k] >= 0.0 && p[k] * w[k] < 1e-8 * (1.0 + p.amax())),
+            "{number}: {p} {w}"
+        );
+        assert!(choice.closed.len() <= 3, "{number}: {:?}", choice.closed);
+        let (_, other) = decision.pivot(decision.start(Vec::new())).expect("pivoting finds it, too");
+        let [one, other] = [p, other].map(|p| &jacobian.transpose() * p);
+        assert!((&one - &other).amax() < 1e-7 * (1.0 + one.amax()), "{number}: {one} {other}");
+    }
+}
+
+#[test]
+fn systems_that_are_clearly_not_singular_are_solved_alike_without_singular_values() {
+    let mut random = Random(19);
+    let (mut one, mut many) = (0, 0);
+    for number in 0..500 {
+        let n = 1 + random.below(8);
+        let rank = n - random.below(2).min(n - 1);
+        let [left, right] = [0, 1].map(|_| DMatrix::from_vec(n, rank, random.vector(n * rank)));
+        let matrix = &left * right.transpose();
+        let b = &matrix * DVector::from_vec(random.vector(n));
+        match only_one(&matrix, &b) {
+            Some(x) => {
+                one += 1;
+                let other = smallest_of_many(&matrix, &b);
+                assert!((&x - &other).amax() < 1e-8 * other.amax(), "{number}: {x} {other}");
+                assert_eq!(rank, n, "{number}");
+            }
+            None => many += 1,
+        }
+    }
+    assert!(one > 100 && many > 100, "{one} {many}");
 }
