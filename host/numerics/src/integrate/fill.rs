@@ -69,7 +69,39 @@ struct Source {
     through: Option<(u32, u32)>,
 }
 
+/// What matrices take, in operations of dense linear algebra.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Work {
+    pub(super) factorisation: f64,
+    /// For one right side.
+    pub(super) solution: f64,
+}
+
+impl Work {
+    pub(super) const NONE: Self = Self { factorisation: 0.0, solution: 0.0 };
+
+    /// Of all matrices of a step of [`super::Radau5`] with `n` unknowns, dense as they are: what is assumed before any is known.
+    pub(super) fn dense_step(n: usize) -> Self {
+        let n = n as f64;
+        Self { factorisation: n.powi(3), solution: 5.0 * n.powi(2) }
+    }
+
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self { factorisation: factor * self.factorisation, solution: factor * self.solution }
+    }
+}
+
 impl Fill {
+    /// What a real matrix takes.
+    pub(super) fn work(&self) -> Work {
+        let rest = (self.order.len() - self.head) as f64;
+        let behind = |k: &u32| self.after[*k as usize].len();
+        let taken: usize = self.before.iter().flatten().map(behind).sum();
+        let ahead: usize = self.before.iter().chain(&self.after).map(Vec::len).sum();
+        let [taken, ahead] = [taken, ahead].map(|count| (SCATTERED * count) as f64);
+        Work { factorisation: taken + rest.powi(3) / 3.0, solution: ahead + rest.powi(2) }
+    }
+
     /// For `n` unknowns; no entry is known yet.
     pub(super) fn resize(&mut self, n: usize) {
         *self = Self {
