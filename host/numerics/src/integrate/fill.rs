@@ -78,8 +78,6 @@ pub(super) struct Work {
 }
 
 impl Work {
-    pub(super) const NONE: Self = Self { factorisation: 0.0, solution: 0.0 };
-
     /// Of all matrices of a step of [`super::Radau5`] with `n` unknowns, dense as they are: what is assumed before any is known.
     pub(super) fn dense_step(n: usize) -> Self {
         let n = n as f64;

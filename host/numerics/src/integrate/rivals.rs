@@ -112,7 +112,7 @@ pub(super) struct Suspicion {
     tariff: Tariff,
     /// How much longer implicit steps have to be.
     ratio: f64,
-    /// Whether that leaves out matrices which would take much if they were dense, and are not known yet.
+    /// Whether matrices that would take much if they were dense are not known yet: steps are suspected all the same.
     is_guess: bool,
     /// Cost before which preparing an implicit method does not pay.
     least: f64,
@@ -128,7 +128,7 @@ impl Suspicion {
         let least = tariff.price.preparation;
         let ratio = tariff.ratio(run.matrices.unwrap_or(Work::dense_step(run.system.dim())));
         let is_guess = run.matrices.is_none() && tariff.price.jacobian.is_some() && ratio > SLOWER;
-        let ratio = if is_guess { tariff.ratio(Work::NONE) } else { ratio };
+        let ratio = if is_guess { 0.0 } else { ratio };
         Self { tariff, ratio, is_guess, least, enough, hits: 0, since: (run.t, 0.0) }
     }
 
