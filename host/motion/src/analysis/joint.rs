@@ -366,13 +366,9 @@ impl Formulation for JointForm {
     fn price(&self) -> Price {
         let operations = self.regular.as_ref().map_or(0, |regular| regular.motion.program().operations()) as f64;
         let unknowns = (self.motion.coordinates.columns + self.safe.rows.len()) as f64;
-        let products = match &self.derivatives {
-            Derivatives::Known(known) => known.products() as f64,
-            // As if every operation depended on every direction.
-            _ => operations * self.motion.coordinates.directions(&self.motion.layout) as f64,
-        };
-        // Measured on chains.
-        let jacobian = 3.0 * operations + 0.3 * products;
+        let directions = self.motion.coordinates.directions(&self.motion.layout) as f64;
+        // Measured on chains, where nearly every operation depends on nearly every direction.
+        let jacobian = operations * (3.0 + 0.3 * directions);
         let known = !matches!(self.derivatives, Derivatives::Unknown);
         let unpaid = known && !self.derivatives_are_paid;
         let preparation = if unpaid { PREPARATION * self.size as f64 } else { 0.0 };

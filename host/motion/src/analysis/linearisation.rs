@@ -100,11 +100,6 @@ impl Linearisation {
         }
     }
 
-    /// Products that [`Linearisation::fill`] takes.
-    pub(super) fn products(&self) -> usize {
-        self.tangents.work()
-    }
-
     /// The program of partial derivatives, with how often it was run.
     pub(super) fn used(&mut self) -> Used<'_> {
         self.tangents.used()

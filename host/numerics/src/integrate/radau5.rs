@@ -130,9 +130,8 @@ impl<const S: usize> Radau<S> {
     ) -> Result<Option<f64>, Trouble> {
         self.allocate(y.len());
         self.control = Control::new(S, run.system.tolerance());
-        if let Some(work) = run.matrices {
-            self.control.keep_by_price(run.system.price(), y.len(), work);
-        }
+        self.control.keep_by_price(run.system.price(), y.len());
+        self.control.keep_by_work(run.system.price(), run.matrices);
         if run.options.steps_are_given() {
             self.control.iterate_to_round_off(run.system.tolerance());
         }
@@ -172,8 +171,8 @@ impl<const S: usize> Radau<S> {
         }
         let known = run.matrices;
         let regular = self.matrices.factor(run, h);
-        if let Some(work) = run.matrices.filter(|_| run.matrices != known) {
-            self.control.keep_by_price(run.system.price(), y.len(), work);
+        if run.matrices != known {
+            self.control.keep_by_work(run.system.price(), run.matrices);
         }
         self.control.factored = regular.then_some(h);
         if regular { Ok(()) } else { Err(Fault::Slow(0.5)) }

@@ -116,13 +116,19 @@ impl Control {
         (safety / error.max(1e-10).powf(self.exponent())).clamp(RATIO[0], RATIO[1])
     }
 
-    /// Keeps Jacobians and factors longer where they cost much against iterations, for a state of `n` numbers with matrices that take
-    /// so much work.
-    pub(super) fn keep_by_price(&mut self, price: Price, n: usize, work: Work) {
-        let jacobian = price.jacobian.unwrap_or(n as f64 * price.evaluation) + work.factorisation;
-        let iteration = self.stages as f64 * price.evaluation + work.solution;
+    /// Keeps Jacobians longer where they cost much against iterations, for a state of `n` numbers.
+    pub(super) fn keep_by_price(&mut self, price: Price, n: usize) {
+        let dense = Work::dense_step(n);
+        let jacobian = price.jacobian.unwrap_or(n as f64 * price.evaluation) + dense.factorisation;
+        let iteration = self.stages as f64 * price.evaluation + dense.solution;
         self.keep_jacobian = if jacobian > EXPENSIVE * iteration { KEEP_EXPENSIVE_JACOBIAN } else { KEEP_JACOBIAN };
-        self.keep_step = if work.factorisation > LARGE * iteration { KEEP_STEP_OF_LARGE } else { KEEP_STEP };
+    }
+
+    /// Keeps factors longer where matrices of which so much is known cost much against iterations.
+    pub(super) fn keep_by_work(&mut self, price: Price, matrices: Option<Work>) {
+        let iteration = |work: Work| self.stages as f64 * price.evaluation + work.solution;
+        let is_large = matrices.is_some_and(|work| work.factorisation > LARGE * iteration(work));
+        self.keep_step = if is_large { KEEP_STEP_OF_LARGE } else { KEEP_STEP };
     }
 
     /// Without an error test, the iterations continue nearly to round-off.
