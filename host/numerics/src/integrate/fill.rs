@@ -83,21 +83,18 @@ impl Work {
         let n = n as f64;
         Self { factorisation: n.powi(3), solution: 5.0 * n.powi(2) }
     }
-
-    pub(super) fn times(self, factor: f64) -> Self {
-        Self { factorisation: factor * self.factorisation, solution: factor * self.solution }
-    }
 }
 
 impl Fill {
-    /// What a real matrix takes.
-    pub(super) fn work(&self) -> Work {
+    /// What a real matrix and so many complex ones take together, operations on complex numbers as four.
+    pub(super) fn work(&self, complex: usize) -> Work {
+        let matrices = (1 + 4 * complex) as f64;
         let rest = (self.order.len() - self.head) as f64;
         let behind = |k: &u32| self.after[*k as usize].len();
         let taken: usize = self.before.iter().flatten().map(behind).sum();
         let ahead: usize = self.before.iter().chain(&self.after).map(Vec::len).sum();
         let [taken, ahead] = [taken, ahead].map(|count| (SCATTERED * count) as f64);
-        Work { factorisation: taken + rest.powi(3) / 3.0, solution: ahead + rest.powi(2) }
+        Work { factorisation: matrices * (taken + rest.powi(3) / 3.0), solution: matrices * (ahead + rest.powi(2)) }
     }
 
     /// For `n` unknowns; no entry is known yet.

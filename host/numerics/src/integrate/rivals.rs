@@ -46,8 +46,8 @@ impl Tariff {
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
 const IMPLICIT_EVALUATIONS: f64 = 11.0;
 const ITERATIONS: f64 = 3.0;
-/// A real matrix and a complex one, the operations of which take four real ones each.
-const REAL_MATRICES: f64 = 5.0;
+/// Its complex matrices, besides a real one.
+const COMPLEX_MATRICES: usize = 1;
 /// Near the border of stability, an implicit method may take steps that are longer by this factor, even where the
 /// solution's derivative is nothing but noise, as at rest.
 const LONGER: f64 = 100.0;
@@ -155,15 +155,13 @@ impl Suspicion {
         }
         Some(Suspect { step: signs.step, rate: (total - cost) / (run.t - t) })
     }
-}
 
-impl Suspicion {
     /// Finds out what the matrices of an implicit method take, by a Jacobian. Steps are looked at anew then.
     fn look(&mut self, run: &mut Run<'_>, y: &[f64], rates: &[f64]) {
         let mut jacobian = Jacobian::default();
         jacobian.resize(y.len());
         run.matrices = Some(match jacobian.take(run, y, rates) {
-            Ok(()) => jacobian.fill.work().times(REAL_MATRICES),
+            Ok(()) => jacobian.fill.work(COMPLEX_MATRICES),
             Err(_) => Work::dense_step(y.len()),
         });
         *self = Self::new(run, self.enough);

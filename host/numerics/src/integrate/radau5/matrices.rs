@@ -6,9 +6,6 @@ use super::super::jacobian::Jacobian;
 use super::super::lu::Lu;
 use super::super::run::Run;
 
-/// Operations on complex numbers take four on real ones.
-const COMPLEX: f64 = 4.0;
-
 /// The Jacobian `J`, and `gamma / h I - J` and `(alpha + i beta) / h I - J`, factored.
 #[derive(Debug, Clone)]
 pub(super) struct Matrices {
@@ -44,7 +41,7 @@ impl Matrices {
         let Jacobian { fill, fill_is_new, .. } = &mut self.jacobian;
         let is_new = std::mem::replace(fill_is_new, false);
         if is_new {
-            run.matrices = Some(fill.work().times(1.0 + COMPLEX * self.pairs.len() as f64));
+            run.matrices = Some(fill.work(self.pairs.len()));
         }
         run.matrix_work += run.matrices.map_or(0.0, |work| work.factorisation);
         let mut regular = self.real.factor(self.gamma / h, fill, is_new);

@@ -162,7 +162,7 @@ fn work_is_counted_as_it_is_eliminated() {
         let mut fill = Fill::default();
         fill.resize(n);
         fill.take(&columns(&jacobian, n));
-        fill.work()
+        fill.work(0)
     };
     assert_eq!(work(30, |_, _| true), Work { factorisation: 9000.0, solution: 900.0 });
     let [few, many] = [100, 200].map(|velocities| work(velocities, |i, j| i.abs_diff(j) < 2));
