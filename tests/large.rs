@@ -7,7 +7,7 @@ use odyn::analyses::statics::equilibrium;
 use odyn::session::{RunOptions, Session};
 
 use crate::contacts::run;
-use crate::support::{Scratch, bisected, column, open_text, options};
+use crate::support::{Scratch, bisected, column, difference, open_text, options};
 
 fn scene(libraries: &str, gravity: f64, settings: &str) -> String {
     format!(
@@ -255,6 +255,35 @@ fn a_cantilever_of_many_beams_swings_as_the_continuous_one() {
             assert!(off < 2.6, "{n} beams at {t}: off by {off} / n^2 of the peak");
         }
     }
+}
+
+/// Stability holds an explicit method to steps of 3e-5 s; dense matrices of 960 unknowns would cost more than these.
+#[test]
+fn the_choice_of_the_method_knows_what_matrices_of_many_beams_take() {
+    let text = |method: &str| cantilever(80, 1e-4, &format!("t_end = 0.2\ntolerance = 1e-6\nmethod = \"{method}\""));
+    let [chosen, implicit] = ["auto", "radau5"].map(|method| run(&text(method), &[]));
+    assert!(chosen.summary.stiff_from.is_some_and(|t| t < 0.05), "{:?}", chosen.summary.stiff_from);
+    assert!(chosen.summary.evaluations < 2 * implicit.summary.evaluations);
+    for (ours, theirs) in column(&chosen, "tip").iter().zip(column(&implicit, "tip")) {
+        assert!((ours - theirs).abs() < 1e-9, "{ours:e} {theirs:e}");
+    }
+}
+
+/// Their matrices are dense, so that work grows no faster than the square of the number of rods only if a matrix serves for many steps.
+#[test]
+fn factors_of_long_chains_are_few() {
+    let share_of_steps = |n: usize| {
+        let text = chain(n, false);
+        let report = run(&text, &["simulation.method=radau5", "simulation.tolerance=1e-6", "simulation.t_end=2 s"]);
+        let explicit = run(&text, &["simulation.tolerance=1e-9", "simulation.t_end=2 s"]);
+        for name in ["x", "y"] {
+            let off = difference(column(&report, name), column(&explicit, name));
+            assert!(off < 1e-6, "{n}, {name}: off by {off:e}");
+        }
+        report.summary.newton_factorisations as f64 / report.summary.steps as f64
+    };
+    let [short, long] = [20, 120].map(share_of_steps);
+    assert!(long < 0.25 * short, "{long} {short}");
 }
 
 /// A chain of rods of 1 kg that is released along x, or hangs still.

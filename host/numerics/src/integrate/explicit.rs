@@ -390,7 +390,9 @@ impl Adaptive for Explicit {
 
     fn gives_way(&mut self, run: &mut Run<'_>) -> bool {
         match &mut self.suspicion {
-            Some(suspicion) => self.suspect = suspicion.see(run, self.signs),
+            Some(suspicion) => {
+                self.suspect = suspicion.see(run, self.signs, &self.y_new[..self.n], &self.stages[..self.n]);
+            }
             None if self.stiffness.is_found() => {
                 run.counters.stiff_from.get_or_insert(run.t);
             }

@@ -69,7 +69,34 @@ struct Source {
     through: Option<(u32, u32)>,
 }
 
+/// What matrices take, in operations of dense linear algebra.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Work {
+    pub(super) factorisation: f64,
+    /// For one right side.
+    pub(super) solution: f64,
+}
+
+impl Work {
+    /// Of all matrices of a step of [`super::Radau5`] with `n` unknowns, dense as they are: what is assumed before any is known.
+    pub(super) fn dense_step(n: usize) -> Self {
+        let n = n as f64;
+        Self { factorisation: n.powi(3), solution: 5.0 * n.powi(2) }
+    }
+}
+
 impl Fill {
+    /// What a real matrix and so many complex ones take together, operations on complex numbers as four.
+    pub(super) fn work(&self, complex: usize) -> Work {
+        let matrices = (1 + 4 * complex) as f64;
+        let rest = (self.order.len() - self.head) as f64;
+        let behind = |k: &u32| self.after[*k as usize].len();
+        let taken: usize = self.before.iter().flatten().map(behind).sum();
+        let ahead: usize = self.before.iter().chain(&self.after).map(Vec::len).sum();
+        let [taken, ahead] = [taken, ahead].map(|count| (SCATTERED * count) as f64);
+        Work { factorisation: matrices * (taken + rest.powi(3) / 3.0), solution: matrices * (ahead + rest.powi(2)) }
+    }
+
     /// For `n` unknowns; no entry is known yet.
     pub(super) fn resize(&mut self, n: usize) {
         *self = Self {

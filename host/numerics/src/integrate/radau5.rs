@@ -1,16 +1,16 @@
 //! Implicit Runge-Kutta methods for stiff problems.
 
 mod control;
+mod matrices;
 mod sums;
 mod tableau;
 
 use nalgebra::Complex;
 
 use self::control::Control;
+use self::matrices::Matrices;
 use self::sums::{product, rise, transform};
 use self::tableau::{FIFTH, NINTH, Tableau};
-use super::jacobian::Jacobian;
-use super::lu::Lu;
 use super::rivals::Defender;
 use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, Stepper};
@@ -39,10 +39,7 @@ const REACH: f64 = 1e-3;
 #[derive(Debug, Clone)]
 pub struct Radau<const S: usize> {
     tableau: &'static Tableau<S>,
-    jacobian: Jacobian,
-    real: Lu<f64>,
-    /// One for each pair of eigenvalues.
-    complex: Vec<Lu<Complex<f64>>>,
+    matrices: Matrices,
     /// `f(t, y)` at the start of the step.
     start: Vec<f64>,
     /// Increments of the stages.
@@ -104,9 +101,7 @@ impl<const S: usize> Radau<S> {
         let vectors = || std::array::from_fn(|_| Vec::new());
         Self {
             tableau,
-            jacobian: Jacobian::default(),
-            real: Lu::default(),
-            complex: vec![Lu::default(); tableau.pairs.len()],
+            matrices: Matrices::new(tableau.gamma, tableau.pairs),
             start: Vec::new(),
             z: vectors(),
             w: vectors(),
@@ -136,6 +131,7 @@ impl<const S: usize> Radau<S> {
         self.allocate(y.len());
         self.control = Control::new(S, run.system.tolerance());
         self.control.keep_by_price(run.system.price(), y.len());
+        self.control.keep_by_work(run.system.price(), run.matrices);
         if run.options.steps_are_given() {
             self.control.iterate_to_round_off(run.system.tolerance());
         }
@@ -146,7 +142,7 @@ impl<const S: usize> Radau<S> {
     }
 
     fn allocate(&mut self, n: usize) {
-        self.jacobian.resize(n);
+        self.matrices.jacobian.resize(n);
         self.pair.clear();
         self.pair.resize(n, Complex::new(0.0, 0.0));
         let groups = [&mut self.z, &mut self.w, &mut self.f, &mut self.right, &mut self.polynomial];
@@ -165,7 +161,7 @@ impl<const S: usize> Radau<S> {
             // Newton's method failed with that of an earlier state.
             run.counters.recoveries.fresh_jacobian +=
                 usize::from(self.control.has_jacobian && self.control.theta >= 1.0);
-            self.jacobian.take(run, y, &self.start)?;
+            self.matrices.jacobian.take(run, y, &self.start)?;
             self.control.has_jacobian = true;
             self.control.jacobian_is_current = true;
             self.control.factored = None;
@@ -173,26 +169,13 @@ impl<const S: usize> Radau<S> {
         if self.control.factored.is_some_and(|factored| (factored - h).abs() <= 1e-12 * h) {
             return Ok(());
         }
-        run.counters.factorisations += 1;
-        let mut regular = self.factor(h);
-        if !regular && self.jacobian.fill.ahead() > 0 {
-            // Pivots are searched for then.
-            self.jacobian.leave_dense();
-            regular = self.factor(h);
+        let known = run.matrices;
+        let regular = self.matrices.factor(run, h);
+        if run.matrices != known {
+            self.control.keep_by_work(run.system.price(), run.matrices);
         }
         self.control.factored = regular.then_some(h);
         if regular { Ok(()) } else { Err(Fault::Slow(0.5)) }
-    }
-
-    /// False where one of the matrices for a step of size `h` is singular, or their elimination broke off.
-    fn factor(&mut self, h: f64) -> bool {
-        let Jacobian { fill, fill_is_new, .. } = &mut self.jacobian;
-        let is_new = std::mem::replace(fill_is_new, false);
-        let mut regular = self.real.factor(self.tableau.gamma / h, fill, is_new);
-        for (lu, (alpha, beta)) in self.complex.iter_mut().zip(self.tableau.pairs) {
-            regular &= lu.factor(Complex::new(alpha / h, beta / h), fill, is_new);
-        }
-        regular
     }
 
     /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
@@ -286,14 +269,16 @@ impl<const S: usize> Radau<S> {
         transform(t_inverse, &self.f, &mut self.right);
         let gamma = gamma / h;
         self.right[0].iter_mut().zip(&self.w[0]).for_each(|(right, w)| *right -= gamma * w);
-        self.real.solve(&mut self.right[0], &self.jacobian.fill);
-        for ((number, (alpha, beta)), lu) in pairs.iter().enumerate().zip(&mut self.complex) {
+        let Matrices { jacobian, real, complex, .. } = &mut self.matrices;
+        run.matrix_work += run.matrices.map_or(0.0, |work| work.solution);
+        real.solve(&mut self.right[0], &jacobian.fill);
+        for ((number, (alpha, beta)), lu) in pairs.iter().enumerate().zip(complex) {
             let (alpha, beta, at) = (alpha / h, beta / h, 1 + 2 * number);
             let [right, w] = [&self.right, &self.w].map(|of| of[at].iter().zip(&of[at + 1]));
             for ((pair, (re, im)), (w_re, w_im)) in self.pair.iter_mut().zip(right).zip(w) {
                 *pair = Complex::new(re - alpha * w_re + beta * w_im, im - alpha * w_im - beta * w_re);
             }
-            lu.solve(&mut self.pair, &self.jacobian.fill);
+            lu.solve(&mut self.pair, &jacobian.fill);
             let [re, im] = &mut self.right[at..=at + 1] else { continue };
             for ((pair, re), im) in self.pair.iter().zip(re).zip(im) {
                 (*re, *im) = (pair.re, pair.im);
@@ -316,7 +301,7 @@ impl<const S: usize> Radau<S> {
             self.f[0][k] = product(&self.tableau.error, &z) / h;
             self.error[k] = self.f[0][k] + self.start[k];
         }
-        self.real.solve(&mut self.error, &self.jacobian.fill);
+        self.matrices.solve_real(&mut self.error);
         let mut size = run.system.error_norm(y, &self.y_new, &self.error) / self.control.test;
         if size > 1.0 && self.control.doubts_errors() {
             for (k, argument) in self.argument.iter_mut().enumerate() {
@@ -326,7 +311,7 @@ impl<const S: usize> Radau<S> {
             for (k, error) in self.error.iter_mut().enumerate() {
                 *error = self.f[0][k] + self.f[1][k];
             }
-            self.real.solve(&mut self.error, &self.jacobian.fill);
+            self.matrices.solve_real(&mut self.error);
             size = run.system.error_norm(y, &self.y_new, &self.error) / self.control.test;
         }
         if size.is_finite() && all_finite(&self.y_new) {
@@ -481,7 +466,8 @@ impl<const S: usize> Adaptive for Radau<S> {
     }
 
     fn gives_way(&mut self, run: &mut Run<'_>) -> bool {
-        self.explicit_step = self.defender.as_mut().and_then(|defender| defender.see(run, &self.jacobian.matrix));
+        self.explicit_step =
+            self.defender.as_mut().and_then(|defender| defender.see(run, &self.matrices.jacobian.matrix));
         self.explicit_step.is_some()
     }
 }

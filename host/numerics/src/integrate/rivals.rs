@@ -1,8 +1,9 @@
 //! When an explicit method gives way to an implicit one, and when that gives way again.
 
-use super::jacobian::Columns;
+use super::Price;
+use super::fill::Work;
+use super::jacobian::{Columns, Jacobian};
 use super::run::Run;
-use super::{Counters, Price};
 
 /// Suspicious steps, less others, that it takes to suspect stiffness.
 pub(super) const FEWEST_HITS: u32 = 15;
@@ -32,16 +33,12 @@ impl Tariff {
         Self { price: run.system.price(), size: run.system.dim() as f64 }
     }
 
-    /// The cost of all work so far, as that of evaluations, and of the dense matrices of [`super::Radau5`]: about 5/3 n^3 for
-    /// a real and a complex factorisation, less what zeros spare, and 5 n^2 for solving with both.
-    fn total(&self, counters: &Counters) -> f64 {
-        let evaluations = (counters.evaluations + counters.projections) as f64;
-        let (jacobians, iterations) = (counters.jacobians as f64, counters.newton_iterations as f64);
+    /// The cost of all work so far, as that of evaluations, Jacobians, and the matrices of [`super::Radau5`].
+    fn total(&self, run: &Run<'_>) -> f64 {
+        let evaluations = (run.counters.evaluations + run.counters.projections) as f64;
         // Differences are among the evaluations.
-        self.price.evaluation * evaluations
-            + self.price.jacobian.unwrap_or(0.0) * jacobians
-            + self.size.powi(3) * counters.factorisations as f64
-            + 5.0 * self.size.powi(2) * iterations
+        let jacobians = self.price.jacobian.unwrap_or(0.0) * run.counters.jacobians as f64;
+        self.price.evaluation * evaluations + jacobians + run.matrix_work
     }
 }
 
@@ -49,16 +46,18 @@ impl Tariff {
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
 const IMPLICIT_EVALUATIONS: f64 = 11.0;
 const ITERATIONS: f64 = 3.0;
+/// Its complex matrices, besides a real one.
+const COMPLEX_MATRICES: usize = 1;
 /// Near the border of stability, an implicit method may take steps that are longer by this factor, even where the
 /// solution's derivative is nothing but noise, as at rest.
 const LONGER: f64 = 100.0;
 
 impl Tariff {
     /// The cost of an implicit step with its own Jacobian over that of an explicit one: how much longer it has to be.
-    fn ratio(&self) -> f64 {
+    fn ratio(&self, matrices: Work) -> f64 {
         let evaluation = self.price.evaluation;
         let jacobian = self.price.jacobian.unwrap_or(self.size * evaluation);
-        let matrices = self.size.powi(3) + ITERATIONS * 5.0 * self.size.powi(2);
+        let matrices = matrices.factorisation + ITERATIONS * matrices.solution;
         (IMPLICIT_EVALUATIONS * evaluation + jacobian + matrices) / (EXPLICIT_EVALUATIONS * evaluation)
     }
 }
@@ -96,13 +95,13 @@ impl Stint {
     /// It begins now, in place of the suspect.
     pub(super) fn new(run: &Run<'_>, suspect: Suspect) -> Self {
         let tariff = Tariff::of(run);
-        Self { tariff, suspect, since: (run.t, tariff.total(&run.counters)) }
+        Self { tariff, suspect, since: (run.t, tariff.total(run)) }
     }
 
     /// Whether it has cost less, up to now, than the suspect would have with the steps it took last.
     pub(super) fn paid(&self, run: &Run<'_>) -> bool {
         let (t, cost) = self.since;
-        self.tariff.total(&run.counters) - cost < self.suspect.rate * (run.t - t)
+        self.tariff.total(run) - cost < self.suspect.rate * (run.t - t)
     }
 }
 
@@ -113,6 +112,8 @@ pub(super) struct Suspicion {
     tariff: Tariff,
     /// How much longer implicit steps have to be.
     ratio: f64,
+    /// Whether matrices that would take much if they were dense are not known yet: steps are suspected all the same.
+    is_guess: bool,
     /// Cost before which preparing an implicit method does not pay.
     least: f64,
     enough: u32,
@@ -125,11 +126,14 @@ impl Suspicion {
     pub(super) fn new(run: &Run<'_>, enough: u32) -> Self {
         let tariff = Tariff::of(run);
         let least = tariff.price.preparation;
-        Self { tariff, ratio: tariff.ratio(), least, enough, hits: 0, since: (run.t, 0.0) }
+        let ratio = tariff.ratio(run.matrices.unwrap_or(Work::dense_step(run.system.dim())));
+        let is_guess = run.matrices.is_none() && tariff.price.jacobian.is_some() && ratio > SLOWER;
+        let ratio = if is_guess { 0.0 } else { ratio };
+        Self { tariff, ratio, is_guess, least, enough, hits: 0, since: (run.t, 0.0) }
     }
 
-    /// Takes an accepted step.
-    pub(super) fn see(&mut self, run: &Run<'_>, signs: Signs) -> Option<Suspect> {
+    /// Takes an accepted step to `y`, from which it continues at `rates`.
+    pub(super) fn see(&mut self, run: &mut Run<'_>, signs: Signs, y: &[f64], rates: &[f64]) -> Option<Suspect> {
         let slow = signs.share > FAR_FROM_BORDER && signs.slowness > SLOWER.max(self.ratio);
         let near = signs.share > NEAR_BORDER && LONGER > self.ratio;
         if !slow && !near {
@@ -137,15 +141,30 @@ impl Suspicion {
             return None;
         }
         if self.hits == 0 {
-            self.since = (run.t, self.tariff.total(&run.counters));
+            self.since = (run.t, self.tariff.total(run));
         }
         self.hits += 1;
         let (t, cost) = self.since;
-        let total = self.tariff.total(&run.counters);
+        let total = self.tariff.total(run);
         if self.hits < self.enough || run.t <= t || total < self.least {
             return None;
         }
+        if self.is_guess {
+            self.look(run, y, rates);
+            return None;
+        }
         Some(Suspect { step: signs.step, rate: (total - cost) / (run.t - t) })
+    }
+
+    /// Finds out what the matrices of an implicit method take, by a Jacobian. Steps are looked at anew then.
+    fn look(&mut self, run: &mut Run<'_>, y: &[f64], rates: &[f64]) {
+        let mut jacobian = Jacobian::default();
+        jacobian.resize(y.len());
+        run.matrices = Some(match jacobian.take(run, y, rates) {
+            Ok(()) => jacobian.fill.work(COMPLEX_MATRICES),
+            Err(_) => Work::dense_step(y.len()),
+        });
+        *self = Self::new(run, self.enough);
     }
 }
 
@@ -168,7 +187,7 @@ pub(super) struct Defender {
 impl Defender {
     pub(super) fn new(run: &Run<'_>, suspect: Suspect) -> Self {
         let tariff = Tariff::of(run);
-        let cost = tariff.total(&run.counters);
+        let cost = tariff.total(run);
         Self {
             tariff,
             suspect,
@@ -194,7 +213,7 @@ impl Defender {
         }
         let (first, now) = self.eigenvalues.unwrap_or((1.0, 1.0));
         let share = if first > 0.0 { now / first } else { 1.0 };
-        let total = self.tariff.total(&run.counters);
+        let total = self.tariff.total(run);
         let rate = (total - cost) / (run.t - t);
         if rate > self.leniency * share * self.suspect.rate {
             return Some(self.suspect.step / share.max(1e-3));

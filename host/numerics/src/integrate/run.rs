@@ -1,5 +1,6 @@
 //! What all methods share: checks, counting, sampling, and the protocol at the end of a step.
 
+use super::fill::Work;
 use super::{
     Accepted, Counters, Entries, Failure, Flow, IntegrateError, Options, Outcome, Span, Status, StopReason, System,
     Watched,
@@ -27,6 +28,10 @@ pub struct Run<'a> {
     pub counters: Counters,
     /// Time of the last accepted state.
     pub t: f64,
+    /// What all matrices of an implicit step take, once they are known.
+    pub(super) matrices: Option<Work>,
+    /// What they have taken so far.
+    pub(super) matrix_work: f64,
     /// Number of samples taken so far.
     next_sample: usize,
     /// The earliest time at which a state cannot be, as far as known.
@@ -71,6 +76,8 @@ impl<'a> Run<'a> {
             span,
             counters: Counters::default(),
             t: span.t_start,
+            matrices: None,
+            matrix_work: 0.0,
             next_sample: 0,
             barrier: None,
         })

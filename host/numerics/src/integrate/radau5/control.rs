@@ -1,6 +1,7 @@
 //! [`Control`]: step sizes, and when Newton's method continues, is given up, or needs a new matrix.
 
 use super::super::Price;
+use super::super::fill::Work;
 use super::super::steps::Fault;
 
 /// Iterations of Newton's method before a step with three stages is given up; with more, steps are longer (program RADAU).
@@ -17,6 +18,11 @@ const KEEP_EXPENSIVE_JACOBIAN: f64 = 0.03;
 const EXPENSIVE: f64 = 8.0;
 /// Ratios of step sizes within which step size and factorisation are kept.
 const KEEP_STEP: [f64; 2] = [1.0, 1.2];
+/// The same where a factorisation costs much (program RADAU5: 0.99 and 2 for large systems with full matrices): steps that are shorter
+/// than they could be take fewer iterations, and predictions that waver need no new factors.
+const KEEP_STEP_OF_LARGE: [f64; 2] = [0.95, 2.0];
+/// Iterations for the cost of which a factorisation costs much.
+const LARGE: f64 = 4.0;
 /// Limits of the ratio of step sizes.
 const RATIO: [f64; 2] = [0.2, 8.0];
 const SAFETY: f64 = 0.9;
@@ -46,6 +52,8 @@ pub(super) struct Control {
     pub(super) theta: f64,
     /// Rate of convergence up to which the Jacobian is kept for the next step.
     pub(super) keep_jacobian: f64,
+    /// Ratios of step sizes within which step size and factorisation are kept.
+    keep_step: [f64; 2],
     pub(super) iterations: usize,
     /// Step size and error of the last accepted step.
     last: Option<(f64, f64)>,
@@ -84,6 +92,7 @@ impl Control {
             convergence: 1.0,
             theta: 2.0 * KEEP_JACOBIAN,
             keep_jacobian: KEEP_JACOBIAN,
+            keep_step: KEEP_STEP,
             iterations: 0,
             last: None,
             last_estimate: None,
@@ -109,10 +118,17 @@ impl Control {
 
     /// Keeps Jacobians longer where they cost much against iterations, for a state of `n` numbers.
     pub(super) fn keep_by_price(&mut self, price: Price, n: usize) {
-        let n = n as f64;
-        let jacobian = price.jacobian.unwrap_or(n * price.evaluation) + n.powi(3);
-        let iteration = self.stages as f64 * price.evaluation + 5.0 * n * n;
+        let dense = Work::dense_step(n);
+        let jacobian = price.jacobian.unwrap_or(n as f64 * price.evaluation) + dense.factorisation;
+        let iteration = self.stages as f64 * price.evaluation + dense.solution;
         self.keep_jacobian = if jacobian > EXPENSIVE * iteration { KEEP_EXPENSIVE_JACOBIAN } else { KEEP_JACOBIAN };
+    }
+
+    /// Keeps factors longer where matrices of which so much is known cost much against iterations.
+    pub(super) fn keep_by_work(&mut self, price: Price, matrices: Option<Work>) {
+        let iteration = |work: Work| self.stages as f64 * price.evaluation + work.solution;
+        let is_large = matrices.is_some_and(|work| work.factorisation > LARGE * iteration(work));
+        self.keep_step = if is_large { KEEP_STEP_OF_LARGE } else { KEEP_STEP };
     }
 
     /// Without an error test, the iterations continue nearly to round-off.
@@ -127,7 +143,8 @@ impl Control {
         self.rejected = false;
         // A step shortened for a sample or the end says little against the size asked for.
         let wanted = if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
-        let kept = (KEEP_STEP[0]..=KEEP_STEP[1]).contains(&(wanted / tried));
+        let [least, most] = self.keep_step;
+        let kept = (least..=most).contains(&(wanted / tried));
         if kept && self.theta <= self.keep_jacobian { tried } else { wanted }
     }
 

@@ -2,9 +2,11 @@
 
 use nalgebra::Complex;
 
-use crate::integrate::fill::Fill;
+use super::fixtures::{Probe, Rhs, distance};
+use crate::integrate::fill::{Fill, Work};
 use crate::integrate::jacobian::Columns;
 use crate::integrate::lu::{Lu, Number};
+use crate::integrate::{Counters, Options, Price, Span, by_name};
 use crate::random::Random;
 
 /// A matrix given column by column.
@@ -151,4 +153,112 @@ fn entries_that_come_later_change_the_order() {
     assert!(left(&more, n, 30.0, &fill).unwrap() < 1e-11);
     assert!(!fill.take(&columns(&jacobian, n)));
     assert!(left(&jacobian, n, 30.0, &fill).unwrap() < 1e-11);
+}
+
+#[test]
+fn work_is_counted_as_it_is_eliminated() {
+    let work = |velocities: usize, depends: fn(usize, usize) -> bool| {
+        let (jacobian, n) = mechanism(velocities, depends);
+        let mut fill = Fill::default();
+        fill.resize(n);
+        fill.take(&columns(&jacobian, n));
+        fill.work(0)
+    };
+    assert_eq!(work(30, |_, _| true), Work { factorisation: 9000.0, solution: 900.0 });
+    let [few, many] = [100, 200].map(|velocities| work(velocities, |i, j| i.abs_diff(j) < 2));
+    assert!(many.factorisation < 2.1 * few.factorisation && many.solution < 2.1 * few.solution, "{few:?} {many:?}");
+    assert!(many.factorisation < 1e-3 * work(200, |_, _| true).factorisation, "{many:?}");
+}
+
+/// Pendulums, one slower than the next, that all pull at each other: positions, then velocities.
+fn pendulums(_t: f64, y: &[f64], dy: &mut [f64]) {
+    let n = y.len() / 2;
+    let (angles, speeds) = y.split_at(n);
+    let mean = angles.iter().sum::<f64>() / n as f64;
+    dy[..n].copy_from_slice(speeds);
+    for (k, (rate, angle)) in dy[n..].iter_mut().zip(angles).enumerate() {
+        *rate = -(1.0 + k as f64 / n as f64) * angle.sin() - mean.sin();
+    }
+}
+
+fn pendulums_jacobian(_t: f64, y: &[f64], matrix: &mut [f64]) {
+    let n = y.len() / 2;
+    let mean = y[..n].iter().sum::<f64>() / n as f64;
+    for i in 0..n {
+        matrix[i + 2 * n * (n + i)] = 1.0;
+        for j in 0..n {
+            matrix[n + i + 2 * n * j] = -mean.cos() / n as f64;
+        }
+        matrix[n + i + 2 * n * i] -= (1.0 + i as f64 / n as f64) * y[i].cos();
+    }
+}
+
+/// A wave on a string of masses at stiff springs with dampers along it, its first end held: positions, then velocities.
+fn string(_t: f64, y: &[f64], dy: &mut [f64]) {
+    let n = y.len() / 2;
+    let (places, speeds) = y.split_at(n);
+    dy[..n].copy_from_slice(speeds);
+    for k in 0..n {
+        let stretch = |of: &[f64], k: usize| if k == 0 { of[0] } else { of[k] - of[k - 1] };
+        let pull = |k: usize| STIFF * stretch(places, k) + DAMPED * stretch(speeds, k);
+        dy[n + k] = (if k + 1 < n { pull(k + 1) } else { 0.0 }) - pull(k);
+    }
+}
+
+const STIFF: f64 = 1e6;
+const DAMPED: f64 = 1e4;
+
+fn string_jacobian(_t: f64, y: &[f64], matrix: &mut [f64]) {
+    let n = y.len() / 2;
+    for k in 0..n {
+        matrix[k + 2 * n * (n + k)] = 1.0;
+        let mut put = |column: usize, share: f64| {
+            matrix[n + k + 2 * n * column] = share * STIFF;
+            matrix[n + k + 2 * n * (n + column)] = share * DAMPED;
+        };
+        put(k, if k + 1 < n { -2.0 } else { -1.0 });
+        if k > 0 {
+            put(k - 1, 1.0);
+        }
+        if k + 1 < n {
+            put(k + 1, 1.0);
+        }
+    }
+}
+
+/// The end of a motion from `start`, and the work it took.
+fn motion(name: &str, (rhs, jacobian): (Rhs, Rhs), start: &[f64], tolerance: f64, t_end: f64) -> (Vec<f64>, Counters) {
+    let mut probe = Probe::new(rhs, start.len(), tolerance);
+    probe.jacobian = Some(jacobian);
+    let evaluation = 10.0 * start.len() as f64;
+    probe.price = Some(Price { evaluation, jacobian: Some(10.0 * evaluation), preparation: 0.0 });
+    let mut y = start.to_vec();
+    let span = Span { t_start: 0.0, t_end, sample_times: &[] };
+    let outcome = by_name(name).unwrap().integrate(&mut probe, &mut y, &span, &Options::default()).unwrap();
+    (y, outcome.counters)
+}
+
+#[test]
+fn factors_of_large_matrices_serve_for_more_steps() {
+    let share_of_steps = |n: usize| {
+        let start: Vec<f64> = (0..2 * n).map(|k| if k < n { 0.3 + 0.2 * (k % 5) as f64 } else { 0.0 }).collect();
+        let (exact, _) = motion("dop853", (pendulums, pendulums_jacobian), &start, 1e-11, 20.0);
+        let (found, work) = motion("radau5", (pendulums, pendulums_jacobian), &start, 1e-6, 20.0);
+        let off = distance(&found, &exact);
+        assert!(off < 2e-5, "{n}: off by {off:e}, {work:?}");
+        work.factorisations as f64 / work.steps as f64
+    };
+    let [small, large] = [8, 100].map(share_of_steps);
+    assert!(large < 0.5 * small, "{large} {small}");
+}
+
+#[test]
+fn auto_knows_that_matrices_of_long_structures_take_little() {
+    let n = 150;
+    let start: Vec<f64> = (0..2 * n).map(|k| if k < n { 1e-3 * k as f64 } else { 0.0 }).collect();
+    let (found, work) = motion("auto", (string, string_jacobian), &start, 1e-6, 0.05);
+    assert!(work.stiff_from.is_some_and(|t| t < 0.01), "{work:?}");
+    let (implicit, _) = motion("radau5", (string, string_jacobian), &start, 1e-9, 0.05);
+    let off = distance(&found, &implicit);
+    assert!(off < 1e-3, "off by {off:e}");
 }

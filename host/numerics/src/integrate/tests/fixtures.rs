@@ -1,6 +1,6 @@
 //! Problems with known solutions, and a system that records every hook.
 
-use crate::integrate::{Accepted, Entries, Failure, Flow, System};
+use crate::integrate::{Accepted, Entries, Failure, Flow, Price, System};
 
 pub type Rhs = fn(f64, &[f64], &mut [f64]);
 
@@ -21,6 +21,8 @@ pub struct Probe {
     pub accepts: usize,
     /// The exact Jacobian, column by column, if it is known.
     pub jacobian: Option<Rhs>,
+    /// Of the work, if not the usual one.
+    pub price: Option<Price>,
     /// Absolute tolerance as a share of the relative one.
     pub absolute: f64,
     /// Conditions at which `rhs` switches, and how many.
@@ -43,6 +45,7 @@ impl Probe {
             steps: Vec::new(),
             accepts: 0,
             jacobian: None,
+            price: None,
             absolute: 1.0,
             switching: None,
         }
@@ -78,6 +81,10 @@ impl System for Probe {
 
     fn tolerance(&self) -> Option<f64> {
         Some(self.tolerance)
+    }
+
+    fn price(&self) -> Price {
+        self.price.unwrap_or(Price { evaluation: 100.0 * self.dim as f64, jacobian: None, preparation: 0.0 })
     }
 
     fn jacobian(&mut self, t: f64, y: &[f64], found: Entries<'_>) -> Result<bool, Failure> {
