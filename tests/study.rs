@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use odyn::session::Session;
-use odyn::study::{Outcome, Points, Study, StudyOptions, Vary};
+use odyn::study::{Design, Outcome, Points, Span, Study, StudyOptions, Vary};
 
 use crate::support::{Scratch, open, options, root, run};
 
@@ -169,4 +169,31 @@ fn whatever_is_varied_runs_have_the_bits_of_runs_that_share_nothing() {
         "force.strut.params.damping=3,0",
     ]);
     has_the_bits_of_runs_alone("verification/translational-spring-damper", &["simulation.t_end=0.2"], oscillators);
+}
+
+/// Points that nobody has chosen, between ends that some numbers vanish or become one at.
+#[test]
+fn random_variants_have_the_bits_of_runs_that_share_nothing() {
+    let designed = |spans: &[&str], count, seed| {
+        let spans: Vec<Span> = spans.iter().map(|text| Span::parse(text).unwrap()).collect();
+        Points::designed(&spans, Design::LatinHypercube { count, seed }).unwrap()
+    };
+    let spans = [
+        "crank.radius=7mm:10mm",
+        "rod.length=38mm:45mm",
+        "rod.com=-10mm,0mm,15mm,20mm,40mm",
+        "body.piston.mass=0.01:1",
+        "joint.main_bearing.point=[0,0,0],[0,0,1],[0,0,-1.5]",
+    ];
+    has_the_bits_of_runs_alone("compressor", &["simulation.t_end=\"10 ms\""], designed(&spans, 16, 3));
+    let spans = ["body.link1.mass=0.5:2", "rod.axial=1e-4:1e-2", "body.coupler2.mass=1,2,0.5"];
+    has_the_bits_of_runs_alone("benchmarks/A02_N2", &["simulation.t_end=0.3"], designed(&spans, 10, 5));
+}
+
+/// Rows of cranks are parallel linkages, whose loops are written out, for some of these points only.
+#[test]
+fn variants_that_are_no_parallelograms_have_the_bits_of_runs_that_share_nothing() {
+    let points =
+        grid(&["joint.A1.point=[1,0,0],[1.01,0,0],[1,0,0],[1,-0.02,0],[1.01,0.01,0]", "body.link1.mass=1,1.5"]);
+    has_the_bits_of_runs_alone("benchmarks/A02_N2", &["simulation.t_end=0.3"], points);
 }
