@@ -99,6 +99,49 @@ fn elements_sample_at_their_times_by_every_method() {
     assert!(words.contains("samples every 0.1 s, which is no whole number of steps of 0.03 s"), "{words}");
 }
 
+/// A controller that passes on what it samples of a function of time.
+fn sampled(function: &str, period: f64, from: f64, times: &[f64], sets: &[&str]) -> Vec<f64> {
+    let scene = format!(
+        "[plugins]\nlibraries = [\"odyn-controls\"]\n[simulation]\nt_start = {from}\nt_end = {}\noutput_times = {times:?}\n\
+         [[body]]\nname = \"bystander\"\nmass = 1\ninertia = [1, 1, 1]\n\
+         [[control]]\nname = \"source\"\ntype = \"signal-source\"\nparams.function = {function}\n\
+         [[control]]\nname = \"hold\"\ntype = \"digital-pid\"\ninputs = {{ set_point = \"source.output\" }}\n\
+         params = {{ period = {period}, kp = 1 }}\n\
+         [[output]]\nname = \"held\"\nquantity = \"value\"\nof = \"hold\"\nchannel = \"output\"\n",
+        times.last().unwrap()
+    );
+    let folder = Scratch::new();
+    let session = Session::open(&folder.file("scene.toml", scene), &options(sets, &[])).unwrap();
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    assert_eq!(report.summary.status, Status::Completed, "{}", report.summary.reason);
+    column(&report, "held").to_vec()
+}
+
+const METHODS: [&str; 3] = ["simulation.method=dop853", "simulation.method=radau5", "simulation.method=dopri5"];
+
+#[test]
+fn a_run_that_starts_between_samples_begins_with_one() {
+    for method in METHODS {
+        let held = sampled("\"t\"", 0.1, 0.37, &[0.37, 0.39, 0.41, 0.49, 0.51], &[method]);
+        for (found, expected) in held.iter().zip([0.37, 0.37, 0.4, 0.4, 0.5]) {
+            assert!((found - expected).abs() < 1e-14, "{method}: {held:?}");
+        }
+    }
+}
+
+/// 7 * 0.1 is above 0.7, 100 * 0.29 below 29, 10 * 0.1 neither.
+#[test]
+fn a_jump_at_a_sampling_instant_is_sampled_after_it() {
+    for (period, jump) in [(0.1, 0.7), (0.1, 1.0), (0.25, 1.0), (0.29, 29.0), (0.03, 2.67), (1.0 / 3.0, 1.0)] {
+        let function = format!("{{ points = [[0, 0], [{jump}, 1]], interpolation = \"steps\" }}");
+        let times = [0.0, jump - 0.5 * period, jump + 0.5 * period, jump + 1.5 * period];
+        for method in METHODS {
+            let held = sampled(&function, period, 0.0, &times, &[method]);
+            assert_eq!(held, [0.0, 0.0, 1.0, 1.0], "{method}: every {period} s, jump at {jump} s");
+        }
+    }
+}
+
 #[test]
 fn a_table_that_ends_with_the_run_does_not_stop_it_early() {
     let scene = "[plugins]\nlibraries = [\"odyn-controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
@@ -132,4 +175,27 @@ fn elements_sample_once_at_each_time_however_a_run_is_taken() {
     };
     ends(&[1.5]);
     ends(&[0.3, 0.45, 0.7, 1.5]);
+}
+
+/// An integral that begins at its limit, and leaves it when the signal turns.
+#[test]
+fn what_rests_on_a_limit_leaves_it_by_every_method() {
+    let scene = "[plugins]\nlibraries = [\"odyn-controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.05\n\
+                 [[body]]\nname = \"bystander\"\nmass = 1\ninertia = [1, 1, 1]\n\
+                 [[control]]\nname = \"wave\"\ntype = \"state-space\"\ninputs = { input = 0 }\n\
+                 params = { a = [0, 3, -3, 0], b = [0, 0], c = [1, 0], initial = [0.3, -1] }\n\
+                 [[control]]\nname = \"tank\"\ntype = \"integral\"\ninputs = { input = \"wave.output\" }\n\
+                 params = { initial = 1.038, high = 1.038 }\n\
+                 [[output]]\nname = \"level\"\nquantity = \"value\"\nof = \"tank\"\nchannel = \"output\"\n";
+    let turns = 0.3_f64.atan();
+    let fallen = 0.1 * (3.0_f64.sin() - turns.sin()) + (3.0_f64.cos() - turns.cos()) / 3.0;
+    for method in METHODS.into_iter().chain(["simulation.method=radau9"]) {
+        let folder = Scratch::new();
+        let sets = [method, "simulation.max_steps=1000"];
+        let session = Session::open(&folder.file("scene.toml", scene), &options(&sets, &[])).unwrap();
+        let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+        assert_eq!(report.summary.status, Status::Completed, "{method}: {}", report.summary.reason);
+        let level = column(&report, "level")[20];
+        assert!((level - 1.038 - fallen).abs() < 1e-9, "{method}: {level}");
+    }
 }

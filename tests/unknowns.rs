@@ -198,3 +198,94 @@ fn a_wheel_that_leaves_its_profile_ends_the_run_with_the_name_of_the_rail() {
         }
     }
 }
+
+/// A disc that is thrown from the top of a profile in the x-y plane, and may part from it.
+fn thrown(speed: f64, end: f64, radius: f64, top: f64, contact: &str) -> String {
+    let height = top + radius;
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = {end}
+output_step = 0.002
+[[body]]
+name = "disc"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+position = [0, {height}, 0]
+velocity = [{speed}, 0, 0]
+[[joint]]
+name = "plane"
+type = "planar"
+bodies = ["ground", "disc"]
+axis = [0, 0, 1]
+[[joint]]
+name = "contact"
+bodies = ["ground", "disc"]
+points = [[0, 0, 0], [0, {height}, 0]]
+params.unilateral = true
+{contact}
+[[output]]
+name = "x"
+quantity = "position"
+of = "disc"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "disc"
+component = "y"
+"#
+    )
+}
+
+/// Runs a disc that is thrown, in several ways: it parts from its profile, lands on it, and is never in it. `profile` gives points all
+/// along it, `is_inside` whether its material is there.
+fn stays_outside(text: &str, radius: f64, profile: &[[f64; 2]], is_inside: impl Fn(f64, f64) -> bool) {
+    for sets in [&[][..], &["simulation.formulation=\"cartesian\""], &["simulation.method=\"radau5\""]] {
+        let report = try_run(text, sets).unwrap();
+        assert_eq!(report.exit_code(), 0, "{sets:?}: {}", report.summary.reason);
+        let (mut parted, mut landed) = (false, false);
+        for (t, (x, y)) in report.times.iter().zip(report.columns[0].iter().zip(&report.columns[1])) {
+            let nearest = profile.iter().map(|[a, b]| (x - a).hypot(y - b)).fold(f64::INFINITY, f64::min);
+            let gap = if is_inside(*x, *y) { -nearest } else { nearest } - radius;
+            assert!(gap > -1e-6, "{sets:?}: {gap:e} inside at t = {t}");
+            parted |= gap > 0.02;
+            landed |= parted && gap < 1e-6;
+        }
+        assert!(landed, "{sets:?}: does not part and land");
+    }
+}
+
+/// The nearest place on the hill that it comes from is not where it lands.
+#[test]
+fn a_wheel_that_jumps_over_a_valley_lands_on_its_other_side() {
+    let height = |x: f64| (2.5 * x).cos();
+    let profile: Vec<[f64; 2]> = (0..20_000).map(|k| f64::from(k) * 2e-4 - 1.0).map(|x| [x, height(x)]).collect();
+    for (speed, end) in [(4.0, 0.5), (5.0, 0.44), (6.0, 0.36)] {
+        let contact = "type = \"rail-contact\"\nparams.height = \"cos(2.5 x)\"\nparams.wheel_radius = 0.1\n\
+                       params.from = -3\nparams.to = 9";
+        stays_outside(&thrown(speed, end, 0.1, 1.0, contact), 0.1, &profile, |x, y| y < height(x));
+    }
+}
+
+#[test]
+fn a_roller_that_jumps_off_a_cam_lands_on_its_next_lobe() {
+    let radius = |phi: f64| 0.3 + 0.1 * (3.0 * phi).sin();
+    let place = |k: u32| f64::from(k) * std::f64::consts::TAU / 2e4;
+    let profile: Vec<[f64; 2]> =
+        (0..20_000).map(place).map(|phi| [radius(phi) * phi.cos(), radius(phi) * phi.sin()]).collect();
+    let turned = |x: f64, y: f64| x.hypot(y) < radius(y.atan2(x));
+    let top = -std::f64::consts::FRAC_PI_2;
+    assert!((radius(top) - 0.4).abs() < 1e-15);
+    for speed in [0.1, 0.15, 0.2, 0.3] {
+        // The profile upside down, so that a lobe is on top.
+        let contact = "type = \"profile-contact\"\nx_axis = [-1, 0, 0]\nparams.radius = \"0.3 + 0.1 sin(3 phi)\"\n\
+                       params.roller_radius = 0.02\nparams.start = \"-90 deg\"";
+        let text = thrown(speed, 0.6, 0.02, 0.4, contact);
+        let above: Vec<[f64; 2]> = profile.iter().map(|[x, y]| [-x, -y]).collect();
+        stays_outside(&text, 0.02, &above, |x, y| turned(-x, -y));
+    }
+}

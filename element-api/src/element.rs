@@ -320,8 +320,8 @@ pub trait Force: Element {
     }
     /// `[create]` For an element that samples (a digital controller): the period T, s. Its memory then changes at the start and at
     /// whole multiples of T only, where steps end, by what [`Force::next_memory`] gives there; in between it is held. What it takes
-    /// from elements that sample at the same time is their memory from before. `None`: the memory may change after every
-    /// accepted step. Contract 1.2.
+    /// from elements that sample at the same time is their memory from before; of functions of time that jump there, what they are
+    /// after it. `None`: the memory may change after every accepted step. Contract 1.2.
     fn sample_period(&self) -> Option<f64> {
         None
     }
@@ -367,8 +367,8 @@ pub trait Control: Element {
     }
     /// `[create]` For an element that samples (a digital controller): the period T, s. Its memory then changes at the start and at
     /// whole multiples of T only, where steps end, by what [`Control::next_memory`] gives there; in between it is held. What it takes
-    /// from elements that sample at the same time is their memory from before. `None`: the memory may change after every
-    /// accepted step. Contract 1.2.
+    /// from elements that sample at the same time is their memory from before; of functions of time that jump there, what they are
+    /// after it. `None`: the memory may change after every accepted step. Contract 1.2.
     fn sample_period(&self) -> Option<f64> {
         None
     }

@@ -129,6 +129,22 @@ fn what_samples_gives_the_results_of_runs() {
     assert!(twin.located > 0, "the wall was met");
 }
 
+/// The run starts between samples, and the set point jumps at samples of both controllers.
+#[test]
+fn starts_and_jumps_are_sampled_as_in_runs() {
+    let jumping = "[[control]]\nname = \"jump\"\ntype = \"signal-source\"\n\
+                   params.function = { points = [[0, 0.1], [0.7, 0.4]], interpolation = \"steps\" }\n[[control]]\nname = \"feeder\"";
+    let text = HELD.replace("t_end = 1", "t_start = 0.013\nt_end = 1.013");
+    let text = text
+        .replace("[[control]]\nname = \"feeder\"", jumping)
+        .replace("\"wanted\", measured", "\"jump.output\", measured");
+    let mut twin = Twin::new(machine(of_text(&text), None, "dopri5"));
+    let off = off_from_run(of_text(&text), &mut twin, 40);
+    println!("a set point that jumps at a sample: {off:.1e}");
+    assert!(off < 1e-5, "{off:e}");
+    compare(&machine(of_text(&text), Some(3.7e-3), "rk4"), Scratch::new().path(), 30);
+}
+
 /// Neighbouring times are further apart than the share of a period by which samples may be early.
 #[test]
 fn far_from_time_zero_every_instant_is_sampled_once() {

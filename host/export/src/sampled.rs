@@ -10,6 +10,9 @@ use crate::twin::Twin;
 /// Share of a period by which a sample may be early: in numbers of 64 bits, as in runs; of 32 bits.
 pub(crate) const EARLY: [f64; 2] = [1e-9, 1e-3];
 
+/// Share of the time by which functions are looked at behind a sampling instant, likewise.
+pub(crate) const BEHIND: [f64; 2] = [4.0 * f64::EPSILON, 4.0 * f32::EPSILON as f64];
+
 /// See the module documentation.
 #[derive(Debug, Clone, Default)]
 pub struct Sampled {
@@ -67,10 +70,15 @@ impl Twin {
     pub(crate) fn begin_samples(&mut self) {
         let sampled = &self.machine.sampled;
         self.memory.copy_from_slice(&sampled.start);
-        for (next, clock) in self.next_samples.iter_mut().zip(&sampled.clocks) {
-            *next = (self.time[0] / clock.period - EARLY[0]).ceil();
+        for clock in 0..sampled.clocks.len() {
+            self.next_samples[clock] = self.count(clock);
         }
         self.sample();
+    }
+
+    /// Which multiple of its period a clock is at.
+    fn count(&self, clock: usize) -> f64 {
+        (self.time[0] / self.machine.sampled.clocks[clock].period + EARLY[0]).floor()
     }
 
     fn is_due(&self, clock: usize) -> bool {
@@ -80,17 +88,19 @@ impl Twin {
     /// What is due samples; whether something was.
     pub(crate) fn sample(&mut self) -> bool {
         let clocks = self.next_samples.len();
-        if !(0..clocks).any(|clock| self.is_due(clock)) {
-            return false;
-        }
+        let due = (0..clocks).filter(|clock| self.is_due(*clock));
+        let instants = due.map(|clock| self.count(clock) * self.machine.sampled.clocks[clock].period);
+        let Some(instant) = instants.reduce(f64::max) else { return false };
+        // Behind the instant: a function of time that jumps there has done so.
+        let behind = instant.max(self.time[0]) + BEHIND[0] * self.time[0].abs();
         let state = self.state.clone();
-        self.solve_for(self.time[0], &state, self.samples.as_ref().is_some_and(|run| run.solved));
-        self.load(self.time[0], &state);
+        self.solve_for(behind, &state, self.samples.as_ref().is_some_and(|run| run.solved));
+        self.load(behind, &state);
         let found = self.samples.as_mut().map(|run| run.at(&self.given).to_vec()).unwrap_or_default();
         for clock in 0..clocks {
             if self.is_due(clock) {
-                let Clock { period, memory } = self.machine.sampled.clocks[clock].clone();
-                let after = (self.time[0] / period + EARLY[0]).floor() + 1.0;
+                let memory = self.machine.sampled.clocks[clock].memory.clone();
+                let after = self.count(clock) + 1.0;
                 let next = self.next_samples[clock] + 1.0;
                 // Far from zero the quotient is not known to a whole number.
                 self.next_samples[clock] = if after > next { after } else { next };

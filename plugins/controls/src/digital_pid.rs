@@ -2,7 +2,7 @@
 //!
 //! ## Equations
 //!
-//! At t = k T, from t = 0 or the start on, with e = set point - measured and the output u limited:
+//! At the start and at t = k T after it, with e = set point - measured and the output u limited:
 //!
 //! ```text
 //! I_k = I_(k-1) + k_i T e_k                                                 (1)
@@ -21,8 +21,9 @@
 //!
 //! ## Singular cases
 //!
-//! A row of results at the very time of a sample has the output that was held until then, but for that at the start. Steps end at
-//! every sample: a period that is short beside the motion decides the run time.
+//! A row of results at the very time of a sample has the output that was held until then, but for that at the start. A function of time
+//! that jumps at a sampling instant is sampled after the jump. Steps end at every sample: a period that is short beside the motion decides
+//! the run time.
 //!
 //! ## Example
 //!

@@ -92,9 +92,9 @@ pub struct MapParameters {
     /// Values of the output, in SI units: all of the first `a` in the order of `b`, then all of the second, and so on.
     #[param(unit = "1", example = vec![0.0, 1.0, 2.0, 4.0])]
     pub values: Option<Vec<f64>>,
-    /// What the function is between the points of `a` and `b`; `grid` has a key of its own.
-    #[param(choices = ["monotone", "linear", "spline"], default = "monotone")]
-    pub interpolation: String,
+    /// What the function is between the points of `a` and `b`, monotone if left out; `grid` has a key of its own.
+    #[param(choices = ["monotone", "linear", "spline"])]
+    pub interpolation: Option<String>,
 }
 
 impl Element for Map {
@@ -105,6 +105,9 @@ impl Element for Map {
     type Parameters = MapParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
+        if p.grid.is_some() && p.interpolation.is_some() {
+            return Err(ParamError::new("interpolation", "belongs into `grid`: `grid.interpolation`"));
+        }
         let (a, b, values) = match (p.grid, p.a, p.b, p.values) {
             (Some(surface), None, None, None) => return Ok(Self { surface }),
             (None, Some(a), Some(b), Some(values)) => (a, b, values),
@@ -113,7 +116,7 @@ impl Element for Map {
             }
             _ => return Err(ParamError::new("grid", "is missing: give it, or all of `a`, `b` and `values`")),
         };
-        let interpolation = p.interpolation.parse().unwrap_or_default();
+        let interpolation = p.interpolation.and_then(|name| name.parse().ok()).unwrap_or_default();
         let surface = Surface::through(&a, &b, &values, interpolation).map_err(|error| {
             let path = match error.path.as_str() {
                 "x" => "a",

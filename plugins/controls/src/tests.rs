@@ -331,6 +331,11 @@ fn parameters_that_can_not_be_used_are_refused_by_name() {
         (refusal::<Gain>(limits), "high", "must be larger than `low`"),
         (refusal::<Sensor>(limits), "high", "must be larger than `low`"),
         (refusal::<Integral>("initial = 3.0\nhigh = 1.0"), "initial", "between"),
+        (
+            refusal::<Map>("grid = { x = [0, 1], y = [0, 1], z = [[1, 2], [3, 4]] }\ninterpolation = \"linear\""),
+            "interpolation",
+            "`grid.interpolation`",
+        ),
         (refusal::<Pid>("kd = 1.0"), "filter_time", "needs a filter"),
         (refusal::<Pid>("ki = 1.0\nhigh = 1.0"), "tracking_time", "is missing"),
         (refusal::<Pid>("kp = -1.0\nki = 1.0\nhigh = 1.0"), "tracking_time", "is missing"),

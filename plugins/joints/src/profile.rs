@@ -22,6 +22,13 @@ pub struct Place<S> {
     pub normal: Vec3<S>,
 }
 
+impl<S: Scalar> Place<S> {
+    /// Where the centre of a round body of this radius is that touches here from outside.
+    pub fn centre(&self, radius: f64) -> Vec3<S> {
+        self.point + self.normal * (S::from(radius) / length(self.normal))
+    }
+}
+
 impl Profile {
     pub fn place<S: Scalar>(&self, frame: &Frame<S>, at: S) -> Place<S> {
         let (x, y) = (frame.x(), frame.y());

@@ -6,13 +6,18 @@
 //! ## Equations
 //!
 //! In the x-y plane of frame i, with the profile p(phi) = o_i + r(phi) (x_i cos phi + y_i sin phi), its tangent t = dp/dphi and its outer
-//! normal n across it; c the origin of frame j, R the radius of the roller, e the x axis of frame j. The place phi is an internal unknown
-//! (Shabana, Zaazaa & Sugiyama, Railroad Vehicle Dynamics (2008), chapter 3; Norton, Cam Design and Manufacturing Handbook, chapter 7):
+//! normal n across it; c the origin of frame j, R the radius of the roller, q = p + R n / abs(n) the centre of a roller that touches at phi, e the
+//! x axis of frame j. The place phi is an internal unknown (Shabana, Zaazaa & Sugiyama, Railroad Vehicle Dynamics (2008), chapter 3; Norton, Cam
+//! Design and Manufacturing Handbook, chapter 7):
 //!
 //! | | roller | flat face |
 //! |---|---|---|
-//! | condition | t . (c - p) = 0 | t . e = 0 |
+//! | condition | z_i . (c - o_i) x (q - o_i) = 0 | t . e = 0 |
 //! | row `gap` | n . (c - p) / abs(n) - R = 0 | e . (c - p) = 0 |
+//!
+//! The centres q are a closed curve around the pole that every ray from there meets once, since the roller fits into the profile: for every c
+//! there is one place on its side of the pole, and the row has the sign of the distance, however far apart the bodies are. Where they touch
+//! it is the distance.
 //!
 //! With `unilateral` the row is positive while the bodies are apart and never negative; where it closes with a velocity they strike, with the
 //! coefficient of restitution. There is no friction.
@@ -26,7 +31,7 @@
 //!
 //! A roller must fit into the profile: where this is hollow with a radius below R, the joint is refused, and so is a flat face on a profile that
 //! is hollow anywhere: either would touch in two places. `start` is the angle from which the contact is looked for at the start; of a
-//! condition's several solutions (the near and the far side) the one that is found from there is followed. Points are joined by a cubic spline, so that
+//! condition's two solutions (the near and the far side of the cam) the one that is found from there is followed. Points are joined by a cubic spline, so that
 //! forces are continuous; accelerations of a follower are no better than the second differences of the points: give many digits. `linear` and
 //! `monotone` are refused.
 //!
@@ -190,8 +195,10 @@ impl Element for ProfileContact {
     fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let (i, j) = (&at.frames()[0], &at.frames()[1]);
         let place = self.profile.place(i, at.unknowns()[0]);
-        let direction = if self.roller.is_some() { j.position - place.point } else { j.x() };
-        out.push(place.tangent.dot(&direction));
+        out.push(match self.roller {
+            Some(roller) => i.z().dot(&(j.position - i.position).cross(&(place.centre(roller) - i.position))),
+            None => place.tangent.dot(&j.x()),
+        });
     }
 }
 

@@ -5,21 +5,25 @@
 //!
 //! ## Equations
 //!
-//! In the x-y plane of frame i, with the profile p(x) = o_i + x x_i + h(x) y_i, its tangent t = dp/dx and its upper normal n across it, c the
-//! origin of frame j and R the radius of the disc. The place x is an internal unknown (Shabana, Zaazaa & Sugiyama, Railroad Vehicle
-//! Dynamics (2008), chapter 3):
+//! In the x-y plane of frame i, with the profile p(x) = o_i + x x_i + h(x) y_i, its upper normal n across it, c the origin of frame j and R the
+//! radius of the disc. The place x is an internal unknown (Shabana, Zaazaa & Sugiyama, Railroad Vehicle Dynamics (2008), chapter 3):
 //!
 //! | | equation |
 //! |---|---|
-//! | condition | t . (c - p) = 0 |
+//! | condition | x_i . (c - p - R n / abs(n)) = 0 |
 //! | row `gap` | n . (c - p) / abs(n) - R = 0 |
+//!
+//! A disc that touches at x has its centre at p + R n / abs(n). These centres are a curve above the profile that does not turn back, since the
+//! disc fits into it: over every c there is one place, and the row, the height of c above this curve times the cosine of the slope, has
+//! the sign of the distance, however far apart the bodies are. Where they touch it is the distance.
 //!
 //! With `unilateral` the row is positive while the bodies are apart and never negative; where it closes with a velocity they strike, with the
 //! coefficient of restitution.
 //!
 //! ## Signs
 //!
-//! The rail's material lies below the profile, against y_i. The row's reaction pushes the bodies apart. The coordinate `place` is x.
+//! The rail's material lies below the profile, against y_i. The row's reaction pushes the bodies apart. The coordinate `place` is x: where the
+//! bodies touch, or would if the disc came down along y_i.
 //!
 //! ## Singular cases
 //!
@@ -155,8 +159,7 @@ impl Element for RailContact {
     fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let (i, j) = (&at.frames()[0], &at.frames()[1]);
         let x = at.unknowns()[0];
-        let place = self.profile.place(i, x);
-        let along = place.tangent.dot(&(j.position - place.point));
+        let along = i.x().dot(&(j.position - self.profile.place(i, x).centre(self.wheel)));
         // Beyond its ends there is no profile, and no number.
         let [from, to] = self.ends;
         let before_end = select(x.above(to), (-(x - to)).sqrt(), along);

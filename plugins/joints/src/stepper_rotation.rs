@@ -10,7 +10,7 @@
 //! |---|---|
 //! | about z | phi ahead of x = 0, rad |
 //! | demand | u = angle(t) + input `demand` |
-//! | count | at t = 0, T, 2 T ...: n + 1 where u > q n + q / 2, n - 1 where u < q n - q / 2 |
+//! | count | at the start and at whole multiples of T: n + 1 where u > q n + q / 2, n - 1 where u < q n - q / 2 |
 //! | states | x' = v, v' = w^2 (q n - x) - 2 zeta w v |
 //!
 //! The count is memory: it changes at the sampling instants only, where steps of the integration end. Between them x is the response

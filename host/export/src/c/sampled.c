@@ -4,21 +4,33 @@ static int is_due(const @n@_machine *m, int clock) {
     return m->time >= (m->next_sample[clock] - EARLY) * periods[clock];
 }
 
+/* Which multiple of its period a clock is at. */
+static real count(const @n@_machine *m, int clock) {
+    return F(floor)(m->time / periods[clock] + EARLY);
+}
+
 int @n@_sample(@n@_machine *m) {
     int clock, k, any = 0;
+    /* Behind the instant: a function of time that jumps there has done so. */
+    real behind = m->time;
     for (clock = 0; clock < CLOCKS; ++clock) {
-        any |= is_due(m, clock);
+        if (is_due(m, clock)) {
+            const real instant = count(m, clock) * periods[clock];
+            any = 1;
+            behind = instant > behind ? instant : behind;
+        }
     }
     if (!any) {
         return 0;
     }
+    behind += BEHIND * F(fabs)(m->time);
 #if SAMPLES_ARE_SOLVED
-    run__motion(m, m->time, m->state);
+    run__motion(m, behind, m->state);
 #endif
-    run__samples(m, m->time, m->state);
+    run__samples(m, behind, m->state);
     for (clock = 0; clock < CLOCKS; ++clock) {
         if (is_due(m, clock)) {
-            const real after = F(floor)(m->time / periods[clock] + EARLY) + R(1.0), next = m->next_sample[clock] + R(1.0);
+            const real after = count(m, clock) + R(1.0), next = m->next_sample[clock] + R(1.0);
             /* Far from zero the quotient is not known to a whole number. */
             m->next_sample[clock] = after > next ? after : next;
             for (k = memory_from[clock]; k < memory_from[clock + 1]; ++k) {
@@ -33,7 +45,7 @@ void @n@_begin(@n@_machine *m) {
     int clock;
     memcpy(m->memory, memory_start, sizeof m->memory);
     for (clock = 0; clock < CLOCKS; ++clock) {
-        m->next_sample[clock] = F(ceil)(m->time / periods[clock] - EARLY);
+        m->next_sample[clock] = count(m, clock);
     }
     (void)@n@_sample(m);
 }

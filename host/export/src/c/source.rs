@@ -10,7 +10,7 @@ use crate::laws::Form;
 use crate::machine::{Machine, Slot};
 use crate::plan::Measure;
 use crate::program::Program;
-use crate::sampled::{EARLY, Sampled};
+use crate::sampled::{BEHIND, EARLY, Sampled};
 use crate::steps::{LEAST, MOST_TRIALS, Sizes};
 use crate::twin::{CONTRADICTION, OFF_CONSTRAINTS, TRIALS};
 
@@ -177,9 +177,12 @@ fn exact(real: Real) -> &'static str {
 fn samples(text: &mut String, machine: &Machine, real: Real) {
     let Sampled { start, clocks, .. } = &machine.sampled;
     let joined = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
-    let early = EARLY[usize::from(real == Real::Float)];
-    let _ =
-        writeln!(text, "/* Share of a period by which a sample may be early. */\n#define EARLY {}", real.number(early));
+    let [early, behind] = [EARLY, BEHIND].map(|shares| real.number(shares[usize::from(real == Real::Float)]));
+    let _ = writeln!(text, "/* Share of a period by which a sample may be early. */\n#define EARLY {early}");
+    let _ = writeln!(
+        text,
+        "/* Share of the time by which functions are looked at behind a sample. */\n#define BEHIND {behind}"
+    );
     let periods = joined(&mut clocks.iter().map(|clock| real.number(clock.period)));
     let _ = writeln!(text, "static const real periods[CLOCKS] = {{{periods}}};");
     let ends = clocks.iter().map(|clock| clock.memory.end.to_string());

@@ -9,6 +9,9 @@ const CERTIFIED: f64 = 1e-7;
 /// Torques below this share of forces times the length of the scene are none, and the other way round: what a solver leaves of
 /// them is the round-off of the others.
 const COUNTED: f64 = 1e-6;
+/// Loads of a body below this share of the largest in the scene are the round-off of its velocities, squared, and nothing has to balance
+/// in them. Bodies that are eighteen decades lighter than others have larger ones.
+const NOTHING: f64 = 1e-24;
 /// Share of forces, and of torques, by which a rank-safe solution may miss the equations of motion.
 const SOLVED: f64 = 1e-8;
 
@@ -93,8 +96,15 @@ impl Balance {
 
 /// The body that misses its equations worst, beside its own loads: six entries each of what is left, and of what that is made of.
 pub(super) fn worst_body(left: &[f64], sizes: &[f64], length: f64) -> Imbalance {
+    let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
+    let largest = sizes.iter().enumerate().fold(0.0_f64, |most, (k, size)| most.max(size / unit(k)));
+    let is_nothing =
+        |loads: &[f64]| loads.iter().enumerate().all(|(k, load)| load.abs() <= NOTHING * largest * unit(k));
     let mut worst = Imbalance::default();
     for (body, (left, sizes)) in left.chunks_exact(6).zip(sizes.chunks_exact(6)).enumerate() {
+        if is_nothing(left) && is_nothing(sizes) {
+            continue;
+        }
         let found = Imbalance { share: largest_share(left, sizes, length, |k| k / 3), body };
         if found.exceeds(&worst) {
             worst = found;
@@ -171,5 +181,28 @@ impl Trial<'_> {
             return Ok(());
         }
         Err(AnalysisError::Uncertified { remedy, what: "the balance of power".into(), share })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::worst_body;
+
+    /// A body whose loads are the round-off of its velocities is balanced, however they compare with each other; one that is eighteen
+    /// decades lighter than another is not.
+    #[test]
+    fn loads_that_are_round_off_balance() {
+        let sizes = [1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3e-32, 0.0, 0.0, 1e-31, 0.0, 0.0];
+        let mut left = [0.0; 12];
+        (left[6], left[9]) = (3e-32, -1e-31);
+        assert_eq!(worst_body(&left, &sizes, 0.5).share, 0.0);
+        let light: Vec<f64> =
+            sizes.iter().enumerate().map(|(k, size)| if k < 6 { *size } else { size * 1e14 }).collect();
+        left[6] = 3e-22;
+        let found = worst_body(&left, &light, 0.5);
+        assert_eq!(found.body, 1);
+        assert!((found.share - 1e-4).abs() < 1e-12, "{found:?}");
+        left[6] = f64::NAN;
+        assert_eq!(worst_body(&left, &sizes, 0.5).share, f64::INFINITY);
     }
 }

@@ -16,6 +16,8 @@ const FOUND: f64 = 1e-13;
 const ROUND_OFF: f64 = 1e-8;
 /// Pivots below this share of their row make a matrix singular.
 const SINGULAR: f64 = 1e-14;
+/// How often rows and columns of a matrix are brought to one size, in turns.
+const BALANCINGS: usize = 2;
 /// How often elements that take signals from each other are solved in turns.
 const ROUNDS: usize = 3;
 
@@ -140,17 +142,28 @@ impl Own {
     }
 }
 
-/// x of A x = b, rows of A one after the other, with row pivots.
+/// x of A x = b, rows of A one after the other, with row pivots. The largest entries of rows, and of columns, are brought to one size, so
+/// that an unknown in a large unit does not make the matrix singular.
 ///
 /// # Errors
 /// The column without a pivot.
 fn solve(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, usize> {
     let n = right.len();
     let mut rows: Vec<Vec<f64>> = (0..n).map(|k| [&matrix[n * k..n * (k + 1)], &right[k..=k]].concat()).collect();
-    for row in &mut rows {
-        let size = row[..n].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        if size > 0.0 {
-            row.iter_mut().for_each(|x| *x /= size);
+    let mut units = vec![1.0; n];
+    for _ in 0..BALANCINGS {
+        for row in &mut rows {
+            let size = row[..n].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            if size > 0.0 {
+                row.iter_mut().for_each(|x| *x /= size);
+            }
+        }
+        for (k, unit) in units.iter_mut().enumerate() {
+            let size = rows.iter().fold(0.0_f64, |size, row| size.max(row[k].abs()));
+            if size > 0.0 {
+                rows.iter_mut().for_each(|row| row[k] /= size);
+                *unit /= size;
+            }
         }
     }
     for k in 0..n {
@@ -171,6 +184,7 @@ fn solve(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, usize> {
         let sum: f64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
         x[k] = (rows[k][n] - sum) / rows[k][k];
     }
+    x.iter_mut().zip(units).for_each(|(x, unit)| *x *= unit);
     Ok(x)
 }
 
@@ -197,4 +211,25 @@ pub fn determinant(matrix: &[f64], n: usize) -> f64 {
         }
     }
     product
+}
+
+#[cfg(test)]
+mod tests {
+    use super::solve;
+
+    /// Flows of a damper, and its pressure in units up to 1e24 times larger: the same solution, and singular where it is in any.
+    #[test]
+    fn large_units_do_not_make_it_singular() {
+        for unit in [1.0, 1e-6, 1e-12] {
+            let matrix = [0.0, 1.0, 1.0, -unit, 2.0 / unit, 0.0, -unit, 0.0, 3.0 / unit];
+            let x = solve(&matrix, &[5.0, 1.0, 2.0]).expect("not singular");
+            for (row, right) in matrix.chunks(3).zip([5.0, 1.0, 2.0]) {
+                let left: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
+                let size: f64 = row.iter().zip(&x).map(|(a, x)| (a * x).abs()).sum();
+                assert!((left - right).abs() <= 1e-14 * size, "{unit}: {left} is not {right}");
+            }
+            let singular = [0.0, 1.0, 1.0, -unit, 2.0 / unit, 0.0, -2.0 * unit, 4.0 / unit, 0.0];
+            assert!(solve(&singular, &[1.0; 3]).is_err(), "{unit}");
+        }
+    }
 }

@@ -486,9 +486,10 @@ impl Events {
         share.clamp(1e-3, 1.0 - 1e-3)
     }
 
-    /// Whether a condition is on another side than at the start of the step.
+    /// Whether a condition is on another side than at the start of the step, where it was on one.
     fn differs(&self, k: usize, now: &[f64]) -> bool {
-        (self.before[k] < 0.0) != (now[k] < 0.0) && now[k].abs() > NOISE * self.sizes[k]
+        let least = NOISE * self.sizes[k];
+        (self.before[k] < 0.0) != (now[k] < 0.0) && now[k].abs() > least && self.before[k].abs() > least
     }
 
     /// Whether any condition is.

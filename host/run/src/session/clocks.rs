@@ -9,8 +9,10 @@ use crate::plan::Layout;
 const EARLY: f64 = 1e-9;
 /// The same as a share of the time: steps end at the number before the instant, and far from zero that is further away.
 const BEFORE: f64 = 4.0 * f64::EPSILON;
+/// Share of the time by which a jump and a whole multiple of a period that are meant to be the same may differ: 0.7 and 7 * 0.1.
+const BEHIND: f64 = 4.0 * f64::EPSILON;
 
-/// The elements that sample at whole multiples of their periods.
+/// The elements that sample at the start and at whole multiples of their periods.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Clocks {
     list: Vec<Clock>,
@@ -63,12 +65,11 @@ impl Clocks {
         self.list.iter().map(|clock| clock.period)
     }
 
-    /// Sets them to a time from which a run begins; `carried`: what is due at that time was sampled before.
+    /// Sets them to a time from which a run begins, where all of them are due; `carried`: they were sampled before.
     pub(super) fn set(&mut self, t: f64, carried: bool) {
         self.carried = carried;
         for clock in &mut self.list {
-            let after = ((t - clock.early(t)) / clock.period).ceil();
-            clock.next = if carried { clock.count(t) + 1.0 } else { after };
+            clock.next = clock.count(t) + if carried { 1.0 } else { 0.0 };
         }
     }
 
@@ -81,6 +82,13 @@ impl Clocks {
     pub(super) fn instant(&self, memory: &Range<usize>, t: f64) -> Option<f64> {
         let clock = self.list.iter().find(|clock| clock.memory == *memory)?;
         clock.is_due(t).then(|| clock.count(t) * clock.period)
+    }
+
+    /// When what is due at the end of a step looks at functions of time: just behind the sampling instant. A function that jumps there
+    /// has done so, although steps end at the number before.
+    pub(super) fn behind(&self, t: f64) -> f64 {
+        let due = self.list.iter().filter(|clock| clock.is_due(t)).map(|clock| clock.count(t) * clock.period);
+        due.reduce(f64::max).map_or(t, |instant| instant.max(t) + BEHIND * t.abs())
     }
 
     /// Whether the element with these discrete states has sampled at this time, passed to [`Clocks::hold`].

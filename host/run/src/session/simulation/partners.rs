@@ -66,12 +66,15 @@ impl Simulation<'_> {
         done.map_err(|fault| AnalysisError::Element { set, fault })
     }
 
-    /// Looks up what they are given from this time on. All of them, since those that are not due hold what they took.
+    /// Looks up what they are given from the time `t` on, as it is just `behind` that: [`Clocks::behind`]. All of them, since those that
+    /// are not due hold what they took.
+    ///
+    /// [`Clocks::behind`]: crate::session::clocks::Clocks::behind
     ///
     /// # Errors
     /// Equations without a value there.
-    pub(super) fn give_to_partners(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+    pub(super) fn give_to_partners(&mut self, t: f64, behind: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, behind, state)?;
         let discrete = &found[self.counted.len()..];
         for Partner { memory, .. } in &self.partners {
             if self.clocks.has_sampled(memory, t) {

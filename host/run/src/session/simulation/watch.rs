@@ -276,9 +276,10 @@ impl Simulation<'_> {
     /// Memory that changes only between steps: references of angles, discrete states, opaque elements.
     pub(super) fn remember(&mut self, t: f64, state: &[f64]) -> Result<Accepted, AnalysisError> {
         let (mut changed, mut turned) = (Accepted::Unchanged, false);
+        let behind = self.clocks.behind(t);
         let communicated = self.communicate(t)?;
         if !self.accept.evaluator.outputs().is_empty() {
-            let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
+            let found = self.accept.at(self.formulation.as_mut(), &mut self.observed, behind, state)?;
             let (angles, discrete) = found.split_at(self.counted.len());
             let mut held = std::mem::take(&mut self.held);
             held.clear();
@@ -301,7 +302,7 @@ impl Simulation<'_> {
             self.held = held;
         }
         if communicated {
-            self.give_to_partners(t, state)?;
+            self.give_to_partners(t, behind, state)?;
             changed = Accepted::Changed;
         }
         if !self.told.is_empty() {
