@@ -19,14 +19,13 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::energies::{Carried, own_masses};
 use crate::model::{Model as SceneModel, Quantity};
 use crate::program::Equations;
+use crate::round_off::{ROUND_OFF, RoundOff, by_mass};
 use crate::session::{Instant, Session, SessionError};
 
 pub use crate::plain::Model;
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
-/// Share of accelerations of loads alone, per length, of which derivatives are round-off; round-off of places, on the size of the scene.
-const ROUND_OFF: f64 = 1e-13;
 /// Velocities below this, in lengths of the scene and radians per second, are none.
 const NO_VELOCITY: f64 = 1e-12;
 
@@ -75,6 +74,7 @@ pub struct Linear {
     pub(crate) loads: DMatrix<f64>,
     pub(crate) expansion: Expansion,
     pub(crate) load_list: Vec<Load>,
+    pub(crate) round_off: RoundOff,
     /// Names of the bodies.
     pub bodies: Vec<String>,
     /// Masses of bodies without those of elements, ground axes; elements with kinetic energy.
@@ -164,16 +164,6 @@ fn loads_of(model: &SceneModel) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
 }
 
 impl Linear {
-    /// Sets derivatives of accelerations by positions to zero where they are round-off of loads in balance: an eigenvalue made of them
-    /// would grow or swing within millions of years.
-    fn drop_round_off(&mut self, expansion: &Expansion, model: &SceneModel, length: f64) {
-        let most = (0..model.bodies.len()).map(|body| alone(&expansion.sizes, model, length, body)).fold(0.0, f64::max);
-        let none = ROUND_OFF * most / length;
-        let (rates, coordinates) = (self.a.nrows() - self.element_states, self.coordinates);
-        let mut part = self.a.view_mut((coordinates, 0), (rates - coordinates, coordinates));
-        part.iter_mut().filter(|entry| entry.abs() <= none).for_each(|entry| *entry = 0.0);
-    }
-
     /// Of a scene at an instant, with inputs and outputs by name; `None`: all of the scene.
     ///
     /// # Errors
@@ -202,7 +192,7 @@ impl Linear {
         let expansion = local.at(&instant.inputs).map_err(|error| failed(&error))?;
         let mut linear = reduce(&expansion).map_err(|reason| failed(&reason))?;
         linear.time = instant.time;
-        linear.drop_round_off(&expansion, model, length);
+        linear.drop_round_off();
         // From SI to the units of the ports.
         let given = |input: usize| instant.inputs[layout.given_slot(input)];
         linear.inputs = (chosen_in.iter().map(|input| (&model.inputs[*input], given(*input))))
@@ -372,9 +362,8 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         all.rows_mut(rows.nrows(), e.idle.nrows()).copy_from(&e.idle);
         all
     };
-    let places = Freedom::of(&with_idle(&holonomic), &e.scales).map_err(|error| words(error.into()))?;
-    let all = with_idle(&jacobian);
-    let motions = Freedom::of(&all, &e.scales).map_err(|error| words(error.into()))?;
+    let freedom = |rows: &DMatrix<f64>| Freedom::of(&with_idle(rows), &e.scales).map_err(|error| words(error.into()));
+    let (places, motions) = (by_mass(freedom(&holonomic)?, &e.mass), by_mass(freedom(&jacobian)?, &e.mass));
     let s = e.slope(F::States, D::States).nrows();
     let inputs = e.slope(F::States, D::Inputs).ncols();
     let (p, q) = (places.count(), motions.count());
@@ -450,6 +439,7 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         loads: DMatrix::zeros(0, states),
         expansion: e.clone(),
         load_list: Vec::new(),
+        round_off: RoundOff::of(e, &motions.basis),
         own_masses: Vec::new(),
         carried: Vec::new(),
         bodies: Vec::new(),

@@ -36,6 +36,8 @@ const CORRECTIONS: usize = 30;
 const SUDDEN: f64 = 1e3;
 /// Sizes of the scene from its start at which bodies have left it.
 const AWAY: f64 = 20.0;
+/// Share of what was left that a step leaves where steps gain.
+const GAINS: f64 = 0.3;
 /// Closings and openings of contacts.
 const MOST_CHANGES: usize = 60;
 /// Share of the forces below which a closed contact does not pull.
@@ -173,7 +175,7 @@ impl<'s> Search<'s> {
         let begin = inputs.clone();
         let mut changes = 0;
         let mut size: Option<f64> = None;
-        let mut best = (f64::INFINITY, 0);
+        let (mut best, mut before) = ((f64::INFINITY, 0), 0.0);
         let mut look = self.look(&mut inputs)?;
         let mut fastest = look.rates.abs();
         let lively = self.fastest(&look.expansion.sizes).map_or(0.0, |body| body.1);
@@ -187,7 +189,15 @@ impl<'s> Search<'s> {
             }
             // Where nothing is gained any more, round-off is all that is left.
             let stuck = worst <= GOOD && steps > best.1 + 2;
-            if worst <= 1.0 || stuck {
+            // Steps continue to round-off: soft directions are far from balance where loads are near it.
+            let gains = worst < GAINS * before;
+            before = worst;
+            let step = if stuck || worst <= 1.0 && !gains { None } else { Some(self.step(&inputs, &look, size)) };
+            let next = match step {
+                Some(Err(why)) if worst > 1.0 => return Err(self.why(&look, &inputs, &why)),
+                step => step.and_then(Result::ok),
+            };
+            let Some((next, after, taken)) = next else {
                 let friction = self.held(&look, &mut inputs)?;
                 if friction.iter().any(|one| !one.holds) {
                     return Ok(Down::Slips(friction.into_iter().filter(|one| !one.holds).collect()));
@@ -213,8 +223,7 @@ impl<'s> Search<'s> {
                 let not_unique = self.not_unique(&look);
                 let closed = self.in_force.clone();
                 return Ok(Down::At(Place { inputs, closed, steps, audit, not_unique, friction }));
-            }
-            let (next, after, taken) = self.step(&inputs, &look, size).map_err(|why| self.why(&look, &inputs, &why))?;
+            };
             (inputs, look) = (next, after);
             size = Some(taken * GROWTH);
             let gaps = self.gap_values(&inputs)?;
@@ -445,14 +454,20 @@ impl<'s> Search<'s> {
         let stiff = DVector::from_fn(slopes.nrows(), |k, _| {
             (0..slopes.ncols()).map(|j| (slopes[(k, j)] * e.scales[j]).abs()).sum::<f64>()
         });
-        let (mut balance, mut which) = (0.0_f64, 0);
-        for body in 0..self.layout.bodies {
-            let left = weigh(&|k| look.left[k], body);
-            let allowed = LOADS * weigh(&|k| e.sizes[k], body) + PLACES * self.length * weigh(&|k| stiff[k], body);
-            let allowed = allowed + NOTHING * self.session.model.bodies[body].mass * self.length;
-            if left / allowed > balance {
-                (balance, which) = (left / allowed, body);
-            }
+        let noise = DVector::from_fn(stiff.len(), |k, _| LOADS * e.sizes[k] + PLACES * self.length * stiff[k]);
+        let nothing = |body: usize| NOTHING * self.session.model.bodies[body].mass * self.length;
+        let share = |allowed: &DVector<f64>| {
+            let of = |body| weigh(&|k| look.left[k], body) / (weigh(&|k| allowed[k], body) + nothing(body));
+            let all = (0..self.layout.bodies).map(|body| (of(body), body));
+            all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0))
+        };
+        let (mut balance, mut which) = share(&noise);
+        let most =
+            |vector: &DVector<f64>| vector.iter().zip(e.scales.iter()).map(|(v, s)| (v * s).abs()).fold(0.0, f64::max);
+        // What is left is seen along free motions, in which bodies without loads of their own bear the noise of others.
+        if balance > 1.0 && most(&look.left) <= most(&noise) * noise.len() as f64 {
+            let seen = look.freedom.components.transpose() * look.freedom.basis.transpose();
+            (balance, which) = share(&(&noise + seen.abs() * &noise));
         }
         let state = |k: usize| inputs[self.layout.state_slot() + self.local.states()[k]];
         let (by_states, by_places) =
