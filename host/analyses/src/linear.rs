@@ -366,7 +366,11 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         all
     };
     let freedom = |rows: &DMatrix<f64>| Freedom::of(&with_idle(rows), &e.scales).map_err(|error| words(error.into()));
-    let (places, motions) = (by_mass(freedom(&holonomic)?, &e.mass), by_mass(freedom(&jacobian)?, &e.mass));
+    let (mut places, mut motions) = (freedom(&holonomic)?, freedom(&jacobian)?);
+    // Rates of places are motions, component by component, where rows on velocities do not tell them apart.
+    if places.count() == motions.count() {
+        (places, motions) = (by_mass(places, &e.mass), by_mass(motions, &e.mass));
+    }
     let s = e.slope(F::States, D::States).nrows();
     let inputs = e.slope(F::States, D::Inputs).ncols();
     let (p, q) = (places.count(), motions.count());

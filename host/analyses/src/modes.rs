@@ -12,6 +12,8 @@ use crate::session::{Session, SessionError};
 
 /// Residuals above this are reported.
 const RESIDUAL: f64 = 1e-10;
+/// On what round-off does to an eigenvalue to first order: a pair that it makes of a double one is off by twice that.
+const MARGIN: f64 = 2.0;
 /// Shares below this are not reported.
 const LEAST_SHARE: f64 = 1e-6;
 
@@ -164,7 +166,7 @@ impl Modes {
             let energies = energies(linear, &pair.vector);
             let shape = shape(linear, &pair.vector, length);
             let size = value.norm();
-            let uncertainty = pair.uncertainty + linear.open(pair);
+            let uncertainty = MARGIN * (pair.uncertainty + linear.open(pair));
             if pair.residual > RESIDUAL {
                 notes.push(format!("mode {}: its vector is inaccurate, residual {:.1e}", k + 1, pair.residual));
             }

@@ -17,10 +17,8 @@ use crate::linear::Linear;
 /// Share of loads, and of their derivatives, that is round-off.
 pub(crate) const ROUND_OFF: f64 = 1e-13;
 
-/// Multiples of what moves an eigenvalue to first order: a pair that round-off makes of a double one is off by twice that.
-const MARGIN: f64 = 4.0;
 /// Round-off of a motion that is none, times that of the response to loads along it.
-const TWICE: f64 = ROUND_OFF * f64::EPSILON;
+const NEXT_TO_NOTHING: f64 = ROUND_OFF * f64::EPSILON;
 
 /// See the module documentation.
 #[derive(Debug, Clone)]
@@ -52,7 +50,7 @@ pub(crate) fn by_mass(mut freedom: Freedom, mass: &DMatrix<f64>) -> Freedom {
 }
 
 impl RoundOff {
-    /// At a state, for velocities along these motions of bodies, which have no mass in common.
+    /// At a state, for velocities along these motions of bodies.
     pub(crate) fn of(e: &Expansion, motions: &DMatrix<f64>) -> Self {
         let mut slopes = e.slope(Function::Balance, Direction::Positions).abs();
         let n = slopes.nrows();
@@ -68,15 +66,13 @@ impl RoundOff {
                     .for_each(|column| slopes[(row, column)] += stiffness / (e.scales[row] * e.scales[column]));
             }
         }
-        let inertia = e.slope(Function::Balance, Direction::Accelerations) * motions;
-        let mut responses = motions.transpose();
-        for (row, mut response) in responses.row_iter_mut().enumerate() {
-            let mass = -motions.column(row).dot(&inertia.column(row));
-            response.scale_mut(if mass > 0.0 { mass.recip() } else { 0.0 });
-        }
+        let inertia = -(motions.transpose() * e.slope(Function::Balance, Direction::Accelerations) * motions);
+        let none = DMatrix::zeros(motions.ncols(), n);
+        let responses =
+            if inertia.is_empty() { None } else { inertia.lu().solve(&motions.transpose()) }.unwrap_or(none);
         let stiffest = slopes.map_with_location(|row, column, slope| slope * e.scales[row] * e.scales[column]).amax();
         let response = |row: usize| (0..n).map(|k| (responses[(row, k)] / e.scales[k]).abs()).fold(0.0, f64::max);
-        let least = DVector::from_fn(responses.nrows(), |row, _| TWICE * stiffest * response(row));
+        let least = DVector::from_fn(responses.nrows(), |row, _| NEXT_TO_NOTHING * stiffest * response(row));
         Self { responses, slopes: slopes * ROUND_OFF, least }
     }
 
@@ -94,8 +90,7 @@ impl RoundOff {
         let parts = |part: fn(&nalgebra::Complex<f64>) -> f64| self.responses.tr_mul(&left.map(|entry| part(&entry)));
         let (real, imaginary) = (parts(|entry| entry.re), parts(|entry| entry.im));
         let loads = &self.slopes * motion;
-        let moved: f64 = loads.iter().enumerate().map(|(k, load)| real[k].hypot(imaginary[k]) * load).sum();
-        MARGIN * moved
+        loads.iter().enumerate().map(|(k, load)| real[k].hypot(imaginary[k]) * load).sum()
     }
 }
 
