@@ -5,7 +5,7 @@ use odyn::precise::DoubleDouble;
 use odyn::results::{Digits, Table};
 use odyn::session::RunReport;
 
-use crate::support::{Scratch, open, options, root};
+use crate::support::{Scratch, open, open_text, options, root};
 
 /// Half a unit of the last digit that doubles have of references, and of what scenes compute from their parameters.
 const ROUNDING: f64 = 2e-15;
@@ -150,4 +150,47 @@ fn where_doubles_are_all_there_is_digits_are_estimates() {
     assert_eq!(digits.code(), Some(codes::DIGITS_ESTIMATED));
     assert!(digits.how.contains("cartesian coordinates instead of joint"), "{}", digits.how);
     assert!(digits.outputs.iter().any(|output| output.certain.is_some_and(|digits| digits > 4)), "{digits:?}");
+}
+
+/// Inertance between two pendulums depends on accelerations, so that digits are estimated in doubles: outputs are off by no more than
+/// is reported, at any tolerance.
+#[test]
+fn outputs_are_off_by_no_more_than_is_estimated() {
+    let body = |name: &str, x: f64| {
+        let output = |axis: &str| {
+            format!(
+                "[[output]]\nname = \"{name}_{axis}\"\nquantity = \"position\"\nof = \"{name}\"\ncomponent = \"{axis}\"\n"
+            )
+        };
+        format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.2, 0.3]\nposition = [{x:?}, 0.1, 0]\n")
+            + &output("x")
+            + &output("y")
+    };
+    let hinge = |name: &str, bodies: [&str; 2], x: f64| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nbodies = {bodies:?}\npoint = [{x:?}, 0, 0]\naxis = [0, 0, 1]\n"
+        )
+    };
+    let text = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 2\noutput_step = 0.1\n"
+        .to_string()
+        + &body("upper", 0.5)
+        + &body("lower", 1.4)
+        + &hinge("top", ["ground", "upper"], 0.0)
+        + &hinge("low", ["upper", "lower"], 1.0)
+        + "[[force]]\nname = \"inertance\"\ntype = \"rotational-inerter\"\nbodies = [\"ground\", \"lower\"]\npoint = [1, 0, 0]\n\
+           axis = [0, 0, 1]\nparams.inertance = 0.4\n";
+    let sharp = open_text(&text, &["simulation.tolerance=1e-13"]);
+    let sharp = sharp.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    for tolerance in ["1e-5", "1e-6", "1e-7", "1e-8", "1e-9"] {
+        let session = open_text(&text, &[&format!("simulation.tolerance={tolerance}")]);
+        let second = session.second().unwrap();
+        let mut report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+        second.judge(&mut report, &Default::default());
+        let digits = report.summary.digits.unwrap();
+        assert!(!digits.precise);
+        for (output, (own, exact)) in digits.outputs.iter().zip(report.columns.iter().zip(&sharp.columns)) {
+            let off = own.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off <= output.error, "{} at {tolerance}: {off:?} is more than {:?}", output.name, output.error);
+        }
+    }
 }

@@ -48,6 +48,7 @@
 //! | `inverse.rs` | efforts found for a motion, given back to the scene, reproduce it |
 //! | `prescribed.rs` | prescribed motions with contacts, element states and internal unknowns: closed forms, runs |
 //! | `resting.rs` | equilibria that friction holds: closed forms, runs that stay |
+//! | `soft_and_light.rs` | equilibria and modes where light bodies bear much, and soft directions lie beside stiff ones |
 //! | `giving_way.rs` | what rests under loads over time gives way in time, and is no motion before |
 //! | `feet.rs` | bodies on several feet, and contacts in a plane, turned in space |
 //! | `jammed.rs` | contacts with much friction: corners, impacts without an approach, slow closings |
@@ -126,6 +127,7 @@ mod schema;
 mod sensitivities;
 mod singular;
 mod soak;
+mod soft_and_light;
 mod speed_control;
 mod states;
 mod stiffening;

@@ -29,6 +29,9 @@ pub struct Pair {
     pub value: Complex<f64>,
     /// The vector, its largest entry real and one.
     pub vector: ComplexVector,
+    /// The vector from the left, y with y^H A = lambda y^H, and y^H x = 1 with the other: an error E of the matrix moves the eigenvalue
+    /// by y^H E x, first order.
+    pub left: ComplexVector,
     /// |A v - lambda v|, as a share of |A| |v|, of the balanced matrix.
     pub residual: f64,
     /// By how much round-off in the matrix may have moved the eigenvalue, first order: n eps |A| / |y^H x| with vectors from the left
@@ -89,14 +92,20 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
         let shifted = Shifted::new(&whole, value, size);
         let vector = shifted.vector(&near)?;
         let residual = shifted.miss(&vector) / size;
-        let angle = shifted.left(&vector)?.dotc(&vector).norm();
+        let mut left = shifted.left(&vector)?;
+        let angle = left.dotc(&vector).norm();
         let uncertainty = OPEN * n as f64 * f64::EPSILON * size / angle.max(f64::MIN_POSITIVE);
         found.push((value, vector.clone()));
         let mut vector: ComplexVector = vector;
         vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
         let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
         vector.iter_mut().for_each(|entry| *entry /= largest);
-        pairs.push(Pair { value, vector, residual, uncertainty });
+        left.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry /= Complex::new(*scale, 0.0));
+        let product = left.dotc(&vector).conj();
+        if product.norm() > f64::MIN_POSITIVE {
+            left.iter_mut().for_each(|entry| *entry /= product);
+        }
+        pairs.push(Pair { value, vector, left, residual, uncertainty });
     }
     Some(Spectrum { zeros, null: back(null), pairs })
 }

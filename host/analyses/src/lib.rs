@@ -9,6 +9,7 @@
 //! |---|---|---|
 //! | [`eigen`] | a matrix -> eigenvalues with vectors, residuals and what round-off leaves open | mechanics |
 //! | [`linear`] | a session at an instant -> A, B, C, D in independent coordinates | how they are shown |
+//! | `round_off` | the state that was linearised -> what round-off of its loads leaves open of eigenvalues | files |
 //! | [`modes`] | that -> frequencies, damping, shapes, energies, stability | how the instant was found |
 //! | [`campbell`] | modes at values of a key -> branches that continue from value to value | how they are shown |
 //! | `energies` | a linear model, a vector of states -> whose energy that is | how they are shown |
@@ -47,6 +48,7 @@ pub mod place;
 mod plain;
 pub mod prescribed;
 pub mod question;
+mod round_off;
 pub mod sensitivity;
 pub mod shown;
 mod shown_fits;

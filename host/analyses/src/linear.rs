@@ -11,6 +11,8 @@
 //! practical approach for the linearization of the constrained multibody dynamics equations".) Bases stay as they are: the
 //! linearisation is frozen in time where the state moves, and exact where it is at rest or turns about axes of symmetry.
 
+mod solve;
+
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -19,14 +21,14 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::energies::{Carried, own_masses};
 use crate::model::{Model as SceneModel, Quantity};
 use crate::program::Equations;
+use crate::round_off::{ROUND_OFF, RoundOff, by_mass};
 use crate::session::{Instant, Session, SessionError};
+use solve::solve;
 
 pub use crate::plain::Model;
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
-/// Share of accelerations of loads alone, per length, of which derivatives are round-off; round-off of places, on the size of the scene.
-const ROUND_OFF: f64 = 1e-13;
 /// Velocities below this, in lengths of the scene and radians per second, are none.
 const NO_VELOCITY: f64 = 1e-12;
 
@@ -75,6 +77,7 @@ pub struct Linear {
     pub(crate) loads: DMatrix<f64>,
     pub(crate) expansion: Expansion,
     pub(crate) load_list: Vec<Load>,
+    pub(crate) round_off: RoundOff,
     /// Names of the bodies.
     pub bodies: Vec<String>,
     /// Masses of bodies without those of elements, ground axes; elements with kinetic energy.
@@ -164,16 +167,6 @@ fn loads_of(model: &SceneModel) -> (Vec<Quantity>, Vec<(usize, usize, usize)>) {
 }
 
 impl Linear {
-    /// Sets derivatives of accelerations by positions to zero where they are round-off of loads in balance: an eigenvalue made of them
-    /// would grow or swing within millions of years.
-    fn drop_round_off(&mut self, expansion: &Expansion, model: &SceneModel, length: f64) {
-        let most = (0..model.bodies.len()).map(|body| alone(&expansion.sizes, model, length, body)).fold(0.0, f64::max);
-        let none = ROUND_OFF * most / length;
-        let (rates, coordinates) = (self.a.nrows() - self.element_states, self.coordinates);
-        let mut part = self.a.view_mut((coordinates, 0), (rates - coordinates, coordinates));
-        part.iter_mut().filter(|entry| entry.abs() <= none).for_each(|entry| *entry = 0.0);
-    }
-
     /// Of a scene at an instant, with inputs and outputs by name; `None`: all of the scene.
     ///
     /// # Errors
@@ -202,7 +195,7 @@ impl Linear {
         let expansion = local.at(&instant.inputs).map_err(|error| failed(&error))?;
         let mut linear = reduce(&expansion).map_err(|reason| failed(&reason))?;
         linear.time = instant.time;
-        linear.drop_round_off(&expansion, model, length);
+        linear.drop_round_off();
         // From SI to the units of the ports.
         let given = |input: usize| instant.inputs[layout.given_slot(input)];
         linear.inputs = (chosen_in.iter().map(|input| (&model.inputs[*input], given(*input))))
@@ -372,9 +365,12 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         all.rows_mut(rows.nrows(), e.idle.nrows()).copy_from(&e.idle);
         all
     };
-    let places = Freedom::of(&with_idle(&holonomic), &e.scales).map_err(|error| words(error.into()))?;
-    let all = with_idle(&jacobian);
-    let motions = Freedom::of(&all, &e.scales).map_err(|error| words(error.into()))?;
+    let freedom = |rows: &DMatrix<f64>| Freedom::of(&with_idle(rows), &e.scales).map_err(|error| words(error.into()));
+    let (mut places, mut motions) = (freedom(&holonomic)?, freedom(&jacobian)?);
+    // Rates of places are motions, component by component, where rows on velocities do not tell them apart.
+    if places.count() == motions.count() {
+        (places, motions) = (by_mass(places, &e.mass), by_mass(motions, &e.mass));
+    }
     let s = e.slope(F::States, D::States).nrows();
     let inputs = e.slope(F::States, D::Inputs).ncols();
     let (p, q) = (places.count(), motions.count());
@@ -450,62 +446,11 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         loads: DMatrix::zeros(0, states),
         expansion: e.clone(),
         load_list: Vec::new(),
+        round_off: RoundOff::of(e, &motions.basis),
         own_masses: Vec::new(),
         carried: Vec::new(),
         bodies: Vec::new(),
         notes: Vec::new(),
         at_rest: false,
     })
-}
-
-/// Solves for `n` accelerations and multipliers, which may be of very different sizes, with a step of refinement. `None` where the
-/// system is singular.
-fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>, n: usize) -> Option<DMatrix<f64>> {
-    if system.is_empty() {
-        return Some(right);
-    }
-    let mut columns = natural_units(&system, n);
-    for (k, unit) in columns.iter().enumerate() {
-        system.row_mut(k).scale_mut(*unit);
-        system.column_mut(k).scale_mut(*unit);
-        right.row_mut(k).scale_mut(*unit);
-    }
-    for _ in 0..3 {
-        for k in 0..columns.len() {
-            let scale = power(system.row(k).amax())?;
-            system.row_mut(k).iter_mut().for_each(|entry| *entry *= scale);
-            right.row_mut(k).iter_mut().for_each(|entry| *entry *= scale);
-        }
-        for k in 0..columns.len() {
-            let scale = power(system.column(k).amax())?;
-            columns[k] *= scale;
-            system.column_mut(k).iter_mut().for_each(|entry| *entry *= scale);
-        }
-    }
-    let lu = system.clone().lu();
-    let mut found = lu.solve(&right)?;
-    let rest = &right - &system * &found;
-    found += lu.solve(&rest)?;
-    found.row_iter_mut().zip(columns.iter()).for_each(|(mut row, scale)| row *= *scale);
-    found.iter().all(|value| value.is_finite()).then_some(found)
-}
-
-/// Units, powers of two, in which masses are near one and the largest entry of each row of joints is: beside rows of order one, light
-/// bodies would be lost in round-off.
-fn natural_units(system: &DMatrix<f64>, n: usize) -> DVector<f64> {
-    let mut units = DVector::from_element(system.nrows(), 1.0);
-    for k in 0..system.nrows() {
-        let size = if k < n {
-            system[(k, k)].abs().sqrt()
-        } else {
-            (0..n).map(|column| (system[(k, column)] * units[column]).abs()).fold(0.0, f64::max)
-        };
-        units[k] = power(size).unwrap_or(1.0);
-    }
-    units
-}
-
-/// A power of two that brings a size near one.
-fn power(size: f64) -> Option<f64> {
-    (size > 0.0 && size.is_finite()).then(|| (-size.log2()).round().exp2())
 }

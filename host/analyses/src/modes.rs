@@ -12,6 +12,8 @@ use crate::session::{Session, SessionError};
 
 /// Residuals above this are reported.
 const RESIDUAL: f64 = 1e-10;
+/// On what round-off does to an eigenvalue to first order: a pair that it makes of a double one is off by twice that.
+const MARGIN: f64 = 2.0;
 /// Shares below this are not reported.
 const LEAST_SHARE: f64 = 1e-6;
 
@@ -89,7 +91,7 @@ pub struct Mode {
     pub time_constant: Option<f64>,
     /// |A v - lambda v| / (|A| |v|), balanced.
     pub residual: f64,
-    /// By how much round-off may have moved the eigenvalue, 1/s.
+    /// By how much round-off of the matrix, of loads in balance and of places may have moved the eigenvalue, 1/s.
     pub uncertainty: f64,
     /// Whether the sign of the real part is beyond that.
     pub decided: bool,
@@ -164,6 +166,7 @@ impl Modes {
             let energies = energies(linear, &pair.vector);
             let shape = shape(linear, &pair.vector, length);
             let size = value.norm();
+            let uncertainty = MARGIN * (pair.uncertainty + linear.open(pair));
             if pair.residual > RESIDUAL {
                 notes.push(format!("mode {}: its vector is inaccurate, residual {:.1e}", k + 1, pair.residual));
             }
@@ -176,8 +179,8 @@ impl Modes {
                 damping_ratio: -value.re / size,
                 time_constant: (value.im == 0.0).then(|| -1.0 / value.re),
                 residual: pair.residual,
-                uncertainty: pair.uncertainty,
-                decided: value.re.abs() > pair.uncertainty,
+                uncertainty,
+                decided: value.re.abs() > uncertainty,
                 kinetic: energies.0,
                 potential: energies.1,
                 states: element_states(linear, &pair.vector),

@@ -9,6 +9,9 @@ fn values(matrix: &DMatrix<f64>) -> Spectrum {
         let whole = matrix.map(|value| Complex::new(value, 0.0));
         let miss = (&whole * &pair.vector - &pair.vector * pair.value).norm();
         assert!(miss <= 1e-10 * matrix.norm() * pair.vector.norm());
+        assert!((pair.left.dotc(&pair.vector) - Complex::new(1.0, 0.0)).norm() < 1e-12, "{pair:?}");
+        let miss = (whole.adjoint() * &pair.left - &pair.left * pair.value.conj()).norm();
+        assert!(miss <= 1e-10 * matrix.norm() * pair.left.norm(), "{pair:?}");
     }
     found
 }

@@ -7,6 +7,7 @@
 //!
 //! Friction that can stick holds where the scene puts it, as far as its limits go (`friction.rs`); what does not hold is taken as none.
 
+mod audit;
 mod friction;
 mod places;
 mod search;

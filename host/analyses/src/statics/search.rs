@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Audit;
+use super::audit::PLACES;
 use super::friction::{Grips, Held};
 use crate::analysis::{Direction, Evaluator, Expansion, Freedom, Function, Local, Unknowns};
 use crate::linear::rows_in_force;
@@ -19,11 +20,6 @@ const MOST_STEPS: usize = 600;
 const MOST_ATTEMPTS: usize = 40;
 /// How much longer a step may be than the one before.
 const GROWTH: f64 = 4.0;
-/// What round-off leaves: of loads, and of places as a share of the scene's size.
-const LOADS: f64 = 1e-11;
-const PLACES: f64 = 1e-13;
-/// What is nothing beside no loads at all, 1/s^2.
-const NOTHING: f64 = 1e-30;
 /// What must be met at last, in these.
 const GOOD: f64 = 100.0;
 /// Violation of rows, as a share of the scene's size, that Newton steps continue from.
@@ -36,6 +32,8 @@ const CORRECTIONS: usize = 30;
 const SUDDEN: f64 = 1e3;
 /// Sizes of the scene from its start at which bodies have left it.
 const AWAY: f64 = 20.0;
+/// Share of what was left that a step leaves where steps gain.
+const GAINS: f64 = 0.3;
 /// Closings and openings of contacts.
 const MOST_CHANGES: usize = 60;
 /// Share of the forces below which a closed contact does not pull.
@@ -173,7 +171,7 @@ impl<'s> Search<'s> {
         let begin = inputs.clone();
         let mut changes = 0;
         let mut size: Option<f64> = None;
-        let mut best = (f64::INFINITY, 0);
+        let (mut best, mut before) = ((f64::INFINITY, 0), 0.0);
         let mut look = self.look(&mut inputs)?;
         let mut fastest = look.rates.abs();
         let lively = self.fastest(&look.expansion.sizes).map_or(0.0, |body| body.1);
@@ -187,7 +185,15 @@ impl<'s> Search<'s> {
             }
             // Where nothing is gained any more, round-off is all that is left.
             let stuck = worst <= GOOD && steps > best.1 + 2;
-            if worst <= 1.0 || stuck {
+            // Steps continue to round-off: soft directions are far from balance where loads are near it.
+            let gains = worst < GAINS * before;
+            before = worst;
+            let step = if stuck || worst <= 1.0 && !gains { None } else { Some(self.step(&inputs, &look, size)) };
+            let next = match step {
+                Some(Err(why)) if worst > 1.0 => return Err(self.why(&look, &inputs, &why)),
+                step => step.and_then(Result::ok),
+            };
+            let Some((next, after, taken)) = next else {
                 let friction = self.held(&look, &mut inputs)?;
                 if friction.iter().any(|one| !one.holds) {
                     return Ok(Down::Slips(friction.into_iter().filter(|one| !one.holds).collect()));
@@ -213,8 +219,7 @@ impl<'s> Search<'s> {
                 let not_unique = self.not_unique(&look);
                 let closed = self.in_force.clone();
                 return Ok(Down::At(Place { inputs, closed, steps, audit, not_unique, friction }));
-            }
-            let (next, after, taken) = self.step(&inputs, &look, size).map_err(|why| self.why(&look, &inputs, &why))?;
+            };
             (inputs, look) = (next, after);
             size = Some(taken * GROWTH);
             let gaps = self.gap_values(&inputs)?;
@@ -433,48 +438,6 @@ impl<'s> Search<'s> {
             (index, if body.inertia.trace() > 0.0 { force.max(3.0 * moment / body.inertia.trace()) } else { force })
         };
         self.session.model.bodies.iter().enumerate().map(of).max_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
-    /// How well the equations are met, in what round-off leaves; `fastest`: how fast states changed on the way.
-    fn audit(&self, look: &Look, inputs: &[f64], fastest: &DVector<f64>) -> Result<Audit, String> {
-        let e = &look.expansion;
-        let slopes = e.slope(Function::Balance, Direction::Positions);
-        let weigh = |vector: &dyn Fn(usize) -> f64, body: usize| {
-            (0..6).map(|k| (vector(6 * body + k) * e.scales[6 * body + k]).abs()).fold(0.0, f64::max)
-        };
-        let stiff = DVector::from_fn(slopes.nrows(), |k, _| {
-            (0..slopes.ncols()).map(|j| (slopes[(k, j)] * e.scales[j]).abs()).sum::<f64>()
-        });
-        let (mut balance, mut which) = (0.0_f64, 0);
-        for body in 0..self.layout.bodies {
-            let left = weigh(&|k| look.left[k], body);
-            let allowed = LOADS * weigh(&|k| e.sizes[k], body) + PLACES * self.length * weigh(&|k| stiff[k], body);
-            let allowed = allowed + NOTHING * self.session.model.bodies[body].mass * self.length;
-            if left / allowed > balance {
-                (balance, which) = (left / allowed, body);
-            }
-        }
-        let state = |k: usize| inputs[self.layout.state_slot() + self.local.states()[k]];
-        let (by_states, by_places) =
-            (e.slope(Function::States, Direction::States), e.slope(Function::States, Direction::Positions));
-        let mut states = 0.0_f64;
-        for (k, rate) in look.rates.iter().enumerate() {
-            let terms: f64 = (0..by_states.ncols()).map(|j| (by_states[(k, j)] * state(j)).abs()).sum();
-            let places: f64 = (0..by_places.ncols()).map(|j| (by_places[(k, j)] * e.scales[j]).abs()).sum();
-            if *rate != 0.0 {
-                states =
-                    states.max(rate.abs() / (LOADS * terms.max(fastest[k]) + PLACES * self.length * places + NOTHING));
-            }
-        }
-        if balance.is_nan() || states.is_nan() {
-            return Err("loads have no finite value on the way".into());
-        }
-        let holonomic = e.holonomic();
-        let jacobian = e.jacobian().select_rows(holonomic.iter());
-        let values = e.value(Function::Rows).select_rows(holonomic.iter());
-        let rows = moves::violation(&jacobian, &values, &e.scales).0 / self.length;
-        let body = self.session.model.bodies.get(which).map_or_else(String::new, |body| body.name.clone());
-        Ok(Audit { balance, body, rows, states })
     }
 
     /// A closed contact that pulls most.

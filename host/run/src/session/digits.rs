@@ -12,6 +12,9 @@ use super::sharper::NaturalSizes;
 use crate::precise::DoubleDouble;
 use crate::results::{Digits, OutputDigits};
 
+/// Where the second computation has no more digits than doubles, the difference counts for so much: it is off itself, by less than the run.
+const ITSELF: f64 = 2.0;
+
 /// The second computation that a run is held against; from [`Session::second`].
 pub struct Second {
     way: Way,
@@ -102,7 +105,7 @@ fn in_doubles(
     let t_last = rows.checked_sub(1).map_or(f64::NAN, |last| run.times[last]);
     let reason = if problem.is_empty() { reason } else { format!("{reason}; the second computation: {problem}") };
     let outputs = run.channels.iter().enumerate().map(|(k, channel)| {
-        let errors: Vec<f64> = run.columns[k].iter().zip(&columns[k]).map(|(a, b)| (a - b).abs()).collect();
+        let errors: Vec<f64> = run.columns[k].iter().zip(&columns[k]).map(|(a, b)| ITSELF * (a - b).abs()).collect();
         let peak = columns[k].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         OutputDigits::new(&channel.name, channel.unique, &errors, &run.times, (peak, natural[k]))
     });

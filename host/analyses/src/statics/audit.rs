@@ -1,0 +1,64 @@
+//! How well a place meets the equations of an equilibrium.
+
+use nalgebra::DVector;
+
+use super::Audit;
+use super::search::{Look, Search};
+use crate::analysis::{Direction, Function};
+use crate::moves;
+
+/// What round-off leaves: of loads, and of places as a share of the scene's size.
+const LOADS: f64 = 1e-11;
+pub(super) const PLACES: f64 = 1e-13;
+/// What is nothing beside no loads at all, 1/s^2.
+const NOTHING: f64 = 1e-30;
+
+impl Search<'_> {
+    /// How well the equations are met, in what round-off leaves; `fastest`: how fast states changed on the way.
+    pub(super) fn audit(&self, look: &Look, inputs: &[f64], fastest: &DVector<f64>) -> Result<Audit, String> {
+        let e = &look.expansion;
+        let slopes = e.slope(Function::Balance, Direction::Positions);
+        let weigh = |vector: &dyn Fn(usize) -> f64, body: usize| {
+            (0..6).map(|k| (vector(6 * body + k) * e.scales[6 * body + k]).abs()).fold(0.0, f64::max)
+        };
+        let stiff = DVector::from_fn(slopes.nrows(), |k, _| {
+            (0..slopes.ncols()).map(|j| (slopes[(k, j)] * e.scales[j]).abs()).sum::<f64>()
+        });
+        let noise = DVector::from_fn(stiff.len(), |k, _| LOADS * e.sizes[k] + PLACES * self.length * stiff[k]);
+        let nothing = |body: usize| NOTHING * self.session.model.bodies[body].mass * self.length;
+        let share = |allowed: &DVector<f64>| {
+            let of = |body| weigh(&|k| look.left[k], body) / (weigh(&|k| allowed[k], body) + nothing(body));
+            let all = (0..self.layout.bodies).map(|body| (of(body), body));
+            all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0))
+        };
+        let (mut balance, mut which) = share(&noise);
+        let most =
+            |vector: &DVector<f64>| vector.iter().zip(e.scales.iter()).map(|(v, s)| (v * s).abs()).fold(0.0, f64::max);
+        // What is left is seen along free motions, in which bodies without loads of their own bear the noise of others.
+        if balance > 1.0 && most(&look.left) <= most(&noise) * noise.len() as f64 {
+            let seen = look.freedom.components.transpose() * look.freedom.basis.transpose();
+            (balance, which) = share(&(&noise + seen.abs() * &noise));
+        }
+        let state = |k: usize| inputs[self.layout.state_slot() + self.local.states()[k]];
+        let (by_states, by_places) =
+            (e.slope(Function::States, Direction::States), e.slope(Function::States, Direction::Positions));
+        let mut states = 0.0_f64;
+        for (k, rate) in look.rates.iter().enumerate() {
+            let terms: f64 = (0..by_states.ncols()).map(|j| (by_states[(k, j)] * state(j)).abs()).sum();
+            let places: f64 = (0..by_places.ncols()).map(|j| (by_places[(k, j)] * e.scales[j]).abs()).sum();
+            if *rate != 0.0 {
+                states =
+                    states.max(rate.abs() / (LOADS * terms.max(fastest[k]) + PLACES * self.length * places + NOTHING));
+            }
+        }
+        if balance.is_nan() || states.is_nan() {
+            return Err("loads have no finite value on the way".into());
+        }
+        let holonomic = e.holonomic();
+        let jacobian = e.jacobian().select_rows(holonomic.iter());
+        let values = e.value(Function::Rows).select_rows(holonomic.iter());
+        let rows = moves::violation(&jacobian, &values, &e.scales).0 / self.length;
+        let body = self.session.model.bodies.get(which).map_or_else(String::new, |body| body.name.clone());
+        Ok(Audit { balance, body, rows, states })
+    }
+}

@@ -1,0 +1,105 @@
+//! Equilibria and modes where light bodies bear much and soft directions lie beside stiff ones: what round-off leaves open.
+
+use odyn::analyses::modes::Stability;
+use odyn::analyses::statics::{self, Equilibrium};
+
+use crate::support::open_text;
+
+fn rest(text: &str) -> Equilibrium {
+    statics::equilibrium(&open_text(text, &[]), &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn head(gravity: [f64; 3]) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = {gravity:?}\nt_end = 1\noutput_step = 0.1\n"
+    )
+}
+
+fn body(name: &str, mass: f64, inertia: [f64; 3], position: [f64; 3]) -> String {
+    format!("[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = {inertia:?}\nposition = {position:?}\n")
+}
+
+fn joint(name: &str, kind: &str, bodies: [&str; 2], point: [f64; 3], axis: [f64; 3]) -> String {
+    let axis = if kind == "spherical" { String::new() } else { format!("axis = {axis:?}\n") };
+    format!("[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = {bodies:?}\npoint = {point:?}\n{axis}")
+}
+
+fn spring(name: &str, bodies: [&str; 2], points: [[f64; 3]; 2], [stiffness, damping, length]: [f64; 3]) -> String {
+    format!(
+        "[[force]]\nname = \"{name}\"\ntype = \"translational-spring-damper\"\nbodies = {bodies:?}\npoints = {points:?}\n\
+         params = {{ stiffness = {stiffness:?}, damping = {damping:?}, free_length = {length:?} }}\n"
+    )
+}
+
+/// A bar on a torsion spring with 0.002 rad/s beside a load of a ton on a link of 0.1 g, whose loads would accelerate it by 1e8 m/s^2.
+#[test]
+fn a_slow_mode_beside_a_light_link_under_load_is_no_free_motion() {
+    let text = head([0.0, 0.0, -9.81])
+        + &body("link", 1e-4, [1e-6; 3], [0.0, 0.0, -0.5])
+        + &joint("top", "revolute", ["ground", "link"], [0.0; 3], [0.0, 1.0, 0.0])
+        + &body("load", 1e3, [1e2; 3], [0.0, 0.0, -1.5])
+        + &joint("low", "revolute", ["link", "load"], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0])
+        + &body("bar", 1.0, [1.0; 3], [0.0, 0.0, 1.0])
+        + &joint("pivot", "revolute", ["ground", "bar"], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0])
+        + "[[force]]\nname = \"fibre\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"bar\"]\npoint = [0, 0, 1]\n\
+           axis = [0, 0, 1]\nparams = { stiffness = 4e-6, damping = 0, free_angle = 0 }\n";
+    let modes = rest(&text).modes;
+    assert_eq!((modes.zeros, modes.stability), (0, Stability::Undamped), "{:?}", modes.neutral);
+    let slow = &modes.modes[0];
+    assert!((slow.imaginary / 2e-3 - 1.0).abs() < 1e-12 && slow.uncertainty < 1e-8, "{slow:?}");
+}
+
+/// A thin rod between balls turns freely about itself, and so does what hangs on it: nothing drives either back, in whatever direction
+/// it hangs. The others are those of the double pendulum, in proportion to the root of gravity.
+#[test]
+fn a_thin_rod_under_load_is_free_to_spin() {
+    let hung = |gravity: [f64; 3]| {
+        let text = head(gravity)
+            + &body("rod", 1e-3, [8e-5, 8e-5, 8e-11], [0.0, 0.0, -0.5])
+            + &body("load", 1e3, [100.0, 120.0, 150.0], [0.1, 0.05, -1.7])
+            + &joint("top", "spherical", ["ground", "rod"], [0.0; 3], [0.0; 3])
+            + &joint("low", "spherical", ["rod", "load"], [0.0, 0.0, -1.0], [0.0; 3]);
+        let modes = rest(&text).modes;
+        assert_eq!((modes.zeros, modes.modes.len()), (4, 4), "{gravity:?}: {:?}", modes.modes);
+        let size = gravity.iter().map(|part| part * part).sum::<f64>().sqrt();
+        modes.modes.iter().map(|mode| mode.imaginary / size.sqrt()).collect::<Vec<f64>>()
+    };
+    let straight = hung([0.0, 0.0, -9.81]);
+    for gravity in [[1.3, -2.1, -9.81], [0.3, 0.7, -9.81], [-5.0, 3.0, -2.0]] {
+        let found = hung(gravity);
+        let same = found.iter().zip(&straight).all(|(a, b)| (a / b - 1.0).abs() < 1e-11);
+        assert!(same, "{gravity:?}: {found:?} are not {straight:?}");
+    }
+}
+
+/// Springs relax without weights: what is left of their loads at the end would hold what is free.
+#[test]
+fn springs_that_relax_hold_nothing() {
+    let text = head([0.0; 3])
+        + &body("arm", 1.0, [0.1, 0.2, 0.3], [0.5, 0.1, 0.0])
+        + &body("slide", 2.0, [0.1; 3], [0.9, 0.6, 0.1])
+        + &joint("ball", "spherical", ["ground", "arm"], [0.0; 3], [0.0; 3])
+        + &joint("rail", "translational", ["arm", "slide"], [0.7, 0.3, 0.1], [1.0, 2.0, 0.5])
+        + &spring("one", ["arm", "slide"], [[0.3, 0.2, 0.4], [1.2, 1.1, 0.2]], [1.2, 0.03, 0.4])
+        + &spring("two", ["arm", "slide"], [[0.1, -0.2, 0.1], [1.0, 1.3, 0.4]], [0.5, 0.0, 1.9]);
+    let found = rest(&text);
+    assert_eq!((found.modes.zeros, found.modes.modes.len()), (6, 1), "{:?}", found.modes.modes);
+    assert!(found.audit.balance < 1e-2, "{:?}", found.audit);
+}
+
+/// Springs that relax completely leave nothing to compare what is left with: bodies without loads bear the round-off of others.
+#[test]
+fn what_relaxes_completely_is_in_balance() {
+    let ball = "[[joint]]\nname = \"shaft\"\ntype = \"universal\"\nbodies = [\"ground\", \"arm\"]\n\
+                points = [[0.124, 0.453, 0.442], [0.124, 0.453, 0.442]]\naxes = [[0.0177, -0.56, 0.829], [0, 0.829, 0.56]]\n";
+    let text = head([0.0; 3])
+        + &body("arm", 0.103, [0.00472, 0.0049, 0.00416], [-0.187, -0.117, 0.794])
+        + &body("end", 6.05, [0.149, 0.166, 0.154], [-0.334, -0.0895, 0.239])
+        + ball
+        + &joint("elbow", "revolute", ["arm", "end"], [-0.734, 0.189, 0.477], [-0.123, 0.246, -0.961])
+        + &spring("one", ["ground", "arm"], [[1.21, -0.23, 0.136], [-0.075, 0.076, 0.58]], [5.34, 0.104, 0.309])
+        + &spring("two", ["ground", "arm"], [[-0.286, 0.304, 1.05], [0.0852, 0.0499, 1.01]], [6.16, 0.0, 0.214]);
+    let found = rest(&text);
+    assert!(found.audit.balance <= 1.0, "{:?}", found.audit);
+    assert_eq!(found.modes.zeros, 2, "{:?}", found.modes.modes);
+}
