@@ -3,7 +3,7 @@
 use odyn::results::{Remedy, Status, Summary};
 use odyn::session::{RunReport, Session};
 
-use crate::support::{Scratch, column, options, root};
+use crate::support::{Scratch, column, open_text, options, root};
 
 #[track_caller]
 fn run(scene: &str, sets: &[&str]) -> RunReport {
@@ -110,9 +110,7 @@ fn sampled(function: &str, period: f64, from: f64, times: &[f64], sets: &[&str])
          [[output]]\nname = \"held\"\nquantity = \"value\"\nof = \"hold\"\nchannel = \"output\"\n",
         times.last().unwrap()
     );
-    let folder = Scratch::new();
-    let session = Session::open(&folder.file("scene.toml", scene), &options(sets, &[])).unwrap();
-    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    let report = open_text(&scene, sets).run(None, Box::new(|_| ()), &Default::default()).unwrap();
     assert_eq!(report.summary.status, Status::Completed, "{}", report.summary.reason);
     column(&report, "held").to_vec()
 }
@@ -190,9 +188,7 @@ fn what_rests_on_a_limit_leaves_it_by_every_method() {
     let turns = 0.3_f64.atan();
     let fallen = 0.1 * (3.0_f64.sin() - turns.sin()) + (3.0_f64.cos() - turns.cos()) / 3.0;
     for method in METHODS.into_iter().chain(["simulation.method=radau9"]) {
-        let folder = Scratch::new();
-        let sets = [method, "simulation.max_steps=1000"];
-        let session = Session::open(&folder.file("scene.toml", scene), &options(&sets, &[])).unwrap();
+        let session = open_text(scene, &[method, "simulation.max_steps=1000"]);
         let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
         assert_eq!(report.summary.status, Status::Completed, "{method}: {}", report.summary.reason);
         let level = column(&report, "level")[20];

@@ -136,47 +136,46 @@ fn a_start_without_a_contact_names_element_and_unknown() {
     assert!(error.contains("`contact`: its internal unknown `"), "{error}");
 }
 
-/// A wheel that slides down a slope and over its end, or what is behind `from`.
-fn rail(ends: &str) -> String {
+/// A disc that starts at the top of a profile in the x-y plane, along which the joint guides it.
+fn disc(name: &str, height: f64, speed: f64, settings: &str, joint: &str) -> String {
     format!(
         r#"
 [plugins]
 libraries = ["odyn-joints"]
 [simulation]
 gravity = [0, -9.81, 0]
-t_end = 2
-output_step = 0.05
+{settings}
 [[body]]
-name = "wheel"
+name = "{name}"
 mass = 1
 inertia = [0.01, 0.01, 0.01]
-position = [0, 1.1, 0]
-velocity = [0.5, 0, 0]
+position = [0, {height}, 0]
+velocity = [{speed:?}, 0, 0]
 [[joint]]
 name = "plane"
 type = "planar"
-bodies = ["ground", "wheel"]
+bodies = ["ground", "{name}"]
 axis = [0, 0, 1]
 [[joint]]
-name = "rail"
-type = "rail-contact"
-bodies = ["ground", "wheel"]
-points = [[0, 0, 0], [0, 1.1, 0]]
-params.height = "cos(x)"
-params.wheel_radius = 0.1
-{ends}
+bodies = ["ground", "{name}"]
+points = [[0, 0, 0], [0, {height}, 0]]
+{joint}
 [[output]]
 name = "x"
 quantity = "position"
-of = "wheel"
+of = "{name}"
 component = "x"
-[[output]]
-name = "place"
-quantity = "coordinate"
-of = "rail"
-channel = "place"
 "#
     )
+}
+
+/// A wheel that slides down a slope and over its end, or what is behind `from`.
+fn rail(ends: &str) -> String {
+    let joint = format!(
+        "name = \"rail\"\ntype = \"rail-contact\"\nparams.height = \"cos(x)\"\nparams.wheel_radius = 0.1\n{ends}"
+    );
+    disc("wheel", 1.1, 0.5, "t_end = 2\noutput_step = 0.05", &joint)
+        + "[[output]]\nname = \"place\"\nquantity = \"coordinate\"\nof = \"rail\"\nchannel = \"place\"\n"
 }
 
 #[test]
@@ -199,46 +198,11 @@ fn a_wheel_that_leaves_its_profile_ends_the_run_with_the_name_of_the_rail() {
     }
 }
 
-/// A disc that is thrown from the top of a profile in the x-y plane, and may part from it.
+/// A disc that is thrown from the top of a profile, and may part from it.
 fn thrown(speed: f64, end: f64, radius: f64, top: f64, contact: &str) -> String {
-    let height = top + radius;
-    format!(
-        r#"
-[plugins]
-libraries = ["odyn-joints"]
-[simulation]
-gravity = [0, -9.81, 0]
-t_end = {end}
-output_step = 0.002
-[[body]]
-name = "disc"
-mass = 1
-inertia = [0.01, 0.01, 0.01]
-position = [0, {height}, 0]
-velocity = [{speed}, 0, 0]
-[[joint]]
-name = "plane"
-type = "planar"
-bodies = ["ground", "disc"]
-axis = [0, 0, 1]
-[[joint]]
-name = "contact"
-bodies = ["ground", "disc"]
-points = [[0, 0, 0], [0, {height}, 0]]
-params.unilateral = true
-{contact}
-[[output]]
-name = "x"
-quantity = "position"
-of = "disc"
-component = "x"
-[[output]]
-name = "y"
-quantity = "position"
-of = "disc"
-component = "y"
-"#
-    )
+    let joint = format!("name = \"contact\"\nparams.unilateral = true\n{contact}");
+    disc("disc", top + radius, speed, &format!("t_end = {end}\noutput_step = 0.002"), &joint)
+        + "[[output]]\nname = \"y\"\nquantity = \"position\"\nof = \"disc\"\ncomponent = \"y\"\n"
 }
 
 /// Runs a disc that is thrown, in several ways: it parts from its profile, lands on it, and is never in it. `profile` gives points all

@@ -454,8 +454,11 @@ fn only_one(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>>
     let mut lu = FullPivLu::new(n, REGULAR);
     lu.entries_mut().copy_from_slice(matrix.as_slice());
     lu.factor().ok()?;
+    if lu.rank() < n {
+        return None;
+    }
     let mut x = DVector::zeros(n);
-    (lu.rank() == n).then(|| lu.solve(right.as_slice(), x.as_mut_slice()).ok())??;
+    lu.solve(right.as_slice(), x.as_mut_slice()).ok()?;
     Some(x)
 }
 

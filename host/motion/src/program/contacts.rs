@@ -73,6 +73,9 @@ impl Equations {
     #[must_use]
     pub fn in_mode(&self, closed: &[usize], layout: &Layout) -> Self {
         let mut equations = self.with_closed(closed);
+        if !self.loads_switch() {
+            return equations;
+        }
         let off: FxHashSet<usize> = equations.nothing(layout).collect();
         let nodes = || self.loads.iter().chain(&self.state_rates).chain([&self.power]).copied();
         let live = self.graph.live(&nodes().collect::<Vec<_>>());
@@ -91,6 +94,12 @@ impl Equations {
         equations.coupling.clear();
         equations.find_coupling(layout);
         equations
+    }
+
+    /// Whether loads, rates of states or the power may contain what is zero with some choice of closed contacts.
+    #[must_use]
+    pub fn loads_switch(&self) -> bool {
+        self.switches_rows() && (!self.frictions.is_empty() || self.may_need_solution)
     }
 
     /// Inputs that are zero with this choice of closed contacts.

@@ -41,6 +41,11 @@ impl Clock {
         t >= self.next * self.period - self.early(t)
     }
 
+    /// The multiple of the period that it samples at now, s, if it does.
+    fn instant(&self, t: f64) -> Option<f64> {
+        self.is_due(t).then(|| self.count(t) * self.period)
+    }
+
     /// Time by which a step may end before a sampling instant and still be at it, s.
     fn early(&self, t: f64) -> f64 {
         (EARLY * self.period).max(BEFORE * t.abs())
@@ -80,15 +85,14 @@ impl Clocks {
 
     /// The whole multiple of its period at which the element with these discrete states samples now, s, if it does.
     pub(super) fn instant(&self, memory: &Range<usize>, t: f64) -> Option<f64> {
-        let clock = self.list.iter().find(|clock| clock.memory == *memory)?;
-        clock.is_due(t).then(|| clock.count(t) * clock.period)
+        self.list.iter().find(|clock| clock.memory == *memory)?.instant(t)
     }
 
     /// When what is due at the end of a step looks at functions of time: just behind the sampling instant. A function that jumps there
     /// has done so, although steps end at the number before.
     pub(super) fn behind(&self, t: f64) -> f64 {
-        let due = self.list.iter().filter(|clock| clock.is_due(t)).map(|clock| clock.count(t) * clock.period);
-        due.reduce(f64::max).map_or(t, |instant| instant.max(t) + BEHIND * t.abs())
+        let instants = self.list.iter().filter_map(|clock| clock.instant(t));
+        instants.reduce(f64::max).map_or(t, |instant| instant.max(t) + BEHIND * t.abs())
     }
 
     /// Whether the element with these discrete states has sampled at this time, passed to [`Clocks::hold`].

@@ -5,7 +5,7 @@ use super::error::SessionError;
 use super::opened::Session;
 use super::run::Run;
 use super::simulation::Mode;
-use crate::analysis::{AnalysisError, Assembly, Constraints};
+use crate::analysis::{AnalysisError, Assembly, Constraints, Formulation};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::program::Equations;
@@ -84,22 +84,33 @@ impl Session {
             plan = decide_with(false)?;
         }
         let rows = Constraints::of_all(&equations).map_err(|e| super::error::start_error(&self.scene, &e))?;
-        let engine = self.engine().to_string();
-        let was = (
-            std::mem::replace(&mut self.equations, equations),
-            std::mem::replace(&mut self.plan, plan),
-            self.ahead.replace(place),
-        );
+        let was = (std::mem::replace(&mut self.plan, plan), self.ahead.replace(place));
         let asked = self.scene.simulation.formulation.replace(Spanned::new(coordinates.to_owned(), 0..0));
-        let formulation = self.formulation(&engine);
+        let made = self.formulation_with(equations, offer_jacobian);
         self.scene.simulation.formulation = asked;
-        let equations = std::mem::replace(&mut self.equations, was.0);
-        (self.plan, self.ahead) = (was.1, was.2);
+        (self.plan, self.ahead) = was;
+        let (formulation, equations) = made?;
+        Ok((Mode { closed: closed.to_vec(), formulation, rows }, equations))
+    }
+
+    /// The equations of motion with others in place of the session's, which come back with them.
+    ///
+    /// # Errors
+    /// See [`Session::formulation`].
+    pub(super) fn formulation_with(
+        &mut self,
+        equations: Equations,
+        offer_jacobian: bool,
+    ) -> Result<(Box<dyn Formulation>, Equations), SessionError> {
+        let engine = self.engine().to_string();
+        let own = std::mem::replace(&mut self.equations, equations);
+        let formulation = self.formulation(&engine);
+        let equations = std::mem::replace(&mut self.equations, own);
         let mut formulation = formulation?;
         if offer_jacobian {
             formulation.offer_jacobian(&equations);
         }
-        Ok((Mode { closed: closed.to_vec(), formulation, rows }, equations))
+        Ok((formulation, equations))
     }
 }
 

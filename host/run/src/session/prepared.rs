@@ -63,16 +63,18 @@ impl Session {
         }
         self.contacts_fit(fixed_step.is_some())?;
         let engine = self.engine().to_string();
-        // Steps begin where all contacts are open and nothing slides.
-        let open = self.equations.switches_rows().then(|| self.equations.in_mode(&[], &self.plan.layout));
-        let whole = open.map(|open| std::mem::replace(&mut self.equations, open));
-        let mut formulation = self.formulation(&engine)?;
-        if method.may_use_jacobian() {
-            formulation.offer_jacobian(&self.equations);
-        }
-        if let Some(whole) = whole {
-            self.equations = whole;
-        }
+        let offer_jacobian = method.may_use_jacobian();
+        let formulation = if self.equations.loads_switch() {
+            // Steps begin where all contacts are open and nothing slides.
+            let open = self.equations.in_mode(&[], &self.plan.layout);
+            self.formulation_with(open, offer_jacobian)?.0
+        } else {
+            let mut formulation = self.formulation(&engine)?;
+            if offer_jacobian {
+                formulation.offer_jacobian(&self.equations);
+            }
+            formulation
+        };
         Ok(Setup { engine, method, formulation, fixed_step })
     }
 }
