@@ -303,6 +303,73 @@ fn what_is_not_read_is_not_passed_over() {
     assert_eq!(mass(&all.scene), mass(&some.scene));
 }
 
+fn mjcf(inside: &str) -> crate::Imported {
+    from_text(&format!("<mujoco>{inside}</mujoco>"), Path::new(""), Path::new(""), &Options::default()).unwrap()
+}
+
+/// MuJoCo gives a box or an ellipsoid between two ends the first number as both of its half edges across.
+#[test]
+fn shapes_between_two_ends_are_square_across() {
+    let of = |kind: &str, size: &str| {
+        let geom = format!("<geom type=\"{kind}\" fromto=\"0 0 0 0.3 0.4 1.2\" size=\"{size}\"/>");
+        mjcf(&format!("<worldbody><body name=\"a\"><joint/>{geom}</body></worldbody>")).scene
+    };
+    for kind in ["box", "ellipsoid"] {
+        assert_eq!(of(kind, "0.1"), of(kind, "0.1 0.3 0.7"), "{kind}");
+    }
+}
+
+/// `<flag>` takes springs, dampers, friction, limits and equalities away.
+#[test]
+fn what_a_file_switches_off_is_not_there() {
+    let with = |flags: &str| {
+        mjcf(&format!(
+            "<option><flag {flags}/></option><worldbody><body name=\"a\"><geom size=\"0.1\"/>\
+             <joint name=\"j\" stiffness=\"2\" damping=\"3\" frictionloss=\"4\" range=\"-9 9\"/></body></worldbody>\
+             <equality><connect body1=\"a\" anchor=\"0 0 1\"/></equality>"
+        ))
+        .scene
+    };
+    let words = ["stiffness = 2", "damping = 3", "\"dry-friction\"", "\"rotational-stop\""];
+    let there = |scene: &str| words.map(|word| scene.contains(word));
+    let all = with("");
+    assert_eq!((there(&all), all.contains("enabled = false")), ([true; 4], false));
+    for (flag, left) in [
+        ("spring", [false, true, true, true]),
+        ("damper", [true, false, true, true]),
+        ("frictionloss", [true, true, false, true]),
+        ("limit", [true, true, true, false]),
+        ("constraint", [true, true, false, false]),
+    ] {
+        let scene = with(&format!("{flag}=\"disable\""));
+        assert_eq!(there(&scene), left, "{flag}");
+        assert_eq!(scene.contains("enabled = false"), flag == "constraint", "{flag}");
+    }
+    assert!(with("equality=\"disable\"").contains("enabled = false"));
+    assert!(with("gravity=\"disable\"").contains("gravity = [0, 0, 0]"));
+}
+
+/// Shapes touch each other in MuJoCo unless the file says that they do not; a free joint may have damping from its class.
+#[test]
+fn contacts_and_the_resistance_of_free_joints_are_reported() {
+    let two = |option: &str, default: &str, free: &str| {
+        let body = |name: &str| format!("<body name=\"{name}\">{free}<geom size=\"0.1\"/></body>");
+        let bodies = body("a") + &body("b");
+        mjcf(&format!("{option}<default>{default}</default><worldbody>{bodies}</worldbody>")).left_out
+    };
+    let said = |left_out: &[String], word: &str| left_out.iter().filter(|what| what.contains(word)).count();
+    let joint = "<joint type=\"free\"/>";
+    let plain = two("", "", joint);
+    assert_eq!((said(&plain, "contacts of shapes"), said(&plain, "free joint")), (1, 0), "{plain:?}");
+    let apart = two("", "<geom contype=\"0\" conaffinity=\"0\"/>", joint);
+    let off = two("<option><flag contact=\"disable\"/></option>", "", joint);
+    assert_eq!((said(&apart, "contacts of shapes"), said(&off, "contacts of shapes")), (0, 0));
+    let slow = "<joint damping=\"1\"/>";
+    assert_eq!(said(&two("", slow, joint), "free joint"), 1);
+    // MuJoCo's `freejoint` has no defaults.
+    assert_eq!(said(&two("", slow, "<freejoint/>"), "free joint"), 0);
+}
+
 /// The rotor of a motor turns with its joint, behind the gear; kinds of motors have their defaults in common, the last of them counts.
 #[test]
 fn armature_and_damping_of_motors_are_with_their_joints() {

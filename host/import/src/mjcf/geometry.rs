@@ -72,6 +72,10 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         class: Option<&'a str>,
     ) -> (Option<Shape>, Option<Solid>) {
         let of = self.classes.of(node, "geom", class);
+        if ["contype", "conaffinity"].into_iter().any(|mask| self.found.number(of.get(mask)) != Some(0.0)) {
+            let body = node.ancestors().find(|above| matches!(above.tag_name().name(), "body" | "worldbody"));
+            self.touching.extend(body.map(|body| body.id()));
+        }
         let (weight, mistakes) = (self.weight(&of), self.found.diagnostics.len());
         let Some((form, pose)) = self.form(node, &of) else {
             if weight.is_some() && of.text("type") != Some("plane") && self.found.diagnostics.len() == mistakes {
@@ -160,9 +164,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             "cylinder" => number(0).zip(length).map(|(radius, length)| Form::Cylinder(radius, length)),
             "box" | "ellipsoid" => {
                 let half = match ends {
-                    Some(_) => {
-                        number(0).zip(length).map(|(x, length)| Vector3::new(x, number(1).unwrap_or(x), length / 2.0))
-                    }
+                    // MuJoCo takes the first number for both edges across, whatever the second is.
+                    Some(_) => number(0).zip(length).map(|(x, length)| Vector3::new(x, x, length / 2.0)),
                     None => number(0).zip(number(1)).zip(number(2)).map(|((x, y), z)| Vector3::new(x, y, z)),
                 };
                 half.map(|half| if kind == "box" { Form::Box(half * 2.0) } else { Form::Ellipsoid(half) })

@@ -6,12 +6,13 @@ mod actuator;
 mod compiler;
 mod defaults;
 mod geometry;
+mod switches;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
-use roxmltree::Node;
+use roxmltree::{Node, NodeId};
 
 use crate::Options;
 use crate::mechanism::{Closure, Coupling, Hold, Joint, Kind, Link, Mechanism, Solid};
@@ -48,6 +49,7 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
         found,
         mechanism: &mut mechanism,
         sites: HashMap::new(),
+        touching: HashSet::new(),
     };
     reader.options(root);
     reader.others(root);
@@ -70,6 +72,8 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
             reader.equality(node);
         }
     }
+    let touching = reader.touching.len() > 1;
+    switches::apply(root, touching, &mut mechanism);
     mechanism.left_out.dedup();
     mechanism
 }
@@ -83,6 +87,8 @@ struct Reader<'r, 'a, 'i> {
     mechanism: &'r mut Mechanism,
     /// Places of sites: their link, and their frame in it.
     sites: HashMap<String, (Option<usize>, Isometry3<f64>)>,
+    /// Bodies with shapes that others could touch.
+    touching: HashSet<NodeId>,
 }
 
 impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
@@ -103,10 +109,6 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                 if numbers.is_some_and(|numbers| numbers.iter().any(|x| *x != 0.0)) {
                     self.left_out(format!("the medium around (`{medium}` in <option>)"));
                 }
-            }
-            let off = child(node, "flag").and_then(|flag| flag.attribute("gravity"));
-            if off == Some("disable") {
-                self.mechanism.gravity = Vector3::zeros();
             }
         }
     }
@@ -192,7 +194,10 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         for below in children(node) {
             match below.tag_name().name() {
                 "freejoint" => parts.free = true,
-                "joint" if self.classes.of(below, "joint", class).text("type") == Some("free") => parts.free = true,
+                "joint" if self.classes.of(below, "joint", class).text("type") == Some("free") => {
+                    parts.free = true;
+                    self.resistance_of_free(below, class);
+                }
                 "joint" => {
                     let count = parts.joints.len() + self.mechanism.joints().count() + 1;
                     let joint = self.joint(below, frame, class, count);
@@ -211,6 +216,15 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                 }
                 _ => {}
             }
+        }
+    }
+
+    /// Reports what resists the motion of a free joint: a scene has no such element.
+    fn resistance_of_free(&mut self, node: Node<'a, 'i>, class: Option<&'a str>) {
+        let of = self.classes.of(node, "joint", class);
+        if ["damping", "stiffness", "frictionloss", "armature"].into_iter().any(|name| self.first(&of, name) != 0.0) {
+            let name = node.attribute("name").map_or_else(String::new, |name| format!(" `{name}`"));
+            self.left_out(format!("free joint{name}: its damping, friction, stiffness and armature"));
         }
     }
 
