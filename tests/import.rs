@@ -158,3 +158,23 @@ fn links_without_mass_change_nothing() {
         assert!((acceleration - light[&joint]).abs() < 1e-5 * acceleration.abs().max(1.0), "{joint}");
     }
 }
+
+/// A slide with spring, damper and rotor that falls by more than it begins from: a damped oscillation about where it hangs.
+#[test]
+fn springs_dampers_and_rotors_of_slides_act_on_both_sides_of_zero() {
+    let file = "<mujoco><option gravity=\"0 0 -9.81\"/><worldbody><body><geom size=\"0.1\" mass=\"2\"/><joint name=\"s\" type=\"slide\" \
+                stiffness=\"3\" springref=\"0.5\" damping=\"0.4\" armature=\"1\"/></body></worldbody></mujoco>";
+    let scratch = Scratch::new();
+    let scene = read(&scratch.file("fall.xml", file), scratch.path(), &Options::default()).unwrap().scene;
+    let (decay, hangs) = (0.4 / 6.0, 0.5 - 2.0 * 9.81 / 3.0);
+    let rate = (1.0_f64 - decay * decay).sqrt();
+    for formulation in ["joint", "cartesian"] {
+        let report = run_text(&scene, &["simulation.t_end=3", &format!("simulation.formulation={formulation}")]);
+        for (k, x) in column(&report, "s").iter().enumerate() {
+            let t = 0.01 * k as f64;
+            let swing = (rate * t).cos() + decay / rate * (rate * t).sin();
+            let exact = hangs * (1.0 - (-decay * t).exp() * swing);
+            assert!((x - exact).abs() < 1e-8, "{formulation} {t}: {x} {exact}");
+        }
+    }
+}

@@ -293,33 +293,36 @@ impl Writer<'_> {
     /// Spring, damper, rotor, friction and stops of a joint.
     fn resistance(&mut self, joint: &Joint, name: &str, bodies: &[&str; 2], frames: &[Frame; 2]) {
         let is_hinge = joint.kind == Kind::Hinge;
-        // Forces along a slide act on a line between two points, which are this much further apart than the coordinate says.
-        let reach =
-            [joint.value, joint.relaxed, joint.reference, joint.range.map_or(0.0, |r| r.0.abs().max(r.1.abs()))];
-        let apart = 1.0 + reach.iter().map(|x| x.abs().ceil()).fold(0.0, |a: f64, b| a + b);
-        let on_line = [frames[0].along(-apart), frames[1]];
         if joint.stiffness > 0.0 || joint.damping > 0.0 {
-            let mut params = format!("stiffness = {}", number(joint.stiffness));
-            if joint.damping > 0.0 {
-                let _ = write!(params, ", damping = {}", number(joint.damping));
-            }
             let what = if joint.stiffness > 0.0 { "spring" } else { "damper" };
             let element = self.element_name(&format!("{name}-{what}"));
+            let (stiffness, damping) = (number(joint.stiffness), number(joint.damping));
             if is_hinge {
+                let mut params = format!("stiffness = {stiffness}");
+                if joint.damping > 0.0 {
+                    let _ = write!(params, ", damping = {damping}");
+                }
                 if joint.relaxed != 0.0 && joint.stiffness > 0.0 {
                     let _ = write!(params, ", free_angle = {}", number(joint.relaxed));
                 }
                 self.element("force", &element, "rotational-spring-damper", bodies, frames, &params);
             } else {
-                let _ = write!(params, ", free_length = {}", number(apart + joint.relaxed));
-                self.element("force", &element, "translational-spring-damper", bodies, &on_line, &params);
+                // A bushing has a direction where its frames meet, as coordinates do where they are zero.
+                let params = format!(
+                    "stiffness = [0, 0, {stiffness}], damping = [0, 0, {damping}], rotational_stiffness = [0, 0, 0]"
+                );
+                let relaxed = [frames[0].along(joint.relaxed), frames[1]];
+                self.element("force", &element, "bushing", bodies, &relaxed, &params);
             }
         }
         if joint.armature > 0.0 {
             let element = self.element_name(&format!("{name}-rotor"));
             let inertance = format!("inertance = {}", number(joint.armature));
-            let (kind, frames) = if is_hinge { ("rotational-inerter", frames) } else { ("inerter", &on_line) };
-            self.element("force", &element, kind, bodies, frames, &inertance);
+            if is_hinge {
+                self.element("force", &element, "rotational-inerter", bodies, frames, &inertance);
+            } else {
+                self.element("force", &element, "inerter", bodies, frames, &format!("{inertance}, guided = true"));
+            }
         }
         if joint.friction > 0.0 {
             let element = self.element_name(&format!("{name}-friction"));

@@ -11,11 +11,13 @@
 //! and the force along the line is b l'' against the points' drawing apart. It follows from (1) by differentiation and is solved for
 //! together with the accelerations (Smith, IEEE Transactions on Automatic Control 47, 2002).
 //!
+//! With `guided`, l is the displacement of p_j along the z axis of frame i, which may pass through zero: for the coordinate of a slide.
+//!
 //! ## Signs
 //! The quantity `force` at frame j is what the inerter does to body j: against l''. Channels are the distance, its rate, and T.
 //!
 //! ## Singular cases
-//! The line has no direction where the points meet. Bodies may be as light as they are beside b.
+//! The line has no direction where the points meet; a `guided` inerter has its own. Bodies may be as light as they are beside b.
 //!
 //! ## Example
 //! ```toml
@@ -67,6 +69,7 @@ use element_api::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub struct Inerter {
     inertance: f64,
+    guided: bool,
 }
 
 /// Its parameters, as a scene gives them.
@@ -75,46 +78,58 @@ pub struct InerterParameters {
     /// Force per relative acceleration, b; of a flywheel on a screw J (2 pi / pitch)^2.
     #[param(unit = "kg", min = 0.0)]
     pub inertance: f64,
+    /// The displacement along the z axis of frame i counts, in place of the distance.
+    #[param(default = false)]
+    pub guided: bool,
 }
 
 impl Element for Inerter {
     const NAME: &'static str = "inerter";
     const SUMMARY: &'static str = "force in proportion to the relative acceleration of two points along their line";
     const DOC: &'static str = doc_of(include_str!("inerter.rs"));
-    const FRAMES: &'static [FrameSpec] =
-        &[FrameSpec::new("i", "its origin is the first point"), FrameSpec::new("j", "its origin is the second point")];
+    const FRAMES: &'static [FrameSpec] = &[
+        FrameSpec::new("i", "its origin is the first point; its z axis is the line of a guided inerter"),
+        FrameSpec::new("j", "its origin is the second point"),
+    ];
     type Parameters = InerterParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
-        Ok(Self { inertance: p.inertance })
+        Ok(Self { inertance: p.inertance, guided: p.guided })
     }
 }
 
-/// Distance and its rate.
-fn length<S: Scalar>(at: &Motion<'_, S>) -> (S, S) {
-    let d = at.frames()[1].position - at.frames()[0].position;
-    let length = d.dot(&d).sqrt();
-    (length, d.dot(&at.relative_velocity(0, 1)) / length)
+impl Inerter {
+    /// l and its rate.
+    fn length<S: Scalar>(&self, at: &Motion<'_, S>) -> (S, S) {
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let (d, velocity) = (j.position - i.position, at.relative_velocity(0, 1));
+        if self.guided {
+            let carried = at.twists[0].angular_velocity.cross(&d);
+            return (d.dot(&i.z()), (velocity - carried).dot(&i.z()));
+        }
+        let length = d.dot(&d).sqrt();
+        (length, d.dot(&velocity) / length)
+    }
 }
 
 impl Force for Inerter {
     const CHANNELS: &'static [ChannelSpec] = &[
-        ChannelSpec::new("length", "m", "distance of the points"),
-        ChannelSpec::new("rate", "m/s", "rate of the distance"),
+        ChannelSpec::new("length", "m", "distance of the points; displacement of a guided inerter"),
+        ChannelSpec::new("rate", "m/s", "its rate"),
         ChannelSpec::new("energy", "J", "kinetic energy"),
     ];
 
     fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
 
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
-        let (length, rate) = length(at);
+        let (length, rate) = self.length(at);
         out.push(length);
         out.push(rate);
         out.push(rate * rate * (0.5 * self.inertance));
     }
 
     fn kinetic<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        let (_, rate) = length(at);
+        let (_, rate) = self.length(at);
         Some(rate * rate * (0.5 * self.inertance))
     }
 }
