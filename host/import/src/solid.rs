@@ -1,9 +1,14 @@
 //! Mass, centre and inertia of shapes of one density.
 
+use std::path::Path;
+
 use nalgebra::{Matrix3, Vector3};
 use odyn_run::results::Mesh;
 
 use crate::mechanism::{Form, Shape, Solid, point_inertia};
+
+/// Share of a volume below which what shows its back is round-off.
+const HIDDEN: f64 = 1e-6;
 
 /// The mass of a shape, in the frame of its link.
 ///
@@ -47,16 +52,42 @@ fn of_form(form: &Form, density: f64) -> Result<Solid, String> {
     })
 }
 
-/// The volume that triangles enclose, by tetrahedra from the origin to each (Mirtich 1996).
-fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result<Solid, String> {
+/// The corners of each triangle of a mesh.
+fn triangles<'m>(mesh: &'m Mesh, scale: &'m Vector3<f64>) -> impl Iterator<Item = [Vector3<f64>; 3]> + Clone + 'm {
     let corner = |number: u32| {
         let at = 3 * number as usize;
         let of = |k: usize| mesh.vertices.get(at + k).map_or(0.0, |x| f64::from(*x));
         Vector3::new(of(0), of(1), of(2)).component_mul(scale)
     };
+    mesh.triangles.chunks_exact(3).map(move |triangle| [corner(triangle[0]), corner(triangle[1]), corner(triangle[2])])
+}
+
+/// Whether some of the surface of a mesh shows its back to the middle of the surface. A mesh that cannot be read does not.
+pub(crate) fn hides_from_its_middle(path: &Path, scale: &Vector3<f64>) -> bool {
+    let Ok(mesh) = Mesh::read(path, 1.0) else { return false };
+    let all = triangles(&mesh, scale);
+    let (mut area, mut middle) = (0.0, Vector3::zeros());
+    for [a, b, c] in all.clone() {
+        let own = (b - a).cross(&(c - a)).norm();
+        area += own;
+        middle += (a + b + c) * (own / 3.0);
+    }
+    middle /= area;
+    let volumes = all.map(|[a, b, c]| (a - middle).dot(&(b - middle).cross(&(c - middle))));
+    let (front, back) =
+        volumes.fold(
+            (0.0, 0.0),
+            |(front, back): (f64, f64), volume| {
+                if volume > 0.0 { (front + volume, back) } else { (front, back - volume) }
+            },
+        );
+    front.min(back) > HIDDEN * front.max(back)
+}
+
+/// The volume that triangles enclose, by tetrahedra from the origin to each (Mirtich 1996).
+fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result<Solid, String> {
     let (mut volume, mut first, mut second, mut size) = (0.0, Vector3::zeros(), Matrix3::zeros(), 0.0_f64);
-    for triangle in mesh.triangles.chunks_exact(3) {
-        let corners = [corner(triangle[0]), corner(triangle[1]), corner(triangle[2])];
+    for corners in triangles(mesh, scale) {
         let six = corners[0].dot(&corners[1].cross(&corners[2]));
         let sum = corners[0] + corners[1] + corners[2];
         volume += six / 6.0;

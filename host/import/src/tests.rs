@@ -303,6 +303,31 @@ fn what_is_not_read_is_not_passed_over() {
     assert_eq!(mass(&all.scene), mass(&some.scene));
 }
 
+/// Of a mesh that hides parts from its middle, or whose hull or surface is to weigh, MuJoCo makes another mass.
+#[test]
+fn meshes_that_weigh_something_else_in_mujoco_are_reported() {
+    let folder = std::env::temp_dir().join(format!("odyn-import-mesh-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("box.obj"), BOX).unwrap();
+    let foot = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nv 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 1 1\nv 1 3 1\nv 0 3 1\n\
+                f 3 2 1\nf 4 3 1\nf 5 4 1\nf 6 5 1\nf 7 8 9\nf 7 9 10\nf 7 10 11\nf 7 11 12\n\
+                f 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n";
+    std::fs::write(folder.join("foot.obj"), foot).unwrap();
+    let said = |file: &str, inertia: &str, inertial: &str| {
+        let text = format!(
+            "<mujoco><asset><mesh name=\"m\" file=\"{file}.obj\" {inertia}/></asset><worldbody><body><joint/>{inertial}\
+             <geom type=\"mesh\" mesh=\"m\"/></body></worldbody></mujoco>"
+        );
+        let read = from_text(&text, &folder, &folder, &Options::default()).unwrap();
+        read.left_out.iter().any(|what| what.contains("mass of mesh `m`"))
+    };
+    assert!(!said("box", "", "") && !said("box", "inertia=\"exact\"", "") && !said("foot", "inertia=\"exact\"", ""));
+    assert!(said("foot", "", "") && said("box", "inertia=\"convex\"", "") && said("box", "inertia=\"shell\"", ""));
+    let given = "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/>";
+    assert!(!said("foot", "", given));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 fn mjcf(inside: &str) -> crate::Imported {
     from_text(&format!("<mujoco>{inside}</mujoco>"), Path::new(""), Path::new(""), &Options::default()).unwrap()
 }

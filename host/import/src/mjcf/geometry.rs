@@ -1,7 +1,7 @@
 //! Shapes of MJCF and their masses.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::Node;
@@ -20,6 +20,8 @@ pub(super) struct MeshFile {
     scale: Vector3<f64>,
     /// The frame of the mesh in that of its file.
     reference: Isometry3<f64>,
+    /// How MuJoCo computes its mass.
+    inertia: String,
 }
 
 /// All meshes that have a file.
@@ -43,7 +45,8 @@ pub(super) fn meshes<'a, 'i: 'a>(
             UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
         });
         let reference = Isometry3::from_parts(Translation3::from(at), turn);
-        meshes.insert(name, MeshFile { path, scale, reference });
+        let inertia = of.text("inertia").unwrap_or("legacy").to_owned();
+        meshes.insert(name, MeshFile { path, scale, reference, inertia });
     }
     meshes
 }
@@ -93,6 +96,11 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         if of.text("shellinertia") == Some("true") {
             self.left_out("mass on the surface of shapes (`shellinertia`): it is in their volume");
         }
+        if let Form::Mesh { path, scale } = &shape.form
+            && self.takes_mass_of_shapes(node)
+        {
+            self.mass_of_mesh(of, path, scale);
+        }
         let density = if let Weight::Density(density) = weight { density } else { 1.0 };
         match solid::of_shape(shape, density) {
             Ok(solid) => Some(match weight {
@@ -116,11 +124,31 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         (amount != 0.0 && first <= group && group <= last).then_some(weight)
     }
 
+    /// Reports a mesh whose mass MuJoCo does not take from the volume that it encloses, as is done here.
+    fn mass_of_mesh(&mut self, of: &Of<'a, 'i>, path: &Path, scale: &Vector3<f64>) {
+        let name = of.text("mesh").unwrap_or_default();
+        let inertia = self.meshes.get(name).map_or("exact", |mesh| mesh.inertia.as_str());
+        let said = match inertia {
+            "exact" => return,
+            "legacy" if !solid::hides_from_its_middle(path, scale) => return,
+            "legacy" => {
+                "counts what is hidden from the middle of its surface more than once (`inertia` is \"legacy\")".into()
+            }
+            other => format!("takes another volume (`inertia` is \"{other}\")"),
+        };
+        self.left_out(format!("mass of mesh `{name}`: that of the volume it encloses, where MuJoCo {said}"));
+    }
+
+    /// Whether the mass of a body follows from its shapes.
+    fn takes_mass_of_shapes(&self, shape: Node<'a, 'i>) -> bool {
+        let body = shape.ancestors().find(|above| above.has_tag_name("body"));
+        let given = body.is_some_and(|body| children(body).any(|child| child.has_tag_name("inertial")));
+        body.is_some() && (!given || self.compiler.from_shapes == Some(true))
+    }
+
     /// Reports a shape whose mass is not known, if its body has no other.
     fn mass_is_needed(&mut self, node: Node<'a, 'i>, reason: &str) {
-        let body = node.ancestors().find(|above| above.has_tag_name("body"));
-        let given = body.is_some_and(|body| children(body).any(|child| child.has_tag_name("inertial")));
-        if body.is_some() && (!given || self.compiler.from_shapes == Some(true)) {
+        if self.takes_mass_of_shapes(node) {
             let message = format!("the mass of this shape is not known: {reason}");
             self.found.error(head(&node), message, "give the body an <inertial>");
         }
