@@ -305,3 +305,45 @@ fn what_only_a_run_can_tell_is_refused_by_name() {
     let message = refused(&session, &[("pivot.angle", &|t| [t * t, 2.0 * t, 2.0])], &["torque"], &[0.0, 0.1]);
     assert!(message.contains("the actuator `torque` acts by way of a state"), "{message}");
 }
+
+/// The lift of a roller on an oval cam stops four times in a turn, where the place of the contact is a quarter turn on from zero: at zero,
+/// an internal unknown has no size of its own.
+#[test]
+fn the_whole_motion_of_a_cam_has_the_dead_points_of_its_profile() {
+    for (size, direction) in [(1.0, [0.0, 0.0, 1.0]), (1e-3, [0.3, -0.5, 0.8]), (200.0, [-0.7, 0.1, 0.2])] {
+        // Axes of the plane from its normal.
+        let z = nalgebra::Vector3::from(direction).normalize();
+        let x = z.cross(&nalgebra::Vector3::x()).normalize();
+        let y = z.cross(&x);
+        let list = |v: nalgebra::Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
+        let frame = format!("axis = {}, x_axis = {}", list(z), list(x));
+        let scene = format!(
+            "[plugins]\nlibraries = [\"joints\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+             [[body]]\nname = \"cam\"\nmass = 1\ninertia = [1, 1, 1]\n\
+             [[body]]\nname = \"roller\"\nmass = 1\ninertia = [1, 1, 1]\nposition = {}\n\
+             [[joint]]\nname = \"shaft\"\ntype = \"revolute\"\nbodies = [\"ground\", \"cam\"]\naxis = {}\n\
+             [[joint]]\nname = \"slide\"\ntype = \"translational\"\nbodies = [\"ground\", \"roller\"]\naxis = {}\n\
+             [[joint]]\nname = \"contact\"\ntype = \"profile-contact\"\nbodies = [\"cam\", \"roller\"]\n\
+             frames = [{{ {frame} }}, {{ {frame} }}]\n\
+             params = {{ radius = \"{:?} + {:?} * cos(2 * phi)\", roller_radius = {:?}, start = 1.5707963 }}\n\
+             [[output]]\nname = \"lift\"\nquantity = \"coordinate\"\nof = \"slide\"\n",
+            list(y * (0.43 * size)),
+            list(z),
+            list(y),
+            0.4 * size,
+            0.02 * size,
+            0.05 * size
+        );
+        let session = open_text(&scene, &[]);
+        let drive = Drive::read(&session, "shaft.angle").unwrap();
+        let found = kinematics(&session, &drive, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+        assert!(found.closed, "{size}: {:?}", found.notes);
+        let lifts: Vec<f64> = found.dead_points.iter().map(|dead| dead.values[0] / size).collect();
+        assert_eq!(lifts.len(), 4, "{size}: {lifts:?}");
+        for lift in lifts {
+            assert!(lift.abs().min((lift - 0.04).abs()) < 1e-12, "{size}: {lift}");
+        }
+        let [low, high] = found.extents[0].values;
+        assert!((high - low - 0.04 * size).abs() < 1e-12 * size, "{size}: from {low} to {high}");
+    }
+}

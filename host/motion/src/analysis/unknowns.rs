@@ -16,6 +16,10 @@ const FOUND: f64 = 1e-13;
 const ROUND_OFF: f64 = 1e-8;
 /// Pivots below this share of their row make a matrix singular.
 const SINGULAR: f64 = 1e-14;
+/// What is left of conditions that cannot become smaller is round-off up to so many times what the last digits of the inputs change ...
+const NOISE: f64 = 8.0;
+/// ... in so many trials.
+const TRIALS: u64 = 4;
 /// How often rows and columns of a matrix are brought to one size, in turns.
 const BALANCINGS: usize = 2;
 /// How often elements that take signals from each other are solved in turns.
@@ -133,12 +137,35 @@ impl Own {
                 }
                 factor *= 0.5;
                 if factor < SHORTEST {
+                    inputs[at.clone()].copy_from_slice(&start);
+                    if self.is_round_off(inputs, sets, &found[..n])? {
+                        return Ok(());
+                    }
                     let k = (0..n).max_by(|a, b| found[*a].abs().total_cmp(&found[*b].abs())).unwrap_or(0);
                     return Err(Stop::At(k, "no solution was found from the starting guess"));
                 }
             }
         }
         Err(Stop::At(0, "no solution was found from the starting guess"))
+    }
+
+    /// Whether conditions are no larger than what the last digits of the inputs make of them: an unknown that is zero has no size of
+    /// its own to judge its steps by.
+    fn is_round_off(&mut self, inputs: &[f64], sets: &Sets, left: &[f64]) -> Result<bool, Stop> {
+        let mut noise = vec![0.0_f64; left.len()];
+        let mut digits = 0_u64;
+        for _ in 0..TRIALS {
+            let mut near = || {
+                digits = digits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                if digits >> 63 == 0 { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON }
+            };
+            let moved: Vec<f64> = inputs.iter().map(|x| x * near()).collect();
+            let found = self.conditions.run(&moved, sets).map_err(Stop::Analysis)?;
+            for ((noise, found), left) in noise.iter_mut().zip(found).zip(left) {
+                *noise = noise.max((found - left).abs());
+            }
+        }
+        Ok(left.iter().zip(&noise).all(|(left, noise)| left.abs() <= NOISE * noise))
     }
 }
 
