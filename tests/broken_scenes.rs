@@ -386,3 +386,22 @@ fn ends_before_the_end_have_their_exit_codes() {
     assert_eq!(exit_of(&["simulation.audit_tolerance=1e-300"]).exit_code(), Exit::Audit as i32);
     assert_eq!(exit_of(&[]).exit_code(), 0);
 }
+
+/// A run that cannot begin does not leave a folder in which it seems to run for ever.
+#[test]
+fn a_run_that_does_not_begin_has_failed() {
+    let scratch = Scratch::new();
+    let scene = scratch.file(
+        "sunk.toml",
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+         [[body]]\nname = \"ball\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [0, 0, 0.1]\n\
+         [[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ball\"]\nparams.radius = 0.2\n\
+         frames = [{}, {}]\n",
+    );
+    let out = scratch.path().join("out");
+    let session = Session::open(&scene, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
+    let error = session.run(Some(&out), Box::new(|_| ()), &Default::default()).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("on the wrong side"), "{error}");
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"status\": \"failed\"") && summary.contains("\"code\": \"ODY0501\""), "{summary}");
+}

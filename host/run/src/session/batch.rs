@@ -11,7 +11,7 @@ use super::keeper::Keeper;
 use super::leg::{Leg, Told};
 use super::opened::Session;
 use super::outcome::RunReport;
-use crate::results::Status;
+use crate::results::{SUMMARY_FILE, Status, Summary};
 
 impl Session {
     /// Runs the scene. With a folder, results are written there as they come; `progress` receives the share done; `stop`
@@ -50,7 +50,7 @@ impl Session {
             let carried = keeper.as_ref().and_then(|keeper| keeper.point.carried.clone());
             let leg = Leg { to, first_sample: samplings.taken.len(), carried };
             let told = Told { samplings: &mut samplings, span, progress: &mut progress, stop };
-            let mut end = crew.go(leg, base.clone(), since, told)?;
+            let mut end = crew.go(leg, base.clone(), since, told).map_err(|error| not_begun(error, &base, folder))?;
             let Some(keeper) = &mut keeper else { break end };
             keeper.point.work.add(&mut end.summary);
             if end.summary.status != Status::Completed || to == span[1] {
@@ -58,8 +58,7 @@ impl Session {
             }
             keeper.point.work.wall_time_s = before + started.elapsed().as_secs_f64();
             if let Err((code, error)) = keeper.keep(&mut end, &mut samplings) {
-                end.summary.status = Status::Failed;
-                end.summary.reason = error.diagnostics.first().map(|first| first.message.clone()).unwrap_or_default();
+                fail(&mut end.summary, &error);
                 end.summary.code = Some(code);
                 end.failed = Some(error);
                 break end;
@@ -89,4 +88,22 @@ impl Session {
         judged.and(closed).map_err(|error| session.files_error(&error))?;
         Ok(samplings.report(end.summary, checks))
     }
+}
+
+fn fail(summary: &mut Summary, error: &SessionError) {
+    let first = error.diagnostics.first();
+    summary.status = Status::Failed;
+    summary.reason = first.map(|first| first.message.clone()).unwrap_or_default();
+    summary.code = first.map(|first| first.code);
+}
+
+/// Ends the summary in the folder of a run that does not begin: it would count as running for ever.
+fn not_begun(error: SessionError, summary: &Summary, folder: Option<&Path>) -> SessionError {
+    if let Some(folder) = folder {
+        let mut summary = summary.clone();
+        fail(&mut summary, &error);
+        // That this file cannot be written, too, is less than why the run does not begin.
+        let _ = summary.write(&folder.join(SUMMARY_FILE));
+    }
+    error
 }
