@@ -12,7 +12,7 @@
 //! together with the accelerations (Smith, IEEE Transactions on Automatic Control 47, 2002).
 //!
 //! With `guided`, n is the z axis of frame i, along which a joint guides p_j, and l = n . (p_j - p_i) may pass through zero: for the
-//! coordinate of a slide.
+//! coordinate of a slide. The points need not lie on one line along n.
 //!
 //! ## Signs
 //! The quantity `force` at frame j is what the inerter does to body j: against l''. Channels are the distance, its rate, and T.
@@ -105,8 +105,8 @@ impl Inerter {
         let (i, j) = (&at.frames()[0], &at.frames()[1]);
         let (d, velocity) = (j.position - i.position, at.relative_velocity(0, 1));
         if self.guided {
-            // What frame i turns adds nothing, since d is along z.
-            return (d.dot(&i.z()), velocity.dot(&i.z()));
+            let carried = at.twists[0].angular_velocity.cross(&d);
+            return (d.dot(&i.z()), (velocity - carried).dot(&i.z()));
         }
         let length = d.dot(&d).sqrt();
         (length, d.dot(&velocity) / length)

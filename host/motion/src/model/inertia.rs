@@ -6,6 +6,8 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 use super::types::{Body, Instance, Lent, Marker, rotation};
 
+/// Share of the distance of frames up to which an arm is round-off.
+const NO_ARM: f64 = 1e-14;
 /// Share of the largest by which an eigenvalue of a matrix with ones on its diagonal may be negative, or is none.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -15,11 +17,13 @@ const ROUND_OFF: f64 = 1e-9;
 /// # Errors
 /// In words.
 pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Result<(), String> {
-    let Some(mut mass) = mass_matrix(recording, markers, bodies) else { return Ok(()) };
+    let frames = poses(markers, bodies);
+    let Some(mut mass) = mass_at(recording, &frames, &recording.initial_states) else { return Ok(()) };
     let (flexible, n) = (recording.flexible(), mass.nrows());
     if mass.iter().any(|entry| !entry.is_finite()) {
         return Err("its kinetic energy has no value where the bodies are".into());
     }
+    drop_round_off(&mut mass, &frames);
     // In units in which each entry of the diagonal is one.
     let scale: Vec<f64> = (0..n).map(|k| mass[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
     for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
@@ -37,10 +41,30 @@ pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) 
     Ok(())
 }
 
+/// Turns take no part whose inertia is that of the largest mass on an arm which is round-off: terms that cancel leave that much, and
+/// it has any sign.
+fn drop_round_off(mass: &mut DMatrix<f64>, frames: &[FramePose]) {
+    let distances = frames.iter().flat_map(|(a, _)| frames.iter().map(move |(b, _)| (a - b).norm()));
+    let arm = NO_ARM * distances.fold(0.0, f64::max);
+    let of_frame = |k: usize| 6 * k..6 * k + 3;
+    let moved = (0..frames.len()).flat_map(of_frame).map(|k| mass[(k, k)].abs()).fold(0.0, f64::max);
+    for turn in (0..frames.len()).flat_map(of_frame).map(|k| k + 3) {
+        if mass[(turn, turn)].abs() <= moved * arm * arm {
+            mass.row_mut(turn).fill(0.0);
+            mass.column_mut(turn).fill(0.0);
+        }
+    }
+}
+
 /// The mass matrix of a recording's kinetic energy where the bodies are given: six velocities of each frame, ground axes, then those of
 /// flexible coordinates.
 fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Option<DMatrix<f64>> {
-    let frames: Vec<FramePose> = markers
+    mass_at(recording, &poses(markers, bodies), &recording.initial_states)
+}
+
+/// Where frames are when the bodies are where they are given.
+fn poses(markers: &[Marker], bodies: &[Body]) -> Vec<FramePose> {
+    markers
         .iter()
         .map(|marker| match marker.body {
             None => (marker.position, marker.rotation),
@@ -49,8 +73,7 @@ fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Op
                 (bodies[body].position + turn * marker.position, turn * marker.rotation)
             }
         })
-        .collect();
-    mass_at(recording, &frames, &recording.initial_states)
+        .collect()
 }
 
 /// Position and rotation of a frame.

@@ -13,7 +13,7 @@ use crate::rotational_inerter::RotationalInerter;
 fn an_inerter_fulfils_the_contract() {
     let options = testkit::Options { anywhere: Some(&two_frames_anywhere), ..testkit::Options::default() };
     testkit::examine_force_with::<Inerter>("inertance = 3.0", &options).assert_sound();
-    testkit::check_force::<Inerter>("inertance = 3.0\nguided = true");
+    testkit::examine_force_with::<Inerter>("inertance = 3.0\nguided = true", &options).assert_sound();
 }
 
 #[test]
