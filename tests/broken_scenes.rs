@@ -356,6 +356,29 @@ fn positions_that_are_a_little_off_are_a_warning() {
     insta::assert_snapshot!("position", stable(&render(&session.warnings, &session.scene.source, false), &written));
 }
 
+/// Frames with axes alone are turned about these in some way: where that turns bodies, the warning names the key.
+#[test]
+fn x_axes_that_are_left_out_are_named_where_they_turn_bodies() {
+    let joint = "type = \"constant-velocity\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxes = [[0, 0, 1], [0.36, 0.48, 0.8]]";
+    let text = SOUND
+        .replace("type = \"revolute\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]", joint)
+        .replace(
+            "\"coordinate\"\nof = \"pivot\"\nchannel = \"angle\"",
+            "\"position\"\nof = \"rod\"\ncomponent = \"x\"",
+        );
+    let warnings_of = |text: &str| {
+        let scratch = Scratch::new();
+        let scene = scratch.file("scene.toml", text);
+        Session::open(&scene, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}")).warnings
+    };
+    let found = warnings_of(&text);
+    assert_eq!(found.iter().map(|warning| warning.code).collect::<Vec<_>>(), [codes::ASSEMBLY_JUMP]);
+    assert!(found[0].help.iter().any(|help| help.starts_with("`pivot` has `axes` without `x_axes`")), "{found:?}");
+    // The second frame is the first one, turned about an axis across both shafts.
+    let fitting = text.replace("0.48, 0.8]]", "0.48, 0.8]]\nx_axes = [[1, 0, 0], [0.928, -0.096, -0.36]]");
+    assert!(warnings_of(&fitting).is_empty());
+}
+
 /// Results up to the failure of an element are complete rows, and the summary says what happened.
 #[test]
 fn a_panic_while_running_leaves_valid_results() {

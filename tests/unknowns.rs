@@ -253,3 +253,72 @@ fn a_roller_that_jumps_off_a_cam_lands_on_its_next_lobe() {
         stays_outside(&text, 0.02, &above, |x, y| turned(-x, -y));
     }
 }
+
+/// A rigid body that swings about a spherical joint, with a hydraulic damper whose first end is at its centre: the damper keeps its
+/// length.
+fn rigid_damper(passages: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+gravity = [1, -9.81, 0.3]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "body"
+mass = 1
+inertia = [1, 1.3, 1.7]
+position = [0.5, 0.1, 0.2]
+angular_velocity = [1, 2, 0.4]
+[[joint]]
+name = "pivot"
+type = "spherical"
+bodies = ["ground", "body"]
+point = [0.1, 0.3, -0.7]
+[[force]]
+name = "damper"
+type = "hydraulic-damper"
+bodies = ["ground", "body"]
+points = [[0.1, 0.3, -0.7], [0.55, 0.23, 0.1]]
+{passages}
+[[output]]
+name = "flow"
+quantity = "value"
+of = "damper"
+channel = "flow_1"
+[[output]]
+name = "x"
+quantity = "position"
+of = "body"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "body"
+component = "y"
+"#
+    )
+}
+
+#[test]
+fn nothing_flows_in_a_damper_that_keeps_its_length() {
+    let passages = [
+        "params.area = 1\nparams.laminar_1 = 1\nparams.turbulent_1 = 4\nparams.laminar_2 = 2",
+        "params.area = 1\nparams.turbulent_1 = 4\nparams.laminar_2 = 2",
+        "params.area = 1e-3\nparams.turbulent_1 = 4e12\nparams.laminar_2 = 1e10",
+    ];
+    let text = rigid_damper(passages[0]);
+    let free = text.replace("params.area = 1\n", "params.area = 1e-9\n");
+    let reference = try_run(&free, &["simulation.tolerance=1e-10"]).unwrap();
+    for passages in passages {
+        for set in ["dop853", "dopri5", "auto"].map(|method| format!("simulation.method=\"{method}\"")) {
+            for formulation in ["cartesian", "joint"] {
+                let sets = [&set, &format!("simulation.formulation=\"{formulation}\""), "simulation.max_steps=20000"];
+                let what = format!("{set} {formulation} {passages}");
+                let run = try_run(&rigid_damper(passages), &sets).unwrap_or_else(|error| panic!("{what}: {error}"));
+                agree(&reference, &run, 1e-6, &what);
+            }
+        }
+    }
+}

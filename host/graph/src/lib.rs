@@ -77,7 +77,7 @@ pub use ranges::Ranges;
 pub use rewrite::Rewriting;
 pub use series::Series;
 pub use shared::SharedCode;
-pub use solved::Solved;
+pub use solved::{Solved, largest_solution};
 pub use structures::Structures;
 pub use tangent::Tangents;
 pub use tape::{Program, Sets, Used, Workspace};

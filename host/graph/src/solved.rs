@@ -62,6 +62,22 @@ impl Graph {
     }
 }
 
+/// How large x of A x = b may be for any b whose entries have these magnitudes; A row after row.
+pub fn largest_solution(g: &mut Graph, matrix: &[Node], sizes: &[Node]) -> Vec<Node> {
+    let [zero, one] = [0.0, 1.0].map(|value| g.constant(value));
+    let mut largest = vec![zero; sizes.len()];
+    for (row, size) in sizes.iter().enumerate() {
+        let mut unit = vec![zero; sizes.len()];
+        unit[row] = one;
+        for (sum, entry) in largest.iter_mut().zip(solution(g, matrix, &unit)) {
+            let entry = g.abs(entry);
+            let part = g.mul(entry, *size);
+            *sum = g.add(*sum, part);
+        }
+    }
+    largest
+}
+
 /// Derivatives of nodes along variables, row after row.
 fn slopes(g: &mut Graph, values: &[Node], variables: &[Node]) -> Vec<Node> {
     let one = g.constant(1.0);

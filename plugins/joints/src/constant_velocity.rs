@@ -23,6 +23,10 @@
 //!
 //! ## Singular cases
 //!
+//! The row compares how the frames are turned about their shafts: frame `j` has to be frame `i`, turned about an axis across both.
+//! Of frames placed by `axes` give `x_axes`, too, as in the example; x axes that are left out are near that of ground, which are
+//! other ones in general, and assembly turns the shafts until they fit.
+//!
 //! At a bend of 180 deg (z_j = -z_i), where the row also has a second solution e_0 = 0. No real joint bends that far.
 //!
 //! ## Example

@@ -3,7 +3,7 @@
 //! A state that follows an acceleration, a reaction or a coordinate which is zero but for round-off is round-off itself. How much
 //! of a rate is round-off does not show in its value, but in the terms that cancel in it.
 
-use odyn_graph::{Below, Expr, Graph, Node, Rewriting, Seeds, derivatives_among, magnitudes};
+use odyn_graph::{Below, Expr, Graph, Node, Rewriting, Seeds, derivatives_among, largest_solution, magnitudes};
 use rustc_hash::FxHashMap;
 
 use super::equations::Equations;
@@ -15,6 +15,7 @@ pub struct RateSizes {
     /// The operations.
     pub graph: Graph,
     /// Per state the sum of the magnitudes of the terms of its rate; then per state how fast it runs by itself and with others, 1/s.
+    /// Both are zero for internal unknowns, which conditions give: then per state what its value is made of by these, zero for others.
     pub nodes: Vec<Node>,
 }
 
@@ -32,7 +33,11 @@ impl RateSizes {
         let mut graph = Graph::default();
         let g = &mut graph;
         let mut rewriting = Rewriting::new(&equations.graph, g, FxHashMap::default());
-        let rates = rewriting.carry_all(g, &equations.state_rates);
+        let zero = g.constant(0.0);
+        let is_solved = |state: usize| equations.graph.unknown_at(layout.state_slot() + state).is_some();
+        let rates = equations.state_rates.iter().enumerate();
+        let rates: Vec<Node> =
+            rates.map(|(state, rate)| if is_solved(state) { zero } else { rewriting.carry(g, *rate) }).collect();
         let mut sizes = sizes_of_motion(g, layout);
         // Directions are known to round-off of 1, whatever they are computed from.
         let directions = equations.bodies.iter().flat_map(|body| body.a.iter().flatten());
@@ -43,12 +48,14 @@ impl RateSizes {
                 sizes.insert(direction, one);
             }
         }
+        let values = sizes_of_unknowns(g, equations, &mut rewriting, layout, &mut sizes);
         let solved = solved_inputs(g, &rates, layout);
         if !solved.is_empty() {
             sizes.extend(Terms { equations, model, layout, g, rewriting }.sizes_of(&solved));
         }
         let mut nodes = magnitudes(g, &rates, &sizes);
         nodes.extend(paces(g, &rates, layout));
+        nodes.extend(values);
         Self { graph, nodes }
     }
 }
@@ -94,6 +101,28 @@ fn sizes_of_motion(g: &mut Graph, layout: &Layout) -> FxHashMap<Node, Node> {
         sizes.insert(g.input(layout.state_slot() + k), g.input(given + k));
     }
     sizes
+}
+
+/// Internal unknowns are as large as the terms of their conditions make them; entered among `sizes`, and given per state.
+fn sizes_of_unknowns(
+    g: &mut Graph,
+    equations: &Equations,
+    rewriting: &mut Rewriting<'_>,
+    layout: &Layout,
+    sizes: &mut FxHashMap<Node, Node>,
+) -> Vec<Node> {
+    let mut values = vec![g.constant(0.0); layout.states];
+    for solved in &equations.graph.solved {
+        let at_carried = rewriting.carry_all(g, &solved.at_carried);
+        let (conditions, matrix) = at_carried.split_at(solved.unknowns.len());
+        let terms = magnitudes(g, conditions, sizes);
+        let found = largest_solution(g, matrix, &terms);
+        for (k, (unknown, size)) in solved.unknowns.iter().zip(found).enumerate() {
+            sizes.insert(rewriting.carry(g, *unknown), size);
+            values[solved.slot - layout.state_slot() + k] = size;
+        }
+    }
+    values
 }
 
 fn norm(g: &mut Graph, nodes: &[Node]) -> Node {

@@ -381,6 +381,10 @@ impl Events {
         let gap = (share - 1.0) * h;
         let left = (0.5 * self.reach).max(DOUBT * (share - 1.0));
         let end = t + (1.0 - left) * gap;
+        if end - t < run.smallest_step() {
+            // As near as time can tell: the next step goes across.
+            return Ok(Next::Resumed(pending.resume));
+        }
         self.pending = Some(Pending { until: t + 1.5 * gap, tries: pending.tries + 1, ..pending });
         Ok(Next::EndAt(end))
     }

@@ -6,6 +6,9 @@ use super::StopReason;
 use super::fill::Fill;
 use super::run::{Run, Trouble, all_finite};
 
+/// Change of a rate, as a share of its size, over the step of a difference from which on it may be a jump.
+const JUMP: f64 = 1e-3;
+
 /// A matrix by columns; entries that are zero are left out.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Columns {
@@ -64,6 +67,7 @@ pub(super) struct Jacobian {
     pub(super) fill_is_new: bool,
     argument: Vec<f64>,
     rates: Vec<f64>,
+    beyond: Vec<f64>,
 }
 
 impl Jacobian {
@@ -72,7 +76,7 @@ impl Jacobian {
         self.matrix.clear(n);
         self.fill.resize(n);
         self.fill_is_new = true;
-        for work in [&mut self.argument, &mut self.rates] {
+        for work in [&mut self.argument, &mut self.rates, &mut self.beyond] {
             work.clear();
             work.resize(n, 0.0);
         }
@@ -87,22 +91,10 @@ impl Jacobian {
     /// `f_y` at the accepted state `y`, where `f` is `start`: the system's own, or differences of its right side.
     pub(super) fn take(&mut self, run: &mut Run<'_>, y: &[f64], start: &[f64]) -> Result<(), Trouble> {
         run.counters.jacobians += 1;
-        let Self { matrix, argument, rates, .. } = self;
-        matrix.clear(y.len());
-        if !run.jacobian(run.t, y, &mut |row, column, value| matrix.put(row, column, value))? {
-            matrix.clear(y.len());
-            argument.copy_from_slice(y);
-            for (j, value) in y.iter().enumerate() {
-                // Along the motion: away from a switch that was just passed.
-                let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt().copysign(start[j]);
-                argument[j] = value + step;
-                let step = argument[j] - value;
-                run.rhs(run.t, argument, rates, step.abs())?;
-                argument[j] = *value;
-                for (row, (rate, start)) in rates.iter().zip(start).enumerate() {
-                    matrix.put(row, j, (rate - start) / step);
-                }
-            }
+        self.matrix.clear(y.len());
+        if !run.jacobian(run.t, y, &mut |row, column, value| self.matrix.put(row, column, value))? {
+            self.matrix.clear(y.len());
+            self.differences(run, y, start)?;
         }
         if !self.matrix.is_finite() {
             return Err(Trouble::Retry(StopReason::NotFinite { step: 0.0 }));
@@ -110,4 +102,37 @@ impl Jacobian {
         self.fill_is_new |= self.fill.take(&self.matrix);
         Ok(())
     }
+
+    /// By differences of the right side, column by column.
+    fn differences(&mut self, run: &mut Run<'_>, y: &[f64], start: &[f64]) -> Result<(), Trouble> {
+        let Self { matrix, argument, rates, beyond, .. } = self;
+        argument.copy_from_slice(y);
+        for (j, value) in y.iter().enumerate() {
+            // Along the motion: away from a switch that was just passed.
+            let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt().copysign(start[j]);
+            argument[j] = value + step;
+            let step = argument[j] - value;
+            run.rhs(run.t, argument, rates, step.abs())?;
+            // Beyond a switch that is nearer than that: the derivative on its other side.
+            let mut jumps = run.system.conditions() > 0 && start.iter().zip(&*rates).any(is_jump);
+            if jumps {
+                argument[j] = value + 2.0 * step;
+                run.rhs(run.t, argument, beyond, step.abs())?;
+                let mut rows = start.iter().zip(&*rates).zip(&*beyond);
+                jumps =
+                    rows.any(|((from, to), then)| is_jump((from, to)) && 2.0 * (then - to).abs() < (to - from).abs());
+            }
+            argument[j] = *value;
+            for row in 0..y.len() {
+                let change = if jumps { beyond[row] - rates[row] } else { rates[row] - start[row] };
+                matrix.put(row, j, change / step);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a rate changes by so much over the step of a difference that it may have jumped.
+fn is_jump((from, to): (&f64, &f64)) -> bool {
+    (to - from).abs() > JUMP * (from.abs() + to.abs())
 }

@@ -2,15 +2,17 @@
 
 use super::error::SessionError;
 use super::options::tolerance;
-use crate::analysis::{Assembly, AssemblyError, Gap};
+use crate::analysis::{Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
 use crate::plan::{Plan, Undetermined};
 use crate::results::significant;
-use crate::scene::{Dimension, Scene};
+use crate::scene::{Dimension, ElementKind, ElementRecord, Placement, Scene};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
+/// Rotations by assembly below this are round-off, rad.
+const LEAST_TURN: f64 = 1e-9;
 /// Joints that are named where they contradict each other.
 const MOST_JOINTS: usize = 12;
 
@@ -118,6 +120,12 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             significant(moved.angle.to_degrees(), 4)
         );
         let span = place_of_body(scene, &moved.body);
+        let hint = placed_by_axes_alone(scene, moved).map(|joint| {
+            format!(
+                "`{joint}` has `axes` without `x_axes`: how its frames are turned about these follows from ground's x axis; \
+                 give `x_axes` that fit the bodies as they are"
+            )
+        });
         if share > LARGEST_JUMP {
             let diagnostic = Diagnostic::error(
                 codes::ASSEMBLY_JUMP,
@@ -127,12 +135,10 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             .help(
                 "give positions and orientations nearer to an assembled state, or correct the joint that pulls it away",
             );
-            return Err(SessionError::one(&scene.source, diagnostic));
+            return Err(SessionError::one(&scene.source, diagnostic.help_if(hint)));
         }
-        warnings.push(
-            Diagnostic::warning(codes::ASSEMBLY_JUMP, format!("`{}` was not where its joints need it", moved.body))
-                .at(span, text),
-        );
+        let message = format!("`{}` was not where its joints need it", moved.body);
+        warnings.push(Diagnostic::warning(codes::ASSEMBLY_JUMP, message).at(span, text).help_if(hint));
     }
     for miss in &assembly.velocity_misses {
         let (what, dimension) = match miss.angular {
@@ -150,6 +156,20 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
         );
     }
     Ok(warnings)
+}
+
+/// The first joint of a body that was turned whose frames have axes in several directions and no x axes.
+fn placed_by_axes_alone<'a>(scene: &'a Scene, moved: &Move) -> Option<&'a str> {
+    if moved.angle < LEAST_TURN {
+        return None;
+    }
+    let is_so = |record: &&ElementRecord| match &record.placement.value {
+        Placement::Global { axes, x_axes, .. } => x_axes.is_empty() && axes.iter().any(|axis| *axis != axes[0]),
+        _ => false,
+    };
+    let joints = scene.elements.iter().filter(|record| record.kind == ElementKind::Joint).filter(is_so);
+    let mut own = joints.filter(|record| record.bodies.value.iter().any(|body| body.value == moved.body));
+    own.next().map(|record| record.name.value.as_str())
 }
 
 /// The body furthest from the origin, if its position is known less exactly than the tolerance asks for.

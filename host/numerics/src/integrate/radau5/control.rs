@@ -175,6 +175,7 @@ impl Control {
         self.polynomial_of = None;
         self.last = None;
         self.last_estimate = None;
+        self.convergence = 1.0;
     }
 
     /// The iterations failed; where the Jacobian is one of another state, a new one is taken.

@@ -59,6 +59,34 @@ fn every_method_ends_steps_at_a_switch() {
     }
 }
 
+/// Two of them, and their positions.
+fn twins(t: f64, y: &[f64], dy: &mut [f64]) {
+    let (first, second) = dy.split_at_mut(2);
+    relay(t, &y[..2], first);
+    relay(t, &y[2..], second);
+}
+
+fn positions(_t: f64, y: &[f64], values: &mut [f64]) {
+    values.copy_from_slice(&[y[0], y[2]]);
+}
+
+#[test]
+fn switches_as_near_to_each_other_as_round_off_are_crossed() {
+    for (name, bound) in [("dop853", 1e-8), ("dopri5", 1e-7), ("radau5", 1e-6), ("radau9", 1e-6), ("auto", 1e-8)] {
+        for apart in [0.0, 1e-16, 3e-15, 1e-14, 3e-14, 1e-13, 3e-13, 1e-12, 1e-11, 1e-9] {
+            let mut system = Probe::new(twins, 4, 1e-10);
+            system.switching = Some((2, positions as Rhs));
+            let mut y = vec![0.0, 1.0, apart, 1.0];
+            let span = Span { t_start: 0.0, t_end: 10.3, sample_times: &[] };
+            let options = Options { max_steps: 20_000, ..Options::default() };
+            let outcome = by_name(name).unwrap().integrate(&mut system, &mut y, &span, &options).unwrap();
+            assert!(matches!(outcome.status, Status::Completed), "{name}, {apart:e}: {:?}", outcome.status);
+            let error = distance(&y[..2], &relay_solution(10.3)).max(distance(&y[2..], &y[..2]) - 100.0 * apart);
+            assert!(error < bound, "{name}, {apart:e}: {error:e}");
+        }
+    }
+}
+
 #[test]
 fn locating_a_jump_takes_a_fraction_of_the_steps_across_it() {
     let (error, counters) = relay_run(&mut dop853(), 1e-10, true);

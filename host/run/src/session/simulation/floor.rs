@@ -2,7 +2,8 @@
 //!
 //! The rate of a state is known to round-off of the sum F of the magnitudes of its terms. No step of size h makes the state better
 //! known than to `ROUND_OFF F h`, or to `ROUND_OFF F / w` where it forgets at the pace w what was longer ago. A state that is less
-//! than this follows what is zero but for round-off, and there is nothing to resolve in it.
+//! than this follows what is zero but for round-off, and there is nothing to resolve in it. An internal unknown is found at every
+//! instant, to round-off of the terms of its conditions whatever the step.
 
 use crate::analysis::{AnalysisError, Evaluator, Formulation, Scales};
 use crate::model::Model;
@@ -143,12 +144,13 @@ impl Floor {
         self.inputs[given..given + self.layout.states].iter_mut().for_each(|state| *state = state.abs());
         for _ in 0..ROUNDS {
             let found = evaluator.run(&self.inputs, formulation.sets())?;
-            let (sizes, paces) = found.split_at(self.layout.states);
+            let (sizes, rest) = found.split_at(self.layout.states);
+            let (paces, values) = rest.split_at(self.layout.states);
             let mut grows = false;
-            for (k, (size, pace)) in sizes.iter().zip(paces).enumerate() {
-                let made = size * self.h / (1.0 + pace * self.h);
-                let made = if made.is_finite() { made } else { 0.0 };
-                self.errors[k] = ROUND_OFF * made;
+            for (k, ((size, pace), value)) in sizes.iter().zip(paces).zip(values).enumerate() {
+                let [made, value] = [size * self.h / (1.0 + pace * self.h), *value]
+                    .map(|size| if size.is_finite() { size } else { 0.0 });
+                self.errors[k] = ROUND_OFF * (made + value);
                 let state = &mut self.inputs[given + k];
                 grows |= made > GROWTH * *state;
                 *state = state.max(made);
