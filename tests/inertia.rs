@@ -60,6 +60,36 @@ fn an_axis_that_is_nearly_that_of_the_ground_is_an_axis() {
     }
 }
 
+/// A slide that turns about the ground, with a guided inerter along it: off the line of its points or on it, where it is the same.
+#[test]
+fn a_guided_inerter_follows_its_slide_wherever_its_points_are() {
+    let scene = |i: &str, j: &str| {
+        format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 1\noutput_step = 0.1\n\
+             [[body]]\nname = \"arm\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\nangular_velocity = [0, 0, 3]\n\
+             [[body]]\nname = \"slider\"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\nangular_velocity = [0, 0, 3]\n\
+             [[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"arm\"]\naxis = [0, 0, 1]\n\
+             [[joint]]\nname = \"slide\"\ntype = \"translational\"\nbodies = [\"arm\", \"slider\"]\naxis = [1, 0, 0]\n\
+             [[force]]\nname = \"rotor\"\ntype = \"inerter\"\nbodies = [\"arm\", \"slider\"]\n\
+             frames = [{{ position = {i}, axis = [1, 0, 0] }}, {{ position = {j}, axis = [1, 0, 0] }}]\n\
+             params = {{ inertance = 5, guided = true }}\n\
+             [[output]]\nname = \"s\"\nquantity = \"coordinate\"\nof = \"slide\"\n"
+        )
+    };
+    let along = column(&try_text(&scene("[0, 0, 0]", "[0, 0, 0]"), &[]).unwrap(), "s").to_vec();
+    assert!(along.iter().any(|s| s.abs() > 0.1), "{along:?}");
+    for (i, j) in [("[0.1, 0, 0]", "[-0.3, 0, 0]"), ("[0, 0.7, 0]", "[0.2, -0.4, 0.3]"), ("[0.5, 0, 0.2]", "[0, 2, 0]")]
+    {
+        for formulation in ["cartesian", "joint"] {
+            let sets = [&*format!("simulation.formulation=\"{formulation}\"")];
+            let found = column(&try_text(&scene(i, j), &sets).unwrap(), "s").to_vec();
+            for (here, there) in along.iter().zip(found) {
+                assert!((here - there).abs() < 1e-8, "{i} {j} {formulation}: {here} {there}");
+            }
+        }
+    }
+}
+
 /// What the scenes here read.
 pub(crate) fn write_files(scratch: &Scratch) {
     std::fs::write(scratch.path().join("beam.csv"), craig_bampton::lines(&BEAM, MODES)).unwrap();

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 use super::types::{Body, Instance, Lent, Marker, rotation};
 
-/// Share of the distance of frames up to which an arm is round-off.
+/// Share of the coordinates of frames up to which an arm is round-off.
 const NO_ARM: f64 = 1e-14;
 /// Share of the largest by which an eigenvalue of a matrix with ones on its diagonal may be negative, or is none.
 const ROUND_OFF: f64 = 1e-9;
@@ -44,8 +44,7 @@ pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) 
 /// Turns take no part whose inertia is that of the largest mass on an arm which is round-off: terms that cancel leave that much, and
 /// it has any sign.
 fn drop_round_off(mass: &mut DMatrix<f64>, frames: &[FramePose]) {
-    let distances = frames.iter().flat_map(|(a, _)| frames.iter().map(move |(b, _)| (a - b).norm()));
-    let arm = NO_ARM * distances.fold(0.0, f64::max);
+    let arm = NO_ARM * frames.iter().map(|(position, _)| position.norm()).fold(0.0, f64::max);
     let of_frame = |k: usize| 6 * k..6 * k + 3;
     let moved = (0..frames.len()).flat_map(of_frame).map(|k| mass[(k, k)].abs()).fold(0.0, f64::max);
     for turn in (0..frames.len()).flat_map(of_frame).map(|k| k + 3) {
