@@ -169,7 +169,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         if node.attribute("gravcomp").is_some_and(|word| word != "0") {
             self.left_out(format!("body `{name}`: compensation of gravity"));
         }
-        let pose = frame * self.pose(&Of::alone(node));
+        let own = self.pose(&Of::alone(node));
+        let pose = frame * own;
         let mut parts = Parts::default();
         self.parts(node, &Isometry3::identity(), class, &mut parts);
         let hold = match (parts.free, parts.joints.is_empty()) {
@@ -184,7 +185,9 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             None => given.or(parts.solid),
         };
         let (least_mass, least_inertia) = (self.compiler.least_mass, self.compiler.least_inertia);
-        let solid = solid.map(|solid| solid.at_least(least_mass, least_inertia)).filter(Solid::is_something);
+        // Of a body without a mass of its own MuJoCo takes the centre to be at `pos` of the body, in the body's frame.
+        let none = Solid { mass: 0.0, com: own.translation.vector, inertia: Matrix3::zeros() };
+        let solid = Some(solid.unwrap_or(none).at_least(least_mass, least_inertia)).filter(Solid::is_something);
         self.mechanism.links.push(Link { name, parent, pose, hold, solid, shapes: parts.shapes, remark: None });
         self.inside(node, Some(number), Isometry3::identity(), class);
     }
