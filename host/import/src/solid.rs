@@ -75,12 +75,7 @@ pub(crate) fn hides_from_its_middle(path: &Path, scale: &Vector3<f64>) -> bool {
     middle /= area;
     let volumes = all.map(|[a, b, c]| (a - middle).dot(&(b - middle).cross(&(c - middle))));
     let (front, back) =
-        volumes.fold(
-            (0.0, 0.0),
-            |(front, back): (f64, f64), volume| {
-                if volume > 0.0 { (front + volume, back) } else { (front, back - volume) }
-            },
-        );
+        volumes.fold((0.0_f64, 0.0_f64), |(front, back), volume| (front + volume.max(0.0), back - volume.min(0.0)));
     front.min(back) > HIDDEN * front.max(back)
 }
 

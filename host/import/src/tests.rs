@@ -234,11 +234,11 @@ fn masses_are_those_that_the_compiler_makes() {
     }
     // A body that has no mass, or whose shapes do not count: MuJoCo 4.0 has 2 kg at [1, 2, 3] of its frame.
     for own in ["", "<geom size=\"0.1\" group=\"4\"/>"] {
-        let text = format!(
-            "<mujoco><compiler boundmass=\"2\" boundinertia=\"0.5\" inertiagrouprange=\"0 2\"/><worldbody><frame pos=\"0 0 5\">\
-             <body name=\"a\" pos=\"1 2 3\"><joint/>{own}<body name=\"b\"><joint/><geom size=\"0.1\"/></body></body></frame></worldbody></mujoco>"
-        );
-        let scene = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap().scene;
+        let scene = mjcf(&format!(
+            "<compiler boundmass=\"2\" boundinertia=\"0.5\" inertiagrouprange=\"0 2\"/><worldbody><frame pos=\"0 0 5\">\
+             <body name=\"a\" pos=\"1 2 3\"><joint/>{own}<body name=\"b\"><joint/><geom size=\"0.1\"/></body></body></frame></worldbody>"
+        ))
+        .scene;
         let said = "mass = 2\ncom = [1, 2, 3]\ninertia = [0.5, 0.5, 0.5]\nposition = [1, 2, 8]";
         assert!(scene.contains(said), "{scene}");
     }
