@@ -116,7 +116,7 @@ fn program(scene: &str) -> (Program, Vec<f64>) {
     let equations = &session.equations;
     let mut nodes: Vec<Node> = equations.loads.clone();
     nodes.extend([equations.power, equations.kinetic, equations.potential]);
-    for row in &equations.rows {
+    for row in equations.rows.iter() {
         nodes.extend([row.value, row.time, row.gamma]);
         nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
     }

@@ -214,7 +214,7 @@ impl Checks {
     fn hold(&self, session: &Session, form: &dyn Formulation, inputs: &[f64]) -> Verdict {
         let (equations, layout, model) = (&session.equations, &session.plan.layout, &session.model);
         let mut nodes: Vec<Node> = equations.loads.clone();
-        for row in &equations.rows {
+        for row in equations.rows.iter() {
             nodes.extend([row.value, row.time, row.gamma]);
             nodes.extend(row.jacobian.iter().map(|(_, slope)| *slope));
         }

@@ -13,6 +13,8 @@
 mod contacts;
 mod states;
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::analysis::{Evaluator, Expansion, Freedom, Function, Local, Unknowns, start_inputs};
@@ -121,7 +123,7 @@ impl<'s> Driven<'s> {
                 let help = "prescribe a coordinate of a joint or a position; their derivatives are the columns `name'` and `name''`";
                 return Err(cannot(session, message, help));
             };
-            equations.rows.push(row);
+            Arc::make_mut(&mut equations.rows).push(row);
         }
         layout.rows += wanted.len() + along.len();
         let states = States::new(session, &equations, &layout, (what, loads))?;

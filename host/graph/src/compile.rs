@@ -201,7 +201,7 @@ impl<'g> Builder<'g> {
 
     /// The finished program.
     fn program(self, outputs: &[Node], stages: Vec<Stage>, after_calls: Vec<Instruction>) -> Program {
-        let outputs: Vec<Register> = outputs.iter().map(|node| self.register_of[node.0 as usize]).collect();
+        let outputs: Arc<[Register]> = outputs.iter().map(|node| self.register_of[node.0 as usize]).collect();
         let (first, many) = (self.block as usize, outputs.len() >= MANY);
         let slots = outputs.iter().enumerate().map(|(slot, register)| (slot as u32, *register));
         let is_elsewhere = |(slot, register): &(u32, Register)| many && self.block + slot != *register;
@@ -268,10 +268,10 @@ impl<'g> Builder<'g> {
     }
 
     fn instructions(&mut self, nodes: &[Node]) -> Vec<Instruction> {
-        let mut list = Vec::with_capacity(nodes.len());
         let mut operands = Vec::with_capacity(4);
         let open: Vec<Node> =
             calls_first(self.graph, nodes).into_iter().filter(|node| !self.is_written(*node)).collect();
+        let mut list = Vec::with_capacity(open.len());
         for (node, turned) in pairs_together(self.graph, &open) {
             let expr = self.graph.expr(node);
             if matches!(expr, Expr::Call { .. }) {

@@ -156,7 +156,7 @@ pub struct Program {
     pub(super) stages: Vec<Stage>,
     pub(super) after_calls: Arc<Vec<Instruction>>,
     /// By output; [`NO_REGISTER`] for those that no register becomes ([`super::Wired`]).
-    pub(super) outputs: Vec<Register>,
+    pub(super) outputs: Arc<[Register]>,
     /// Inputs that are outputs as they are: slot, output.
     pub(super) passed: Vec<(u32, u32)>,
     /// Registers that are read after a run, none of them an output.
@@ -431,7 +431,8 @@ impl Program {
         let numbers = &workspace.numbers[..];
         self.passed.iter().for_each(|(slot, output)| outputs[*output as usize] = inputs[*slot as usize]);
         if self.block.is_empty() {
-            let computed = outputs.iter_mut().zip(&self.outputs).filter(|(_, register)| **register != NO_REGISTER);
+            let computed =
+                outputs.iter_mut().zip(self.outputs.iter()).filter(|(_, register)| **register != NO_REGISTER);
             computed.for_each(|(slot, register)| *slot = numbers[*register as usize]);
             return Ok(());
         }

@@ -46,24 +46,27 @@ impl Wired {
         outputs: &[Source],
         kept: &[usize],
     ) -> Option<Self> {
+        let mut passed = Vec::new();
+        let registers = outputs.iter().zip(0..).map(|(source, place)| match source {
+            Source::Output(output) => program.outputs[*output],
+            Source::Entry(entry) => {
+                passed.push((*entry as u32, place));
+                NO_REGISTER
+            }
+            Source::Nothing => NO_REGISTER,
+        });
+        let registers = registers.collect();
         let mut wired = Program {
             id: Program::next_id(),
-            outputs: vec![NO_REGISTER; outputs.len()],
+            outputs: registers,
             kept: kept.iter().map(|output| program.outputs[*output]).collect(),
-            passed: Vec::new(),
+            passed,
             inputs: Vec::new(),
             block: 0..0,
             elsewhere: Vec::new(),
             code: None,
             ..program.clone()
         };
-        for (place, source) in outputs.iter().enumerate() {
-            match source {
-                Source::Output(output) => wired.outputs[place] = program.outputs[*output],
-                Source::Entry(entry) => wired.passed.push((*entry as u32, place as u32)),
-                Source::Nothing => {}
-            }
-        }
         if wired.kept.iter().any(|register| wired.outputs.contains(register)) {
             return None;
         }

@@ -46,6 +46,7 @@ pub(super) fn read(root: &RawTable, names: &mut NamesTaken, reader: &mut Reader<
     for record in reader.records(root, "body") {
         bodies.extend(read_body(&record, names, reader));
     }
+    bodies.shrink_to_fit();
     bodies
 }
 

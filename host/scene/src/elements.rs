@@ -31,6 +31,7 @@ pub(super) fn read(root: &RawTable, names: &mut NamesTaken, reader: &mut Reader<
             elements.extend(read_element(kind, &record, names, reader));
         }
     }
+    elements.shrink_to_fit();
     elements
 }
 

@@ -79,7 +79,7 @@ fn assert_same_bits(session: &Session) {
     let mut nodes: Vec<Node> = equations.loads.clone();
     nodes.extend(&equations.state_rates);
     nodes.extend([equations.power, equations.kinetic, equations.potential]);
-    for row in &equations.rows {
+    for row in equations.rows.iter() {
         nodes.extend([row.value, row.time, row.gamma]);
         nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
     }

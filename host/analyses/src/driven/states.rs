@@ -43,7 +43,7 @@ impl States {
         let graph = &equations.graph;
         let model = &session.model;
         let mut open: Vec<Node> = Vec::new();
-        for row in &equations.rows {
+        for row in equations.rows.iter() {
             open.extend([row.value, row.time, row.gamma]);
             open.extend(row.jacobian.iter().map(|(_, slope)| *slope));
         }

@@ -49,7 +49,8 @@ pub(super) fn make(programs: &[&Program], cancel: &AtomicBool) -> Result<Vec<Mad
     if !is_available() {
         return Err(MachineError::Unavailable);
     }
-    let mut code = Code::with_room_for(programs.iter().map(|program| program.listed()).sum());
+    let refused = |error: std::io::Error| MachineError::Refused(format!("no memory for machine code: {error}"));
+    let mut code = Code::with_room_for(programs.iter().map(|program| program.listed()).sum()).map_err(refused)?;
     let registers = programs.iter().map(|program| program.registers).max().unwrap_or(0);
     let mut lookout = Lookout::new(registers);
     let mut room = Room::new(registers);
@@ -66,7 +67,7 @@ pub(super) fn make(programs: &[&Program], cancel: &AtomicBool) -> Result<Vec<Mad
         })?;
         places.push((functions(program, &lookout, &mut room, &mut code), code.bytes().len() - from));
     }
-    let memory = executable(code.bytes())?;
+    let memory = if code.bytes().is_empty() { None } else { Some(Arc::new(code.finish().map_err(refused)?)) };
     let piece = |entry: usize| {
         let memory = memory.as_ref().expect("what has an entry has a mapping");
         // SAFETY: `functions` put a function of this signature and of the System V calling convention there; the mapping may be
@@ -99,17 +100,6 @@ fn functions(program: &Program, lookout: &Lookout, room: &mut Room, code: &mut C
         Some(entry)
     };
     lists.chunks(per_function).map(function).collect()
-}
-
-/// A mapping with this code that may be run.
-fn executable(code: &[u8]) -> Result<Memory, MachineError> {
-    if code.is_empty() {
-        return Ok(None);
-    }
-    let refused = |error: std::io::Error| MachineError::Refused(format!("no memory for machine code: {error}"));
-    let mut memory = memmap2::MmapMut::map_anon(code.len()).map_err(refused)?;
-    memory.copy_from_slice(code);
-    Ok(Some(Arc::new(memory.make_exec().map_err(refused)?)))
 }
 
 /// Functions that are called, by what they take besides numbers.

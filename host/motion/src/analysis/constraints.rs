@@ -175,18 +175,20 @@ fn violation(value: f64, gradient: f64) -> f64 {
 
 /// Patterns of the mass matrix and of the Jacobian of a choice of rows.
 pub(super) fn structure(equations: &Equations, rows: &[usize]) -> Result<KktStructure, LinalgError> {
-    let jacobian = rows
-        .iter()
-        .enumerate()
-        .flat_map(|(k, row)| equations.rows[*row].jacobian.iter().map(move |(column, _)| (k, *column)))
-        .collect();
+    let mut jacobian = Vec::with_capacity(rows.iter().map(|row| equations.rows[*row].jacobian.len()).sum());
+    for (k, row) in rows.iter().enumerate() {
+        jacobian.extend(equations.rows[*row].jacobian.iter().map(|(column, _)| (k, *column)));
+    }
     let bodies = equations.bodies.len();
     KktStructure::new(6 * bodies, rows.len(), mass_pattern(bodies), jacobian)
 }
 
+/// Entries of the mass matrix per body.
+const MASSES: usize = 9;
+
 /// Lower triangles of one diagonal translation block and one full rotation block per body, by columns.
 fn mass_pattern(bodies: usize) -> Vec<(usize, usize)> {
-    let mut pattern = Vec::with_capacity(9 * bodies);
+    let mut pattern = Vec::with_capacity(MASSES * bodies);
     for body in 0..bodies {
         let at = 6 * body;
         pattern.extend((0..3).map(|k| (at + k, at + k)));
@@ -197,16 +199,16 @@ fn mass_pattern(bodies: usize) -> Vec<(usize, usize)> {
     pattern
 }
 
-/// The lower triangle of the mass matrix: (row, column, value).
-pub(super) fn mass_entries(model: &Model) -> Vec<(usize, usize, f64)> {
-    let pattern = mass_pattern(model.bodies.len());
-    pattern.into_iter().zip(mass_values(model)).map(|((row, column), value)| (row, column, value)).collect()
+/// The lower triangle of the mass matrix with [`mass_values`]: (row, column, value).
+pub(super) fn mass_entries(masses: &[f64]) -> Vec<(usize, usize, f64)> {
+    let pattern = mass_pattern(masses.len() / MASSES);
+    pattern.into_iter().zip(masses).map(|((row, column), value)| (row, column, *value)).collect()
 }
 
 /// Values of the mass matrix, aligned with the pattern.
 #[must_use]
 pub fn mass_values(model: &Model) -> Vec<f64> {
-    let mut values = Vec::with_capacity(9 * model.bodies.len());
+    let mut values = Vec::with_capacity(MASSES * model.bodies.len());
     for body in &model.bodies {
         values.extend([body.mass; 3]);
         for column in 0..3 {

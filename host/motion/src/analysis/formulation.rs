@@ -366,7 +366,8 @@ pub trait Formulation: Send {
         let _ = (t, state, program);
         Ok(None)
     }
-    /// The accelerations of the bodies at a state, six each; `None` where that is better done by way of [`Formulation::observe`].
+    /// The accelerations of the bodies at a state, six each, to about 1e-8 of the largest: for what is asked once, no program is worth
+    /// its writing. `None` where that is better done by way of [`Formulation::observe`].
     ///
     /// # Errors
     /// See [`AnalysisError`].

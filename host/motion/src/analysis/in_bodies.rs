@@ -27,6 +27,11 @@ impl InBodies {
         Self { parts, form: None, sets, layout: layout.clone(), inputs: vec![0.0; layout.inputs()] }
     }
 
+    /// Entries of the mass matrix, as [`mass_values`](super::mass_values).
+    pub(super) fn masses(&self) -> &[f64] {
+        &self.parts.masses
+    }
+
     /// As [`Formulation::set_discrete`].
     pub(super) fn set_discrete(&mut self, references: &[f64], discrete: &[f64]) {
         self.layout.write_discrete(&mut self.inputs, references, discrete);

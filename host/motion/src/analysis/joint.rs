@@ -7,6 +7,8 @@ mod solve;
 
 pub use portable::{Portable, Quantities};
 
+use std::sync::Arc;
+
 use solve::{least_health, least_health_at_start};
 
 use element_api::ElementSet;
@@ -55,8 +57,6 @@ pub struct JointForm {
     coupling: Option<Coupling>,
     /// What the equations depend on of a solution by the rank-safe engine, once that was called in.
     dependent: Option<Evaluator>,
-    /// The lower triangle of the mass matrix in coordinates of bodies.
-    mass: Vec<(usize, usize, f64)>,
     /// Size of the gradient of each row in use, 1 for rows in metres.
     row_sizes: Vec<f64>,
     /// Those of the regular engine's rows.
@@ -125,7 +125,7 @@ impl JointForm {
         let plain = regular.as_ref().filter(|_| joint.dependence.is_none());
         let direct = plain
             .and_then(|regular| Direct::new(regular.motion.program(), &joint.coordinates, layout, regular.rows.len()));
-        let row_names = bodies.row_names.clone();
+        let row_names = Arc::clone(&bodies.row_names);
         // Of opaque elements they are not known, nor of forces that depend on accelerations or reactions.
         let known = joint.graph.calls.is_empty() && joint.dependence.is_none();
         let derivatives = if known { Derivatives::Possible } else { Derivatives::Unknown };
@@ -136,7 +136,6 @@ impl JointForm {
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
             coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), found.linear, layout)),
             dependent: None,
-            mass: mass_entries(model),
             choice: plan.independent.len() < plan.rows.len(),
             least_health: least_health_at_start(&plan.independent, &start),
             independent: plan.independent,
@@ -168,11 +167,17 @@ impl JointForm {
         }
     }
 
+    /// [v; omega'] of all bodies at the inputs' state.
+    fn body_velocities(&mut self) -> Result<Vec<f64>, AnalysisError> {
+        let outputs = self.kinematics.run(&self.motion.inputs, &self.bodies.sets)?;
+        Ok(outputs.chunks_exact(BODY_VALUES).flat_map(|body| &body[12..]).copied().collect())
+    }
+
     /// The state of the bodies.
     fn move_bodies(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         self.motion.load(t, state);
         let outputs = self.kinematics.run(&self.motion.inputs, &self.bodies.sets)?;
-        for (body, found) in outputs.chunks_exact(18).enumerate() {
+        for (body, found) in outputs.chunks_exact(BODY_VALUES).enumerate() {
             let y = &mut self.body_state[BODY_STATES * body..BODY_STATES * (body + 1)];
             y[..3].copy_from_slice(&found[..3]);
             let mut p = euler_parameters(&Matrix3::from_row_slice(&found[3..12]));
@@ -189,6 +194,9 @@ impl JointForm {
         Ok(())
     }
 }
+
+/// What [`body_nodes`] gives of each body.
+const BODY_VALUES: usize = 18;
 
 /// r, A, v, omega' of every body.
 fn body_nodes(joint: &JointEquations) -> Vec<Node> {
@@ -281,7 +289,8 @@ impl Formulation for JointForm {
     }
 
     fn solved_program(&self, equations: &Equations, nodes: &[Node]) -> Option<SolvedProgram> {
-        let working = Working { equations, layout: &self.motion.layout, mass: &self.mass };
+        let mass = mass_entries(self.bodies.masses());
+        let working = Working { equations, layout: &self.motion.layout, mass: &mass };
         let found = self.equations.reactions(&working, &self.tree, self.motion.length, nodes, &[])?;
         Some(SolvedProgram::new(&found))
     }
@@ -306,11 +315,15 @@ impl Formulation for JointForm {
         if self.solve_dynamics()? != Used::Regular {
             return Ok(None);
         }
-        self.publish();
-        let (mut graph, nodes) = self.equations.body_accelerations();
-        graph.rest();
-        let mut program = Evaluator::new(&graph, &nodes);
-        Ok(Some(program.run(&self.motion.inputs, &self.bodies.sets)?.to_vec()))
+        let Some((moved, duration)) = self.motion.shortly_after(state) else {
+            return Ok(Some(vec![0.0; self.motion.layout.velocities()]));
+        };
+        let mut found = self.body_velocities()?;
+        self.motion.load(t, &moved);
+        for (before, after) in found.iter_mut().zip(self.body_velocities()?) {
+            *before = (after - *before) / duration;
+        }
+        Ok(Some(found))
     }
 
     fn traces(&self) -> Traces {

@@ -1,7 +1,7 @@
 //! [`JointPlan`]: the equations of motion in the coordinates of joints, and which of their rows are needed.
 
 use super::assembly::{Assembly, start_inputs};
-use super::constraints::{Constraints, mass_entries};
+use super::constraints::{Constraints, mass_entries, mass_values};
 use super::followers::followers;
 use super::formulation::{AnalysisError, Counters};
 use super::joint_engines::{Look, Safe, Solving, Unrolled, pivot_ratio};
@@ -183,7 +183,7 @@ impl Chosen {
             return Ok(None);
         }
         if equations.needs_solution() {
-            let mass = mass_entries(model);
+            let mass = mass_entries(&mass_values(model));
             let working = Working { equations, layout, mass: &mass };
             joint.dependence = Dependence::new(&joint, &working, tree, assembly.scales.length);
             if joint.dependence.is_none() {
@@ -309,7 +309,7 @@ fn turns_particles(equations: &Equations, model: &Model) -> bool {
     let particle = |body: usize| model.bodies[body].particle;
     let by_row =
         |row: &crate::program::Row| row.jacobian.iter().any(|(column, _)| column % 6 >= 3 && particle(column / 6));
-    let by_force = model.elements.iter().zip(&equations.elements).any(|(element, found)| {
+    let by_force = model.elements.iter().zip(equations.elements.iter()).any(|(element, found)| {
         element.markers.iter().zip(&found.loads).any(|(marker, load)| {
             let zero = |nodes: &[crate::program::Node; 3]| nodes.iter().all(|node| equations.graph.is_zero(*node));
             let off_centre = marker.position.amax() > 0.0 && !zero(&load.force);

@@ -1,6 +1,8 @@
 //! [`Motion`]: a mechanism in some coordinates, at some state. What it asks of the engines that solve for it is [`Engines`];
 //! everything else is here, in [`super::newton`] and in [`super::passage`], for all coordinates alike.
 
+use std::sync::Arc;
+
 use super::formulation::{AnalysisError, Counters, Group};
 use super::passage::Passage;
 use crate::linalg::Health;
@@ -27,7 +29,7 @@ pub(super) struct Motion {
     /// Of the scene, m.
     pub(super) length: f64,
     /// Joint and row of every row.
-    pub(super) row_names: Vec<String>,
+    pub(super) row_names: Arc<[String]>,
     /// The inputs of programs.
     pub(super) inputs: Vec<f64>,
     /// By velocity: accelerations, or the correction of positions or velocities that was solved for last.
@@ -131,7 +133,7 @@ impl Motion {
         layout: &Layout,
         coordinates: Coordinates,
         length: f64,
-        row_names: Vec<String>,
+        row_names: Arc<[String]>,
         at_start: Health,
     ) -> Self {
         let dim = coordinates.motion + layout.states + 1;
@@ -232,6 +234,25 @@ impl Motion {
         lines.chain(spins.map(|at| state[at].abs())).fold(0.0, f64::max)
     }
 
+    /// The state after a time, s, in which nothing moves by more than 1e-8 radians or lengths of the scene, with the accelerations
+    /// solved for; with that time. `None` where nothing moves nor is accelerated.
+    pub(super) fn shortly_after(&self, state: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let mut rates = vec![0.0; state.len()];
+        self.write_rates(state, &mut rates);
+        // What is at rest may take its own time: velocities are linear in those of the coordinates.
+        let frequency = (self.fastest(state) * 1e8).max(self.fastest(&rates).sqrt());
+        let duration = 1.0 / frequency;
+        let mut moved = state.to_vec();
+        self.shift(state, duration, &mut moved);
+        for at in self.coordinates.lines.iter().map(|line| line.velocity) {
+            moved[at] += duration * rates[at];
+        }
+        for at in self.coordinates.rotations.iter().flat_map(|rotation| rotation.velocity..rotation.velocity + 3) {
+            moved[at] += duration * rates[at];
+        }
+        duration.is_finite().then_some((moved, duration))
+    }
+
     /// `moved := (q + s q', v)`
     pub(super) fn shift(&self, state: &[f64], s: f64, moved: &mut [f64]) {
         moved.copy_from_slice(state);
@@ -275,7 +296,7 @@ impl Motion {
 
     /// Joint and row.
     pub(super) fn row_name(&self, row: Option<usize>) -> String {
-        row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
+        row.and_then(|row| self.row_names.get(row)).map_or_else(String::new, String::clone)
     }
 }
 

@@ -3,7 +3,7 @@
 use odyn_graph::Series;
 
 use super::assembly::Assembly;
-use super::constraints::mass_entries;
+use super::constraints::{mass_entries, mass_values};
 use super::joint_plan::JointPlan;
 use super::precise::{NotPrecise, series};
 use super::working::BODY_STATES;
@@ -131,7 +131,7 @@ fn program(
     if let Some((graph, nodes)) = plan.equations.carry(equations, layout, nodes) {
         return series(&graph, &nodes, 0);
     }
-    let mass = mass_entries(model);
+    let mass = mass_entries(&mass_values(model));
     let working = Working { equations, layout, mass: &mass };
     let found = plan.equations.reactions(&working, &plan.tree, plan.length, nodes, &[]);
     let found = found.ok_or(NotPrecise::Coordinates)?;

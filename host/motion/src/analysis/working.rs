@@ -9,6 +9,8 @@ mod solve;
 
 pub(super) use engine::clusters;
 pub use engine::sparse_engine;
+use std::sync::Arc;
+
 use engine::{Engine, FUNCTIONS, Solution, Source};
 pub use parts::WorkingParts;
 
@@ -147,7 +149,7 @@ impl WorkingForm {
             coupling: BodyCoupling::new(equations, masses, &layout),
             derivatives: Derivatives::Unknown,
             derivatives_are_paid: false,
-            motion: Motion::new(&layout, coordinates, length, row_names.clone(), plan.health),
+            motion: Motion::new(&layout, coordinates, length, Arc::clone(row_names), plan.health),
         })
     }
 

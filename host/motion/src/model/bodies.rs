@@ -90,6 +90,7 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
         };
         bodies.name(&record.name.value, target);
     }
+    bodies.movable.shrink_to_fit();
     bodies
 }
 

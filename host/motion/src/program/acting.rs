@@ -102,7 +102,7 @@ impl Equations {
         let missing = self.graph.constant(f64::NAN);
         for k in 0..element.class.reported().len() {
             let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
-            self.elements[index].channels.push(node);
+            self.element_mut(index).channels.push(node);
         }
         for k in 0..element.recording.initial_states.len() {
             let node = self.role(index, Role::StateRate(k as u32), imports).unwrap_or(missing);
@@ -168,7 +168,7 @@ impl Equations {
             for (f, marker) in element.markers.iter().enumerate() {
                 let given = self.given_load(index, f, imports);
                 let load = self.load(index, f, imports);
-                self.elements[index].loads.push(load);
+                self.element_mut(index).loads.push(load);
                 let frame = &imports.elements[index].frames[f];
                 let g = &mut self.graph;
                 // What inertia does is a change of kinetic energy.
@@ -204,11 +204,11 @@ impl Equations {
         self.add_values(index, imports);
         for k in 0..element.class.checks.len() {
             let node = self.role(index, Role::Check(k as u32), imports).unwrap_or(missing);
-            self.elements[index].checks.push(node);
+            self.element_mut(index).checks.push(node);
         }
         for grid in &element.grids {
             let node = self.operation(index, grid.argument, imports);
-            self.elements[index].grids.push(node);
+            self.element_mut(index).grids.push(node);
         }
         for k in 0..element.class.angles {
             if let Some(node) = self.role(index, Role::Angle(k as u32), imports) {

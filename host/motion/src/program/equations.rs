@@ -4,7 +4,7 @@
 //! M [v'; omega'] + Phi_q^T lambda = Q, Phi_q [v'; omega'] = gamma, with Phi_q the derivatives along (dr, dpi').
 //! Reference form: the paper's Eq. (6) with the seven coordinates (r, p) per body.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use element_api::Kind;
 use element_api::recording::{Input, Role};
@@ -99,8 +99,8 @@ pub struct Equations {
     pub form: Form,
     /// The bodies.
     pub bodies: Vec<BodyNodes>,
-    /// All constraint rows, element after element.
-    pub rows: Vec<Row>,
+    /// All constraint rows, element after element. Copies have them in common.
+    pub rows: Arc<Vec<Row>>,
     /// Those of them that only push, in their order.
     pub contacts: Vec<Contact>,
     /// Those of them that hold up to a limit, in their order.
@@ -128,7 +128,7 @@ pub struct Equations {
     /// Lower triangle of the mass matrix of the Euler parameters, ten per body (reference form only).
     pub mass_p: Vec<Node>,
     /// Per element of the model.
-    pub elements: Vec<ElementEquations>,
+    pub elements: Arc<Vec<ElementEquations>>,
     /// Accelerations and multipliers that the loads depend on.
     pub coupling: Vec<CoupledInput>,
     /// Whether elements bring kinetic energy: the loads contain their inertia.
@@ -182,8 +182,8 @@ impl Equations {
             dissipation: Vec::new(),
             supplied: Vec::new(),
             mass_p: Vec::new(),
-            elements: vec![ElementEquations::default(); model.elements.len()],
-            rows: Vec::with_capacity(layout.rows),
+            elements: Arc::new(vec![ElementEquations::default(); model.elements.len()]),
+            rows: Arc::new(Vec::with_capacity(layout.rows)),
             contacts: Vec::new(),
             frictions: Vec::new(),
             open: Vec::new(),
@@ -244,7 +244,7 @@ impl Equations {
             graph: self.graph.at_rest(),
             form: self.form,
             bodies: self.bodies.clone(),
-            rows: self.rows.clone(),
+            rows: Arc::clone(&self.rows),
             contacts: self.contacts.clone(),
             frictions: self.frictions.clone(),
             open: self.open.clone(),
@@ -258,7 +258,7 @@ impl Equations {
             dissipation: self.dissipation.clone(),
             supplied: self.supplied.clone(),
             mass_p: self.mass_p.clone(),
-            elements: self.elements.clone(),
+            elements: Arc::clone(&self.elements),
             coupling: self.coupling.clone(),
             may_need_solution: self.may_need_solution,
             inertial: self.inertial,
@@ -268,6 +268,11 @@ impl Equations {
             of_rows: OnceLock::new(),
             gammas_are_due: self.gammas_are_due,
         }
+    }
+
+    /// The equations of an element, to be written.
+    pub(super) fn element_mut(&mut self, index: usize) -> &mut ElementEquations {
+        &mut Arc::make_mut(&mut self.elements)[index]
     }
 
     /// Notes a part of the power that is no heat.
@@ -388,10 +393,11 @@ impl Equations {
             let still = self.at_rest(index, element, &frames, layout, *number);
             *row = self.row_of_velocities(rate, still, &bodies);
         }
-        self.elements[index].coordinates = coordinates;
-        self.elements[index].coordinate_rows = rows.split_off(element.rows.len());
+        let written = self.element_mut(index);
+        written.coordinates = coordinates;
+        written.coordinate_rows = rows.split_off(element.rows.len());
         self.add_contacts(element, layout.row_at[index]);
-        self.rows.extend(rows);
+        Arc::make_mut(&mut self.rows).extend(rows);
         self.add_frictions(index, element, &values, layout);
     }
 

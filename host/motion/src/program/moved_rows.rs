@@ -4,6 +4,8 @@
 //! all accelerations zero. The model has made sure that f does not depend on velocities, so that no acceleration is lost in it; the
 //! states behind f (of a filter, of a controller) move with rates of their own, which may.
 
+use std::sync::Arc;
+
 use odyn_graph::{Node, Seeds, derivatives};
 
 use super::equations::Equations;
@@ -31,8 +33,9 @@ impl Equations {
             let rates = derivatives(&mut self.graph, &values, &motion);
             let second = derivatives(&mut self.graph, &rates, &motion);
             for (k, row) in rows.enumerate().filter(|(k, _)| !self.graph.is_zero(moved[*k])).collect::<Vec<_>>() {
-                self.rows[row].time = self.graph.add(self.rows[row].time, moved[k]);
-                self.rows[row].gamma = self.graph.neg(second[k]);
+                let time = self.graph.add(self.rows[row].time, moved[k]);
+                let row = &mut Arc::make_mut(&mut self.rows)[row];
+                (row.time, row.gamma) = (time, self.graph.neg(second[k]));
             }
         }
     }

@@ -71,7 +71,8 @@ impl Equations {
         if self.elements[element].coordinate_rows.is_empty() {
             let values = self.elements[element].coordinates.clone();
             let bodies = bodies_of(&model.elements[element].markers);
-            self.elements[element].coordinate_rows = self.traced_rows(&values, &bodies);
+            let rows = self.traced_rows(&values, &bodies);
+            self.element_mut(element).coordinate_rows = rows;
         }
         self.elements[element].coordinate_rows[coordinate].clone()
     }
@@ -98,7 +99,7 @@ impl Equations {
         roots.extend([self.kinetic, self.potential]);
         let lists = [&self.next_discrete, &self.dissipation, &self.supplied];
         roots.extend(lists.into_iter().flatten());
-        for element in &self.elements {
+        for element in self.elements.iter() {
             roots.extend(element.loads.iter().flat_map(|load| load.force.into_iter().chain(load.torque)));
         }
         roots.extend(self.nodes_of_motion());
@@ -114,7 +115,7 @@ impl Equations {
     /// What the rates of a state are made of.
     fn nodes_of_motion(&self) -> Vec<Node> {
         let mut nodes = [&self.loads[..], &self.state_rates, &[self.power]].concat();
-        for row in &self.rows {
+        for row in self.rows.iter() {
             nodes.extend([row.value, row.time, row.gamma]);
             nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
         }

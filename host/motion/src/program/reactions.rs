@@ -180,16 +180,6 @@ impl JointEquations {
         (!is_open(&reactions.graph, &all, foreign)).then_some(reactions)
     }
 
-    /// [v'; omega''] of all bodies as functions of the inputs of these equations, of u' at
-    /// [`crate::plan::Coordinates::acceleration_slot`] among them.
-    #[must_use]
-    pub fn body_accelerations(&self) -> (Graph, Vec<Node>) {
-        let mut g = self.room_for_bodies();
-        let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
-        let nodes = self.accelerations(&mut g, &mut own, self.bodies.len());
-        (g, nodes)
-    }
-
     /// [v'; omega''] of all bodies.
     fn accelerations(&self, g: &mut Graph, own: &mut Rewriting<'_>, bodies: usize) -> Vec<Node> {
         let coordinates = &self.coordinates;

@@ -1,5 +1,7 @@
 //! Rows from recorded functions of the configuration: derivatives along the coordinates of bodies, and along the motion.
 
+use std::sync::Arc;
+
 use odyn_graph::{Below, Node, Seeds, V3, derivatives, derivatives_among};
 
 use super::equations::{Equations, Form, Row};
@@ -43,6 +45,7 @@ impl Equations {
         let mut rows = Vec::with_capacity(values.len());
         for ((value, time), mut jacobian) in values.iter().zip(times).zip(jacobian) {
             jacobian.sort_unstable_by_key(|(column, _)| *column);
+            jacobian.shrink_to_fit();
             rows.push(Row { value: *value, time, gamma, jacobian, of_velocities: false });
         }
         (rows, below)
@@ -84,7 +87,8 @@ impl Equations {
                 let mut bodies: Vec<usize> = jacobian.iter().map(|(column, _)| column / self.form.columns()).collect();
                 bodies.dedup();
                 let below = self.below(&[value], &bodies);
-                self.rows[number].gamma = self.traced_gammas(&[value], &bodies, &below)[0];
+                let gamma = self.traced_gammas(&[value], &bodies, &below)[0];
+                Arc::make_mut(&mut self.rows)[number].gamma = gamma;
             }
         }
     }

@@ -3,6 +3,8 @@
 //! A^T d = 0 and d = 0 are the same for a rotation A, but the derivatives of the latter are shorter: those of A come with d
 //! and its rate, which vanish where the rows hold. Multipliers turn with the rows.
 
+use std::sync::Arc;
+
 use super::equations::{Equations, bodies_of};
 use super::kinematics::frame_nodes;
 use crate::model::Model;
@@ -35,7 +37,7 @@ pub(super) fn turn_rows(equations: &mut Equations, model: &Model, layout: &Layou
             }
             if let Some(d) = found.filter(|d| *d != values) {
                 let straight = equations.traced_rows(&d, &bodies);
-                equations.rows.splice(first..first + 3, straight);
+                Arc::make_mut(&mut equations.rows).splice(first..first + 3, straight);
                 turned += 1;
             }
         }

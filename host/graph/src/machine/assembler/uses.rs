@@ -3,22 +3,36 @@
 use super::super::super::tape::{Instruction, Program};
 
 /// Not used again.
-pub(super) const NEVER: u32 = u32::MAX;
+pub(super) const NEVER: u32 = u32::MAX >> 1;
+
+/// The bit of [`Uses::result`] that says that it is read after the list.
+const STORED: u32 = 1 << 31;
 
 /// What becomes of the numbers that an instruction has to do with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Uses {
-    /// The next instruction that reads each of its operands.
-    pub(super) next: [u32; 4],
-    /// The first one that reads its result.
-    pub(super) first: u32,
+    /// The next instruction that reads each of its operands; of a choice, which has four, its number among the choices.
+    pub(super) next: [u32; 2],
+    result: u32,
+}
+
+impl Uses {
+    /// The first instruction that reads its result.
+    pub(super) fn first(&self) -> u32 {
+        self.result & !STORED
+    }
+
     /// Whether its result is read after the list.
-    pub(super) stored: bool,
+    pub(super) fn is_stored(&self) -> bool {
+        self.result & STORED != 0
+    }
 }
 
 /// The uses of all lists of one program after the other.
 pub(super) struct Lookout {
     uses: Vec<Uses>,
+    /// The next instructions that read the operands of each choice.
+    choices: Vec<[u32; 4]>,
     /// By list: where its uses begin; then where the last one's end.
     starts: Vec<usize>,
     /// By register: the next instruction of the list that reads it.
@@ -27,7 +41,7 @@ pub(super) struct Lookout {
 
 impl Lookout {
     pub(super) fn new(registers: usize) -> Self {
-        Self { uses: Vec::new(), starts: Vec::new(), next: vec![NEVER; registers] }
+        Self { uses: Vec::new(), choices: Vec::new(), starts: Vec::new(), next: vec![NEVER; registers] }
     }
 
     /// Makes room for the lists of a program.
@@ -39,13 +53,15 @@ impl Lookout {
             end += list.len();
             end
         }));
+        self.choices.clear();
         self.uses.clear();
-        self.uses.resize(end, Uses { next: [NEVER; 4], first: NEVER, stored: false });
+        self.uses.reserve_exact(end);
+        self.uses.resize(end, Uses { next: [NEVER; 2], result: NEVER });
     }
 
-    /// The uses of a list.
-    pub(super) fn of(&self, number: usize) -> &[Uses] {
-        &self.uses[self.starts[number]..self.starts[number + 1]]
+    /// The uses of a list, and those of the choices of the program.
+    pub(super) fn of(&self, number: usize) -> (&[Uses], &[[u32; 4]]) {
+        (&self.uses[self.starts[number]..self.starts[number + 1]], &self.choices)
     }
 
     /// Looks at a list; turns the registers that are `live` after it, one flag each, into those live before. Fails on registers and
@@ -56,8 +72,8 @@ impl Lookout {
         for (at, (instruction, uses)) in list.iter().zip(uses).enumerate().rev() {
             let at = at as u32;
             let result = instruction.result() as usize;
-            uses.first = std::mem::replace(&mut self.next[result], NEVER);
-            uses.stored = std::mem::take(&mut live[result]);
+            let first = std::mem::replace(&mut self.next[result], NEVER);
+            uses.result = first | if std::mem::take(&mut live[result]) { STORED } else { 0 };
             let next = &mut self.next[..];
             match *instruction {
                 Instruction::Add(_, a, b)
@@ -69,7 +85,8 @@ impl Lookout {
                     (next[a as usize], next[b as usize]) = (at, at);
                 }
                 Instruction::Select(_, ref all) => {
-                    uses.next = all.map(|register| next[register as usize]);
+                    uses.next[0] = self.choices.len() as u32;
+                    self.choices.push(all.map(|register| next[register as usize]));
                     all.iter().copied().for_each(|register| next[register as usize] = at);
                 }
                 _ => {

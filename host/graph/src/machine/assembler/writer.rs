@@ -51,6 +51,8 @@ pub(super) struct Writer<'l> {
     /// The general registers with the addresses of the workspace and of the outputs.
     base: u8,
     outputs: u8,
+    /// See [`Lookout`](super::uses::Lookout).
+    choices: &'l [[u32; 4]],
     /// Whether functions are called.
     calls: bool,
     /// Whether numbers that are read after the list are outputs.
@@ -91,6 +93,7 @@ impl<'l> Writer<'l> {
             pinned: 0,
             base,
             outputs,
+            choices: &[],
             calls,
             ends: false,
         }
@@ -106,7 +109,13 @@ impl<'l> Writer<'l> {
     }
 
     /// A list, with what is copied before and behind it; `whole` if sines and cosines follow in this function.
-    pub(super) fn list(&mut self, list: &[Instruction], uses: &[Uses], copies: &Copies<'_>, whole: bool) {
+    pub(super) fn list(
+        &mut self,
+        list: &[Instruction],
+        (uses, choices): (&[Uses], &'l [[u32; 4]]),
+        copies: &Copies<'_>,
+        whole: bool,
+    ) {
         // What is read after the list before is in the workspace.
         self.room.holder.fill(NOWHERE);
         self.until = [NOW; PLACES];
@@ -114,6 +123,7 @@ impl<'l> Writer<'l> {
         self.ends = !copies.outputs.is_empty();
         self.copy_inputs(copies.inputs, self.base);
         self.copy_inputs(copies.passed, self.outputs);
+        self.choices = choices;
         for (instruction, uses) in list.iter().zip(uses) {
             self.code.make_room();
             self.instruction(instruction, uses);
@@ -198,7 +208,7 @@ impl<'l> Writer<'l> {
         ];
         let other = select_unpredictable(subtracts, SUB, DIV);
         let opcode = select_unpredictable(adds, ADD, select_unpredictable(multiplies, MUL, other));
-        let [a, b, ..] = uses.next;
+        let [a, b] = uses.next;
         // Where they may trade places, it is better that the one in memory is the second.
         let trade = (adds | multiplies) & (self.room.holder[i as usize] == NOWHERE);
         let ((i, a), (j, b)) = select_unpredictable(trade, ((j, b), (i, a)), ((i, a), (j, b)));
@@ -229,11 +239,11 @@ impl<'l> Writer<'l> {
     #[inline]
     fn computed(&mut self, to: Register, result: u8, uses: &Uses) {
         self.unsaved |= 1 << result;
-        if uses.stored {
+        if uses.is_stored() {
             self.store(to, result);
         }
-        if uses.first != NEVER {
-            self.hold(to, result, uses.first);
+        if uses.first() != NEVER {
+            self.hold(to, result, uses.first());
         }
     }
 
@@ -252,13 +262,14 @@ impl<'l> Writer<'l> {
     /// An operation other than those on two numbers; gives the register of the workspace that its result belongs to, and the vector
     /// register that it is in.
     fn other(&mut self, instruction: &Instruction, uses: &Uses) -> (Register, u8) {
-        let [a, b, c, d] = uses.next;
+        let [a, b] = uses.next;
         let read = |register, next| Read { register, next };
         match *instruction {
             Instruction::Neg(to, i) => (to, self.negative(read(i, a))),
             Instruction::Sqrt(to, i) => (to, self.root(read(i, a))),
             Instruction::Select(to, ref all) => {
                 let [i, j, k, l] = **all;
+                let [a, b, c, d] = self.choices[a as usize];
                 (to, self.select([read(i, a), read(j, b), read(k, c), read(l, d)]))
             }
             Instruction::Turned(to, i) => {

@@ -18,7 +18,7 @@ impl Registers for Numbered {
 
 /// What one of them writes.
 fn bytes(write: impl FnOnce(&mut Code)) -> Vec<u8> {
-    let mut code = Code::default();
+    let mut code = Code::with_room_for(0).expect("memory");
     code.make_room();
     write(&mut code);
     code.bytes().to_vec()

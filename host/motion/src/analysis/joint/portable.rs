@@ -81,7 +81,8 @@ impl JointForm {
         if let Some((graph, nodes)) = self.carry(equations, nodes) {
             return Some(Quantities { program: Program::compile(&graph, &nodes), solved: false });
         }
-        let working = Working { equations, layout: &self.motion.layout, mass: &self.mass };
+        let mass = mass_entries(self.bodies.masses());
+        let working = Working { equations, layout: &self.motion.layout, mass: &mass };
         let found = self.equations.reactions(&working, &self.tree, self.motion.length, nodes, &[])?;
         Some(Quantities { program: Program::compile(&found.graph, &found.nodes), solved: true })
     }

@@ -487,6 +487,10 @@ fn accelerations_and_reactions_along_the_tree_are_those_of_the_bodies() {
             let size = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
             let Some(imbalance) = form.run_solved(TIME, &state, &mut solved).unwrap() else { continue };
             along_the_tree += 1;
+            let (of_bodies, found) = (&expected[..layout.velocities()], form.accelerations(TIME, &state).unwrap());
+            let largest = of_bodies.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+            let off = difference(&found.unwrap(), of_bodies) / largest;
+            assert!(off < 1e-6, "{off:e}");
             let off = difference(solved.outputs(), expected) / size;
             assert!(off < 1e-11 && imbalance.share < 1e-12, "{off:e} {imbalance:?}");
         }

@@ -1,5 +1,7 @@
 //! [`WorkingParts`]: what the form in coordinates of bodies is made of.
 
+use std::sync::Arc;
+
 use super::*;
 
 /// What the form in coordinates of bodies is made of.
@@ -10,7 +12,7 @@ pub struct WorkingParts {
     /// As [`body_scales`].
     pub(in crate::analysis) scales: Vec<f64>,
     /// Joint and row of every row.
-    pub(in crate::analysis) row_names: Vec<String>,
+    pub(in crate::analysis) row_names: Arc<[String]>,
     pub(in crate::analysis) length: f64,
 }
 

@@ -16,7 +16,7 @@ fn programs_of_scenes_give_the_same_bits() {
         let mut nodes = equations.loads.clone();
         nodes.extend(&equations.state_rates);
         nodes.extend([equations.power, equations.kinetic, equations.potential]);
-        for row in &equations.rows {
+        for row in equations.rows.iter() {
             nodes.extend([row.value, row.time, row.gamma]);
             nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
         }
