@@ -381,3 +381,31 @@ fn times_that_are_known_less_well_than_the_tolerance_asks_are_pointed_out() {
     };
     assert!(!warns(1e6) && warns(1e7) && warns(-1e9));
 }
+
+/// A particle slides up a slope at this place, and stays where it stops.
+fn slides_up(place: [f64; 3]) -> String {
+    let (normal, up) = ([2.0, -1.0, 2.0], [2.0, 2.0, -1.0]);
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let gravity = [0, 1, 2].map(|k| -9.81 / 3.0 * (sin * up[k] + cos * normal[k]));
+    format!(
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = {gravity:?}\nt_end = 1\noutput_step = 0.5\nmax_steps = 5000\n\
+         [[body]]\nname = \"block\"\nmass = 1\nparticle = true\nvelocity = {up:?}\nposition = {place:?}\n\
+         [[joint]]\nname = \"slope\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"block\"]\npoint = {place:?}\n\
+         axis = {normal:?}\nparams.mu = 0.8\n\
+         [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"x\"\n"
+    )
+}
+
+#[test]
+fn contacts_stay_closed_far_from_the_origin() {
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let time = 3.0 / (9.81 * (sin + 0.8 * cos));
+    for share in [0.0, 4.0, 5.0, 8.0] {
+        let x = 1.1e5 / 3.0 * share;
+        let report = every_way_agrees(&slides_up([x, -0.7 / 1.1 * x, 0.4 / 1.1 * x]), 1e-8);
+        let kinds: Vec<EventKind> = report.events.iter().map(|event| event.kind).collect();
+        assert_eq!(kinds, [EventKind::Closes, EventKind::Slides, EventKind::Sticks], "{share}");
+        assert!((report.events[2].time - time).abs() < 1e-9, "{share}: {:?}", report.events);
+        assert!((column(&report, "x")[2] - x - time).abs() < 1e-8, "{share}");
+    }
+}
