@@ -140,7 +140,7 @@ component = "z"
 fn contacts_close_when_times_are_known_less_well_than_places() {
     let period = 2.0 * (2.0 / 9.81_f64).sqrt();
     for method in ["dop853", "radau5", "dopri5"] {
-        let method = format!("simulation.method=\"{method}\"");
+        let method = format!("simulation.method={method}");
         for [start, tolerance] in [[0.0, 1e-8], [1e6, 1e-6]] {
             let (from, to) = (format!("simulation.t_start={start:e}"), format!("simulation.t_end={:e}", start + 800.0));
             let report = run(BALL, &[&method, &from, &to]);
@@ -345,8 +345,7 @@ fn the_work_of_drivers_is_known_where_their_motion_is_exact() {
         );
         for method in ["dop853", "dopri5", "radau5", "radau9"] {
             for formulation in ["joint", "cartesian"] {
-                let sets =
-                    [format!("simulation.method=\"{method}\""), format!("simulation.formulation=\"{formulation}\"")];
+                let sets = [format!("simulation.method={method}"), format!("simulation.formulation=\"{formulation}\"")];
                 let report = run(&text, &sets.iter().map(String::as_str).collect::<Vec<_>>());
                 assert!(report.summary.audit.energy_error_relative < 1e-6, "{angle} by {method}");
             }
@@ -380,4 +379,57 @@ fn times_that_are_known_less_well_than_the_tolerance_asks_are_pointed_out() {
         report.summary.warnings.iter().any(|warning| warning.contains("ODY0861"))
     };
     assert!(!warns(1e6) && warns(1e7) && warns(-1e9));
+}
+
+/// A particle slides up a slope at this place, and stays where it stops.
+fn slides_up(place: [f64; 3]) -> String {
+    let (normal, up) = ([2.0, -1.0, 2.0], [2.0, 2.0, -1.0]);
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let gravity = [0, 1, 2].map(|k| -9.81 / 3.0 * (sin * up[k] + cos * normal[k]));
+    format!(
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = {gravity:?}\nt_end = 1\noutput_step = 0.5\nmax_steps = 5000\n\
+         [[body]]\nname = \"block\"\nmass = 1\nparticle = true\nvelocity = {up:?}\nposition = {place:?}\n\
+         [[joint]]\nname = \"slope\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"block\"]\npoint = {place:?}\n\
+         axis = {normal:?}\nparams.mu = 0.8\n\
+         [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"x\"\n"
+    )
+}
+
+#[test]
+fn contacts_stay_closed_far_from_the_origin() {
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let time = 3.0 / (9.81 * (sin + 0.8 * cos));
+    for share in [0.0, 4.0, 5.0, 8.0] {
+        let x = 1.1e5 / 3.0 * share;
+        let text = slides_up([x, -0.7 / 1.1 * x, 0.4 / 1.1 * x]);
+        for (method, coordinates) in
+            [("dop853", "joint"), ("dop853", "cartesian"), ("radau5", "joint"), ("radau5", "cartesian")]
+        {
+            let sets = [format!("simulation.method={method}"), format!("simulation.formulation={coordinates}")];
+            let report = run(&text, &[&sets[0], &sets[1]]);
+            let parts = |kind: EventKind| report.events.iter().any(|event| event.kind == kind);
+            assert!(!parts(EventKind::Opens) && !parts(EventKind::Impact), "{share} {sets:?}: {:?}", report.events);
+            assert!((report.events.last().unwrap().time - time).abs() < 1e-9, "{share} {sets:?}: {:?}", report.events);
+            assert!((column(&report, "x")[2] - x - time).abs() < 1e-8, "{share} {sets:?}");
+        }
+    }
+}
+
+/// Nothing has moved before, so that no error is small beside anything.
+#[test]
+fn a_force_that_sets_in_at_zero_after_a_start_before_it() {
+    let text = "[plugins]\nlibraries = [\"forces\"]\n[simulation]\nt_start = -1\nt_end = 1\noutput_step = 0.5\n\
+                [[body]]\nname = \"block\"\nmass = 1\nparticle = true\n\
+                [[force]]\nname = \"push\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"block\"]\npoint = [0, 0, 0]\n\
+                params.x = { points = [[-2, 0], [0, 1]], interpolation = \"steps\" }\n\
+                [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"x\"\n";
+    for method in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
+        for start in ["-1", "-0.3", "-7"] {
+            let sets = [format!("simulation.method={method}"), format!("simulation.t_start={start}")];
+            let report = run(text, &[&sets[0], &sets[1]]);
+            let x = *column(&report, "x").last().unwrap();
+            let t = *report.times.last().unwrap();
+            assert!((x - 0.5 * t * t).abs() < 1e-12, "{method} from {start}: {x}");
+        }
+    }
 }

@@ -7,8 +7,8 @@
 //! force on j at p_j: F      on i the opposite along the same line                      (2)
 //! ```
 //!
-//! (Newton's third law; a component that is not given is zero; sx, sy, sz are the inputs.) The power is integrated as
-//! work done on the scene. With the ground as first body, the reaction goes into the ground.
+//! (Newton's third law; a component that is not given is zero; sx, sy, sz are what the inputs `x`, `y`, `z` give.) The
+//! power is integrated as work done on the scene. With the ground as first body, the reaction goes into the ground.
 //!
 //! ## Signs
 //! Components are positive along the axes; the force acts on the second body.

@@ -7,8 +7,8 @@
 //! torque on j: M      torque on i: -M                                                  (2)
 //! ```
 //!
-//! (Newton's third law; a component that is not given is zero; sx, sy, sz are the inputs.) The power is integrated as
-//! work done on the scene. With the ground as first body, the reaction goes into the ground.
+//! (Newton's third law; a component that is not given is zero; sx, sy, sz are what the inputs `x`, `y`, `z` give.) The
+//! power is integrated as work done on the scene. With the ground as first body, the reaction goes into the ground.
 //!
 //! ## Signs
 //! Components are right-handed about the axes; the torque acts on the second body.

@@ -14,6 +14,8 @@ pub(super) const AT_REST: f64 = 1e-6;
 pub struct Scales {
     /// Size of the scene, m.
     pub length: f64,
+    /// Largest distance of a centre of mass or marker from the origin of the ground frame, m: positions have its round-off.
+    pub far: f64,
     /// Largest speed of a centre of mass so far, m/s.
     pub speed: f64,
     /// Largest angular velocity so far, rad/s.
@@ -54,7 +56,8 @@ impl Scales {
             let high = points.iter().fold(*first, |m, p| m.sup(p));
             length = length.max((high - low).norm());
         }
-        Self { length: if length > 0.0 { length } else { 1.0 }, speed: 0.0, spin: 0.0, energy: 0.0 }
+        let far = points.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max);
+        Self { length: if length > 0.0 { length } else { 1.0 }, far, speed: 0.0, spin: 0.0, energy: 0.0 }
     }
 
     /// Takes in the velocities of a working state.
@@ -107,6 +110,7 @@ impl Scales {
     /// Takes in the sizes of other parts of the same scene.
     pub fn widen(&mut self, other: &Self) {
         self.length = self.length.max(other.length);
+        self.far = self.far.max(other.far);
         self.speed = self.speed.max(other.speed);
         self.spin = self.spin.max(other.spin);
         self.energy = self.energy.max(other.energy);

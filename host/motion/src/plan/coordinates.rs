@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use super::layout::Layout;
-use crate::model::Model;
+use crate::model::{Body, Model};
 
 /// Share of a scene's size below which an arm is none.
 const SHORTEST_ARM: f64 = 1e-3;
 /// Typical arms beyond which the size of a scene says nothing about its bodies: a row of a thousand loops is long, each is not.
 const FARTHEST: f64 = 100.0;
+/// Share of the coordinates that it was computed from up to which an arm is round-off.
+const NO_ARM: f64 = 1e-14;
 
 /// What the unit of a coordinate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +77,9 @@ pub fn body_scales(model: &Model, length: f64) -> Vec<f64> {
             arms[body] = arms[body].max(marker.position.norm());
         }
     }
-    let mut held: Vec<f64> = arms.iter().copied().filter(|arm| *arm > f64::EPSILON * length).collect();
+    let round_off = |body: &Body| NO_ARM * (length + body.position.norm() + body.center_of_mass.norm());
+    let mut held: Vec<f64> =
+        arms.iter().zip(&model.bodies).filter(|(arm, body)| **arm > round_off(body)).map(|(arm, _)| *arm).collect();
     held.sort_unstable_by(f64::total_cmp);
     let length = held.get(held.len() / 2).map_or(length, |typical| length.min(FARTHEST * typical));
     let scales = |arm: &f64| {

@@ -294,3 +294,15 @@ fn the_length_of_a_row_of_bodies_says_nothing_about_each() {
     assert_eq!((turn(1.0), turn(20.0)), (1.0, 20.0));
     assert_eq!(turn(1e6), turn(1e3));
 }
+
+#[test]
+fn a_frame_at_the_centre_of_mass_up_to_round_off_is_no_arm() {
+    let held = |position: &str| {
+        let held = body("rotor")
+            .replace("position = [0.5, 0, 0]", &format!("com = [1.1, 0, 0]\nposition = [{position}, 0, 0]"));
+        prepared(&(held + &element("joint", "centre", "hinge", ["ground", "rotor"], [0.0; 3]))).model
+    };
+    for length in [0.5, 2.0] {
+        assert_eq!(body_scales(&held("-1.1000000000000012"), length), body_scales(&held("-1.1"), length));
+    }
+}

@@ -131,7 +131,8 @@ impl Explicit {
     }
 
     /// The stages of the step and the new state, not yet projected:
-    /// `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`, `y_new = y + h sum_i b_i k_i`.
+    /// `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`, `y_new = y + h sum_i b_i k_i`. Functions of time may jump behind `t_new`, which
+    /// round-off of the sum must not reach.
     fn stages_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
         let n = self.n;
         let (t, h) = (run.t, t_new - run.t);
@@ -139,7 +140,7 @@ impl Explicit {
         for i in 1..self.end() {
             combine(self.pair.a[i], &self.stages, h, Some(&self.start), &mut self.argument);
             let stage = self.stage(i);
-            run.rhs(t + self.pair.c[i] * h, &self.argument[..n], &mut self.stages[stage], h)?;
+            run.rhs((t + self.pair.c[i] * h).min(t_new), &self.argument[..n], &mut self.stages[stage], h)?;
         }
         combine(self.pair.b, &self.stages, h, Some(&self.start), &mut self.y_new);
         if all_finite(&self.y_new) {

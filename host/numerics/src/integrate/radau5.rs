@@ -179,6 +179,7 @@ impl<const S: usize> Radau<S> {
     }
 
     /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
+    /// No stage is behind `t_new` by round-off of its time.
     fn solve_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
         let (t, h) = (run.t, t_new - run.t);
         self.prepare(run, y, h)?;
@@ -192,7 +193,7 @@ impl<const S: usize> Radau<S> {
                 for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
                     *argument = start + z;
                 }
-                run.rhs(t + c * h, &self.argument, &mut self.f[i], h)?;
+                run.rhs((t + c * h).min(t_new), &self.argument, &mut self.f[i], h)?;
             }
             let sums = run.system.sums_from();
             let change = self.correct(run, y, h) / self.control.test;
@@ -224,7 +225,7 @@ impl<const S: usize> Radau<S> {
                         for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
                             *argument = start + z;
                         }
-                        run.rhs(t + c * h, &self.argument, &mut self.f[i], h)?;
+                        run.rhs((t + c * h).min(t_new), &self.argument, &mut self.f[i], h)?;
                         self.sum_rates[i].clear();
                         self.sum_rates[i].extend_from_slice(&self.f[i][sums..]);
                     }

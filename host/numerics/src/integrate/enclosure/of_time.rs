@@ -106,7 +106,7 @@ impl Enclosure {
             bounds.push(match &self.of_time[k] {
                 _ if !value.is_finite() => None,
                 // The side that it is on.
-                Guard::Switch if value < 0.0 => Some(Interval::new(f64::NEG_INFINITY, -f64::MIN_POSITIVE)),
+                Guard::Switch if value < 0.0 => Some(Interval::new(f64::NEG_INFINITY, 0.0_f64.next_down())),
                 Guard::Switch => Some(Interval::new(0.0, f64::INFINITY)),
                 Guard::Knots(knots) => {
                     let (low, high) = knots(value);

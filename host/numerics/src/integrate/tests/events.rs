@@ -183,3 +183,23 @@ fn short_contacts_after_long_flights_are_found() {
         assert!((y[0] - height).abs() < bound, "{name}: {y:?}");
     }
 }
+
+/// Falls, and no further than up to a time next to zero.
+fn until_zero(t: f64, _y: &[f64], dy: &mut [f64]) {
+    dy[0] = if t > NEXT_TO_ZERO { f64::NAN } else { t };
+}
+
+const NEXT_TO_ZERO: f64 = -1e-300;
+
+#[test]
+fn no_stage_is_behind_the_end_of_its_step() {
+    for name in ["dop853", "dopri5", "radau5", "radau9"] {
+        let mut system = Probe::new(until_zero, 1, 1e-8);
+        let mut y = vec![0.5];
+        let span = Span { t_start: -1.0, t_end: NEXT_TO_ZERO, sample_times: &[] };
+        let options = Options { first_step: Some(1.0), ..Options::default() };
+        let outcome = by_name(name).unwrap().integrate(&mut system, &mut y, &span, &options).unwrap();
+        assert!(matches!(outcome.status, Status::Completed), "{name}: {:?}", outcome.status);
+        assert!(y[0].abs() < 1e-14 && outcome.counters.rejected == 0, "{name}: {y:?}, {:?}", outcome.counters);
+    }
+}

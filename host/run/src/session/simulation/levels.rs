@@ -10,6 +10,8 @@ use crate::analysis::AnalysisError;
 pub(super) const TOUCHING: f64 = 1e-3;
 /// The same where the tolerance is smaller: round-off of positions.
 const LEAST_TOUCHING: f64 = 1e-12;
+/// Round-off of positions far from the origin, as a share of the distance.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Share of the reactions of closed contacts below which one is none.
 const NO_REACTION: f64 = 1e-9;
 /// The same above which a closed contact that pulls is open.
@@ -64,7 +66,8 @@ impl Touch {
 impl Simulation<'_> {
     /// How far contacts may be apart and touch, m.
     pub(super) fn near(&self) -> f64 {
-        (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length
+        let of_size = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length;
+        of_size.max(ROUND_OFF * self.scales.far)
     }
 
     /// The size of speeds, m/s.

@@ -13,7 +13,8 @@ impl<'a> Simulation<'a> {
     /// Takes over what an earlier stretch of the same run has left, besides the state.
     pub(in crate::session) fn carry_on(&mut self, carried: &Carried) {
         let [length, speed, spin, energy] = carried.scales;
-        self.scales.widen(&Scales { length, speed, spin, energy });
+        let own = self.scales;
+        self.scales.widen(&Scales { length, speed, spin, energy, ..own });
         self.state_sizes.copy_from_slice(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
         self.contacts_were(&carried.closed, &carried.pressed);
@@ -25,7 +26,7 @@ impl<'a> Simulation<'a> {
 
     /// See [`Simulation::carry_on`].
     pub(in crate::session) fn carried(&self) -> Carried {
-        let Scales { length, speed, spin, energy } = self.scales;
+        let Scales { length, speed, spin, energy, .. } = self.scales;
         // The last step may have been cut to end where it had to; the one before it then says more.
         let step = self.last_steps[0].max(self.last_steps[1]);
         Carried {
@@ -107,7 +108,7 @@ impl<'a> Simulation<'a> {
             loaded.map_err(|fault| AnalysisError::Element { set: *set, fault })?;
         }
         let [length, speed, spin, energy] = saved.carried.scales;
-        self.scales = Scales { length, speed, spin, energy };
+        self.scales = Scales { length, speed, spin, energy, ..self.scales };
         self.state_sizes.copy_from_slice(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
