@@ -244,6 +244,9 @@ fn runs_in_other_units_are_compared_in_those_of_the_first() {
     assert!((found.columns[0].peak_b - 3.0015).abs() < 1e-12, "{found}");
     assert_eq!(found.columns[1].absolute, 0.0);
     assert!(found.to_string().contains("in the units of A: t, position\n"), "{found}");
+    let timed = scratch.file("timed.csv", "t [ms],position\n0,1\n1000,3\n");
+    assert!(compare(&a, &timed).unwrap_err().to_string().contains("a unit of their own, `ms`"));
+    assert_eq!(Table::measured(&timed).unwrap().time_unit.as_deref(), Some("ms"));
     // A table without units is taken as it is.
     let plain = scratch.file("plain.csv", "t,position\n0,1\n1,3\n");
     assert!(compare(&a, &plain).unwrap().converted.is_empty());
