@@ -121,6 +121,27 @@ fn without_noise_the_numbers_are_found_to_many_digits() {
     }
 }
 
+#[test]
+fn times_may_have_a_unit_of_their_own() {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", OSCILLATOR);
+    let table = measured(&scene, &TRUE, [0.0, 0.0], 1);
+    let row = |line: &str| {
+        let (time, rest) = line.split_once(',').unwrap();
+        format!("{:?},{rest}\n", 1e3 * time.parse::<f64>().unwrap())
+    };
+    let in_ms = table.lines().skip(1).fold(String::from("t [ms],x [mm],v\n"), |text, line| text + &row(line));
+    let found = fit(&scene, &scratch.file("ms.csv", in_ms), &request(&VARIED));
+    for (one, value) in found.parameters.iter().zip(TRUE_VALUES) {
+        assert!((one.value / value - 1.0).abs() < 1e-7, "{one:?}");
+    }
+    for (unit, expected) in [("m", "the times are in m, which is no time"), ("blinks", "blinks")] {
+        let table = scratch.file("wrong.csv", table.replacen("t,", &format!("t [{unit}],"), 1));
+        let refused = try_fit(&scene, Some(&table), &request(&VARIED), &[]).unwrap_err().to_string();
+        assert!(refused.contains(expected), "{refused}");
+    }
+}
+
 /// A hundred fits of two columns with noise that is not known: each interval has the true value in 95 % of them. The least that chance
 /// leaves of 300 is 285 - 4 sqrt(300 0.05 0.95) = 269; of a hundred of one parameter 95 - 4 * 2.18 = 86.
 #[test]

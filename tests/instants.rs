@@ -433,3 +433,43 @@ fn a_force_that_sets_in_at_zero_after_a_start_before_it() {
         }
     }
 }
+
+/// Output times in a unit that is no power of ten of a second are rounded: rows at sampling instants have what was held until then.
+#[test]
+fn rows_at_sampling_instants_have_the_values_before_in_every_unit() {
+    for (unit, seconds) in [("s", 1.0), ("min", 60.0), ("h", 3600.0)] {
+        let scene = format!(
+            r#"
+[plugins]
+libraries = ["odyn-controls"]
+[units]
+time = "{unit}"
+[simulation]
+t_end = {:?}
+output_step = {:?}
+[[body]]
+name = "b"
+mass = 1
+inertia = [1, 1, 1]
+[[control]]
+name = "c"
+type = "digital-pid"
+params = {{ period = "0.1 s", kp = 0, ki = 1 }}
+inputs = {{ set_point = 1, measured = 0 }}
+[[output]]
+name = "sum"
+quantity = "value"
+of = "c"
+channel = "output"
+"#,
+            100.0 / seconds,
+            0.1 / seconds
+        );
+        let report = run(&scene, &[]);
+        let sums = column(&report, "sum");
+        for (row, pair) in sums.windows(2).enumerate().skip(1) {
+            let step = pair[1] - pair[0];
+            assert!((step - 0.1).abs() < 1e-9, "{unit}: row {} is {step} above the one before", row + 1);
+        }
+    }
+}

@@ -82,6 +82,10 @@ class Error(Exception):
         return str(self.args[0])
 
 
+class UnknownName(Error, KeyError):
+    """There is no input or output of this name: as mappings say it, too."""
+
+
 class RunWarning(UserWarning):
     """A run that is not to be taken as it is: suspect, stopped early, or with a check that failed."""
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Container, Iterator, Mapping, MutableMapping
 from typing import TYPE_CHECKING, Any
 
 from . import _odyn
+from ._errors import Error, UnknownName
 
 if TYPE_CHECKING:
     from numpy import float64
@@ -26,6 +27,15 @@ def _saved_of(content: bytes) -> Saved:
     return Saved(_odyn.Saved.of_content(content))
 
 
+def _value(known: Container[str], name: str, value_of: Callable[[str], float]) -> float:
+    try:
+        return value_of(name)
+    except Error as error:
+        if name in known:
+            raise
+        raise UnknownName(*error.args) from None
+
+
 class Inputs(MutableMapping[str, float]):
     """The inputs of a simulation by name, in the units of their `[[input]]`."""
 
@@ -33,7 +43,10 @@ class Inputs(MutableMapping[str, float]):
         self._inner = inner
 
     def __getitem__(self, name: str) -> float:
-        return self._inner.input(name)
+        return _value(self, name, self._inner.input)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._inner.inputs
 
     def __setitem__(self, name: str, value: float) -> None:
         self._inner.set_input(name, value)
@@ -55,7 +68,10 @@ class Outputs(Mapping[str, float]):
         self._inner = inner
 
     def __getitem__(self, name: str) -> float:
-        return self._inner.output(name)
+        return _value(self, name, self._inner.output)
+
+    def __contains__(self, name: object) -> bool:
+        return name in list(self)
 
     def __iter__(self) -> Iterator[str]:
         return (name for name, _ in self._inner.outputs)

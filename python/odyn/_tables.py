@@ -12,7 +12,7 @@ from typing import Any
 
 Table = Any
 """A CSV file; a mapping of names (with units, `crank.angle [deg]`) to columns, with the times as `t`; a pandas frame, whose index
-counts as `t` where no column does; a run."""
+counts as `t` where no column does, and whose `attrs["units"]` count, as those of a run do; a run."""
 
 
 def _columns(table: Any) -> dict[str, list[float]]:
@@ -22,9 +22,14 @@ def _columns(table: Any) -> dict[str, list[float]]:
         units = {name: f" [{unit}]" if unit else "" for name, unit in table.units.items()}
         return {f"{name}{units[name]}": table[name].tolist() if name != "t" else table.t.tolist() for name in ("t", *table)}
     if hasattr(table, "columns") and hasattr(table, "index"):
-        own = {str(name): [float(one) for one in table[name]] for name in table.columns}
+        known = getattr(table, "attrs", {}).get("units", {})
+
+        def title(name: str) -> str:
+            return f"{name} [{known[name]}]" if known.get(name) else name
+
+        own = {title(str(name)): [float(one) for one in table[name]] for name in table.columns}
         has_times = any(name.split("[")[0].strip() in ("t", "time") for name in own)
-        return own if has_times else {"t": [float(one) for one in table.index], **own}
+        return own if has_times else {title("t"): [float(one) for one in table.index], **own}
     return {str(name): [float(one) for one in values] for name, values in table.items()}
 
 

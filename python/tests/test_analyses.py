@@ -96,6 +96,14 @@ def test_sensitivities_and_fits():
     fit = model.fit({"t": run.t, "omega": run["omega"]}, {"rod.mass": (1, 4)}, noise={"omega": 1e-6})
     assert fit.values["rod.mass"] == pytest.approx(2.5, rel=1e-8) and fit.about["status"] == "converged"
     assert numpy.allclose(fit.model.run()["omega"], run["omega"], rtol=1e-9)
+    # Runs and their frames have units, which count.
+    frame = run.to_pandas()
+    frame["omega"] *= 30 / numpy.pi
+    frame.index *= 1000
+    frame.attrs["units"] = {"t": "ms", "omega": "rpm"}
+    for measured in (run, frame):
+        again = model.fit(measured, {"rod.mass": (1, 4)}, columns={"omega": "omega"})
+        assert again.values["rod.mass"] == pytest.approx(2.5, rel=1e-8)
     # The text has what was fitted, and nothing else that was set.
     assert odyn.load(text=fit.text).run()["omega"][-1] == pytest.approx(run["omega"][-1], rel=1e-8)
     with pytest.raises(odyn.Error, match="nothing"):

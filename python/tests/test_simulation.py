@@ -45,6 +45,11 @@ def test_errors_of_simulations():
     simulation = odyn.load(text=PENDULUM).simulation()
     with pytest.raises(odyn.Error, match="did you mean `motor`"):
         simulation.inputs["motr"] = 1.0
+    for names in (simulation.inputs, simulation.outputs):
+        assert "motr" not in names and names.get("motr", 7.0) == 7.0
+        with pytest.raises(KeyError, match="motr"):
+            names["motr"]
+    assert "motor" in simulation.inputs and "omega" in simulation.outputs
     with pytest.raises(odyn.Error, match="cannot advance"):
         simulation.advance(5)
     with pytest.raises(odyn.Error):

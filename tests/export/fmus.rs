@@ -287,6 +287,54 @@ fn random_mechanisms_are_valid_fmus() {
     assert!(judged.len() == 4, "of 20 mechanisms only {judged:?} can be exported");
 }
 
+/// A block at a spring, of any size.
+const SLIDE: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 4
+output_step = 0.5
+[[body]]
+name = "block"
+mass = 1
+inertia = [#, #, #]
+position = [@, 0, 0]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "spring"
+type = "translational-spring-damper"
+bodies = ["ground", "block"]
+points = [[-1@, 0, 0], [@, 0, 0]]
+params = { stiffness = 30, damping = 0, free_length = @ }
+"#;
+
+/// Importing tools allow errors that are shares of the nominal values of states: in a small machine these are small.
+#[test]
+fn nominal_values_of_states_are_of_the_size_of_the_machine() {
+    let both = Kinds { co_simulation: true, model_exchange: true };
+    let nominals = |[size, square]: [&str; 2], version: Version| -> Vec<f64> {
+        let text = SLIDE.replace("-1@", &format!("-{size}")).replace('@', size).replace('#', square);
+        let fmu = Fmu::new(&machine(of_text(&text), None, "rk4"), version, both).unwrap();
+        let found = fmu.files[0].1.split("nominal=\"").skip(1).map(|rest| rest.split('"').next().unwrap().to_owned());
+        let found: Vec<String> = found.collect();
+        let table = format!("static const double sizes[{}_STATES] = {{{}}};", "THE_SCENE", found.join(", "));
+        assert!(fmu.sources.iter().any(|(_, text)| text.contains(&table)), "the functions give others: {table}");
+        found.iter().map(|text| text.parse().unwrap()).collect()
+    };
+    for version in [Version::Two, Version::Three] {
+        let (large, small) = (nominals(["1.0", "1.0"], version), nominals(["1e-6", "1e-12"], version));
+        assert_eq!((large.len(), small.len()), (3, 3), "position, speed, and the work, on which nothing depends");
+        for (large, small) in large.iter().zip(&small).take(2) {
+            assert!((small / large / 1e-6 - 1.0).abs() < 1e-9 && *large > 0.1 && *large < 10.0, "{small} {large}");
+        }
+    }
+}
+
 /// The same files give the same bytes; another scene has another token.
 #[test]
 fn archives_are_reproducible() {

@@ -92,6 +92,9 @@ def derivatives(folder, version):
     unknowns = [rate.valueReference for rate in rates] + [unknown.variable.valueReference for unknown in description.outputs]
     inputs = [v.valueReference for v in description.modelVariables if v.causality == "input"]
     knowns = states + inputs
+    nominals = (ctypes.c_double * len(states))()
+    instance.getNominalsOfContinuousStates(nominals, len(states))
+    assert list(nominals) == [float(rate.derivative.nominal) for rate in rates], list(nominals)
 
     def get(references):
         return np.array(instance.getReal(references) if version == "2" else instance.getFloat64(references))

@@ -8,7 +8,7 @@ use crate::source::Source;
 
 /// Curves in a drawing.
 const MOST_CURVES: usize = COLORS.len();
-/// Points of a curve in a drawing; more are thinned out.
+/// Points of a curve in a drawing; of more, the lowest and the highest of each stretch are drawn.
 const MOST_POINTS: usize = 1500;
 
 /// The drawings of a run, with their keys.
@@ -34,18 +34,17 @@ pub(crate) fn curves(source: &Source) -> String {
 }
 
 fn group(source: &Source, (over, axis): (&str, &str), label: &str, members: &[usize]) -> String {
-    let times = &source.table.times;
-    let step = times.len().div_ceil(MOST_POINTS).max(1);
     let points = |column: &usize| -> Vec<(f64, f64)> {
-        let pairs = times.iter().copied().zip(source.table.columns[*column].iter().copied());
-        pairs.step_by(step).filter(|(t, value)| t.is_finite() && value.is_finite()).collect()
+        let pairs = source.table.times.iter().copied().zip(source.table.columns[*column].iter().copied());
+        thinned(pairs.filter(|(t, value)| t.is_finite() && value.is_finite()).collect())
     };
     let all: Vec<Vec<(f64, f64)>> = members.iter().map(points).collect();
     let range = |of: fn(&(f64, f64)) -> f64| {
         let numbers = || all.iter().flatten().map(of);
         let (low, high) = (numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max));
         // A level line has its height in the middle.
-        let margin = if high > low { 0.04 * (high - low) } else { 1.0_f64.max(high.abs()) };
+        let level = if high == 0.0 { 1.0 } else { high.abs() };
+        let margin = if high > low { 0.04 * (high - low) } else { level };
         (low, high, margin)
     };
     let ((from, to, _), (low, high, margin)) = (range(|point| point.0), range(|point| point.1));
@@ -62,4 +61,19 @@ fn group(source: &Source, (over, axis): (&str, &str), label: &str, members: &[us
     let chart = Chart { x: &x, y: &y, curves: &curves, dots: false, bound: None };
     let picture = drawing(&escape(&format!("{label} over {over}")), |area| draw(area, &chart));
     format!("<figure>{picture}<ul class=\"key\">{key}</ul></figure>\n")
+}
+
+/// So many points as a drawing has, peaks among them.
+fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    if points.len() <= MOST_POINTS {
+        return points;
+    }
+    let by_height = |k: &usize, other: &usize| points[*k].1.total_cmp(&points[*other].1);
+    let ends = |first: usize, length: usize| {
+        let all = first..(first + length).min(points.len());
+        let (low, high) = (all.clone().min_by(by_height), all.max_by(by_height));
+        [low.min(high), low.max(high)].into_iter().flatten()
+    };
+    let length = points.len().div_ceil(MOST_POINTS / 2);
+    (0..points.len()).step_by(length).flat_map(|first| ends(first, length)).map(|k| points[k]).collect()
 }

@@ -131,6 +131,42 @@ fn without_scripts_plots_are_drawings() {
     assert!(report(&[read(&folder.0)], Scripts::Without).contains("built without the scripts"));
 }
 
+/// Heights of the points of the curve of a page, pixels from the top.
+fn heights(page: &str) -> Vec<f64> {
+    let lists = page.split("<polyline").skip(1).filter_map(|rest| rest.split("points=\"").nth(1)?.split('"').next());
+    // Axes are lines of two points.
+    let points: Vec<&str> = lists.map(|list| list.split_whitespace().collect()).max_by_key(Vec::len).unwrap();
+    points.iter().map(|point| point.split(',').nth(1).unwrap().parse().unwrap()).collect()
+}
+
+#[test]
+fn drawings_of_many_samples_show_their_peaks() {
+    let folder = run("peak");
+    let page = |at: usize| {
+        let row = |k: usize| format!("{k},{}\n", if k == at { 50.0 } else { (k % 7) as f64 * 0.1 });
+        folder.write("results.csv", (0..20_000).fold(String::from("t,x\n"), |text, k| text + &row(k)));
+        report(&[read(&folder.0)], Scripts::Without)
+    };
+    for at in [5, 6, 7, 12_345, 19_999] {
+        let heights = heights(&page(at));
+        assert!(heights.len() <= 1500, "{}", heights.len());
+        // All else is at the foot of the peak.
+        let high = heights.iter().filter(|height| **height < 300.0).count();
+        assert_eq!(high, 1, "the peak at row {at} is no point of the curve");
+    }
+}
+
+#[test]
+fn a_level_line_has_its_own_height_at_every_scale() {
+    let folder = run("level");
+    for height in ["3e-9", "3", "3e9"] {
+        folder.write("results.csv", format!("t,x\n0,{height}\n1,{height}\n"));
+        let page = report(&[read(&folder.0)], Scripts::Without);
+        let digits: String = height.parse::<f64>().map(|x| crate::results::significant(x, 6)).unwrap();
+        assert!(page.contains(&format!("\n{digits}\n")), "{digits} is no tick of its axis");
+    }
+}
+
 #[test]
 fn with_scripts_the_page_has_its_data_and_asks_for_nothing() {
     if !Scripts::are_built_in() {

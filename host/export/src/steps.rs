@@ -56,6 +56,15 @@ impl Sizes {
     }
 }
 
+impl Machine {
+    /// By entry of the state, the size that absolute tolerances are shares of, SI.
+    pub(crate) fn nominals(&self) -> Vec<f64> {
+        let mut sizes = Sizes::of(self);
+        sizes.grow(&self.state);
+        sizes.of.iter().map(|size| size.map_or(1.0, |size| sizes.least[size])).collect()
+    }
+}
+
 /// What chooses the sizes of steps.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Control {

@@ -436,3 +436,32 @@ fn a_late_declaration_is_read() {
     // One that stands behind something else is a mistake.
     assert!(crate::xml::parse(&crate::xml::declared_late("<a/><?xml version=\"1.0\"?>".into())).is_err());
 }
+
+/// Of joints with several coordinates the format does not say what damping, friction and limits are those of.
+#[test]
+fn what_resists_planar_and_floating_joints_is_listed() {
+    let link = |name: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>"#
+        )
+    };
+    let joint = |name: &str, kind: &str, below: &str, rest: &str| {
+        format!(r#"<joint name="{name}" type="{kind}"><parent link="base"/><child link="{below}"/>{rest}</joint>"#)
+    };
+    let resisted = r#"<dynamics damping="3" friction="0.2"/><limit lower="-1" upper="1"/>"#;
+    let text = format!(
+        r#"<robot name="r"><link name="base"/>{}{}{}{}{}{}</robot>"#,
+        link("a"),
+        link("b"),
+        link("c"),
+        joint("disc", "planar", "a", resisted),
+        joint("buoy", "floating", "b", r#"<dynamics damping="3"/>"#),
+        joint("puck", "planar", "c", r#"<dynamics damping="0"/><limit effort="1" velocity="1"/>"#),
+    );
+    let imported = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap();
+    let listed = ["planar joint `disc`: its damping and friction and limits", "floating joint `buoy`: its damping"];
+    for expected in listed {
+        assert!(imported.left_out.iter().any(|what| what == expected), "{expected}: {:?}", imported.left_out);
+    }
+    assert!(!imported.left_out.iter().any(|what| what.contains("puck")), "{:?}", imported.left_out);
+}

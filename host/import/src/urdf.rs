@@ -277,8 +277,14 @@ impl Reader<'_> {
             "prismatic" => Kind::Slide,
             "spherical" | "ball" => Kind::Ball,
             "fixed" => return Hold::Fixed,
-            "floating" => return Hold::Free,
-            "planar" => return self.plane(node, &name),
+            "floating" => {
+                self.unresisted(node, "floating");
+                return Hold::Free;
+            }
+            "planar" => {
+                self.unresisted(node, "planar");
+                return self.plane(node, &name);
+            }
             other => {
                 let message = format!("joint `{name}`: unknown type \"{other}\"");
                 let help = "types are revolute, continuous, prismatic, fixed, floating, planar";
@@ -310,6 +316,23 @@ impl Reader<'_> {
             self.left_out.push("effort and velocity in <limit>: bounds for a controller".into());
         }
         Hold::Joints(vec![joint])
+    }
+
+    /// Reports what resists or bounds a motion of several coordinates: the format does not say in which of them.
+    fn unresisted(&mut self, node: Node<'_, '_>, kind: &str) {
+        let number = |of: &str, name: &str| {
+            let value = child(node, of).and_then(|of| of.attribute(name)?.trim().parse::<f64>().ok());
+            value.is_some_and(|value| value != 0.0)
+        };
+        let dropped = [
+            ("damping", number("dynamics", "damping")),
+            ("friction", number("dynamics", "friction")),
+            ("limits", number("limit", "lower") || number("limit", "upper")),
+        ];
+        let dropped: Vec<&str> = dropped.into_iter().filter_map(|(what, is_there)| is_there.then_some(what)).collect();
+        if !dropped.is_empty() {
+            self.left_out.push(format!("{kind} joint `{}`: its {}", named(node), dropped.join(" and ")));
+        }
     }
 
     /// Two slides across the axis and a hinge about it.

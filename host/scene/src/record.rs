@@ -175,7 +175,7 @@ impl Simulation {
             OutputTimes::Step(step) => {
                 let number = self.steps(*step);
                 let start = round_to_15_digits(self.t_start / unit);
-                let step = round_to_15_digits(step / unit);
+                let step = step / unit;
                 (0..=number)
                     .map(|k| {
                         let scene = round_to_15_digits(start + step * k as f64);

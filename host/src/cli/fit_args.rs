@@ -59,8 +59,8 @@ pub(super) struct SensitivityArgs {
 pub(super) struct FitArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Table of what was measured: a column `t` with times in the scene's unit, and one for each output, its unit in brackets if it is
-    /// another than that of the output: `x [cm]`
+    /// Table of what was measured: a column `t`, and one for each output, its unit in brackets if it is another than that of the scene's
+    /// times or of the output: `t [ms]`, `x [cm]`
     pub(super) measured: Option<PathBuf>,
     /// Numbers to vary, by their keys as for --set, with bounds: KEY=MIN:MAX; may be repeated. A bound may be left out
     #[arg(long, value_name = "KEY=MIN:MAX,...", value_delimiter = ',', required = true)]

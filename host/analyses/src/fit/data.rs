@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Request;
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::results::Table;
-use crate::scene::{Dimension, parse_unit};
+use crate::scene::{Dimension, UnitError, parse_unit};
 use crate::session::Session;
 
 /// What was measured.
@@ -52,7 +52,8 @@ impl Data {
     pub(crate) fn read(table: Option<&Path>, request: &Request, session: &Session) -> Result<Self, Refused> {
         let mut data = Self::default();
         if let Some(path) = table {
-            let table = Table::read(path).map_err(|error| Box::new(error.diagnostic()))?;
+            let mut table = Table::measured(path).map_err(|error| Box::new(error.diagnostic()))?;
+            in_unit_of_scene(&mut table, session)?;
             data.take(&table, request, session)?;
         }
         let figures: Vec<&str> = session.scene.figures.iter().map(|figure| figure.name.value.as_str()).collect();
@@ -149,6 +150,24 @@ impl Data {
         let columns = self.columns.iter().flat_map(|column| column.values.iter().copied());
         columns.chain(self.targets.iter().map(|target| target.value)).collect()
     }
+}
+
+/// Brings times with a unit of their own into that of the scene.
+fn in_unit_of_scene(table: &mut Table, session: &Session) -> Result<(), Refused> {
+    let Some(unit) = table.time_unit.take() else { return Ok(()) };
+    let unknown = |error: UnitError| Diagnostic::error(codes::UNKNOWN_UNIT, format!("the times: {}", error.message));
+    let (dimension, factor) = parse_unit(&unit).map_err(unknown)?;
+    if dimension != Dimension::TIME {
+        return Err(Box::new(Diagnostic::error(
+            codes::DIMENSION,
+            format!("the times are in {unit}, which is no time"),
+        )));
+    }
+    let factor = factor / session.scene.units.factor(Dimension::TIME);
+    if factor != 1.0 {
+        table.times.iter_mut().for_each(|time| *time *= factor);
+    }
+    Ok(())
 }
 
 /// Name and unit of `x_p [mm]`.

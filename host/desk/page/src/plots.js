@@ -87,7 +87,7 @@ function chart(hosts, group, runs, clock, differences) {
       width: 1.5,
       dash: run.index ? [4 + 4 * run.index, 4] : undefined,
       spanGaps: true,
-      points: { show: false },
+      points: { show: run.times.length === 1 },
       value: (_, x) => short(x),
     })),
   );
@@ -137,8 +137,13 @@ function tableOf(run, group, base) {
   const times = run.inFirst === 1 ? run.times : run.times.map((t) => t * run.inFirst);
   const columns = channelsOf(run, group).map((channel) => {
     if (!base) return finite(channel.values);
-    const own = base.channels.find((other) => other.name === channel.name);
-    return Array.from(times, (t, row) => (own ? gap(channel.values[row] - at(base, own.values, t)) : null));
+    const own = base.channels.find((other) => other.name === channel.name && other.quantity === channel.quantity);
+    const [first, last] = [base.times[0] * base.inFirst, base.times[base.times.length - 1] * base.inFirst];
+    // Where the first run has no value there is no difference; round-off of the times is none of theirs.
+    const near = 1e-9 * (last - first);
+    const isThere = (t) => own && t >= first - near && t <= last + near;
+    const factor = own && own.si_per_unit / channel.si_per_unit;
+    return Array.from(times, (t, row) => (isThere(t) ? gap(channel.values[row] - factor * at(base, own.values, t)) : null));
   });
   return [times, ...columns];
 }

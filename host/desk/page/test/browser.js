@@ -186,6 +186,37 @@ async function two() {
   await context.close();
 }
 
+/** Of runs in other units, differences are in the unit of the chart; where the first run has ended there are none; one sample is a point. */
+async function units() {
+  const scene = (name, units, x, v, end, step) => {
+    const file = join(work, `${name}.toml`);
+    const body = `[[body]]\nname = "puck"\nmass = 1\ninertia = [1, 1, 1]\nposition = [${x}, 0, 0]\nvelocity = [${v}, 0, 0]\n`;
+    const output = '[[output]]\nname = "x"\nquantity = "position"\nof = "puck"\ncomponent = "x"\n';
+    writeFileSync(file, `${units}[simulation]\nt_end = ${end}\noutput_step = ${step}\n${body}${output}`);
+    return run(file, name);
+  };
+  const metres = scene("metres", "", 0.5, 2, 1, 0.1);
+  const millimetres = scene("millimetres", '[units]\nlength = "mm"\ntime = "ms"\n', 600, 2, 2000, 100);
+  const once = scene("once", "", 0.5, 2, 1, 5);
+  const file = join(work, "units.html");
+  execFileSync(odyn, ["report", metres, millimetres, once, "-o", file], { stdio: "ignore" });
+  const { page, context, faults } = await open(file);
+  const points = await page.evaluate(() => window.odyn.charts.flatMap((chart) => chart.series.slice(1).map((s) => [s.label, s.points.show()])));
+  assert.deepEqual(points, [["metres: x", false], ["once: x", true], ["millimetres: x", false]]);
+  await page.getByLabel("Differences from metres").check();
+  const [times, found] = await page.evaluate(() => {
+    const chart = window.odyn.charts.find((chart) => chart.series[1].label === "millimetres: x");
+    return [[...chart.data[0]], [...chart.data[1]]];
+  });
+  times.forEach((t, k) => {
+    if (t > 1.01) assert.ok(found[k] == null, `a difference at ${t} s, where the first run has ended`);
+    else if (found[k] != null) assert.ok(Math.abs(found[k] - 100) < 1e-6, `${found[k]} mm at ${t} s`);
+  });
+  assert.ok(found.filter((x) => x != null).length === 11, "differences at the samples of the first");
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
 /** *Show* chooses a mode: the time stays within its period, the picture is another, and its largest swing is the mode's shape. */
 async function modes() {
   const folder = join(work, "modes");
@@ -281,6 +312,7 @@ async function frames() {
 try {
   const ready = await compressor();
   await two();
+  await units();
   await modes();
   await hostile();
   const rate = await frames();

@@ -77,10 +77,11 @@ DECLARED(@fmi@Status, @fmi@GetEventIndicators, (void *c, double indicators[], si
 }
 
 DECLARED(@fmi@Status, @fmi@GetNominalsOfContinuousStates, (void *c, double nominals[], size_t number)) {
-    size_t k;
+    static const double sizes[@N@_STATES] = {@nominals@};
     UNUSED(c);
-    for (k = 0; k < number; ++k) {
-        nominals[k] = 1.0;
+    if (number != @N@_STATES) {
+        return @fmi@Error;
     }
+    memcpy(nominals, sizes, sizeof sizes);
     return @fmi@OK;
 }

@@ -20,6 +20,7 @@ struct Variable {
     initial: &'static str,
     range: Option<[f64; 2]>,
     start: Option<f64>,
+    nominal: Option<f64>,
     unit: String,
     about: String,
     /// The value reference of what it is the rate of.
@@ -92,12 +93,13 @@ fn variables(machine: &Machine) -> Vec<Variable> {
         range: None,
         initial: if causality == "output" { "calculated" } else { "" },
         start: (causality == "input").then_some(port.start),
+        nominal: None,
         unit: port.unit.clone(),
         about: port.about.clone(),
         rate_of: None,
     };
     let mut list = Vec::new();
-    let tunable = tunable(machine);
+    let (tunable, nominals) = (tunable(machine), machine.nominals());
     list.extend(machine.parameters.settable.iter().enumerate().map(|(k, one)| Variable {
         name: format!("parameters.{}", one.port.name),
         causality: "parameter",
@@ -120,6 +122,7 @@ fn variables(machine: &Machine) -> Vec<Variable> {
             range: None,
             initial: "exact",
             start: Some(machine.state[k]),
+            nominal: Some(nominals[k]),
             unit: unit.into(),
             about: about.into(),
             rate_of: None,
@@ -134,6 +137,7 @@ fn variables(machine: &Machine) -> Vec<Variable> {
             range: None,
             initial: "calculated",
             start: None,
+            nominal: None,
             unit: String::new(),
             about: String::new(),
             rate_of: Some(at.state + k),
@@ -254,8 +258,9 @@ fn version_2(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         let attributes = variable.attributes();
         let _ = writeln!(
             text,
-            "    <ScalarVariable {attributes}><Real{}{}{}{}/></ScalarVariable>",
+            "    <ScalarVariable {attributes}><Real{}{}{}{}{}/></ScalarVariable>",
             start(variable.start),
+            nominal(variable.nominal),
             range(variable.range),
             unit(&variable.unit),
             variable.rate_of.map_or(String::new(), |state| format!(" derivative=\"{}\"", index(state)))
@@ -321,6 +326,7 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         range: None,
         initial: "calculated",
         start: None,
+        nominal: None,
         unit: String::new(),
         about: "changes its sign where equations switch".into(),
         rate_of: None,
@@ -330,8 +336,9 @@ fn version_3(machine: &Machine, kinds: Kinds, guid: &str) -> String {
         let rate = variable.rate_of.map_or(String::new(), |state| format!(" derivative=\"{state}\""));
         let _ = writeln!(
             text,
-            "    <Float64 {attributes}{}{}{}{rate}/>",
+            "    <Float64 {attributes}{}{}{}{}{rate}/>",
             start(variable.start),
+            nominal(variable.nominal),
             range(variable.range),
             unit(&variable.unit)
         );
@@ -371,6 +378,10 @@ pub(super) fn build(name: &str) -> String {
 
 fn start(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| format!(" start=\"{value:?}\""))
+}
+
+fn nominal(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| format!(" nominal=\"{value:?}\""))
 }
 
 fn range(range: Option<[f64; 2]>) -> String {

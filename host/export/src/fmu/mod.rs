@@ -70,9 +70,16 @@ impl Fmu {
         let tag: String = guid.chars().filter(char::is_ascii_hexdigit).take(15).collect();
         let tunable: Vec<String> =
             dependencies::tunable(machine).into_iter().map(|tunable| u8::from(tunable).to_string()).collect();
-        let (tunable, upper) = (tunable.join(", "), name.to_uppercase());
-        let filled =
-            [("@n@", name.as_str()), ("@N@", &upper), ("@guid@", &guid), ("@tag@", &tag), ("@tunable@", &tunable)];
+        let nominals: Vec<String> = machine.nominals().iter().map(|size| format!("{size:?}")).collect();
+        let (tunable, nominals, upper) = (tunable.join(", "), nominals.join(", "), name.to_uppercase());
+        let filled = [
+            ("@n@", name.as_str()),
+            ("@N@", &upper),
+            ("@guid@", &guid),
+            ("@tag@", &tag),
+            ("@tunable@", &tunable),
+            ("@nominals@", &nominals),
+        ];
         let glue = filled.iter().fold(glue.clone(), |text, (mark, value)| text.replace(mark, value));
         sources.push((format!("{name}_fmi.c"), glue));
         let mut files = vec![

@@ -11,6 +11,8 @@ const LAST_STEP_STRETCH: f64 = 1.01;
 
 /// A step this many times the spacing of floating-point times is too small.
 const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
+/// Share of a number by which its first 15 digits may be off.
+const FIFTEEN_DIGITS: f64 = 5e-15;
 /// Share of the interval below which a step is short enough for sums: where a motion begins, or is none but for round-off, all of a
 /// sum is that of a step, and none would be short enough to know it well.
 const SHORT_FOR_SUMS: f64 = 1e-3;
@@ -162,9 +164,9 @@ impl<'a> Run<'a> {
         self.pending_sample().filter(|time| *time < t)
     }
 
-    /// The latest time that is the same as `t` but for round-off.
+    /// The latest time that is the same as `t` but for round-off, of times that are given by their first 15 digits as well.
     fn same_time(&self, t: f64) -> f64 {
-        (t + self.smallest_step()).min(self.span.t_end)
+        (t + self.smallest_step().max(FIFTEEN_DIGITS * t.abs())).min(self.span.t_end)
     }
 
     /// The first sample wanted after `from` and before `to`, not at them.

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::ResultsError;
 use super::summary::write_where_new;
+use super::{CHANNELS_FILE, RESULTS_FILE, ResultsError};
 
 /// One column of the table.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChannelInfo {
     /// Column name.
     pub name: String,
@@ -56,4 +56,15 @@ pub(super) fn write(path: &Path, time: &ChannelInfo, channels: &[ChannelInfo]) -
         columns: Vec<&'a ChannelInfo>,
     }
     write_where_new(path, &File { columns: std::iter::once(time).chain(channels).collect() })
+}
+
+/// The metadata beside the table of a run, the time first; none beside another table, or where the file is not what a run writes.
+pub(super) fn beside(table: &Path) -> Option<Vec<ChannelInfo>> {
+    #[derive(Deserialize)]
+    struct File {
+        columns: Vec<ChannelInfo>,
+    }
+    let text = std::fs::read_to_string(table.with_file_name(CHANNELS_FILE)).ok()?;
+    let is_of_run = table.file_name().is_some_and(|name| name == RESULTS_FILE);
+    serde_json::from_str::<File>(&text).ok().filter(|_| is_of_run).map(|file| file.columns)
 }

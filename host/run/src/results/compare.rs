@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::channels::{self, ChannelInfo};
 use super::summary::json;
 use super::text::{Side, aligned, count, significant};
 use super::{ResultsError, Table};
@@ -37,6 +38,8 @@ pub struct Comparison {
     pub columns_only_in_a: Vec<String>,
     /// Columns only the second has.
     pub columns_only_in_b: Vec<String>,
+    /// Columns, the time among them, whose numbers in the second table were brought into the unit that they have in the first.
+    pub converted: Vec<String>,
 }
 
 /// The largest difference in one column.
@@ -54,17 +57,19 @@ pub struct ColumnDifference {
     pub relative: f64,
 }
 
-/// Compares two tables: rows are matched by time, columns by name.
+/// Compares two tables: rows are matched by time, columns by name. Of tables of runs the units are known: those of the second are
+/// brought into the units of the first.
 ///
 /// # Errors
-/// A table cannot be read, or they have no time or no column in common; see [`ResultsError`].
+/// A table cannot be read, they have no time or no column in common, or a column is of two quantities; see [`ResultsError`].
 pub fn compare(a: &Path, b: &Path) -> Result<Comparison, ResultsError> {
-    let (first, second) = (Table::read(a)?, Table::read(b)?);
+    let (first, mut second) = (Table::read(a)?, Table::read(b)?);
     let nothing = |reason: &str| ResultsError::NothingToCompare {
         first: a.to_path_buf(),
         second: b.to_path_buf(),
         reason: reason.into(),
     };
+    let converted = in_units_of(a, b, &mut second).map_err(|reason| nothing(&reason))?;
     let pairs = common_rows(&first.times, &second.times);
     let ([(start, _), ..], [.., (end, _)]) = (pairs.as_slice(), pairs.as_slice()) else {
         return Err(nothing("no time is in both"));
@@ -92,7 +97,32 @@ pub fn compare(a: &Path, b: &Path) -> Result<Comparison, ResultsError> {
         columns,
         columns_only_in_a: missing(&first, &second),
         columns_only_in_b: missing(&second, &first),
+        converted,
     })
+}
+
+/// Brings the numbers of the second table into the units of the first, where both are of runs. Gives the columns that were changed, or
+/// the reason why one cannot be.
+fn in_units_of(a: &Path, b: &Path, second: &mut Table) -> Result<Vec<String>, String> {
+    let (Some(ours), Some(theirs)) = (channels::beside(a), channels::beside(b)) else { return Ok(Vec::new()) };
+    let mut converted = Vec::new();
+    for other in &theirs {
+        let Some(own) = ours.iter().find(|own| own.name == other.name) else { continue };
+        if own.quantity != other.quantity {
+            let of = |channel: &ChannelInfo| format!("a {} [{}]", channel.quantity.replace('_', " "), channel.unit);
+            return Err(format!("`{}` is {} in the first and {} in the second", own.name, of(own), of(other)));
+        }
+        if own.factor == other.factor {
+            continue;
+        }
+        let values = match second.names.iter().position(|name| *name == other.name) {
+            Some(column) => &mut second.columns[column],
+            None => &mut second.times,
+        };
+        values.iter_mut().for_each(|value| *value *= other.factor / own.factor);
+        converted.push(own.name.clone());
+    }
+    Ok(converted)
 }
 
 /// Index pairs of rows with equal times. Both lists ascend, so one walk finds them.
@@ -193,6 +223,9 @@ impl fmt::Display for Comparison {
             if !names.is_empty() {
                 writeln!(f, "columns only in {table}: {}", names.join(", "))?;
             }
+        }
+        if !self.converted.is_empty() {
+            writeln!(f, "in the units of A: {}", self.converted.join(", "))?;
         }
         let worst = self.worst();
         writeln!(f, "largest relative difference: {} ({})", significant(worst.relative, 3), worst.name)

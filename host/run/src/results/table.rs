@@ -28,6 +28,8 @@ pub struct Table {
     pub names: Vec<String>,
     /// Their values, each as long as `times`.
     pub columns: Vec<Vec<f64>>,
+    /// The unit of the times where their column names one, `t [ms]`; only what [`Table::measured`] gives has one.
+    pub time_unit: Option<String>,
 }
 
 impl Table {
@@ -42,6 +44,14 @@ impl Table {
     /// to be kept (1e8 numbers, 2 GB), or one that is not what its run wrote.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
         Self::read_at_most(path, MOST_NUMBERS, LONGEST)
+    }
+
+    /// The same of what was measured: the name of the times may have a unit behind it, in brackets.
+    ///
+    /// # Errors
+    /// As for [`Table::read`].
+    pub fn measured(path: &Path) -> Result<Self, ResultsError> {
+        Self::read_any(path, MOST_NUMBERS, LONGEST, &|_| true)
     }
 
     /// The same; columns that are not `wanted` stay empty where the table is a plain one.
@@ -63,6 +73,14 @@ impl Table {
         longest: u64,
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Self, ResultsError> {
+        let table = Self::read_any(path, most, longest, wanted)?;
+        match &table.time_unit {
+            Some(unit) => Err(not_a_table(path, None, format!("its times have a unit of their own, `{unit}`"))),
+            None => Ok(table),
+        }
+    }
+
+    fn read_any(path: &Path, most: usize, longest: u64, wanted: &dyn Fn(&str) -> bool) -> Result<Self, ResultsError> {
         let open = || {
             let mut file = File::open(path)?;
             let told = if path.with_file_name(SUMMARY_FILE).exists() { whole_lines(&mut file)? } else { u64::MAX };
@@ -169,8 +187,8 @@ impl Table {
 
     /// The table of these columns, the one with the times among them.
     fn of_columns(mut names: Vec<String>, key: usize, mut columns: Vec<Vec<f64>>) -> Self {
-        names.remove(key);
-        Self { times: columns.remove(key), names, columns }
+        let time_unit = unit_of_times(&names.remove(key)).flatten();
+        Self { times: columns.remove(key), names, columns, time_unit }
     }
 
     /// The values of a column.
@@ -219,12 +237,22 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(end)
 }
 
+/// The unit behind the name of times, if it is one.
+fn unit_of_times(name: &str) -> Option<Option<String>> {
+    let (word, unit) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
+        Some((word, unit)) => (word.trim(), Some(unit.trim().to_owned())),
+        None => (name, None),
+    };
+    TIME_NAMES.contains(&word).then_some(unit)
+}
+
 /// Which column has the times; the error says what is wrong with the names.
 fn key_column(names: &[String]) -> Result<usize, String> {
     if let Some(name) = names.iter().enumerate().find_map(|(k, name)| names[..k].contains(name).then_some(name)) {
         return Err(format!("two columns are called `{name}`"));
     }
-    let found = TIME_NAMES.iter().find_map(|wanted| names.iter().position(|name| name == wanted));
+    let exact = TIME_NAMES.iter().find_map(|wanted| names.iter().position(|name| name == wanted));
+    let found = exact.or_else(|| names.iter().position(|name| unit_of_times(name).is_some()));
     found.ok_or_else(|| match names {
         [] => "it is empty".into(),
         _ => "no column is called `t` or `time`".into(),

@@ -2,7 +2,7 @@
 
 use super::Scratch;
 use crate::diagnostics::codes;
-use crate::results::{Table, compare};
+use crate::results::{CHANNELS_FILE, ChannelInfo, RESULTS_FILE, Table, compare};
 use std::path::Path;
 
 fn refused(test: &str, text: &str) -> String {
@@ -213,4 +213,49 @@ fn json_has_null_where_a_number_is_not_finite() {
     let value: serde_json::Value = serde_json::from_str(&compare(&a, &b).unwrap().to_json()).unwrap();
     assert!(value["columns"][0]["relative"].is_null());
     assert_eq!(value["columns"][1]["relative"], 0.5);
+}
+
+/// A folder with the table and the units of a run.
+fn folder_of_run(scratch: &Scratch, name: &str, table: &str, units: [(&str, &str, f64); 3]) -> std::path::PathBuf {
+    let folder = scratch.join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    let [time, columns @ ..] = units.map(|(quantity, unit, factor)| {
+        let name = if quantity == "time" { "t" } else { quantity };
+        let (name, unit, quantity) = (name.into(), unit.into(), quantity.into());
+        ChannelInfo { name, unit, quantity, place: String::new(), factor, unique: true }
+    });
+    crate::results::channels::write(&folder.join(CHANNELS_FILE), &time, &columns).unwrap();
+    let file = folder.join(RESULTS_FILE);
+    std::fs::write(&file, table).unwrap();
+    file
+}
+
+#[test]
+fn runs_in_other_units_are_compared_in_those_of_the_first() {
+    let scratch = Scratch::new("units");
+    let si = [("time", "s", 1.0), ("position", "m", 1.0), ("force", "N", 1.0)];
+    let small = [("time", "ms", 1e-3), ("position", "mm", 1e-3), ("force", "N", 1.0)];
+    let a = folder_of_run(&scratch, "a", "t,position,force\n0,1,2\n1,3,4\n", si);
+    let b = folder_of_run(&scratch, "b", "t,position,force\n0,1000,2\n500,2000,3\n1000,3001.5,4\n", small);
+    let found = compare(&a, &b).unwrap();
+    assert_eq!((found.rows, found.rows_only_in_b), (2, 1));
+    assert_eq!(found.converted, ["t", "position"]);
+    assert!((found.columns[0].absolute - 1.5e-3).abs() < 1e-12, "{found}");
+    assert!((found.columns[0].peak_b - 3.0015).abs() < 1e-12, "{found}");
+    assert_eq!(found.columns[1].absolute, 0.0);
+    assert!(found.to_string().contains("in the units of A: t, position\n"), "{found}");
+    let timed = scratch.file("timed.csv", "t [ms],position\n0,1\n1000,3\n");
+    assert!(compare(&a, &timed).unwrap_err().to_string().contains("a unit of their own, `ms`"));
+    assert_eq!(Table::measured(&timed).unwrap().time_unit.as_deref(), Some("ms"));
+    // A table without units is taken as it is.
+    let plain = scratch.file("plain.csv", "t,position\n0,1\n1,3\n");
+    assert!(compare(&a, &plain).unwrap().converted.is_empty());
+    let turned = [("time", "s", 1.0), ("position", "m", 1.0), ("torque", "N m", 1.0)];
+    let c = folder_of_run(&scratch, "c", "t,position,torque\n0,1,2\n1,3,4\n", turned);
+    let text = std::fs::read_to_string(c.with_file_name(CHANNELS_FILE)).unwrap();
+    std::fs::write(c.with_file_name(CHANNELS_FILE), text.replace("\"name\": \"torque\"", "\"name\": \"force\""))
+        .unwrap();
+    std::fs::write(&c, "t,position,force\n0,1,2\n1,3,4\n").unwrap();
+    let refused = compare(&a, &c).unwrap_err().to_string();
+    assert!(refused.contains("`force` is a force [N] in the first and a torque [N m] in the second"), "{refused}");
 }
