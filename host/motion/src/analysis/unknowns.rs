@@ -1,5 +1,7 @@
 //! [`Unknowns`]: the values of internal unknowns at the start, and whether they can be followed.
 
+use odyn_numerics::draw::SplitMix64;
+
 use super::evaluator::Evaluator;
 use super::formulation::AnalysisError;
 use crate::model::Model;
@@ -153,13 +155,10 @@ impl Own {
     /// its own to judge its steps by.
     fn is_round_off(&mut self, inputs: &[f64], sets: &Sets, left: &[f64]) -> Result<bool, Stop> {
         let mut noise = vec![0.0_f64; left.len()];
-        let mut digits = 0_u64;
+        let mut numbers = SplitMix64::new(0);
         for _ in 0..TRIALS {
-            let mut near = || {
-                digits = digits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                if digits >> 63 == 0 { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON }
-            };
-            let moved: Vec<f64> = inputs.iter().map(|x| x * near()).collect();
+            let mut near = |x: f64| x * (1.0 + f64::EPSILON.copysign(numbers.either_way()));
+            let moved: Vec<f64> = inputs.iter().map(|x| near(*x)).collect();
             let found = self.conditions.run(&moved, sets).map_err(Stop::Analysis)?;
             for ((noise, found), left) in noise.iter_mut().zip(found).zip(left) {
                 *noise = noise.max((found - left).abs());
