@@ -211,3 +211,46 @@ fn friction_on_reactions_that_are_not_unique_is_suspect() {
         assert!(report.summary.not_unique.contains(&"load".to_owned()));
     }
 }
+
+/// A wheel on a track that is given by points, thrown beyond its last one, where the track arrives with a slope unless it ends level.
+fn track(points: &str) -> RunReport {
+    let text = format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, 0]
+t_end = 1
+output_step = 0.05
+[[body]]
+name = "wheel"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+position = [0.5, 0, 0.25]
+velocity = [2, 0, "free"]
+[[joint]]
+name = "track"
+type = "point-on-curve"
+bodies = ["ground", "wheel"]
+points = [[0, 0, 0], [0.5, 0, 0.25]]
+axis = [0, -1, 0]
+x_axis = [1, 0, 0]
+params.height = {points}
+"#
+    );
+    run(&text, &[])
+}
+
+#[test]
+fn the_curve_of_a_joint_is_named_where_a_body_passes_its_end() {
+    let kinked = track("[[-1, 1], [0, 0], [0.5, 0.25], [0.8, 0.5], [1, 1]]").summary;
+    assert_eq!((kinked.status, kinked.code), (Status::Suspect, Some(codes::CURVE_PASSED)));
+    let reason = &kinked.reason;
+    assert!(reason.starts_with("`track` passes the last point of the curve of `height` at x = 1 m"), "{reason}");
+    assert!(reason.contains("give points beyond the motion"), "{reason}");
+    let far = track("[[-1, 1], [0, 0], [0.5, 0.25], [0.8, 0.5], [1, 1], [4, 9]]").summary;
+    assert_eq!(far.status, Status::Completed, "{}", far.reason);
+    let level = "{ points = [[0, 0], [0.5, 0.25], [1, 0.5], [1.2, 0.5]], interpolation = \"monotone\" }";
+    let level = track(level).summary;
+    assert_eq!(level.status, Status::Completed, "{}", level.reason);
+}
