@@ -323,6 +323,19 @@ fn nothing_flows_in_a_damper_that_keeps_its_length() {
     }
 }
 
+#[test]
+fn a_damper_that_keeps_its_length_starts_from_rest() {
+    let passages = "params.area = 0.738\nparams.laminar_1 = 1.8e-6\nparams.turbulent_1 = 9.5\nparams.laminar_2 = 0.062\n\
+                    params.turbulent_2 = 0.325";
+    let at_rest = rigid_damper(passages).replace("angular_velocity = [1, 2, 0.4]", "");
+    let free = at_rest.replace("params.area = 0.738\n", "params.area = 1e-9\n");
+    let reference = try_run(&free, &["simulation.tolerance=1e-10"]).unwrap();
+    for method in ["dop853", "dopri5", "radau5"] {
+        let run = try_run(&at_rest, &[&format!("simulation.method=\"{method}\"")]).unwrap();
+        agree(&reference, &run, 1e-5, method);
+    }
+}
+
 /// A mass that falls from rest on two orifices, whose resistance is that of one of k = (k_1^-1/2 + k_2^-1/2)^-2: its speed is
 /// w tanh(g t / w), w^2 = m g / (k A^3).
 #[test]

@@ -121,7 +121,9 @@ impl Own {
             let whole = weighed(&step);
             let start = inputs[at.clone()].to_vec();
             if whole == 0.0 || share(&step, &start) <= FOUND || (whole <= ROUND_OFF && whole > 0.25 * before) {
-                inputs[at].iter_mut().zip(&step).for_each(|(y, step)| *y -= step);
+                // What comes down to zero ends where numbers lose their digits.
+                let found = |y: f64| if y.abs() < f64::MIN_POSITIVE { 0.0 } else { y };
+                inputs[at].iter_mut().zip(&step).for_each(|(y, step)| *y = found(*y - step));
                 return Ok(());
             }
             before = whole;
