@@ -254,3 +254,39 @@ fn the_curve_of_a_joint_is_named_where_a_body_passes_its_end() {
     let level = track(level).summary;
     assert_eq!(level.status, Status::Completed, "{}", level.reason);
 }
+
+/// A stepping motor turns a weight that is off its axis: one iteration of an implicit method solves the motion, and not the work.
+#[test]
+fn work_is_integrated_as_well_as_the_motion_that_does_it() {
+    let text = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.05
+tolerance = 1e-10
+[[body]]
+name = "rotor"
+mass = 3
+inertia = [0.1, 0.2, 0.1]
+com = [0.05, 0.02, 0]
+[[joint]]
+name = "hub"
+type = "revolute"
+bodies = ["ground", "rotor"]
+axis = [0, 1, 0]
+[[joint]]
+name = "motor"
+type = "stepper-rotation"
+bodies = ["ground", "rotor"]
+axis = [0, 1, 0]
+params = { angle = "3 * sin(3 * t)", step = 0.03, period = 0.02, frequency = 190, damping = 1 }
+"#;
+    for method in ["dop853", "radau5", "radau9"] {
+        let summary = run(text, &[&format!("simulation.method=\"{method}\"")]).summary;
+        assert_eq!(summary.status, Status::Completed, "{method}: {}", summary.reason);
+        let off = summary.audit.energy_error_relative;
+        assert!(off < 2e-8, "{method}: {off:.1e}");
+    }
+}
