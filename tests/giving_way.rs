@@ -256,10 +256,9 @@ fn ratchet(drag: f64) -> String {
         hinge("eye", ["rod", "rocker"], [bx, by]),
         hinge("pivot", ["ground", "rocker"], [base, 0.0]),
         hinge("axle", ["ground", "wheel"], [base, 0.0]),
-        format!(
-            "[[joint]]\nname = \"motor\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"crank\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+        "[[joint]]\nname = \"motor\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"crank\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
              params.angle = \"6 * t\"\n"
-        ),
+            .to_owned(),
         on_base("drag", "dry-friction", ["ground", "wheel"], &format!("params.torque = {drag:?}")),
         on_base("hub", "freewheel", ["rocker", "wheel"], ""),
         speed("rocker", "rocker"),
